@@ -1,0 +1,32 @@
+# Everything runs in a virtual environment of its own; only Python (3.11 or later) and make are needed.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+READY  := $(VENV)/.ready
+
+.PHONY: demo test lint format bench clean
+
+$(READY): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable '.[test,lint]'
+	touch $@
+
+demo: $(READY)  ## capture the slanted edge with the D40-like sensor into out/
+	mkdir -p out
+	$(BIN)/camsim capture scenes/slanted-edge.yaml --sensor d40-like --force \
+	  -o out/slanted-edge.dng -o out/slanted-edge.png -o out/slanted-edge.exr
+
+test: $(READY)
+	$(BIN)/python -m pytest
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(READY)
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:
+	rm -rf $(VENV) out dist build

@@ -1,0 +1,76 @@
+"""What can go wrong, and whose mistake it was.
+
+Every class here means *the user can mend this*: one clear sentence that names the place, the value, what is
+allowed and the way out. The command line prints the sentence and exits with 2. Anything else that is raised
+is a bug of ours (traceback, exit code 1) or the system's word (``OSError``).
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+class CamsimError(Exception):
+    """A mistake that the user can mend; the message says how."""
+
+
+class UnknownNameError(CamsimError):
+    """A name that is not in its list; the message offers the nearest ones.
+
+    >>> print(UnknownNameError("sensor", "d40like", ["d40-like", "mono-345"]))
+    unknown sensor 'd40like'; did you mean 'd40-like'? (known: d40-like, mono-345)
+    """
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
+        self.kind, self.name, self.known = kind, name, sorted(known)
+        super().__init__(f"unknown {kind} {name!r}{did_you_mean(name, self.known)}{hint}")
+
+
+class InvalidValueError(CamsimError):
+    """A number or shape outside what physics or the method allows."""
+
+
+class UnsupportedError(CamsimError):
+    """Each part is right, but this combination cannot be computed; the message names one that can."""
+
+
+class OutputError(CamsimError):
+    """A result cannot be written where or as the user asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One mistake in a YAML file: where, which key, what is wrong and what is allowed."""
+
+    file: str
+    line: int
+    column: int
+    key: str
+    message: str
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
+        return f"{place}: {self.key}: {self.message}" if self.key else f"{place}: {self.message}"
+
+
+class ConfigError(CamsimError):
+    """All the faults found in the configuration, one line each."""
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+
+def did_you_mean(name: str, known: Iterable[str], shown: int = 12) -> str:
+    """Return the tail of a message about an unknown name: the likely one, and the list when it is short."""
+    names = list(known)
+    lowered = {n.lower(): n for n in names}
+    near = [lowered[m] for m in difflib.get_close_matches(name.lower(), lowered, n=3, cutoff=0.6)]
+    text = f"; did you mean {' or '.join(repr(n) for n in near)}?" if near else ";" if names else ""
+    if names and len(names) <= shown:
+        text += f" (known: {', '.join(names)})"
+    elif not near:
+        text = ""
+    return text.replace("; (", " (")

@@ -1,0 +1,79 @@
+"""Frame: what the camera recorded, and everything that a file needs to say about it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from camsim.arrays import F32, F64, U8, U16
+from camsim.sensor.colour_matrix import ColourResponse
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelSignal:
+    """Signal of one colour channel over the photosites that carry it."""
+
+    name: str
+    mean_e: float
+    max_e: float
+    mean_dn: float
+    clipped_photosites: int
+    photosites: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """What a capture did and how well; ``seconds`` is the only part that differs between equal captures."""
+
+    scene: str
+    optics: tuple[str, ...]
+    wavelengths: str
+    method: str
+    tolerance: float
+    error_estimate: float
+    checked_photosites: int
+    signal: tuple[ChannelSignal, ...]
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Frame:
+    """A finished capture.
+
+    mosaic              (rows, cols) uint16 data numbers
+    mean_electrons      (rows, cols) float64, before any noise, each photosite in its own channel
+    electrons           (rows, cols) float64, after noise and full well, before the ADC
+    truth               (rows, cols, channels) float32 mean electrons of every channel; None unless asked for
+    channel_index       (rows, cols) uint8, index into ``channels``
+    channels            names such as ("R", "G", "B") or ("Y",)
+    cfa_pattern         letters of the window's own (0,0) (0,1) … , one string per row, such as ("RG", "GB")
+    electrons_per_dn    at the ISO that was used
+    colour              spectral response of the channels and the light, for colour matrices and white balance
+    description         plain tree (dicts, lists, numbers, strings) of all stages: what was computed
+    """
+
+    mosaic: U16
+    mean_electrons: F64
+    electrons: F64
+    truth: F32 | None
+    channel_index: U8
+    channels: tuple[str, ...]
+    cfa_pattern: tuple[str, ...]
+    pitch_um: float
+    bit_depth: int
+    black_level_dn: int
+    white_level_dn: int
+    electrons_per_dn: float
+    read_noise_e: float
+    camera_name: str
+    serial: int
+    f_number: float
+    time_s: float
+    iso: float
+    datetime: str
+    seed: int
+    colour: ColourResponse
+    description: Mapping[str, Any]
+    report: Report
