@@ -1,0 +1,1 @@
+"""The sensor: photons to electrons to data numbers."""

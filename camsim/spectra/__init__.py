@@ -1,0 +1,1 @@
+"""Wavelengths: curves, spectra and light, by name or by table."""

@@ -1,0 +1,91 @@
+"""Adc: electrons to data numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, U16
+from camsim.errors import InvalidValueError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Adc:
+    """A linear converter that rounds to the nearest code and clips at both ends.
+
+    bit_depth        : 1..16
+    black_level_dn   : code of no electrons at all
+    electrons_per_dn : at ``base_iso``; falls in proportion to the ISO setting
+    base_iso         : ISO at which ``electrons_per_dn`` holds
+
+    >>> adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
+    >>> adc.quantise(np.array([-1e9, 0.0, 14.0, 16.0, 1e9]), iso=200.0)
+    array([   0,  128,  129,  130, 4095], dtype=uint16)
+    >>> adc.quantise(np.array([14.0]), iso=400.0)
+    array([131], dtype=uint16)
+    """
+
+    bit_depth: int
+    black_level_dn: int
+    electrons_per_dn: float
+    base_iso: float
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.bit_depth <= 16:
+            raise InvalidValueError(f"adc: bit_depth {self.bit_depth}; must be 1..16")
+        if not 0 <= self.black_level_dn < self.largest_dn:
+            raise InvalidValueError(
+                f"adc: black_level_dn {self.black_level_dn}; must be 0..{self.largest_dn - 1}, "
+                f"below the largest code of {self.bit_depth} bits"
+            )
+        if not (math.isfinite(self.electrons_per_dn) and self.electrons_per_dn > 0.0):
+            raise InvalidValueError(
+                f"adc: electrons_per_dn {self.electrons_per_dn}; must be above 0 and finite"
+            )
+        if not (math.isfinite(self.base_iso) and self.base_iso > 0.0):
+            raise InvalidValueError(f"adc: base_iso {self.base_iso}; must be above 0 and finite")
+
+    @property
+    def largest_dn(self) -> int:
+        """The largest code, 2^bits − 1."""
+        return (1 << self.bit_depth) - 1
+
+    def electrons_per_dn_at(self, iso: float) -> float:
+        """Return electrons per data number at an ISO setting."""
+        return self.electrons_per_dn * self.base_iso / iso
+
+    def white_level_dn(self, iso: float, full_well_e: float | None = None) -> int:
+        """Return the code at which the signal clips, by the full well or by the largest code.
+
+        At least one above black, so that black..white is never empty.
+
+        >>> adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
+        >>> adc.white_level_dn(200.0, full_well_e=30_000.0), adc.white_level_dn(200.0, full_well_e=40_000.0)
+        (3128, 4095)
+        """
+        headroom_dn = self.largest_dn - self.black_level_dn
+        if full_well_e is None:
+            return self.largest_dn
+        well_dn = full_well_e / self.electrons_per_dn_at(iso)
+        return self.black_level_dn + max(1, round(min(well_dn, float(headroom_dn))))
+
+    def saturation_e(self, iso: float, full_well_e: float | None = None) -> float:
+        """Return the electrons from black to white at an ISO setting."""
+        return (self.white_level_dn(iso, full_well_e) - self.black_level_dn) * self.electrons_per_dn_at(iso)
+
+    def quantise(self, electrons: F64, *, iso: float) -> U16:
+        """Return the codes of ``electrons`` (any shape): rounded, then clipped to 0..2^bits − 1."""
+        electrons = np.asarray(electrons, dtype=np.float64)
+        codes = np.empty(electrons.shape, dtype=np.uint16)
+        # In pieces: a large frame needs no second copy in floating point.
+        source, target = np.atleast_1d(electrons), np.atleast_1d(codes)
+        step = max(1, (1 << 18) * len(source) // max(1, source.size))
+        for start in range(0, len(source), step):
+            dn = source[start : start + step] / self.electrons_per_dn_at(iso)
+            dn += self.black_level_dn
+            np.rint(dn, out=dn)
+            np.clip(dn, 0.0, self.largest_dn, out=dn)
+            target[start : start + step] = dn
+        return codes

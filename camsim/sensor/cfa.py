@@ -1,0 +1,91 @@
+"""Cfa: which photosite sees which channel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import U8
+from camsim.errors import InvalidValueError
+
+_FIRST = "RGB"
+
+
+@dataclass(frozen=True, slots=True)
+class Cfa:
+    """A colour filter array: a rectangle of letters repeated over the sensor, from photosite (0, 0).
+
+    pattern : one string of letters per row
+
+    >>> Cfa.bayer("GBRG").pattern
+    ('GB', 'RG')
+    >>> Cfa.bayer("GBRG").channels
+    ('R', 'G', 'B')
+    >>> Cfa.bayer("RGGB").channel_index(2, 4, origin=(0, 1))
+    array([[1, 0, 1, 0],
+           [2, 1, 2, 1]], dtype=uint8)
+    """
+
+    pattern: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pattern", tuple(self.pattern))
+        if not self.pattern or not self.pattern[0]:
+            raise InvalidValueError(
+                "cfa: the pattern is empty; give one string of letters per row, such as RG, GB"
+            )
+        widths = {len(row) for row in self.pattern}
+        if len(widths) > 1:
+            raise InvalidValueError(
+                f"cfa: rows of {sorted(widths)} letters; all rows of a pattern are equally long"
+            )
+        strange = sorted({c for row in self.pattern for c in row if not c.isalpha()})
+        if strange:
+            raise InvalidValueError(
+                f"cfa: {', '.join(map(repr, strange))} in the pattern; only letters name channels"
+            )
+
+    @classmethod
+    def bayer(cls, pattern: str = "RGGB") -> Cfa:
+        """Return a Bayer array from the letters of (0,0) (0,1) (1,0) (1,1)."""
+        phases = ("RGGB", "BGGR", "GRBG", "GBRG")
+        if pattern not in phases:
+            raise InvalidValueError(f"cfa: Bayer pattern {pattern!r}; must be one of {', '.join(phases)}")
+        return cls((pattern[:2], pattern[2:]))
+
+    @classmethod
+    def mono(cls) -> Cfa:
+        """Return the array of a sensor without colour filters: one channel, Y."""
+        return cls(("Y",))
+
+    @property
+    def period(self) -> tuple[int, int]:
+        """(rows, cols) after which the pattern repeats."""
+        return len(self.pattern), len(self.pattern[0])
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The letters, each once: R, G, B first, then the others in reading order."""
+        letters = list(dict.fromkeys("".join(self.pattern)))
+        return tuple(sorted(letters, key=lambda c: _FIRST.index(c) if c in _FIRST else len(_FIRST)))
+
+    def channel_index(self, rows: int, cols: int, origin: tuple[int, int] = (0, 0)) -> U8:
+        """Return (rows, cols) indices into ``channels`` of the window that begins at photosite ``origin``."""
+        channels = self.channels
+        codes = np.array([[channels.index(c) for c in row] for row in self.pattern], dtype=np.uint8)
+        row = (np.arange(rows) + origin[0]) % self.period[0]
+        col = (np.arange(cols) + origin[1]) % self.period[1]
+        return codes[row[:, None], col[None, :]]
+
+    def window_pattern(self, origin: tuple[int, int]) -> tuple[str, ...]:
+        """Return the pattern as seen from photosite ``origin``: the window's own (0,0) (0,1) …
+
+        >>> Cfa.bayer("RGGB").window_pattern((1, 0))
+        ('GB', 'RG')
+        """
+        rows, cols = self.period
+        return tuple(
+            "".join(self.pattern[(r + origin[0]) % rows][(c + origin[1]) % cols] for c in range(cols))
+            for r in range(rows)
+        )

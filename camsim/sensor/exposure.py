@@ -1,0 +1,109 @@
+"""Exposure, and radiometry: from the light on the scene to electrons in a photosite."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Literal
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra.curve import Spectrum, spectrum_at
+from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
+
+# Where "auto" puts a perfect diffuser: the brightest surface without a highlight keeps a quarter of headroom.
+AUTO_LEVEL = 0.8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exposure:
+    """How long and at which sensitivity.
+
+    time_s   : above 0, or "auto": a perfect diffuser puts the most responsive channel at 80 % of black..white
+    iso      : sensitivity setting; data numbers per electron grow in proportion to it
+    datetime : date of the capture that files carry, "YYYY-MM-DD hh:mm:ss"
+    """
+
+    time_s: float | Literal["auto"]
+    iso: float
+    datetime: str = "2000-01-01 00:00:00"
+
+    def __post_init__(self) -> None:
+        if self.time_s != "auto" and not (
+            isinstance(self.time_s, (int, float)) and math.isfinite(self.time_s) and self.time_s > 0.0
+        ):
+            raise InvalidValueError(f"exposure: time_s {self.time_s}; must be above 0 and finite, or 'auto'")
+        if not (math.isfinite(self.iso) and self.iso > 0.0):
+            raise InvalidValueError(f"exposure: iso {self.iso}; must be above 0 and finite")
+        try:
+            datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")
+        except ValueError:
+            raise InvalidValueError(
+                f"exposure: datetime {self.datetime!r}; must be a date and time such as '2000-01-31 23:59:59'"
+            ) from None
+
+
+def sensor_irradiance_w_per_m2_nm(samples: LightSamples, *, f_number: float, transmission: Spectrum) -> F64:
+    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²).
+
+    A diffuser of irradiance E has radiance E/π, and an aplanatic lens of working f-number N focused far away
+    turns a radiance L into π·L/(4·N²) on the axis (the scene is given as it falls on the sensor, so the
+    magnification is in N).
+
+    samples      : the light on the scene
+    f_number     : working f-number N·(1 + m)
+    transmission : of the lens, a fraction
+    """
+    irradiance: F64 = (
+        spectrum_at(transmission, samples.wavelength_nm)
+        * samples.irradiance_w_per_m2_nm
+        / (4.0 * f_number**2)
+    )
+    return irradiance
+
+
+def electrons_per_reflectance(
+    samples: LightSamples,
+    *,
+    f_number: float,
+    transmission: Spectrum,
+    quantum_efficiency: QuantumEfficiency,
+    photosite_area_um2: float,
+    time_s: float,
+) -> F64:
+    """Return (channels, n) mean electrons per photosite and reflectance 1, quadrature weights included.
+
+    Σ over n of this times a reflectance at the same nodes is the mean charge in electrons of a photosite that
+    sees nothing but that surface.
+
+    photosite_area_um2 : light-sensitive area, pitch² × fill factor
+    """
+    photons_per_um2 = (
+        sensor_irradiance_w_per_m2_nm(samples, f_number=f_number, transmission=transmission)
+        * photons_per_um2_per_j_m2(samples.wavelength_nm)
+        * samples.weight_nm
+        * time_s
+    )
+    electrons: F64 = quantum_efficiency.at(samples.wavelength_nm) * (photons_per_um2 * photosite_area_um2)
+    return electrons
+
+
+def auto_time_s(diffuser_e_per_s: F64, *, saturation_e: float) -> float:
+    """Return the exposure time that puts a perfect diffuser at 80 % of black..white in its brightest channel.
+
+    diffuser_e_per_s : (channels,) electrons per second and photosite of a perfect diffuser
+    saturation_e     : electrons from black to white (``Adc.saturation_e``)
+
+    Dark current is left out: it comes on top.
+
+    >>> auto_time_s(np.array([1e5, 4e5, 2e5]), saturation_e=40_000.0)
+    0.08
+    """
+    brightest = float(np.max(diffuser_e_per_s))
+    if not brightest > 0.0:
+        raise InvalidValueError("exposure: time_s auto, but no channel of the sensor responds to this light")
+    return AUTO_LEVEL * saturation_e / brightest
