@@ -1,0 +1,118 @@
+"""A Frame in, a file out: the suffix chooses the format, the product what goes into it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from camsim.errors import OutputError, did_you_mean
+from camsim.files import dng, exr, npy, png, tiff
+from camsim.files.atomic import reason, replacing
+from camsim.frame import Frame
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """What one suffix holds: a writer for each product; without a name the first product is meant."""
+
+    title: str
+    writers: Mapping[str, Callable[[Frame, Path], None]]
+
+    @property
+    def default(self) -> str:
+        """The product that is written when none is named."""
+        return next(iter(self.writers))
+
+
+PRODUCTS: Mapping[str, str] = {
+    "mosaic": "the sensor's codes",
+    "electrons": "each photosite's own electrons",
+    "truth": "mean electrons of every channel at every photosite, before noise",
+    "preview": "developed sRGB, to look at",
+}
+
+_TIFF = Format("TIFF", {"mosaic": tiff.write_tiff})
+
+SUFFIXES: Mapping[str, Format] = {
+    ".dng": Format("DNG", {"mosaic": dng.write_dng}),
+    ".exr": Format("OpenEXR", {"truth": exr.write_truth, "electrons": exr.write_electrons}),
+    ".tiff": _TIFF,
+    ".tif": _TIFF,
+    ".png": Format("PNG", {"preview": png.write_preview, "mosaic": png.write_mosaic}),
+    ".npy": Format(
+        "NPY", {"mosaic": npy.write_mosaic, "electrons": npy.write_electrons, "truth": npy.write_truth}
+    ),
+}
+
+
+def save(frame: Frame, path: str | os.PathLike[str], *, product: str | None = None) -> None:
+    """Write one product of the frame; the suffix of ``path`` chooses the format.
+
+    The file is written beside its place and moved there when it is whole: whatever goes wrong, an older file
+    of that name is still there as it was. Equal frames give equal bytes. Raises OutputError in one sentence.
+    """
+    chosen = check_output(path, product)
+    if chosen == "truth" and frame.truth is None:
+        raise OutputError(
+            f"cannot write {str(path)!r}: the capture holds no truth; ask for products=('truth',)"
+        )
+    target = Path(path)
+    writer = SUFFIXES[target.suffix.lower()].writers[chosen]
+    with replacing(target) as beside:
+        writer(frame, beside)
+
+
+def check_output(path: str | os.PathLike[str], product: str | None = None) -> str:
+    """Return the product that ``path`` is to hold, or raise OutputError if it could not be written.
+
+    To be called before the work begins: looks at the suffix, the product and the folder.
+    """
+    shown, target = repr(str(path)), Path(path)
+    chosen = _product(shown, target.suffix, product)
+    try:
+        if target.is_dir():
+            raise OutputError(f"cannot write {shown}: it is a folder")
+        if target.exists() and not target.is_file():
+            raise OutputError(f"cannot write {shown}: it is a device and not a file")
+        # Where a link points to is where the file goes.
+        folder = Path(os.path.realpath(target)).parent
+        if not folder.exists():
+            raise OutputError(
+                f"cannot write {shown}: the folder {str(folder)!r} does not exist; make it first"
+            )
+        if not folder.is_dir():
+            raise OutputError(f"cannot write {shown}: {str(folder)!r} is a file and not a folder")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise OutputError(f"cannot write {shown}: the folder {str(folder)!r} does not allow writing")
+    except OSError as error:
+        raise OutputError(f"cannot write {shown}: {reason(error)}") from error
+    except ValueError as error:
+        raise OutputError(f"cannot write {shown}: {error}") from error
+    return chosen
+
+
+def _product(shown: str, suffix: str, product: str | None) -> str:
+    form = SUFFIXES.get(suffix.lower())
+    if form is None:
+        what = f"unknown suffix {suffix!r}" if suffix else "the name has no suffix to choose the format by"
+        raise OutputError(f"cannot write {shown}: {what}{did_you_mean(suffix, SUFFIXES)}")
+    if product is None:
+        return form.default
+    if product not in PRODUCTS:
+        raise OutputError(
+            f"cannot write {shown}: unknown product {product!r}{did_you_mean(product, PRODUCTS)}"
+        )
+    if product not in form.writers:
+        able = [name for name, other in SUFFIXES.items() if product in other.writers]
+        raise OutputError(
+            f"cannot write {shown}: {form.title} holds {_either(form.writers)} and not {product}; "
+            f"{product} goes into {_either(able)}"
+        )
+    return product
+
+
+def _either(names: Mapping[str, object] | list[str]) -> str:
+    *rest, last = names
+    return f"{', '.join(rest)} or {last}" if rest else last

@@ -1,0 +1,74 @@
+"""A file is there whole or not at all: written beside its place, then renamed into it."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from camsim.errors import OutputError
+
+_LONGEST_STEM = 200
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Give a new empty file beside ``path`` to write to, and move it to ``path`` when the block ends well.
+
+    Until the move, whatever was at ``path`` stays as it was; after it, the new file is there in full, on
+    disk. When the block fails or is interrupted the file beside is removed. What the system refuses is raised
+    as OutputError; a link is followed, so that its target is replaced and not the link.
+    """
+    target = Path(os.path.realpath(path))
+    beside = target.with_name(f".{target.name[:_LONGEST_STEM]}.{secrets.token_hex(4)}.part")
+    with _system_errors_named(path):
+        try:
+            # os.open and not tempfile: the umask is to give the file the permissions of any new one.
+            os.close(os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+            yield beside
+            _flush_to_disk(beside)
+            os.replace(beside, target)
+        except BaseException:
+            beside.unlink(missing_ok=True)
+            raise
+        _flush_to_disk(target.parent)
+
+
+def _flush_to_disk(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def _system_errors_named(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"cannot write {str(path)!r}: {reason(error)}") from error
+
+
+def reason(error: OSError) -> str:
+    """Say in the user's words why the system refused to write."""
+    known = {
+        errno.ENOSPC: "the disk is full",
+        errno.EDQUOT: "the disk quota is used up",
+        errno.EFBIG: "the file would be larger than the system allows",
+        errno.EROFS: "the disk is mounted read-only",
+        errno.EACCES: "its folder does not allow writing",
+        errno.EPERM: "its folder does not allow writing",
+        errno.ENAMETOOLONG: "the name is too long",
+    }
+    return known.get(error.errno or 0, error.strerror or str(error))
+
+
+def write_chunks(path: Path, chunks: Iterable[bytes | memoryview]) -> None:
+    """Write one piece after another, none of them copied."""
+    with path.open("wb") as file:
+        for chunk in chunks:
+            file.write(chunk)

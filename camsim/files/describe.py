@@ -1,0 +1,84 @@
+"""The words that every file carries: what was computed, as text that is the same each time."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import unicodedata
+from datetime import datetime
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from camsim.frame import Frame
+
+
+def description_json(frame: Frame) -> str:
+    """Return the whole description as compact ASCII JSON, keys sorted: equal captures give equal text."""
+    return _canonical(dict(frame.description))
+
+
+def description_hash(frame: Frame) -> str:
+    """SHA-256 of :func:`description_json`: equal for captures of equal configuration."""
+    return hashlib.sha256(description_json(frame).encode("ascii")).hexdigest()
+
+
+def record(frame: Frame, product: str) -> dict[str, Any]:
+    """Return what every file carries: the description, and the figures that explain the numbers."""
+    return {
+        "camsim": "frame/1",
+        "software": software(),
+        "product": product,
+        "camera": frame.camera_name,
+        "channels": list(frame.channels),
+        "cfa_pattern": list(frame.cfa_pattern),
+        "black_level_dn": frame.black_level_dn,
+        "white_level_dn": frame.white_level_dn,
+        "electrons_per_dn": frame.electrons_per_dn,
+        "seed": frame.seed,
+        "error_estimate": frame.report.error_estimate,
+        "description_sha256": description_hash(frame),
+        "description": dict(frame.description),
+    }
+
+
+def record_json(frame: Frame, product: str) -> str:
+    """Return :func:`record` as compact ASCII JSON."""
+    return _canonical(record(frame, product))
+
+
+@functools.cache
+def software() -> str:
+    """Return the program's name and version, such as ``camsim 0.1.0``; a bare checkout has no version."""
+    try:
+        return f"camsim {metadata.version('camsim-spectral')}"
+    except metadata.PackageNotFoundError:
+        return "camsim"
+
+
+def exif_datetime(frame: Frame) -> str:
+    """Return the exposure's date as EXIF writes it, ``2000:01:01 00:00:00``."""
+    return datetime.fromisoformat(frame.datetime).strftime("%Y:%m:%d %H:%M:%S")
+
+
+def ascii_text(text: str) -> str:
+    """Return the nearest ASCII, for tags that know nothing else.
+
+    >>> ascii_text("D40-like, 4.88 µm – é")
+    'D40-like, 4.88 um - e'
+    """
+    plain = text.translate({ord("µ"): "u", ord("μ"): "u", ord("–"): "-", ord("—"): "-", 0: " "})
+    return unicodedata.normalize("NFKD", plain).encode("ascii", "ignore").decode("ascii")
+
+
+def _canonical(tree: Any) -> str:
+    return json.dumps(tree, sort_keys=True, separators=(",", ":"), ensure_ascii=True, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """Turn numpy's numbers and arrays into Python's."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"a description holds plain values only, not {type(value).__name__}")

@@ -1,0 +1,79 @@
+"""Preview: the mosaic developed as a raw developer would do it, simply, to be looked at."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camsim.arrays import F32, F64, U8
+from camsim.errors import CamsimError
+from camsim.frame import Frame
+from camsim.sensor.colour_matrix import XYZ_D50, as_shot_neutral, fit
+
+_XYZ_D50_TO_SRGB = np.array(
+    [
+        [3.1338561, -1.6168667, -0.4906146],
+        [-0.9787684, 1.9161415, 0.0334540],
+        [0.0719453, -0.2289914, 1.4052427],
+    ]
+)
+"""IEC 61966-2-1 primaries, adapted from D65 to D50 after Bradford (B. Lindbloom, brucelindbloom.com)."""
+
+
+def develop(frame: Frame) -> U8:
+    """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is the sensor's white level.
+
+    Black level, as-shot white balance, bilinear demosaicing, the D65 forward matrix and the sRGB curve. No
+    brightness is added: an underexposed capture looks dark. Channels are clipped after the balance, so that
+    clipped photosites look white and not coloured. A camera that no colour matrix exists for gives grey.
+    """
+    span = frame.white_level_dn - frame.black_level_dn
+    signal = (frame.mosaic.astype(np.float32) - frame.black_level_dn) / np.float32(span)
+    if len(frame.channels) == 1:
+        return _srgb_bytes(signal)
+    planes = demosaic(signal, frame.channel_index, len(frame.channels))
+    try:
+        neutral, forward = as_shot_neutral(frame.colour), fit(frame.colour, "D65").forward
+    except CamsimError:
+        return _srgb_bytes(planes.mean(axis=0))
+    to_srgb = _XYZ_D50_TO_SRGB @ forward
+    to_srgb /= (_XYZ_D50_TO_SRGB @ XYZ_D50)[:, None]
+    balanced = np.clip(planes / neutral[:, None, None].astype(np.float32), 0, 1)
+    return _srgb_bytes(np.einsum("sc,crk->rks", to_srgb.astype(np.float32), balanced))
+
+
+def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:
+    """Return (channels, rows, cols): each channel as recorded, elsewhere its neighbours' weighted mean.
+
+    Bilinear on a Bayer array. On sparser arrays the tent of weights is widened until every photosite has a
+    neighbour of every channel. Any array is taken, borders included.
+    """
+    from scipy.ndimage import correlate1d
+
+    planes = np.empty((channels, *signal.shape), dtype=np.float32)
+    for channel in range(channels):
+        own = (channel_index == channel).astype(np.float32)
+        reach = 1
+        while True:
+            tent = np.minimum(np.arange(1, 2 * reach + 2), np.arange(2 * reach + 1, 0, -1)) / (reach + 1)
+
+            def spread(values: F32, tent: F64 = tent) -> F32:
+                across = correlate1d(values, tent, axis=1, mode="constant")
+                down: F32 = correlate1d(across, tent, axis=0, mode="constant")
+                return down
+
+            weight = spread(own)
+            if weight.min() > 0 or reach >= max(signal.shape):
+                break
+            reach += 1
+        mean = spread(signal * own) / np.maximum(weight, np.finfo(np.float32).tiny)
+        planes[channel] = np.where(own > 0, signal, mean)
+    return planes
+
+
+def _srgb_bytes(linear: NDArray[np.floating]) -> U8:
+    """Apply the sRGB curve of IEC 61966-2-1 and round to 8 bits."""
+    clipped = np.clip(linear, 0.0, 1.0)
+    curve = np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
+    codes: U8 = np.rint(255 * curve).astype(np.uint8)
+    return codes

@@ -1,0 +1,135 @@
+"""The container: a classic little-endian TIFF of one IFD, its Exif IFD and the strips of one image.
+
+Tag types and layout as in TIFF 6.0; entries ascending, values of more than four bytes behind the directory
+at even offsets. The image follows last, so that its strips can be written one after another.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from camsim.errors import OutputError
+
+_BYTE, _ASCII, _SHORT, _LONG, _RATIONAL, _UNDEFINED, _SRATIONAL, _DOUBLE = 1, 2, 3, 4, 5, 7, 10, 12
+
+_STRIP_OFFSETS, _STRIP_BYTE_COUNTS, _EXIF_IFD = 273, 279, 34665
+_HEADER_BYTES = 8
+_LARGEST_FILE = 2**32 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Tag:
+    """One entry of a directory: ``count`` values of TIFF type ``kind``, encoded."""
+
+    number: int
+    kind: int
+    count: int
+    payload: bytes
+
+
+def byte(number: int, values: bytes | Sequence[int]) -> Tag:
+    """Return a tag of 8-bit numbers."""
+    return Tag(number, _BYTE, len(values), bytes(values))
+
+
+def undefined(number: int, values: bytes) -> Tag:
+    """Return a tag of bytes that only the tag itself gives a meaning."""
+    return Tag(number, _UNDEFINED, len(values), values)
+
+
+def ascii_string(number: int, text: str) -> Tag:
+    """Return a tag of ASCII text; the terminating zero is added."""
+    payload = text.encode("ascii") + b"\0"
+    return Tag(number, _ASCII, len(payload), payload)
+
+
+def short(number: int, *values: int) -> Tag:
+    """Return a tag of 16-bit numbers."""
+    return Tag(number, _SHORT, len(values), struct.pack(f"<{len(values)}H", *values))
+
+
+def long(number: int, *values: int) -> Tag:
+    """Return a tag of 32-bit numbers."""
+    return Tag(number, _LONG, len(values), struct.pack(f"<{len(values)}I", *values))
+
+
+def rational(number: int, *values: float) -> Tag:
+    """Return a tag of non-negative fractions, each the nearest with 32-bit parts."""
+    parts = [part for value in values for part in fraction(value, 2**32 - 1)]
+    return Tag(number, _RATIONAL, len(values), struct.pack(f"<{len(parts)}I", *parts))
+
+
+def srational(number: int, *values: float) -> Tag:
+    """Return a tag of signed fractions, each the nearest with 32-bit parts."""
+    parts = [part for value in values for part in fraction(value, 2**31 - 1)]
+    return Tag(number, _SRATIONAL, len(values), struct.pack(f"<{len(parts)}i", *parts))
+
+
+def double(number: int, *values: float) -> Tag:
+    """Return a tag of 64-bit floating-point numbers."""
+    return Tag(number, _DOUBLE, len(values), struct.pack(f"<{len(values)}d", *values))
+
+
+def fraction(value: float, largest: int) -> tuple[int, int]:
+    """Return the simplest fraction within 1e-9 or so of ``value``, neither part above ``largest``.
+
+    >>> fraction(0.01, 2**32 - 1), fraction(5.6, 2**32 - 1), fraction(86400.0, 2**32 - 1)
+    ((1, 100), (28, 5), (86400, 1))
+    """
+    whole = abs(value)
+    if whole > largest:
+        raise OutputError(f"{value:g} is too large for a TIFF file, which holds fractions up to {largest}")
+    nearest = Fraction(value).limit_denominator(min(10**9, max(1, int(largest / max(whole, 1.0)))))
+    return nearest.numerator, nearest.denominator
+
+
+def directory(tags: Iterable[Tag], exif: Iterable[Tag], strip_bytes: Sequence[int]) -> bytes:
+    """Return all that comes before the image: header, directory, Exif directory and their values.
+
+    ``strip_bytes`` are the sizes of the strips that follow at once. The tags that point (to strips and to the
+    Exif directory) are added here, because they depend on where everything lies.
+    """
+
+    def laid_out(first_strip: int, exif_at: int) -> tuple[bytes, bytes]:
+        offsets, at = [], first_strip
+        for size in strip_bytes:
+            offsets.append(at)
+            at += size
+        if at > _LARGEST_FILE:
+            raise OutputError(
+                f"the image needs {at / 2**30:.1f} GiB and a TIFF or DNG file holds 4 GiB at most; "
+                "write .npy, or capture a smaller region"
+            )
+        pointers = (
+            long(_STRIP_OFFSETS, *offsets),
+            long(_STRIP_BYTE_COUNTS, *strip_bytes),
+            long(_EXIF_IFD, exif_at),
+        )
+        main = _ifd((*tags, *pointers), _HEADER_BYTES)
+        return main, _ifd(exif, exif_at)
+
+    tags, exif = tuple(tags), tuple(exif)
+    # Sizes do not depend on the offsets' values: lay out once to learn where things lie, once for real.
+    main, below = laid_out(0, 0)
+    exif_at = _HEADER_BYTES + len(main)
+    main, below = laid_out(exif_at + len(below), exif_at)
+    return struct.pack("<2sHI", b"II", 42, _HEADER_BYTES) + main + below
+
+
+def _ifd(tags: Iterable[Tag], at: int) -> bytes:
+    """Return one directory that begins at file offset ``at``, with its values behind it."""
+    ordered = sorted(tags, key=lambda tag: tag.number)
+    values_at = at + 2 + 12 * len(ordered) + 4
+    entries, values = [struct.pack("<H", len(ordered))], bytearray()
+    for tag in ordered:
+        if len(tag.payload) <= 4:
+            field = tag.payload.ljust(4, b"\0")
+        else:
+            field = struct.pack("<I", values_at + len(values))
+            values += tag.payload + b"\0" * (len(tag.payload) % 2)
+        entries.append(struct.pack("<HHI", tag.number, tag.kind, tag.count) + field)
+    # The next-directory pointer is zero: there is one image.
+    return b"".join(entries) + struct.pack("<I", 0) + bytes(values)
