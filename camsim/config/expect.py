@@ -1,0 +1,187 @@
+"""What the schema expects at a place, in words: found from the types alone, for any table there will be."""
+
+from __future__ import annotations
+
+import functools
+import operator
+import types
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt, MinLen
+from pydantic.fields import FieldInfo
+
+from camsim.config.schema import Called, Table
+from camsim.config.tree import KeyPath, Node
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """A type with its limits and its meaning.
+
+    kind         the bare type: float, a Table, list[…], Union[…], …
+    limits       metadata of annotated_types: Gt, Le, MinLen …
+    description  the field's, with its unit
+    """
+
+    kind: Any
+    limits: tuple[Any, ...] = ()
+    description: str = ""
+
+    @classmethod
+    def of(cls, annotation: Any, limits: tuple[Any, ...] = (), description: str = "") -> Expected:
+        """Strip the wrappers (Annotated, ``| None``) off a type."""
+        while get_origin(annotation) is Annotated:
+            annotation, *metadata = get_args(annotation)
+            for item in metadata:
+                if isinstance(item, FieldInfo):
+                    limits = (*limits, *item.metadata)
+                    description = description or item.description or ""
+                else:
+                    limits = (*limits, item)
+        if _is_union(annotation):
+            members = [member for member in get_args(annotation) if member is not types.NoneType]
+            if len(members) == 1:
+                return cls.of(members[0], limits, description)
+            annotation = functools.reduce(operator.or_, members)
+        return cls(annotation, limits, description)
+
+    def alternatives(self) -> tuple[Expected, ...]:
+        """Return the members of a union, or this itself."""
+        if _is_union(self.kind):
+            return tuple(Expected.of(member, (), self.description) for member in get_args(self.kind))
+        return (self,)
+
+    def tables(self) -> tuple[type[Table], ...]:
+        """Return the tables that may stand here."""
+        kinds = [alternative.kind for alternative in self.alternatives()]
+        return tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Table))
+
+    def table(self, node: Node) -> type[Table] | None:
+        """Return the table that ``node`` is meant to be; None when it is none, or its kind says nothing."""
+        tables = self.tables()
+        if not isinstance(node.content, Mapping):
+            return None
+        if len(tables) == 1:
+            return tables[0]
+        kind = node.content.get("kind")
+        return next((table for table in tables if kind is not None and kind.content in kinds_of(table)), None)
+
+    def inside(self, node: Node, key: str | int) -> Expected | None:
+        """Return what is expected under ``key`` of a value; None where the schema has nothing to say."""
+        if isinstance(key, str):
+            table = self.table(node)
+            if table is not None:
+                field = table.model_fields.get(key)
+                return None if field is None else expected_of_field(field)
+            if key == "kind" and self.tables():
+                return Expected(Literal[tuple(kind for each in self.tables() for kind in kinds_of(each))])
+            return next((Expected.of(get_args(a.kind)[1]) for a in self._with_origin(dict)), None)
+        for alternative in self._with_origin(list):
+            return Expected.of(get_args(alternative.kind)[0])
+        for alternative in self._with_origin(tuple):
+            items = get_args(alternative.kind)
+            return Expected.of(items[key]) if key < len(items) else None
+        return None
+
+    def member(self, node: Node) -> Expected:
+        """Return the member of a union that ``node`` is meant to be; this itself when that cannot be told."""
+        table = self.table(node)
+        if table is not None:
+            return Expected.of(table)
+        wanted = (dict,) if isinstance(node.content, Mapping) else (list, tuple)
+        return next((member for origin in wanted for member in self._with_origin(origin)), self)
+
+    def key_words(self) -> str:
+        """Return what a key of the user's own may be, as in 'must be …'; empty where all keys are known."""
+        return next((Expected.of(get_args(a.kind)[0]).description for a in self._with_origin(dict)), "")
+
+    def _with_origin(self, origin: type) -> Iterator[Expected]:
+        return (alternative for alternative in self.alternatives() if get_origin(alternative.kind) is origin)
+
+    def literals(self) -> list[str]:
+        """Return the words that may stand here, where they are a fixed few."""
+        return [
+            str(v) for a in self.alternatives() if get_origin(a.kind) is Literal for v in get_args(a.kind)
+        ]
+
+    def words(self) -> str:
+        """Return what may stand here, as in 'must be …'."""
+        tables = self.tables()
+        parts = [_words(a) for a in self.alternatives() if a.kind not in tables or len(tables) == 1]
+        if len(tables) > 1:
+            kinds = [kind for table in tables for kind in kinds_of(table)]
+            parts.append(f"a table of kind {either(kinds)}")
+        return either(parts)
+
+
+def expected_of_field(field: FieldInfo) -> Expected:
+    """Return what a field of a table expects."""
+    return Expected.of(field.annotation, tuple(field.metadata), field.description or "")
+
+
+def along(root: Expected, node: Node, path: KeyPath) -> Expected | None:
+    """Follow a path from the root of a document."""
+    here: Expected | None = root
+    current: Node | None = node
+    for key in path:
+        if here is None or current is None:
+            return None
+        here, current = here.inside(current, key), current.child(key)
+    return here
+
+
+def kinds_of(table: type[Table]) -> tuple[str, ...]:
+    """Return the words that ``kind`` may be in a table."""
+    field = table.model_fields.get("kind")
+    return () if field is None else get_args(field.annotation)
+
+
+def either(words: list[str]) -> str:
+    """Join alternatives.
+
+    >>> either(["pixel", "um", "mm"])
+    'pixel, um or mm'
+    """
+    return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, types.UnionType)
+
+
+def _words(expected: Expected) -> str:
+    kind, limits = expected.kind, expected.limits
+    origin = get_origin(kind)
+    called = next((limit.words for limit in limits if isinstance(limit, Called)), None)
+    if called is not None:
+        return called
+    if origin is Literal:
+        return either([str(value) for value in get_args(kind)])
+    if origin is tuple:
+        return f"a list of {len(get_args(kind))} numbers"
+    if origin is list:
+        least = next((limit.min_length for limit in limits if isinstance(limit, MinLen)), 0)
+        return f"a list of at least {least}" if least else "a list"
+    if origin is dict:
+        return "a table"
+    if isinstance(kind, type) and issubclass(kind, Table):
+        keys = [key for key in kind.model_fields if key != "source"]
+        return f"a table {{{', '.join(keys)}}}"
+    return _SIMPLE.get(kind, "something else") + _range(limits)
+
+
+_SIMPLE = {float: "a number", int: "a whole number", bool: "true or false", str: "a word"}
+
+
+def _range(limits: tuple[Any, ...]) -> str:
+    above = next((f"{limit.gt:g}" for limit in limits if isinstance(limit, Gt)), None)
+    least = next((limit.ge for limit in limits if isinstance(limit, Ge)), None)
+    below = next((f"{limit.lt:g}" for limit in limits if isinstance(limit, Lt)), None)
+    most = next((limit.le for limit in limits if isinstance(limit, Le)), None)
+    if least is not None and most is not None:
+        return f" from {least:g} to {'2^63 − 1' if most == 2**63 - 1 else format(most, 'g')}"
+    lower = f"above {above}" if above is not None else f"of {least:g} or more" if least is not None else ""
+    upper = f"below {below}" if below is not None else f"at most {most:g}" if most is not None else ""
+    return "".join(f" {part}" for part in (" and ".join(p for p in (lower, upper) if p),) if part)

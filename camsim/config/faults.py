@@ -1,0 +1,172 @@
+"""Judge a document by the schema: every fault a plain sentence at its own place, all of them at once."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar, get_args
+
+from pydantic import ValidationError
+
+from camsim.config.expect import Expected, along
+from camsim.config.near import elsewhere, meant
+from camsim.config.schema import Table
+from camsim.config.tree import Document, KeyPath, Node
+from camsim.errors import Fault
+
+T = TypeVar("T", bound=Table)
+
+_LONGEST_SHOWN = 40
+
+
+def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
+    """Return the document as a model (None when it has faults), and all its faults in the file's order."""
+    faults = list(document.faults)
+    if wrong_format := _format_fault(document, model):
+        return None, [*faults, wrong_format]
+    root = Expected.of(model)
+    valid: T | None = None
+    try:
+        valid = validate(document.tree, model)
+    except ValidationError as error:
+        said: set[KeyPath] = set()
+        for detail in error.errors(include_url=False, include_context=False, include_input=False):
+            path = _path_of(root, document.root, detail["loc"], detail["type"])
+            judged = path[:-1] if detail["type"] == "extra_forbidden" else path
+            if path not in said and not document.refuses(judged):
+                said.add(path)
+                faults.append(_fault(document, model, path, detail))
+    for path, message in _contradictions(root, document.root, ()):
+        if not document.refuses(path):
+            faults.append(document.fault(path, message, at_key=True))
+    faults.sort(key=lambda fault: (fault.line, fault.column))
+    return (valid if not faults else None), faults
+
+
+def validate(tree: Any, model: type[T]) -> T:
+    """Return a plain tree as a model; raises pydantic's ValidationError."""
+    # Strict pydantic takes lists for tuples only in JSON mode.
+    return model.model_validate_json(json.dumps(tree))
+
+
+def format_of(model: type[Table]) -> str:
+    """Return the name of a file's format, such as 'scene/1'."""
+    return str(get_args(model.model_fields["camsim"].annotation)[0])
+
+
+def _format_fault(document: Document, model: type[Table]) -> Fault | None:
+    """Return the fault of a file that is of another kind: its keys then mean something else."""
+    wanted = format_of(model)
+    content = document.root.content
+    if content is None:
+        return document.fault((), f"the file is empty; begin it with 'camsim: {wanted}'")
+    if not isinstance(content, Mapping):
+        return document.fault((), f"must be a table of keys and values; begin it with 'camsim: {wanted}'")
+    said = content.get("camsim")
+    if said is None:
+        return document.fault(("camsim",), f"missing; begin the file with 'camsim: {wanted}'")
+    if said.content == wanted:
+        return None
+    kind, _, number = str(said.content).partition("/")
+    wanted_kind, _, wanted_number = wanted.partition("/")
+    if kind in ("scene", "sensor") and kind != wanted_kind:
+        return document.fault(("camsim",), f"this is a {kind}, where a {wanted_kind} ({wanted}) is wanted")
+    if kind == wanted_kind and number.isdecimal() and int(number) > int(wanted_number):
+        message = f"{said.content} is newer than this camsim, which reads {wanted}; update camsim"
+        return document.fault(("camsim",), message)
+    return document.fault(("camsim",), f"must be {wanted}, not {_got(said)}; mend the file for {wanted}")
+
+
+def _path_of(root: Expected, node: Node, loc: tuple[str | int, ...], error: str) -> KeyPath:
+    """Return the path of an error in the document: pydantic's, without the tags of union members."""
+    # The last part of these two is a key, whatever it is called; a key may also be missing from the document.
+    last = loc[-1:] if error in ("extra_forbidden", "missing") else ()
+    path: KeyPath = ()
+    here: Expected | None = root
+    current: Node | None = node
+    for key in loc[: len(loc) - len(last)]:
+        if here is None or current is None:
+            break
+        if len(here.alternatives()) > 1:
+            here = here.member(current)
+        elif key != "[key]":
+            path = (*path, key)
+            here, current = here.inside(current, key), current.child(key)
+    if error == "missing" and isinstance(last[0], int):
+        last = ()  # a point with one number: the point is wrong
+    return (*path, "kind") if error.startswith("union_tag") else (*path, *last)
+
+
+def _fault(document: Document, model: type[Table], path: KeyPath, detail: Any) -> Fault:
+    root = Expected.of(model)
+    if detail["type"] == "extra_forbidden":
+        return document.fault(path, _unknown_key(document, model, path), at_key=True)
+    if detail["loc"][-1] == "[key]":
+        holder = along(root, document.root, path[:-1])
+        return document.fault(path, f"must be {holder.key_words() if holder else 'another key'}", at_key=True)
+    expected = along(root, document.root, path)
+    assert expected is not None, f"{path}: an error where the schema has nothing to say"
+    meaning = f" ({expected.description})" if expected.description else ""
+    node = document.find(path)
+    if node is None:
+        return document.fault(path, f"missing; {expected.words()}{meaning}")
+    return document.fault(path, _wrong_value(node, expected) + meaning)
+
+
+def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
+    key = str(path[-1])
+    holder = along(Expected.of(model), document.root, path[:-1])
+    parent = document.find(path[:-1])
+    table = holder.table(parent) if holder is not None and parent is not None else None
+    assert table is not None, f"{path}: a key too many outside a table"
+    allowed = [name for name in table.model_fields if name != "source"]
+    if near := meant(key, allowed):
+        description = table.model_fields[near].description
+        return f"unknown key; did you mean {near!r}? ({description})"
+    if places := elsewhere(key, model, path):
+        return f"unknown key here; did you mean {places[0]!r}?"
+    return f"unknown key; known here: {', '.join(allowed)}"
+
+
+def _wrong_value(node: Node, expected: Expected) -> str:
+    value, words = node.content, expected.words()
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"must be {words.replace('a number', 'a finite number', 1)}, not {node.text}"
+    hint = ""
+    if isinstance(value, str):
+        near = difflib.get_close_matches(value.lower(), expected.literals(), n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+    elif isinstance(value, int | float) and 1 < value <= 100 and ("to 1" in words or "at most 1" in words):
+        hint = f"; a fraction: {value:g} % is {value / 100:g}"
+    return f"must be {words}, not {_got(node)}{hint}"
+
+
+def _got(node: Node) -> str:
+    """Return a value as the user wrote it."""
+    if node.content is None:
+        return "empty"
+    if isinstance(node.content, Mapping):
+        return "a table"
+    if isinstance(node.content, tuple):
+        return f"a list of {len(node.content)}" if node.content else "an empty list"
+    text = node.text if len(node.text) <= _LONGEST_SHOWN else node.text[: _LONGEST_SHOWN - 1] + "…"
+    return repr(text) if isinstance(node.content, str) else text
+
+
+def _contradictions(expected: Expected, node: Node, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """Walk all tables of a document for keys that do not go together."""
+    table = expected.table(node)
+    if table is not None:
+        for key, message in table.contradictions(node.plain()):
+            yield (*path, key), message
+    parts: Any = ()
+    if isinstance(node.content, Mapping):
+        parts = node.content.items()
+    elif isinstance(node.content, tuple):
+        parts = enumerate(node.content)
+    for key, part in parts:
+        inside = expected.inside(node, key)
+        if inside is not None and isinstance(part.content, Mapping | tuple):
+            yield from _contradictions(inside, part, (*path, key))

@@ -1,0 +1,70 @@
+"""Find sensors and scenes: shipped ones by name, the user's own by path."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import camsim
+from camsim.errors import CamsimError, UnknownNameError
+
+Kind: TypeAlias = Literal["sensor", "scene"]
+
+_SUFFIXES = (".yaml", ".yml")
+
+
+@dataclass(frozen=True, slots=True)
+class Located:
+    """A file to read, and what to call it: as the user gave it, or ``scenes/NAME.yaml`` for a shipped one."""
+
+    path: Path
+    shown: str
+
+
+def shipped(kind: Kind) -> Mapping[str, Path]:
+    """Return the shipped files of a kind by name, in alphabetical order."""
+    return {path.stem: path for path in sorted(_folder(kind).glob("*.yaml"))}
+
+
+def locate(kind: Kind, name: str) -> Located:
+    """Find what the user named on the command line or in Python: a path from here, or a shipped name."""
+    if Path(name).is_file() or _looks_like_path(name):
+        path = Path(name)
+        if not path.exists() and path.stem in shipped(kind):
+            raise CamsimError(f"{name}: no such file; for the shipped {kind} write {path.stem!r}")
+        return Located(path, name)
+    return _shipped(kind, name)
+
+
+def locate_beside(kind: Kind, name: str, folder: Path) -> Located:
+    """Find what a file in ``folder`` names: a file under that folder, or a shipped name."""
+    if not _looks_like_path(name):
+        return _shipped(kind, name)
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise CamsimError(f"{name!r} lies outside this file's folder; put it there or name it with --{kind}")
+    if not path.is_file():
+        raise CamsimError(f"no such file: {str(path)!r}")
+    return Located(path, str(path))
+
+
+def _looks_like_path(name: str) -> bool:
+    return name.endswith(_SUFFIXES) or "/" in name or "\\" in name
+
+
+def _shipped(kind: Kind, name: str) -> Located:
+    known = shipped(kind)
+    if name not in known:
+        raise UnknownNameError(
+            kind, name, known, hint="; a file of your own needs its path, such as ./my.yaml"
+        )
+    return Located(known[name], f"{kind}s/{name}.yaml")
+
+
+def _folder(kind: Kind) -> Path:
+    """Return where the shipped files lie: inside an installed wheel, or beside the package in a checkout."""
+    package = Path(camsim.__path__[0])
+    installed = package / "data" / f"{kind}s"
+    return installed if installed.is_dir() else package.parent / f"{kind}s"

@@ -1,0 +1,172 @@
+"""scene/1: one capture, that is what is in front of which camera, the light and the exposure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from datetime import datetime
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import AfterValidator, Field, Tag
+from pydantic_core import PydanticCustomError
+
+from camsim.config.schema.base import Called, Name, Positive, Reflectance, Table, Transmission, by_form
+
+
+class AiryLens(Table):
+    """A diffraction-limited lens."""
+
+    kind: Literal["airy"] = Field(description="what blurs the image")
+    f_number: float = Field(gt=0, description="working f-number, focal length over aperture")
+    transmission: Transmission = Field(default=1.0, description="fraction of the light that passes")
+
+
+class Light(Table):
+    """The light that falls on the scene."""
+
+    illuminant: Name | None = Field(
+        default=None, description="its spectrum by name (camsim list illuminants)"
+    )
+    line_nm: float | None = Field(
+        default=None, gt=0, description="instead of an illuminant: a single wavelength, nm"
+    )
+    illuminance_lux: float = Field(gt=0, description="on the scene, lux")
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """One spectrum, not none and not two."""
+        given = [key for key in ("illuminant", "line_nm") if table.get(key) is not None]
+        if not given:
+            yield "illuminant", "missing; give an illuminant such as D55, or line_nm for a single wavelength"
+        if len(given) == 2:
+            yield (
+                "line_nm",
+                "given together with 'illuminant'; a light has one spectrum, leave one of the two out",
+            )
+
+
+def _date(text: str) -> str:
+    try:
+        datetime.strptime(text, "%Y-%m-%d %H:%M:%S")
+    except ValueError:
+        raise PydanticCustomError("date", "not a date") from None
+    return text
+
+
+Seconds: TypeAlias = Annotated[
+    Annotated[Positive, Tag("number")] | Annotated[Literal["auto"], Tag("word")], by_form
+]
+
+
+class Exposure(Table):
+    """How long, and how much the signal is amplified."""
+
+    time_s: Seconds = Field(description="seconds; auto puts a perfect diffuser at 80 % of black..white")
+    iso: float = Field(gt=0, description="ISO setting; the sensor's electrons_per_dn holds at its base_iso")
+    datetime: Annotated[str, AfterValidator(_date), Called("a date and time such as 2000-01-31 23:59:59")] = (
+        Field(default="2000-01-01 00:00:00", description="what files carry as their date")
+    )
+
+
+class Region(Table):
+    """A window of the full frame."""
+
+    rows: int = Field(ge=1, description="photosites from top to bottom")
+    cols: int = Field(ge=1, description="photosites from left to right")
+    origin: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]] | None = Field(
+        default=None, description="[row, col] of its first photosite; the middle of the frame when left out"
+    )
+
+
+Point: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
+
+
+class Rectangle(Table):
+    """A rectangle about its centre."""
+
+    kind: Literal["rectangle"] = Field(description="which shape")
+    width: float = Field(gt=0, description="side along x before it is turned, in the scene's unit")
+    height: float = Field(gt=0, description="side along y before it is turned, in the scene's unit")
+    centre: Point = Field(default=(0.0, 0.0), description="from the optical axis, in the scene's unit")
+    rotate_deg: float = Field(default=0.0, description="clockwise as displayed, degrees")
+    reflectance: Reflectance = Field(
+        description="fraction of the light that it returns; names: camsim list reflectances"
+    )
+
+
+class Polygon(Table):
+    """Any outline that does not cross itself."""
+
+    kind: Literal["polygon"] = Field(description="which shape")
+    points: list[Point] = Field(min_length=3, description="corners [x, y] in order, in the scene's unit")
+    reflectance: Reflectance = Field(
+        description="fraction of the light that it returns; names: camsim list reflectances"
+    )
+
+
+class Disc(Table):
+    """A round disc."""
+
+    kind: Literal["disc"] = Field(description="which shape")
+    radius: float = Field(gt=0, description="in the scene's unit")
+    centre: Point = Field(default=(0.0, 0.0), description="from the optical axis, in the scene's unit")
+    reflectance: Reflectance = Field(
+        description="fraction of the light that it returns; names: camsim list reflectances"
+    )
+
+
+Shape: TypeAlias = Annotated[Rectangle | Polygon | Disc, Field(discriminator="kind")]
+
+
+class Background(Table):
+    """Everything that no shape covers, out to infinity."""
+
+    reflectance: Reflectance = Field(
+        description="fraction of the light that it returns; names: camsim list reflectances"
+    )
+
+
+class SceneContent(Table):
+    """What is in front of the camera, as it falls on the sensor: x right, y down, from the optical axis."""
+
+    unit: Literal["pixel", "um", "mm"] = Field(
+        description="of all lengths in the scene; pixel is the sensor's pitch"
+    )
+    background: Background = Field(description="everything that no shape covers")
+    shapes: list[Shape] = Field(default=[], description="later ones cover earlier ones")
+
+
+class Render(Table):
+    """How accurately the image is computed."""
+
+    tolerance: float = Field(
+        default=1e-6,
+        ge=1e-9,
+        le=1e-2,
+        description="largest error of any photosite, a fraction of the brightest surface",
+    )
+
+
+class Noise(Table):
+    """The noise of this capture; the fixed patterns belong to the sensor."""
+
+    enabled: bool = Field(default=True, description="false records the mean signal")
+    seed: int = Field(default=0, ge=0, le=2**63 - 1, description="same seed, same noise")
+
+
+class SceneFile(Table):
+    """A capture: scene, lens, light and exposure, taken with a camera."""
+
+    camsim: Literal["scene/1"] = Field(description="format of this file")
+    name: Name | None = Field(default=None, description="what reports call it; the file's name when left out")
+    sensor: Name | None = Field(
+        default=None, description="a shipped sensor (camsim list sensors) or a file in this scene's folder"
+    )
+    lens: AiryLens = Field(description="the lens")
+    light: Light = Field(description="the light that falls on the scene")
+    exposure: Exposure = Field(description="how long, and how much the signal is amplified")
+    region: Region | None = Field(
+        default=None, description="a window of the full frame; leave out for all of it"
+    )
+    scene: SceneContent = Field(description="what is in front of the camera")
+    render: Render = Field(default=Render(), description="how accurately the image is computed")
+    noise: Noise = Field(default=Noise(), description="the noise of this capture")
