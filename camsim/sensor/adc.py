@@ -85,6 +85,8 @@ class Adc:
         for start in range(0, len(source), step):
             dn = source[start : start + step] / self.electrons_per_dn_at(iso)
             dn += self.black_level_dn
+            if np.isnan(dn).any():
+                raise ValueError("electrons hold NaN, which has no code")
             np.rint(dn, out=dn)
             np.clip(dn, 0.0, self.largest_dn, out=dn)
             target[start : start + step] = dn

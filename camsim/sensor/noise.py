@@ -65,7 +65,7 @@ class ShotNoise:
     """Photons and dark electrons arrive one by one: a Poisson count of the mean charge."""
 
     def apply(self, electrons: F64, *, rng: np.random.Generator) -> F64:
-        """Replace mean charge by a count, exactly Poisson at any mean.
+        """Replace mean charge by a count, Poisson at any mean (to rounding: above 1e13 its spread suffers).
 
         A mean below zero (a rendering may be, by its tolerance) counts as zero.
 

@@ -60,6 +60,13 @@ class QuantumEfficiency:
                 f"quantum_efficiency: peak {self.peak}; must be above 0 and at most 1 electron per photon "
                 "(a fraction: 0.6 means 60 %)"
             )
+        held = [letter for letter, curve in self.curves if curve.outside == "hold"]
+        if held and self.per == "energy":
+            raise InvalidValueError(
+                f"quantum_efficiency: the curve of {', '.join(held)} is held beyond its table; a response "
+                "per energy that goes on to shorter wavelengths has no peak: use outside 'zero', or "
+                "curves per photon"
+            )
         if _highest(self) == 0.0:
             raise InvalidValueError("quantum_efficiency: all curves are zero; nothing can be seen")
 

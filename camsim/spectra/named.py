@@ -14,9 +14,10 @@ from camsim.errors import UnknownNameError
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
 
-# The 24 patches of ISO 17321-1 go by their bare names; the other charts by "chart/patch".
+# The 24 patches of ISO 17321-1 go by their bare names; the other charts by "chart/patch". Ohta's chart holds
+# the same numbers as ISO 17321-1, so it is left out.
 _BARE_CHART = "ISO 17321-1"
-_CHARTS = (_BARE_CHART, "ColorChecker N Ohta", "BabelColor Average", "PMC")
+_CHARTS = (_BARE_CHART, "BabelColor Average", "PMC")
 _T = TypeVar("_T")
 
 _LETTERS = {"red": "R", "green": "G", "blue": "B"}

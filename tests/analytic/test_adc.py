@@ -1,0 +1,112 @@
+"""The converter: rounding, clipping, gain and white level by counting."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from camsim.errors import InvalidValueError
+from camsim.sensor.adc import Adc
+
+
+def test_every_code_is_the_nearest_one() -> None:
+    """Counted with fractions: a code covers half a step to either side."""
+    adc = Adc(bit_depth=8, black_level_dn=10, electrons_per_dn=2.5, base_iso=100.0)
+    electrons = np.arange(-60.0, 700.0, 0.125)
+    codes = adc.quantise(electrons, iso=100.0)
+    for electron, code in zip(electrons.tolist(), codes.tolist(), strict=True):
+        exact = Fraction(electron) / Fraction(5, 2) + 10
+        if code == 0:
+            assert exact <= Fraction(1, 2)
+        elif code == 255:
+            assert exact >= 255 - Fraction(1, 2)
+        else:
+            assert abs(exact - code) <= Fraction(1, 2)
+
+
+def test_rounding_has_no_bias() -> None:
+    adc = Adc(bit_depth=16, black_level_dn=0, electrons_per_dn=7.0, base_iso=100.0)
+    electrons = np.linspace(7.0, 7007.0, 1_000_000, endpoint=False)
+    mean_dn = float(np.mean(adc.quantise(electrons, iso=100.0)))
+    # A truncating converter would be off by 0.5 DN.
+    assert mean_dn == pytest.approx(float(np.mean(electrons)) / 7.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("bits", range(1, 17))
+def test_codes_are_clipped_and_never_wrap(bits: int) -> None:
+    adc = Adc(bit_depth=bits, black_level_dn=0, electrons_per_dn=1.0, base_iso=100.0)
+    electrons = np.array([-np.inf, -1e18, -1.0, 0.0, 2.0**bits - 1, 2.0**bits, 65_536.0, 1e18, np.inf])
+    codes = adc.quantise(electrons, iso=100.0)
+    top = 2**bits - 1
+    assert codes.dtype == np.uint16
+    assert codes.tolist() == [0, 0, 0, 0, top, top, top, top, top]
+
+
+def test_one_bit_tells_light_from_dark() -> None:
+    adc = Adc(bit_depth=1, black_level_dn=0, electrons_per_dn=100.0, base_iso=100.0)
+    assert adc.quantise(np.array([0.0, 49.0, 51.0, 1e6]), iso=100.0).tolist() == [0, 0, 1, 1]
+
+
+def test_nan_is_an_error_and_not_a_code() -> None:
+    adc = Adc(bit_depth=12, black_level_dn=0, electrons_per_dn=1.0, base_iso=100.0)
+    with pytest.raises(ValueError, match="NaN"):
+        adc.quantise(np.array([1.0, np.nan]), iso=100.0)
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (0, 5), (3, 0), (7,), (513, 700), (2, 3, 4)])
+def test_any_shape_comes_back_in_its_shape(shape: tuple[int, ...]) -> None:
+    adc = Adc(bit_depth=12, black_level_dn=5, electrons_per_dn=1.0, base_iso=100.0)
+    electrons = np.arange(np.prod(shape), dtype=np.float64).reshape(shape) % 4000
+    codes = adc.quantise(electrons, iso=100.0)
+    assert codes.shape == shape
+    np.testing.assert_array_equal(codes, electrons.astype(np.int64) + 5)
+
+
+def test_twice_the_iso_is_twice_the_code() -> None:
+    adc = Adc(bit_depth=14, black_level_dn=512, electrons_per_dn=4.0, base_iso=200.0)
+    signal = np.array([400.0, 4000.0])
+    for iso, step in ((100.0, 0.5), (200.0, 1.0), (400.0, 2.0), (3200.0, 16.0)):
+        assert (adc.quantise(signal, iso=iso) - 512.0).tolist() == np.minimum(
+            step * signal / 4.0, 16_383 - 512
+        ).tolist()
+        assert adc.electrons_per_dn_at(iso) == 4.0 / step
+
+
+@pytest.mark.parametrize(
+    ("iso", "full_well_e", "white_dn"),
+    [
+        (200.0, 40_000.0, 4095),  # 4000 DN would not fit above black
+        (200.0, 30_000.0, 3128),
+        (400.0, 30_000.0, 4095),
+        (100.0, 30_000.0, 1628),
+        (200.0, None, 4095),
+        (200.0, 1.0, 129),  # a tenth of a code: white stays above black
+    ],
+)
+def test_white_is_where_the_signal_clips(iso: float, full_well_e: float | None, white_dn: int) -> None:
+    adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
+    assert adc.white_level_dn(iso, full_well_e) == white_dn
+    assert adc.saturation_e(iso, full_well_e) == pytest.approx((white_dn - 128) * 10.0 * 200.0 / iso)
+    if full_well_e is not None and full_well_e > 5.0:
+        assert adc.quantise(np.array([full_well_e]), iso=iso).tolist() == [white_dn]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"bit_depth": 0}, "must be 1..16"),
+        ({"bit_depth": 17}, "must be 1..16"),
+        ({"black_level_dn": -1}, "must be 0..4094"),
+        ({"black_level_dn": 4095}, "must be 0..4094"),
+        ({"electrons_per_dn": 0.0}, "electrons_per_dn 0.0"),
+        ({"electrons_per_dn": float("nan")}, "electrons_per_dn nan"),
+        ({"base_iso": -1.0}, "base_iso -1.0"),
+    ],
+)
+def test_an_impossible_converter_is_refused(change: dict[str, Any], message: str) -> None:
+    arguments = {"bit_depth": 12, "black_level_dn": 128, "electrons_per_dn": 1.0, "base_iso": 100.0} | change
+    with pytest.raises(InvalidValueError, match=message):
+        Adc(**arguments)

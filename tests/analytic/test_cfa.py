@@ -1,0 +1,77 @@
+"""Colour filter arrays: the same letters whichever way they are asked for."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from camsim.errors import InvalidValueError
+from camsim.sensor.cfa import Cfa
+
+X_TRANS = Cfa(("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG"))
+RGBW = Cfa(("WRWG", "RWGW", "WGWB", "GWBW"))
+OBLONG = Cfa(("YCM",))
+ALL = [*map(Cfa.bayer, ("RGGB", "BGGR", "GRBG", "GBRG")), Cfa.mono(), X_TRANS, RGBW, OBLONG]
+NAMES = ["/".join(cfa.pattern) for cfa in ALL]
+
+
+def letters(cfa: Cfa, rows: int, cols: int, origin: tuple[int, int]) -> list[str]:
+    index = cfa.channel_index(rows, cols, origin)
+    return ["".join(cfa.channels[code] for code in row) for row in index]
+
+
+@pytest.mark.parametrize("cfa", ALL, ids=NAMES)
+def test_the_pattern_repeats_over_the_sensor(cfa: Cfa) -> None:
+    rows, cols = cfa.period
+    assert letters(cfa, rows, cols, (0, 0)) == list(cfa.pattern)
+    assert letters(cfa, 2 * rows, 3 * cols, (0, 0)) == [row * 3 for row in cfa.pattern] * 2
+
+
+@pytest.mark.parametrize("cfa", ALL, ids=NAMES)
+def test_a_window_is_that_slice_of_the_sensor(cfa: Cfa) -> None:
+    full = cfa.channel_index(20, 23)
+    for r, c in itertools.product(range(7), range(7)):
+        np.testing.assert_array_equal(cfa.channel_index(9, 11, (r, c)), full[r : r + 9, c : c + 11])
+        assert letters(cfa, *cfa.period, (r, c)) == list(cfa.window_pattern((r, c)))
+
+
+def test_the_letters_of_a_bayer_array_are_read_row_by_row() -> None:
+    """GRBG: green and red in the first row, blue and green in the second."""
+    index = Cfa.bayer("GRBG").channel_index(2, 2)
+    assert index.dtype == np.uint8
+    assert index.tolist() == [[1, 0], [2, 1]]
+
+
+def test_half_of_a_bayer_array_and_five_ninths_of_x_trans_are_green() -> None:
+    for cfa, share in ((Cfa.bayer("BGGR"), 1 / 2), (X_TRANS, 5 / 9)):
+        green = cfa.channel_index(36, 36) == cfa.channels.index("G")
+        assert green.mean() == pytest.approx(share)
+
+
+def test_channels_come_in_a_fixed_order() -> None:
+    assert Cfa.bayer("GBRG").channels == X_TRANS.channels == ("R", "G", "B")
+    assert RGBW.channels == ("R", "G", "B", "W")
+    assert OBLONG.channels == ("Y", "C", "M")
+    assert Cfa.mono().channels == ("Y",)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "message"),
+    [
+        ((), "empty"),
+        (("",), "empty"),
+        (("RG", "B"), "equally long"),
+        (("R1", "GB"), "'1' in the pattern"),
+    ],
+)
+def test_an_impossible_pattern_is_refused(pattern: tuple[str, ...], message: str) -> None:
+    with pytest.raises(InvalidValueError, match=message):
+        Cfa(pattern)
+
+
+@pytest.mark.parametrize("pattern", ["RGBG", "RG", "rggb"])
+def test_only_four_bayer_arrays_exist(pattern: str) -> None:
+    with pytest.raises(InvalidValueError, match="must be one of RGGB, BGGR, GRBG, GBRG"):
+        Cfa.bayer(pattern)

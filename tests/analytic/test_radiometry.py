@@ -1,0 +1,235 @@
+"""From lux to electrons, against anchors and against an integration of its own kind."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.constants
+import scipy.integrate
+import scipy.interpolate
+
+from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.sensor.adc import Adc
+from camsim.sensor.exposure import (
+    Exposure,
+    auto_time_s,
+    electrons_per_reflectance,
+    sensor_irradiance_w_per_m2_nm,
+)
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra.colour_science import colour_science
+from camsim.spectra.curve import Curve, spectrum_at
+from camsim.spectra.light import Light, LightSamples
+from camsim.spectra.named import reflectance
+
+colour = colour_science()
+NIKON = QuantumEfficiency.named("Nikon 5100 (NPL)", peak=0.42)
+# A smooth hump per photon, reaching into the infrared: peak 0.64 at 530 nm.
+HUMP_NM = np.arange(350.0, 1051.0, 10.0)
+HUMP = 0.64 * np.exp(-(((HUMP_NM - 530.0) / 190.0) ** 2))
+MONO = QuantumEfficiency((("Y", Curve(tuple(HUMP_NM), tuple(HUMP))),), per="photon", peak=0.64)
+
+
+def photons_per_um2_s(samples: LightSamples, first_nm: float, last_nm: float) -> float:
+    counted = (samples.wavelength_nm >= first_nm) & (samples.wavelength_nm <= last_nm)
+    return float(np.sum((samples.weight_nm * samples.photons_per_um2_s_nm)[counted]))
+
+
+@pytest.mark.parametrize(("name", "photons"), [("D55", 1.407e4), ("D65", 1.391e4), ("A", 2.107e4)])
+def test_one_lux_of_an_illuminant(name: str, photons: float) -> None:
+    samples = Light(name, illuminance_lux=1.0).samples()
+    assert photons_per_um2_s(samples, 380.0, 780.0) == pytest.approx(photons, rel=5e-4)
+
+
+def test_one_lux_of_a_line() -> None:
+    """At 555 nm: 1/683.002 W/m² over hc/λ = 3.5792e-19 J."""
+    samples = Light(line_nm=555.0, illuminance_lux=1.0).samples()
+    assert len(samples.wavelength_nm) == 1
+    assert photons_per_um2_s(samples, 555.0, 555.0) == pytest.approx(4090.7, rel=1e-5)
+
+
+def test_a_line_where_the_eye_sees_little_needs_more_power() -> None:
+    """V(650 nm) = 0.107: as many lux take 1/0.107 times the watts."""
+    green = Light(line_nm=555.0, illuminance_lux=3.0).samples().irradiance_w_per_m2_nm[0]
+    red = Light(line_nm=650.0, illuminance_lux=3.0).samples().irradiance_w_per_m2_nm[0]
+    assert green / red == pytest.approx(0.107, rel=1e-9)
+
+
+def lux_of(samples: LightSamples, irradiance: np.ndarray[Any, Any]) -> float:
+    """Illuminance through the ȳ of the 1931 observer, which is V(λ) by definition, splined."""
+    y_bar = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    v = scipy.interpolate.CubicSpline(y_bar.wavelengths, y_bar.values[:, 1])(samples.wavelength_nm)
+    inside = (samples.wavelength_nm >= 360.0) & (samples.wavelength_nm <= 830.0)
+    return 683.0 * float(np.sum((samples.weight_nm * irradiance * v)[inside]))
+
+
+def test_a_grey_card_in_5000_lux_at_f8() -> None:
+    samples = Light("D55", illuminance_lux=5000.0).samples()
+    irradiance = sensor_irradiance_w_per_m2_nm(samples, f_number=8.0, transmission=1.0)
+    assert lux_of(samples, 0.18 * irradiance) == pytest.approx(3.516, rel=2e-4)
+
+
+@pytest.mark.parametrize("light", ["D50", "E", "FL11", "LED-B3", "HP1", "ISO 7589 Photoflood"])
+def test_every_light_has_the_lux_that_were_asked_for(light: str) -> None:
+    samples = Light(light, illuminance_lux=750.0).samples()
+    assert lux_of(samples, samples.irradiance_w_per_m2_nm) == pytest.approx(750.0, rel=1e-4)
+
+
+def test_a_narrow_peak_between_whole_nanometres_is_not_missed() -> None:
+    """A triangle 0.2 nm wide at 632.8 nm is as good as a line there."""
+    laser = Light(Curve((632.7, 632.8, 632.9), (0.0, 1.0, 0.0)), illuminance_lux=10.0).samples()
+    line = Light(line_nm=632.8, illuminance_lux=10.0).samples()
+    watts = float(np.sum(laser.weight_nm * laser.irradiance_w_per_m2_nm))
+    assert watts == pytest.approx(float(line.irradiance_w_per_m2_nm[0]), rel=1e-3)
+
+
+def test_infrared_that_a_table_holds_is_kept() -> None:
+    """A flat table to 1100 nm: as many watts per nm there as in the green."""
+    samples = Light(Curve((380.0, 1100.0), (1.0, 1.0)), illuminance_lux=10.0).samples()
+    assert samples.wavelength_nm[-1] == 1100.0
+    np.testing.assert_allclose(samples.irradiance_w_per_m2_nm, samples.irradiance_w_per_m2_nm[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("f_number", [1.4, 2.0, 8.0, 22.0])
+def test_the_sensor_sees_the_solid_angle_of_the_lens(f_number: float) -> None:
+    """E = ∫ L·cosθ dΩ over the cone with sinθ = 1/2N, L = E_scene/π: integrated over the angle."""
+    samples = Light(line_nm=550.0, illuminance_lux=1.0).samples()
+    radiance = samples.irradiance_w_per_m2_nm[0] / math.pi
+    cone, _ = scipy.integrate.quad(
+        lambda theta: 2 * math.pi * math.sin(theta) * math.cos(theta), 0.0, math.asin(0.5 / f_number)
+    )
+    on_sensor = sensor_irradiance_w_per_m2_nm(samples, f_number=f_number, transmission=0.8)[0]
+    assert on_sensor == pytest.approx(0.8 * radiance * cone, rel=1e-9)
+
+
+def independent_electrons(
+    light: str,
+    efficiency: QuantumEfficiency,
+    surface: float | Curve,
+    *,
+    lux: float,
+    f_number: float,
+    area_um2: float,
+    time_s: float,
+) -> np.ndarray[Any, Any]:
+    """Electrons by Gauss–Legendre panels over colour-science's own tables, with the constants of scipy.
+
+    CIE 15 sums whole nanometres, so the ends of a table stand for half a nanometre more.
+    """
+    table = colour.SDS_ILLUMINANTS[light]
+    x, w = np.polynomial.legendre.leggauss(6)
+    panels = np.concatenate([[table.wavelengths[0] - 0.5], table.wavelengths, [table.wavelengths[-1] + 0.5]])
+    nm = (panels[:-1, None] + (x + 1) * np.diff(panels)[:, None] / 2).ravel()
+    weight = (w * np.diff(panels)[:, None] / 2).ravel()
+    eye = colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
+    seen = scipy.interpolate.PchipInterpolator(eye.wavelengths, eye.values, extrapolate=False)(nm)
+    inside = np.clip(nm, table.wavelengths[0], table.wavelengths[-1])
+    power = scipy.interpolate.make_interp_spline(table.wavelengths, table.values, k=1)(inside)
+    power *= lux / (683.0 * np.nansum(weight * power * seen))
+    joules_per_photon = scipy.constants.h * scipy.constants.c / (nm * 1e-9)
+    per_m2 = spectrum_at(surface, nm) * power / (4 * f_number**2) / joules_per_photon
+    electrons: np.ndarray[Any, Any] = efficiency.at(nm) @ (weight * per_m2) * (area_um2 * 1e-12 * time_s)
+    return electrons
+
+
+@pytest.mark.parametrize("f_number", [1.4, 2.8, 8.0, 16.0])
+@pytest.mark.parametrize("light", ["D55", "D65", "A", "E", "FL2", "LED-B3"])
+@pytest.mark.parametrize("efficiency", [NIKON, MONO], ids=["bayer", "mono"])
+@pytest.mark.parametrize("surface", [0.18, "orange"])
+def test_electrons_against_an_independent_integration(
+    efficiency: QuantumEfficiency, light: str, f_number: float, surface: float | str
+) -> None:
+    spectrum = reflectance(surface) if isinstance(surface, str) else surface
+    samples = Light(light, illuminance_lux=5000.0).samples()
+    per_reflectance = electrons_per_reflectance(
+        samples,
+        f_number=f_number,
+        transmission=1.0,
+        quantum_efficiency=efficiency,
+        photosite_area_um2=4.88**2,
+        time_s=0.01,
+    )
+    electrons = per_reflectance @ spectrum_at(spectrum, samples.wavelength_nm)
+    expected = independent_electrons(
+        light, efficiency, spectrum, lux=5000.0, f_number=f_number, area_um2=4.88**2, time_s=0.01
+    )
+    np.testing.assert_allclose(electrons, expected, rtol=1e-3)
+
+
+def test_a_transmission_curve_works_wavelength_by_wavelength() -> None:
+    """A lens that is clear below 550 nm and opaque above leaves exactly the part of the sum below."""
+    samples = Light("E", illuminance_lux=100.0).samples()
+    cut = Curve((300.0, 550.0, 550.5, 900.0), (1.0, 1.0, 0.0, 0.0))
+    whole, part = (
+        electrons_per_reflectance(
+            samples,
+            f_number=4.0,
+            transmission=transmission,
+            quantum_efficiency=MONO,
+            photosite_area_um2=10.0,
+            time_s=1.0,
+        )
+        for transmission in (1.0, cut)
+    )
+    below = samples.wavelength_nm <= 550.0
+    np.testing.assert_array_equal(part[:, below], whole[:, below])
+    assert not part[:, ~below].any()
+
+
+@pytest.mark.parametrize("full_well_e", [None, 20_000.0])
+def test_auto_puts_a_perfect_diffuser_at_80_percent_of_black_to_white(full_well_e: float | None) -> None:
+    adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
+    per_second = np.array([3e5, 9e5, 6e5])
+    time_s = auto_time_s(per_second, saturation_e=adc.saturation_e(400.0, full_well_e))
+    codes = adc.quantise(per_second * time_s, iso=400.0)
+    white_dn = 4095 if full_well_e is None else 128 + min(3967, 20_000 // 5)
+    assert abs(float(codes.max()) - (128 + 0.8 * (white_dn - 128))) <= 0.5
+    assert codes.tolist().index(codes.max()) == 1
+
+
+def test_auto_without_any_signal_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match="no channel of the sensor responds"):
+        auto_time_s(np.zeros(3), saturation_e=1e4)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"time_s": 0.0, "iso": 100.0}, "time_s 0.0; must be above 0"),
+        ({"time_s": float("nan"), "iso": 100.0}, "time_s nan"),
+        ({"time_s": "fast", "iso": 100.0}, "or 'auto'"),
+        ({"time_s": 1.0, "iso": -100.0}, "iso -100.0"),
+        ({"time_s": 1.0, "iso": 100.0, "datetime": "yesterday"}, "datetime 'yesterday'"),
+    ],
+)
+def test_an_impossible_exposure_is_refused(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidValueError, match=message):
+        Exposure(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"illuminance_lux": 1.0}, "exactly one"),
+        ({"spectrum": "D55", "line_nm": 550.0, "illuminance_lux": 1.0}, "exactly one"),
+        ({"spectrum": "D55", "illuminance_lux": 0.0}, "illuminance_lux 0.0"),
+        ({"spectrum": "D55", "illuminance_lux": float("inf")}, "illuminance_lux inf"),
+        ({"line_nm": 1064.0, "illuminance_lux": 1.0}, "does not see has no illuminance"),
+    ],
+)
+def test_an_impossible_light_is_refused(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidValueError, match=message):
+        Light(**arguments)
+
+
+def test_a_light_without_anything_visible_cannot_have_lux() -> None:
+    with pytest.raises(InvalidValueError, match="nothing that the eye sees"):
+        Light(Curve((900.0, 1000.0), (1.0, 1.0)), illuminance_lux=1.0).samples()
+
+
+def test_an_unknown_illuminant_is_told_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        Light("D555", illuminance_lux=1.0).samples()

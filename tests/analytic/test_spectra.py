@@ -1,0 +1,205 @@
+"""Curves and named spectra against published values and closed forms."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra.colour_science import colour_science
+from camsim.spectra.curve import Curve, spectrum_at
+from camsim.spectra.named import (
+    illuminant,
+    illuminant_names,
+    photopic_observer,
+    reflectance,
+    reflectance_names,
+    sensitivities,
+    sensitivity_names,
+)
+
+
+def test_a_curve_is_straight_between_its_points() -> None:
+    curve = Curve((400.0, 500.0, 520.0), (0.0, 1.0, 0.2))
+    np.testing.assert_allclose(curve.at(np.array([425.0, 500.0, 505.0])), [0.25, 1.0, 0.8], rtol=1e-15)
+
+
+@pytest.mark.parametrize(("outside", "expected"), [("zero", [0.0, 0.0]), ("hold", [0.3, 0.7])])
+def test_beyond_its_table_a_curve_is_zero_or_held(outside: str, expected: list[float]) -> None:
+    curve = Curve((400.0, 500.0), (0.3, 0.7), outside=outside)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(curve.at(np.array([399.9, 500.1])), expected)
+    np.testing.assert_array_equal(curve.at(np.array([400.0, 500.0])), [0.3, 0.7])
+
+
+def test_a_number_is_the_same_at_every_wavelength() -> None:
+    np.testing.assert_array_equal(spectrum_at(0.18, np.array([300.0, 900.0])), [0.18, 0.18])
+
+
+def test_lists_and_arrays_become_tuples_so_that_curves_can_be_compared() -> None:
+    assert Curve([400, 500], np.array([0.0, 1.0])) == Curve((400.0, 500.0), (0.0, 1.0))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("wavelength_nm", "values", "message"),
+    [
+        ((400.0, 500.0), (1.0,), "2 wavelengths but 1 values"),
+        ((400.0,), (1.0,), "at least 2 points"),
+        ((400.0, 400.0), (1.0, 1.0), "400 nm follows 400 nm"),
+        ((500.0, 400.0), (1.0, 1.0), "400 nm follows 500 nm"),
+        ((400.0, float("nan")), (1.0, 1.0), "wavelength nan nm"),
+        ((-1.0, 400.0), (1.0, 1.0), "wavelength -1.0 nm"),
+        ((400.0, 500.0), (1.0, float("inf")), "value inf at 500 nm"),
+        ((400.0, 500.0), (-0.1, 1.0), "value -0.1 at 400 nm"),
+    ],
+)
+def test_a_curve_refuses_what_no_spectrum_is(
+    wavelength_nm: tuple[float, ...], values: tuple[float, ...], message: str
+) -> None:
+    with pytest.raises(InvalidValueError, match=message):
+        Curve(wavelength_nm, values)
+
+
+def test_illuminant_a_follows_the_formula_that_defines_it() -> None:
+    """CIE 15: a Planckian radiator with c2 = 1.435e7 nm K at 2848 K, 100 at 560 nm."""
+    nm = np.arange(300.0, 781.0, 5.0)
+    planck = (560.0 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560.0)) / np.expm1(1.435e7 / (2848 * nm))
+    np.testing.assert_allclose(illuminant("A").at(nm), 100.0 * planck, rtol=2e-5)
+
+
+def test_published_values_of_illuminants_and_of_the_eye() -> None:
+    assert illuminant("D65").at(np.array([450.0, 560.0])).tolist() == [117.008, 100.0]
+    assert illuminant("D55").at(np.array([560.0])).tolist() == [100.0]
+    assert illuminant("FL2").at(np.array([435.0])).tolist() == [34.98]
+    assert illuminant("E").at(np.array([380.0, 700.0])).tolist() == [100.0, 100.0]
+    assert photopic_observer().at(np.array([510.0, 555.0, 610.0])).tolist() == [0.503, 1.0, 0.503]
+
+
+def test_fluorescent_lamps_go_by_both_of_their_names() -> None:
+    assert illuminant("F11") == illuminant("FL11")
+    assert illuminant("F3.1") == illuminant("FL3.1")
+
+
+def test_the_24_patches_come_in_the_order_of_the_chart() -> None:
+    names = reflectance_names()[:24]
+    assert (names[0], names[5], names[18], names[23]) == ("dark skin", "bluish green", "white 9.5", "black 2")
+    greys = [reflectance(name).at(np.array([550.0]))[0] for name in names[18:]]
+    # Munsell value 9.5 … 2 by the luminance factors of ASTM D1535, relative to a perfect diffuser.
+    np.testing.assert_allclose(greys, [0.900, 0.591, 0.362, 0.198, 0.090, 0.031], atol=0.015)
+
+
+def test_every_named_reflectance_is_a_fraction() -> None:
+    for name in reflectance_names():
+        assert 0.0 <= min(reflectance(name).values) <= max(reflectance(name).values) <= 1.0, name
+
+
+def test_every_illuminant_has_light_that_the_eye_sees() -> None:
+    assert len(illuminant_names()) > 40
+    nm = np.arange(360.0, 831.0)
+    for name in illuminant_names():
+        assert np.sum(illuminant(name).at(nm) * photopic_observer().at(nm)) > 0.0, name
+
+
+def test_every_camera_has_red_green_and_blue_where_they_belong() -> None:
+    assert "Nikon 5100 (NPL)" in sensitivity_names()
+    nm = np.arange(380.0, 781.0)
+    for name in sensitivity_names():
+        curves = sensitivities(name)
+        centres = [np.average(nm, weights=curves[letter].at(nm)) for letter in "BGR"]
+        assert centres == sorted(centres), name
+
+
+@pytest.mark.parametrize(
+    ("find", "wrong", "meant"),
+    [
+        (reflectance, "dark skinn", "dark skin"),
+        (illuminant, "LEDB3", "LED-B3"),
+        (sensitivities, "Nikon D5100", "Nikon 5100"),
+    ],
+)
+def test_an_unknown_name_is_told_the_nearest(find: object, wrong: str, meant: str) -> None:
+    with pytest.raises(UnknownNameError, match=f"did you mean.*{meant}"):
+        find(wrong)  # type: ignore[operator]
+
+
+def test_colour_science_is_loaded_late() -> None:
+    modules = "camsim.spectra.light, camsim.spectra.named, camsim.sensor.chain, camsim.sensor.exposure"
+    code = f"import sys, {modules}; sys.exit('colour' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_colour_science_leaves_no_trace_in_numpy_or_in_the_warnings() -> None:
+    code = (
+        "import warnings, numpy as np\n"
+        "warnings.simplefilter('error')\n"
+        "before = np.get_printoptions(), np.geterr(), list(warnings.filters)\n"
+        "from camsim.spectra.named import illuminant; illuminant('D65')\n"
+        "assert before == (np.get_printoptions(), np.geterr(), list(warnings.filters))\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_loading_twice_gives_the_same_module_without_a_warning() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert colour_science() is colour_science()
+
+
+RELATIVE = (("R", Curve((500.0, 600.0, 700.0), (0.0, 3.0, 0.0))), ("B", Curve((400.0, 500.0), (2.4, 0.0))))
+
+
+def test_curves_per_energy_are_divided_by_the_wavelength() -> None:
+    """Per photon the blue curve is the higher one: 2.4/400 = 6e-3 against 3/600 = 5e-3."""
+    efficiency = QuantumEfficiency(RELATIVE, per="energy", peak=0.6)
+    np.testing.assert_allclose(
+        efficiency.at(np.array([400.0, 600.0, 650.0])),
+        [[0.0, 0.5, 0.6 * (1.5 / 650) / 6e-3], [0.6, 0.0, 0.0]],
+        rtol=1e-12,
+    )
+
+
+def test_curves_per_photon_are_only_scaled() -> None:
+    efficiency = QuantumEfficiency(RELATIVE, per="photon", peak=0.6)
+    np.testing.assert_allclose(efficiency.at(np.array([400.0, 600.0])), [[0.0, 0.6], [0.48, 0.0]], rtol=1e-12)
+
+
+@pytest.mark.parametrize("per", ["energy", "photon"])
+@pytest.mark.parametrize("name", ["Nikon 5100 (NPL)", "Sigma SDMerill (NPL)"])
+def test_the_peak_is_reached_and_never_passed(name: str, per: str) -> None:
+    curves = tuple(sensitivities(name).items())
+    fine = QuantumEfficiency(curves, per=per, peak=0.42).at(np.linspace(380.0, 780.0, 40_001))  # type: ignore[arg-type]
+    assert fine.max() == pytest.approx(0.42, rel=1e-12)
+
+
+def test_a_selection_of_channels_keeps_its_scale() -> None:
+    nm = np.linspace(400.0, 700.0, 31)
+    whole = QuantumEfficiency.named("Nikon 5100 (NPL)", peak=0.42)
+    part = whole.select(("B", "R"))
+    assert part.channels == ("B", "R")
+    np.testing.assert_allclose(part.at(nm), whole.at(nm)[[2, 0]], rtol=1e-12)
+    with pytest.raises(InvalidValueError, match="no curve for Y; there are R, G, B"):
+        whole.select(("Y",))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"curves": ()}, "no curves"),
+        ({"curves": (("RG", RELATIVE[0][1]),)}, "a channel is one letter"),
+        ({"curves": (RELATIVE[0], RELATIVE[0])}, "name a letter twice"),
+        ({"per": "watt"}, "must be 'energy' or 'photon'"),
+        ({"peak": 60.0}, "0.6 means 60 %"),
+        ({"peak": float("nan")}, "peak nan"),
+        ({"peak": 0.0}, "above 0"),
+        ({"curves": (("Y", Curve((400.0, 500.0), (0.0, 0.0))),)}, "all curves are zero"),
+        ({"curves": (("Y", Curve((400.0, 500.0), (1.0, 1.0), outside="hold")),)}, "held beyond its table"),
+    ],
+)
+def test_an_impossible_efficiency_is_refused(change: dict[str, object], message: str) -> None:
+    arguments: dict[str, object] = {"curves": RELATIVE, "per": "energy", "peak": 0.5} | change
+    with pytest.raises(InvalidValueError, match=message):
+        QuantumEfficiency(**arguments)  # type: ignore[arg-type]
