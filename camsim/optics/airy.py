@@ -1,0 +1,74 @@
+"""A lens without aberrations and with a circular aperture: the Airy pattern of every wavelength."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.spectra.curve import Spectrum
+
+NM_PER_UM = 1e3
+
+
+def airy_otf(freq_per_um: F64, *, f_number: float, wavelength_nm: float) -> F64:
+    """OTF of an aberration-free circular pupil in incoherent light.
+
+    freq_per_um : (...) radial frequency at the sensor, cycles/µm
+    returns     : (...) 1 at zero, exactly 0 past 1/(λN)
+
+    Source: Goodman, Introduction to Fourier Optics, eq. 6-30 (the overlap of two circles).
+
+    >>> airy_otf(np.array([0.0, 0.5, 1.0]) * 1e3 / (550 * 8), f_number=8.0, wavelength_nm=550.0).round(4)
+    array([1.   , 0.391, 0.   ])
+    """
+    u = np.minimum(np.abs(freq_per_um) * (f_number * wavelength_nm / NM_PER_UM), 1.0)
+    otf: F64 = (2.0 / np.pi) * (np.arccos(u) - u * np.sqrt((1.0 - u) * (1.0 + u)))
+    return otf
+
+
+def airy_encircled_energy(r_um: F64, *, f_number: float, wavelength_nm: float) -> F64:
+    """Fraction of a point's light that falls within ``r_um`` of its centre (Lord Rayleigh, 1881).
+
+    r_um    : (...) radius on the sensor, µm
+    returns : (...) E = 1 − J0²(x) − J1²(x), x = πr/(λN); 0 at the centre, 1 at infinity
+
+    >>> first_dark_ring_um = 1.2196698912665045 * 0.55 * 8
+    >>> float(airy_encircled_energy(np.array(first_dark_ring_um), f_number=8.0, wavelength_nm=550.0).round(4))
+    0.8378
+    """
+    x = np.pi * np.asarray(r_um, float) / (f_number * wavelength_nm / NM_PER_UM)
+    energy: F64 = 1.0 - special.j0(x) ** 2 - special.j1(x) ** 2
+    return energy
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Airy:
+    """A diffraction-limited lens.
+
+    f_number     : focal length over aperture diameter, dimensionless
+    transmission : fraction of the light that passes, a number or a curve over wavelength
+    """
+
+    f_number: float
+    transmission: Spectrum = 1.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.f_number) and self.f_number > 0):
+            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+
+    def lambda_n_um(self, wavelength_nm: float) -> float:
+        """Wavelength × f-number: the scale of the pattern and the inverse of the cut-off frequency, µm."""
+        return self.f_number * wavelength_nm / NM_PER_UM
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer function at (fx, fy) cycles/µm; real, because the pattern is symmetric."""
+        return airy_otf(np.hypot(fx_per_um, fy_per_um), f_number=self.f_number, wavelength_nm=wavelength_nm)
+
+    def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
+        """Fraction of the light within ``r_um`` (µm) of the centre."""
+        return airy_encircled_energy(r_um, f_number=self.f_number, wavelength_nm=wavelength_nm)

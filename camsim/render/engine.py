@@ -1,0 +1,102 @@
+"""From an arrangement, an optical system and weights to an image: the boundary engine's set-up around its kernel."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.optics import OpticalSystem
+from camsim.render.boundary import Edges, Numbers, Tables, render_edges
+from camsim.render.far import far_moments
+from camsim.render.footprint import Footprint
+from camsim.render.plan import Settings
+from camsim.render.tables import edge_responses, field_tables
+
+
+def chebyshev(order: int) -> F64:
+    """Chebyshev nodes of the first kind on −1 … 1."""
+    nodes: F64 = np.cos(np.pi * (np.arange(order)[::-1] + 0.5) / order)
+    return nodes
+
+
+def interpolation(nodes: F64, points: F64) -> F64:
+    """Return the matrix (points, nodes) of polynomial interpolation, by the barycentric formula."""
+    k = np.arange(nodes.size)
+    weights = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / nodes.size)
+    gap = points[:, None] - nodes[None, :]
+    hit = np.abs(gap) < 1e-14
+    terms = weights / np.where(hit, 1.0, gap)
+    matrix = terms / terms.sum(axis=1, keepdims=True)
+    exact = hit.any(axis=1)
+    matrix[exact] = hit[exact]
+    return matrix
+
+
+def numbers(settings: Settings, footprint: Footprint) -> Numbers:
+    """Return the settings as the kernels read them."""
+    nodes = chebyshev(settings.tile_nodes)
+    gauss_x, gauss_w = np.polynomial.legendre.leggauss(settings.panel_nodes)
+    levels = int(math.log2(settings.root // settings.leaf)) + 1
+    to_photosites = np.zeros((levels, settings.root, nodes.size))
+    for level in range(levels):
+        size = settings.root >> level
+        to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
+    return Numbers(
+        near=settings.near, reach=settings.reach, field_step=settings.field_step, response_step=settings.response_step,
+        panel=settings.panel, gauss_x=gauss_x, gauss_w=gauss_w, sigma2=footprint.sigma2, m22=footprint.m22,
+        separation=settings.separation, nodes=nodes,
+        to_children=np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)]),
+        to_photosites=to_photosites, root=settings.root, leaf=settings.leaf,
+    )
+
+
+def boundary_image(
+    *, start: F64, end: F64, pair: I64, weights: F64, base: F64, lambda_n: F64, system: OpticalSystem, pitch_um: float,
+    footprint: Footprint, settings: Settings, origin: tuple[float, float], channel: U8,
+) -> F64:
+    """Render; lengths in pitches.
+
+    start, end : (n, 2); pair: (n,) index into weights
+    weights    : (pairs, channels, j): left minus right of every pair of spectra, per channel and wavelength
+    base       : (channels,) the background
+    channel    : (rows, cols) channel of each photosite; origin: centre of the first one
+    """
+    pairs, channels, count = weights.shape
+    flat = weights.reshape(-1, count)
+    along = end - start
+    length = np.hypot(along[:, 0], along[:, 1])
+    tx, ty = along[:, 0] / length, along[:, 1] / length
+    # A frame whose second axis is −n turns ⟨ζ⁴⟩ by e^{+4iφ}: see far.py for z = s + ih.
+    m4 = footprint.m4 * (tx + 1j * ty) ** 4
+    response, normals = _directions(tx, ty, length >= settings.near)
+    edges = Edges(
+        x=np.ascontiguousarray(start[:, 0]), y=np.ascontiguousarray(start[:, 1]), tx=tx, ty=ty, length=length,
+        m4_re=np.ascontiguousarray(m4.real), m4_im=np.ascontiguousarray(m4.imag), pair=pair, response=response,
+    )
+    field = field_tables(
+        lambda_n, flat, side=footprint.side, shifts=footprint.shifts, radius=settings.near, step=settings.field_step
+    )
+    if len(normals):
+        responses = edge_responses(
+            system, pitch_um, lambda_n, flat, normals, distance=settings.reach, step=settings.response_step
+        )
+    else:
+        responses = np.empty((0, flat.shape[0], 1, 6))
+    tables = Tables(
+        far=far_moments(lambda_n, flat).reshape(pairs, channels, 4),
+        field=field.reshape(pairs, channels, *field.shape[1:]),
+        response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
+        base=base,
+    )
+    return render_edges(*origin, channel, edges, tables, numbers(settings, footprint))
+
+
+def _directions(tx: F64, ty: F64, wanted: np.ndarray) -> tuple[I64, F64]:
+    """Return each edge's edge response (−1: none) and the distinct normals, the footprint's symmetries folded."""
+    folded = np.sort(np.abs(np.stack([tx, ty], axis=1)), axis=1)
+    distinct, index = np.unique(np.round(folded[wanted], 13), axis=0, return_inverse=True)
+    response = np.full(tx.size, -1, np.int64)
+    response[wanted] = index.ravel()
+    return response, distinct / np.hypot(distinct[:, :1], distinct[:, 1:])

@@ -1,0 +1,105 @@
+"""The radial potential Φ of a lens, Φ'(r) = E(r)/2πr: its gradient is the field whose flux through edges is light.
+
+For the Airy pattern Φ depends on ρ = r/λN alone, so one table serves every f-number and every wavelength.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import threading
+
+import numba as nb
+import numpy as np
+from scipy import special
+
+from camsim.arrays import F64
+
+STEP_PER_LAMBDA_N = 1.0 / 32.0
+ORDER = 10  # points of the Lagrange rule; with the step above its error is below 1e-12
+_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(8)
+_lock = threading.Lock()
+
+
+def airy_potential(rho_max: float) -> F64:
+    """Return Φ(i·step) for the Airy pattern, i = 0, 1, … past ``rho_max`` (in λN); Φ(0) = 0."""
+    cells = 2048
+    while cells * STEP_PER_LAMBDA_N < rho_max + ORDER * STEP_PER_LAMBDA_N:
+        cells *= 2
+    with _lock:
+        return _airy_potential(cells)
+
+
+@functools.cache
+def _airy_potential(cells: int) -> F64:
+    edge = np.arange(cells) * STEP_PER_LAMBDA_N
+    rho = edge[:, None] + 0.5 * STEP_PER_LAMBDA_N * (1.0 + _GAUSS_X)
+    x = math.pi * rho
+    slope = (1.0 - special.j0(x) ** 2 - special.j1(x) ** 2) / (2.0 * math.pi * rho)
+    phi = np.concatenate([[0.0], np.cumsum(slope @ _GAUSS_W * (0.5 * STEP_PER_LAMBDA_N))])
+    phi.flags.writeable = False
+    return phi
+
+
+@nb.njit(cache=True, inline="always")
+def lagrange_weights(t: float, order: int, scale: F64, out: F64) -> None:
+    """Write the Lagrange weights of the nodes 1 − order/2 … order/2 at 0 ≤ t < 1 into ``out``.
+
+    ``scale`` is ``lagrange_scale(order)``; products from either side keep it linear in the order.
+    """
+    u = t - (1 - order // 2)
+    left = 1.0
+    for i in range(order):
+        out[i] = left * scale[i]
+        left *= u - i
+    right = 1.0
+    for i in range(order - 1, -1, -1):
+        out[i] *= right
+        right *= u - i
+
+
+def lagrange_scale(order: int) -> F64:
+    """Return 1/Π_{j≠i}(i − j), the constant part of the Lagrange weights."""
+    return np.array([(-1.0) ** (order - 1 - i) / (math.factorial(i) * math.factorial(order - 1 - i)) for i in range(order)])
+
+
+SCALE = lagrange_scale(ORDER)
+
+
+@nb.njit(cache=True)
+def contract(phi: F64, lambda_n: F64, weights: F64, step: float, count: int) -> F64:
+    """Return Σ_j weights[k, j]·Φ(m·step/lambda_n[j]) as (k, m): the potential of a polychromatic pattern."""
+    out = np.zeros((weights.shape[0], count))
+    w = np.empty(ORDER)
+    first = 1 - ORDER // 2
+    for j in range(lambda_n.size):
+        scale = step / (lambda_n[j] * STEP_PER_LAMBDA_N)
+        for m in range(count):
+            u = m * scale
+            cell = int(u)
+            lagrange_weights(u - cell, ORDER, SCALE, w)
+            value = 0.0
+            for i in range(ORDER):
+                value += w[i] * phi[abs(cell + first + i)]
+            for k in range(weights.shape[0]):
+                out[k, m] += weights[k, j] * value
+    return out
+
+
+@nb.njit(cache=True)
+def on_square_grid(radial: F64, radial_step: float, step: float, count: int) -> F64:
+    """Return a radial function, given at multiples of ``radial_step``, at the points (i·step, j·step)."""
+    out = np.empty((count, count))
+    w = np.empty(ORDER)
+    first = 1 - ORDER // 2
+    for i in range(count):
+        for j in range(i + 1):
+            u = math.sqrt(float(i * i + j * j)) * step / radial_step
+            cell = int(u)
+            lagrange_weights(u - cell, ORDER, SCALE, w)
+            value = 0.0
+            for m in range(ORDER):
+                value += w[m] * radial[abs(cell + first + m)]
+            out[i, j] = value
+            out[j, i] = value
+    return out

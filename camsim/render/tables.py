@@ -1,0 +1,141 @@
+"""What a rendering tabulates before its first photosite: the system's field near an edge, and its edge response.
+
+Lengths are in pitches. One *weight set* is one (pair of spectra, channel): its tables are already summed over
+the wavelengths, so a photosite never sees how many there were.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem
+from camsim.render.potential import ORDER, SCALE, airy_potential, contract, lagrange_weights, on_square_grid
+
+FIELD_ORDER = 8  # points per axis of the look-up in the field table
+_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(8)
+
+
+def field_tables(
+    lambda_n: F64, weights: F64, *, side: float, shifts: F64, radius: float, step: float
+) -> F64:
+    """Field V = ∇Φ averaged over the footprint, on a square grid over one quadrant.
+
+    lambda_n : (j,) λN
+    weights  : (k, j) weight sets
+    side     : side of the square photosite; shifts: offsets of the OLPF's spots along one axis
+    radius   : the table covers 0 … radius in x and y, with a margin for the look-up's stencil
+    returns  : (k, 2, n, n): V_x and V_y at ((i − margin)·step, (j − margin)·step), margin = FIELD_ORDER/2
+
+    Derivation: the average of ∂Φ/∂x over a box is a difference of Φ at its two sides, averaged along y. Both
+    are short filters along one axis each, so a table is two matrix products and no two-dimensional rule. The
+    filters are made from the interpolant itself; a small photosite therefore loses no digits.
+    """
+    margin = FIELD_ORDER // 2
+    rows = math.ceil(radius / step) + 2 * margin
+    average = _average_taps(side / step, shifts / step)
+    slope = _slope_taps(side / step, shifts / step) / step
+    reach = average.size // 2
+    count = rows - margin + reach
+    radial_step = 0.5 * step
+    samples = math.ceil(math.sqrt(2.0) * count * step / radial_step) + ORDER
+    phi = airy_potential(samples * radial_step / float(lambda_n.min()))
+    radial = contract(phi, lambda_n, weights, radial_step, samples)
+    along = _filter_matrix(average, rows, margin, count)
+    across = _filter_matrix(slope, rows, margin, count)
+    tables = np.empty((weights.shape[0], 2, rows, rows))
+    for k in range(weights.shape[0]):
+        grid = on_square_grid(radial[k], radial_step, step, count)
+        tables[k, 0] = across @ grid @ along.T
+        tables[k, 1] = tables[k, 0].T
+    return tables
+
+
+def _average_taps(side: float, shifts: F64) -> F64:
+    """Filter that averages over [−side/2, side/2] shifted by ``shifts``; lengths in steps."""
+    reach = math.ceil(0.5 * side + float(np.abs(shifts).max())) + ORDER // 2 + 1
+    taps = np.zeros(2 * reach + 1)
+    for shift in shifts:
+        if side == 0.0:
+            _add_point(taps, reach, shift, 1.0)
+            continue
+        cuts = np.arange(math.floor(shift - 0.5 * side), math.ceil(shift + 0.5 * side) + 1)
+        cuts = np.unique(np.clip(cuts, shift - 0.5 * side, shift + 0.5 * side))
+        for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+            for x, w in zip(_GAUSS_X, _GAUSS_W, strict=True):
+                _add_point(taps, reach, 0.5 * (low + high + (high - low) * x), 0.5 * (high - low) * w / side)
+    taps /= shifts.size
+    return 0.5 * (taps + taps[::-1])
+
+
+def _slope_taps(side: float, shifts: F64) -> F64:
+    """Filter for the derivative (per step) of that average: a difference between the two sides of the box."""
+    reach = math.ceil(0.5 * side + float(np.abs(shifts).max())) + ORDER // 2 + 1
+    taps = np.zeros(2 * reach + 1)
+    width = max(side, 1e-4)  # a point's slope from a difference this short is exact to 1e-9 of the filter
+    for shift in shifts:
+        _add_point(taps, reach, shift + 0.5 * width, 1.0 / width)
+        _add_point(taps, reach, shift - 0.5 * width, -1.0 / width)
+    taps /= shifts.size
+    return 0.5 * (taps - taps[::-1])
+
+
+def _add_point(taps: F64, reach: int, position: float, amount: float) -> None:
+    weights = np.empty(ORDER)
+    cell = math.floor(position)
+    lagrange_weights(position - cell, ORDER, SCALE, weights)
+    first = reach + cell + 1 - ORDER // 2
+    taps[first : first + ORDER] += amount * weights
+
+
+def _filter_matrix(taps: F64, rows: int, margin: int, count: int) -> F64:
+    """Return (rows, count): the filter at (i − margin), acting on an even function given at 0 … count − 1."""
+    reach = taps.size // 2
+    matrix = np.zeros((rows, count))
+    row = np.repeat(np.arange(rows), taps.size)
+    column = np.abs(row - margin + np.tile(np.arange(-reach, reach + 1), rows))
+    inside = column < count
+    np.add.at(matrix, (row[inside], column[inside]), np.tile(taps, rows)[inside])
+    return matrix
+
+
+def edge_responses(
+    system: OpticalSystem, pitch_um: float, lambda_n: F64, weights: F64, normals: F64, *, distance: float, step: float
+) -> F64:
+    """Response across an infinite edge minus its half-way value, as a quintic per cell of ``step``.
+
+    normals  : (o, 2) unit normals of the edges
+    returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance
+
+    ESF(h) − ½ = ∫_0^{1/λN} OTF(f·normal)·sin(2πfh)/(πf) df. Between two cut-offs 1/λN the summed OTF is smooth
+    but for a 3/2 power at the upper end, which f = top − (top − bottom)·t² turns into a polynomial.
+    """
+    cells = math.ceil(distance / step)
+    cutoffs = np.unique(1.0 / lambda_n)
+    bottom, nodes, node_weights = 0.0, [], []
+    for top in cutoffs:
+        count = 10 + math.ceil(2.5 * distance * (top - bottom))
+        x, w = np.polynomial.legendre.leggauss(count)
+        t = 0.5 * (1.0 + x)
+        nodes.append(top - (top - bottom) * t * t)
+        node_weights.append((top - bottom) * t * w)
+        bottom = top
+    f, df = np.concatenate(nodes), np.concatenate(node_weights)
+    u = np.minimum(f[None, :] * lambda_n[:, None], 1.0)
+    lens = (2.0 / np.pi) * (np.arccos(u) - u * np.sqrt((1.0 - u) * (1.0 + u)))
+    spectrum = (weights @ lens) * (df / (np.pi * f))
+    footprint = np.stack(
+        [system.footprint_otf(f * n[0] / pitch_um, f * n[1] / pitch_um) for n in normals]
+    )
+    h = step * np.arange(-2, cells + 4)
+    wave = np.sin((2.0 * np.pi) * np.outer(h, f))
+    values = np.einsum("okf,hf->okh", footprint[:, None, :] * spectrum[None], wave, optimize=True)
+    window = np.lib.stride_tricks.sliding_window_view(values, 6, axis=2)[:, :, : cells + 1]
+    coefficients: F64 = np.ascontiguousarray(window @ _QUINTIC.T)
+    return coefficients
+
+
+# Rows: coefficients of x^0 … x^5 of the polynomial through values at −2, −1, 0, 1, 2, 3.
+_QUINTIC = np.linalg.inv(np.vander(np.arange(-2.0, 4.0), 6, increasing=True))

@@ -1,0 +1,140 @@
+"""Painter's order resolved: what is visible, as edges with a spectrum on either side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.scene.scene import Scene
+from camsim.spectra.curve import Spectrum
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Arrangement:
+    """The visible regions' edges.
+
+    start_um, end_um : (n, 2) x, y in µm
+    left, right      : (n,) index into ``spectra`` of the side where cross(end − start, x − start) is above 0
+                       (in a frame with y down that is the viewer's right), and of the other side
+    spectra          : distinct reflectances; index 0 is the background
+    """
+
+    start_um: F64
+    end_um: F64
+    left: I64
+    right: I64
+    spectra: tuple[Spectrum, ...]
+
+
+def arrange(scene: Scene, *, max_segment_um: float) -> Arrangement:
+    """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
+
+    Every visible region contributes its outline against the background; where two regions share an edge
+    exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.
+
+    >>> from camsim.scene.shapes import Rectangle
+    >>> grey = Rectangle(width_um=2.0, height_um=2.0, reflectance=0.5)
+    >>> len(arrange(Scene(background=1.0, shapes=[grey]), max_segment_um=1.0).left)
+    4
+    >>> len(arrange(Scene(background=0.5, shapes=[grey]), max_segment_um=1.0).left)
+    0
+    """
+    spectra: list[Spectrum] = [scene.background]
+    index_of: dict[Spectrum, int] = {scene.background: 0}
+    outlines: list[F64] = []
+    regions: list[int] = []
+    for shape in scene.shapes:
+        outlines.append(_positive(shape.outline_um(max_segment_um)))
+        region = index_of.setdefault(shape.reflectance, len(spectra))
+        if region == len(spectra):
+            spectra.append(shape.reflectance)
+        regions.append(region)
+
+    starts: list[F64] = []
+    ends: list[F64] = []
+    lefts: list[I64] = []
+    for region, rings in _visible_rings(outlines, regions):
+        if region == 0:
+            continue
+        for ring in rings:
+            starts.append(ring)
+            ends.append(np.roll(ring, -1, axis=0))
+            lefts.append(np.full(len(ring), region))
+    if not starts:
+        nothing = np.empty((0, 2))
+        none = np.empty(0, np.int64)
+        return Arrangement(start_um=nothing, end_um=nothing, left=none, right=none, spectra=tuple(spectra))
+    start, end, left = np.concatenate(starts), np.concatenate(ends), np.concatenate(lefts)
+    keep = np.any(start != end, axis=1)
+    start, end, left = start[keep], end[keep], left[keep]
+    start, end, left, right = _merge_shared(start, end, left)
+    return Arrangement(start_um=start, end_um=end, left=left, right=right, spectra=tuple(spectra))
+
+
+def _positive(outline: F64) -> F64:
+    """Return the outline in the direction that has its inside where the cross product is positive."""
+    x, y = (outline - outline[0]).T
+    area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    return outline if area > 0 else outline[::-1].copy()
+
+
+def _visible_rings(outlines: Sequence[F64], regions: Sequence[int]) -> list[tuple[int, list[F64]]]:
+    """Return (region, rings) of what can be seen; a shape that touches no other keeps its very numbers."""
+    if not outlines:
+        return []
+    import shapely
+
+    boxes = shapely.box(*np.array([[*o.min(axis=0), *o.max(axis=0)] for o in outlines]).T)
+    first, second = shapely.STRtree(boxes).query(boxes, predicate="intersects")
+    touching = np.zeros(len(outlines), bool)
+    touching[first[first != second]] = True
+
+    visible = [(regions[i], [outlines[i]]) for i in np.flatnonzero(~touching)]
+    pieces: dict[int, list[Any]] = {}
+    overlapped_by: dict[int, list[int]] = {}
+    for a, b in zip(first, second, strict=True):
+        if b > a:
+            overlapped_by.setdefault(int(a), []).append(int(b))
+    polygons = {int(i): shapely.Polygon(outlines[i]) for i in np.flatnonzero(touching)}
+    for i, polygon in polygons.items():
+        later = [polygons[j] for j in overlapped_by.get(i, [])]
+        piece = polygon if not later else polygon.difference(shapely.union_all(later))
+        pieces.setdefault(regions[i], []).append(piece)
+    for region, parts in pieces.items():
+        joined = shapely.union_all(parts) if len(parts) > 1 else parts[0]
+        visible.append((region, _rings(joined)))
+    return visible
+
+
+def _rings(geometry: Any) -> list[F64]:
+    """Return the outlines (inside on the positive side) and holes of a Shapely geometry, unclosed."""
+    import shapely
+
+    rings: list[F64] = []
+    for part in shapely.get_parts(geometry):
+        if part.geom_type != "Polygon" or part.is_empty:
+            continue
+        rings.append(_positive(shapely.get_coordinates(part.exterior)[:-1]))
+        rings.extend(_positive(shapely.get_coordinates(hole)[:-1])[::-1].copy() for hole in part.interiors)
+    return rings
+
+
+def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:
+    """Make one edge of two that run along each other in opposite directions; drop it when both sides are equal."""
+    right = np.zeros_like(left)
+    flip = (end[:, 0] < start[:, 0]) | ((end[:, 0] == start[:, 0]) & (end[:, 1] < start[:, 1]))
+    line = np.where(flip[:, None], np.hstack([end, start]), np.hstack([start, end]))
+    _, group, counts = np.unique(line, axis=0, return_inverse=True, return_counts=True)
+    group = group.ravel()
+    forth = np.full(len(counts), -1)
+    back = np.full(len(counts), -1)
+    forth[group[~flip]] = np.flatnonzero(~flip)
+    back[group[flip]] = np.flatnonzero(flip)
+    paired = (counts == 2) & (forth >= 0) & (back >= 0)
+    right[forth[paired]] = left[back[paired]]
+    keep = (~paired[group] | ~flip) & (left != right)
+    return start[keep], end[keep], left[keep], right[keep]

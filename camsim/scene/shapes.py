@@ -1,0 +1,136 @@
+"""Polygons, rectangles and discs in µm on the sensor: x to the right, y down, origin on the optical axis."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.spectra.curve import Curve, Spectrum
+
+Point: TypeAlias = tuple[float, float]
+
+
+def check_reflectance(reflectance: Spectrum, name: str = "reflectance") -> None:
+    """Refuse what no surface in this model can do: reflect less than nothing, or a number that is none."""
+    values = reflectance.values if isinstance(reflectance, Curve) else (reflectance,)
+    for value in values:
+        if not (math.isfinite(value) and value >= 0.0):
+            raise InvalidValueError(f"{name}: {value!r} is not a reflectance; give finite numbers, 0 or above")
+
+
+def check_finite(name: str, values: Iterable[float]) -> None:
+    """Refuse NaN and infinity by name and value."""
+    for value in values:
+        if not math.isfinite(value):
+            raise InvalidValueError(f"{name}: {value!r} is not finite; give ordinary numbers in µm")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Polygon:
+    """A simple polygon: its outline does not cross itself; either direction round.
+
+    points_um : at least three corners (x, y), µm
+
+    >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)
+    Traceback (most recent call last):
+        ...
+    camsim.errors.InvalidValueError: points: the outline crosses itself at (1, 1); list the corners in order round the shape
+    """
+
+    points_um: tuple[Point, ...]
+    reflectance: Spectrum
+
+    def __post_init__(self) -> None:
+        points = tuple((float(x), float(y)) for x, y in self.points_um)
+        object.__setattr__(self, "points_um", points)
+        check_reflectance(self.reflectance)
+        check_finite("points", (v for point in points for v in point))
+        if len(set(points)) < 3:
+            raise InvalidValueError(f"points: {len(set(points))} different points make no polygon; give at least 3")
+        crossing = _self_crossing(points)
+        if crossing is not None:
+            raise InvalidValueError(
+                f"points: the outline crosses itself at ({crossing[0]:.6g}, {crossing[1]:.6g}); "
+                "list the corners in order round the shape"
+            )
+
+    def outline_um(self, max_segment_um: float) -> F64:
+        """Return the corners (n, 2), µm; ``max_segment_um`` matters to curved shapes only."""
+        return np.array(self.points_um)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rectangle:
+    """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down)."""
+
+    width_um: float
+    height_um: float
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    reflectance: Spectrum
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre_um", (float(self.centre_um[0]), float(self.centre_um[1])))
+        check_reflectance(self.reflectance)
+        check_finite("centre", self.centre_um)
+        check_finite("rotate_deg", (self.rotate_deg,))
+        for name, side in (("width", self.width_um), ("height", self.height_um)):
+            if not (math.isfinite(side) and side > 0):
+                raise InvalidValueError(f"{name}: {side!r} is not a side; give a finite number above 0")
+
+    def outline_um(self, max_segment_um: float) -> F64:
+        """Return the four corners (4, 2), µm."""
+        angle = math.radians(self.rotate_deg)
+        across = 0.5 * self.width_um * np.array([math.cos(angle), math.sin(angle)])
+        down = 0.5 * self.height_um * np.array([-math.sin(angle), math.cos(angle)])
+        corners: F64 = np.array(self.centre_um) + np.array(
+            [-across - down, across - down, across + down, -across + down]
+        )
+        return corners
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Disc:
+    """A round disc; rendered as a regular polygon of the same area with segments no longer than λN."""
+
+    radius_um: float
+    centre_um: Point = (0.0, 0.0)
+    reflectance: Spectrum
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre_um", (float(self.centre_um[0]), float(self.centre_um[1])))
+        check_reflectance(self.reflectance)
+        check_finite("centre", self.centre_um)
+        if not (math.isfinite(self.radius_um) and self.radius_um > 0):
+            raise InvalidValueError(f"radius: {self.radius_um!r} is not a radius; give a finite number above 0")
+
+    def outline_um(self, max_segment_um: float) -> F64:
+        """Return an equal-area polygon (n, 2), µm: its corners lie on radius R·√(θ/sin θ), θ = 2π/n."""
+        sides = max(64, math.ceil(2.0 * math.pi * self.radius_um / max_segment_um))
+        step = 2.0 * math.pi / sides
+        corner_radius_um = self.radius_um * math.sqrt(step / math.sin(step))
+        angle = step * np.arange(sides)
+        outline: F64 = np.array(self.centre_um) + corner_radius_um * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return outline
+
+
+Shape: TypeAlias = Polygon | Rectangle | Disc
+
+
+def _self_crossing(points: tuple[Point, ...]) -> Point | None:
+    """Return a point where the outline touches or crosses itself, None for a simple outline."""
+    import shapely
+    from shapely.validation import explain_validity
+
+    polygon = shapely.Polygon(points)
+    if polygon.is_valid:
+        return None
+    where = re.search(r"\[(\S+) (\S+)\]", explain_validity(polygon))
+    return (float(where[1]), float(where[2])) if where else points[0]
