@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 import camsim
-from camsim.errors import CamsimError, UnknownNameError
+from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 Kind: TypeAlias = Literal["sensor", "scene"]
 
@@ -30,12 +32,13 @@ def shipped(kind: Kind) -> Mapping[str, Path]:
 
 def locate(kind: Kind, name: str) -> Located:
     """Find what the user named on the command line or in Python: a path from here, or a shipped name."""
-    if Path(name).is_file() or _looks_like_path(name):
-        path = Path(name)
-        if not path.exists() and path.stem in shipped(kind):
-            raise CamsimError(f"{name}: no such file; for the shipped {kind} write {path.stem!r}")
-        return Located(path, name)
-    return _shipped(kind, name)
+    if os.path.isfile(name):
+        return Located(Path(name), name)
+    if not _looks_like_path(name):
+        return _shipped(kind, name)
+    if not os.path.exists(name):
+        raise ConfigError([Fault(name, 0, 0, "", f"no such file{_near_file(kind, Path(name))}")])
+    return Located(Path(name), name)
 
 
 def locate_beside(kind: Kind, name: str, folder: Path) -> Located:
@@ -48,6 +51,14 @@ def locate_beside(kind: Kind, name: str, folder: Path) -> Located:
     if not path.is_file():
         raise CamsimError(f"no such file: {str(path)!r}")
     return Located(path, str(path))
+
+
+def _near_file(kind: Kind, path: Path) -> str:
+    if path.stem in shipped(kind):
+        return f"; for the shipped {kind} write {path.stem!r}"
+    there = os.listdir(path.parent) if os.path.isdir(path.parent) else []
+    near = difflib.get_close_matches(path.name, [name for name in there if name.endswith(_SUFFIXES)], n=1)
+    return f"; did you mean {str(path.parent / near[0])!r}?" if near else ""
 
 
 def _looks_like_path(name: str) -> bool:

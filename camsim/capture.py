@@ -1,0 +1,182 @@
+"""Names and YAML in, a Frame out: config → camera → expose."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterable
+from pathlib import Path
+from typing import TypeVar
+
+from camsim.camera import Camera
+from camsim.config import build, library, memory, overrides, schema, yaml_source
+from camsim.config.build import Progress, SceneDocument, SensorDocument, Setup
+from camsim.config.judged import Judged
+from camsim.config.overrides import Override
+from camsim.errors import CamsimError, ConfigError, Fault
+from camsim.frame import Frame
+from camsim.optics import Airy
+
+PathOrName = str | os.PathLike[str]
+T = TypeVar("T")
+M = TypeVar("M", schema.SceneFile, schema.SensorFile)
+
+
+def capture(
+    scene: PathOrName,
+    *,
+    sensor: PathOrName | None = None,
+    overrides: Iterable[str] = (),
+    seed: int | None = None,
+    products: Collection[str] = ("mosaic",),
+    progress: Progress | None = None,
+) -> Frame:
+    """Take the picture that a scene file describes.
+
+    scene      path of a scene file, or the name of a shipped one
+    sensor     instead of the scene's own
+    overrides  such as "exposure.iso=800" or "sensor.olpf=null", as ``camsim capture --set``
+    seed       of the noise, instead of the scene's
+    products   what the frame is to hold: "mosaic", "electrons", "truth", "preview"
+    progress   called with (stage, fraction done)
+
+    Raises ConfigError with every fault of the files and the overrides.
+    """
+    setup = load(scene, sensor=sensor, overrides=overrides, seed=seed, products=products)
+    return setup.expose(products=products, progress=progress)
+
+
+def load(
+    scene: PathOrName,
+    *,
+    sensor: PathOrName | None = None,
+    overrides: Iterable[str] = (),
+    seed: int | None = None,
+    products: Collection[str] = ("mosaic",),
+) -> Setup:
+    """Read and judge everything that a capture needs, and take no picture yet; see ``capture``."""
+    changes, faults = _parsed(overrides)
+    if seed is not None and not 0 <= seed < 2**63:
+        faults.append(Fault("--seed", 0, 0, "", f"must be a whole number from 0 to 2^63 − 1, not {seed}"))
+    located = _collected(faults, lambda: library.locate("scene", os.fspath(scene)))
+    judged = located and _collected(faults, lambda: _read(located, changes, schema.SceneFile))
+    if not located or not judged:
+        raise ConfigError(faults)
+    body = _collected(faults, lambda: _sensor_of(judged, sensor, changes))
+    setup = _setup(judged, body, Path(located.path).stem, seed, products)
+    faults += [*judged.faults, *(body.faults if body else ())]
+    if faults or setup is None:
+        raise ConfigError(faults)
+    return setup
+
+
+def load_camera(sensor: PathOrName, *, lens: Airy, overrides: Iterable[str] = ()) -> Camera:
+    """Make a camera of a sensor file (a path or a shipped name) and a lens."""
+    changes, faults = _parsed(overrides)
+    judged = _collected(faults, lambda: _sensor(os.fspath(sensor), changes))
+    camera = judged and build.camera(judged, lens)
+    faults += judged.faults if judged else []
+    if faults or not camera:
+        raise ConfigError(faults)
+    return camera
+
+
+def _setup(
+    scene: SceneDocument,
+    sensor: SensorDocument | None,
+    stem: str,
+    seed: int | None,
+    products: Collection[str],
+) -> Setup | None:
+    """Build every part, so that every fault is found; None when there is any."""
+    frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
+    lens, light, exposure = build.lens(scene), build.light(scene), build.exposure(scene)
+    region = build.region(scene, frame)
+    content = build.scene_content(scene, frame.pitch_um if frame else None)
+    camera = build.camera(sensor, lens) if sensor else None
+    if sensor and camera and not scene.faults:
+        _refuse_what_does_not_fit(scene, sensor, camera, products)
+    model = scene.model
+    if not (model and camera and content and light and exposure):
+        return None
+    return Setup(
+        name=model.name or stem,
+        camera=camera,
+        scene=content,
+        light=light,
+        exposure=exposure,
+        region=region,
+        tolerance=model.render.tolerance,
+        noise=model.noise.enabled,
+        seed=model.noise.seed if seed is None else seed,
+    )
+
+
+def _refuse_what_does_not_fit(
+    scene: SceneDocument, sensor: SensorDocument, camera: Camera, products: Collection[str]
+) -> None:
+    region = scene.part(("region",), schema.Region)
+    rows, cols = (region.rows, region.cols) if region else (camera.rows, camera.cols)
+    needed = memory.needed_bytes(rows, cols, len(camera.cfa.channels), products)
+    free = memory.available_bytes()
+    if needed <= free:
+        return
+    message = (
+        f"{rows} × {cols} photosites need about {memory.readable(needed)} of memory, "
+        f"{memory.readable(free)} are free; "
+    )
+    if region:
+        scene.refuse(("region",), message + "make the region smaller")
+    else:
+        sensor.refuse(("frame",), message + "capture a region of it")
+
+
+def _sensor_of(
+    scene: SceneDocument, sensor: PathOrName | None, changes: Iterable[Override]
+) -> SensorDocument | None:
+    """Read the sensor of a capture: the flag's, or else the scene's."""
+    if sensor is not None:
+        return _sensor(os.fspath(sensor), changes)
+    name, node = scene.value(("sensor",)), scene.document.find(("sensor",))
+    if name is None:
+        scene.refuse(("sensor",), "missing; name one (camsim list sensors) or use --sensor")
+    if not isinstance(name, str) or not name or node is None:
+        return None
+
+    def find() -> library.Located:
+        # An override is the user's own word: its paths begin where the user stands.
+        if not node.place.line:
+            return library.locate("sensor", name)
+        return library.locate_beside("sensor", name, scene.document.folder)
+
+    located = scene.build(("sensor",), find)
+    return None if located is None else _read(located, changes, schema.SensorFile)
+
+
+def _sensor(name: str, changes: Iterable[Override]) -> SensorDocument:
+    try:
+        located = library.locate("sensor", name)
+    except ConfigError:
+        raise
+    except CamsimError as error:
+        raise ConfigError([Fault("--sensor", 0, 0, "", str(error))]) from None
+    return _read(located, changes, schema.SensorFile)
+
+
+def _read(located: library.Located, changes: Iterable[Override], model: type[M]) -> Judged[M]:
+    of_sensor = issubclass(model, schema.SensorFile)
+    document = yaml_source.read(located.path, located.shown)
+    mine = [change for change in changes if change.of_sensor == of_sensor]
+    return Judged.of(overrides.apply(document, mine, model), model)
+
+
+def _parsed(texts: Iterable[str]) -> tuple[list[Override], list[Fault]]:
+    return overrides.parse(texts)
+
+
+def _collected(faults: list[Fault], make: Callable[[], T]) -> T | None:
+    """Return what ``make`` makes; its faults join the others instead of hiding them."""
+    try:
+        return make()
+    except ConfigError as error:
+        faults.extend(error.faults)
+        return None

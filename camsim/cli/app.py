@@ -1,0 +1,178 @@
+"""The commands and their options. Everything heavy is imported by the command that needs it."""
+
+from __future__ import annotations
+
+import errno
+import sys
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from camsim.errors import CamsimError
+
+_MOST_LINES = 200
+
+
+class _Commands(TyperGroup):
+    """The one place where errors become messages and exit codes."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except CamsimError as error:
+            _say(str(error))
+            code = 2
+        except KeyboardInterrupt:
+            _say("camsim: interrupted")
+            code = 130
+        except OSError as error:
+            if error.errno == errno.EPIPE:
+                raise
+            _say(f"camsim: the system says: {error}")
+            code = 1
+        except MemoryError:
+            _say("camsim: out of memory; capture a smaller region")
+            code = 1
+        except Exception as error:
+            error.add_note("This is a bug of camsim: please report it with the lines above.")
+            raise
+        raise typer.Exit(code)
+
+
+app = typer.Typer(
+    name="camsim",
+    cls=_Commands,
+    help="A spectral camera that runs from a YAML file: exact optics, honest noise, raw files.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+class Listed(StrEnum):
+    """What ``camsim list`` can list."""
+
+    sensors = "sensors"
+    scenes = "scenes"
+    illuminants = "illuminants"
+    reflectances = "reflectances"
+    sensitivities = "sensitivities"
+
+
+def run() -> None:
+    """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        # A terminal that cannot show µ must not end a capture.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    app()
+
+
+def _say(text: str) -> None:
+    lines = text.splitlines()
+    shown = lines[:_MOST_LINES]
+    if len(lines) > len(shown):
+        shown.append(f"… and {len(lines) - len(shown)} more")
+    print("\n".join(shown), file=sys.stderr)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        print(f"camsim {version('camsim-spectral')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """A spectral camera that runs from a YAML file: exact optics, honest noise, raw files."""
+
+
+@app.command()
+def capture(
+    scene: Annotated[
+        str, typer.Argument(metavar="SCENE", help="A scene file, or the name of a shipped scene.")
+    ],
+    sensor: Annotated[
+        str | None,
+        typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's."),
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="KEY=VALUE", help="Change one value, such as exposure.iso=800; repeatable."
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option("--seed", metavar="N", min=0, help="Seed of the noise, instead of the scene's."),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE[:PRODUCT]",
+            help="A file to write; the suffix chooses its format. Repeatable; NAME.dng when left out.",
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON on stdout.")] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
+    verbose: Annotated[
+        bool, typer.Option("-v", "--verbose", help="Also print what was computed, in full.")
+    ] = False,
+) -> None:
+    """Take a picture of a scene and write it."""
+    from camsim.cli.take import Request, take
+
+    take(
+        Request(
+            scene=scene,
+            sensor=sensor,
+            changes=tuple(changes or ()),
+            seed=seed,
+            outputs=tuple(outputs or ()),
+            force=force,
+            as_json=as_json,
+            quiet=quiet,
+            verbose=verbose,
+        )
+    )
+
+
+@app.command("list")
+def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")]) -> None:
+    """List the names that files and options can use."""
+    from camsim.cli.show import lines_of_list
+
+    for line in lines_of_list(what.value):
+        print(line)
+
+
+@app.command()
+def show(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A sensor or scene: a name or a file.")],
+) -> None:
+    """Print a sensor or scene, and figures that follow from it (as comments: the output is valid YAML)."""
+    from camsim.cli.show import text_of
+
+    print(text_of(name))
+
+
+@app.command()
+def validate(
+    files: Annotated[list[str], typer.Argument(metavar="FILE…", help="Scene and sensor files.")],
+) -> None:
+    """Look for faults in scene and sensor files, and print all of them."""
+    from camsim.cli.validate import validate_files
+
+    validate_files(files)

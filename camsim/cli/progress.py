@@ -1,0 +1,58 @@
+"""A progress bar on stderr, for work long enough to wonder about."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+_AFTER_S = 0.7
+
+
+class Bar:
+    """Shows nothing for short work, nothing in a log file, and goes away when the work is done."""
+
+    def __init__(self, *, shown: bool) -> None:
+        self._wanted = shown and sys.stderr.isatty()
+        self._began = time.perf_counter()
+        self._bar: tuple[Progress, TaskID] | None = None
+
+    def __enter__(self) -> Bar:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar[0].stop()
+
+    def update(self, stage: str, fraction: float) -> None:
+        """Say which stage is at work and which fraction of it is done."""
+        if not self._wanted:
+            return
+        if self._bar is None:
+            if time.perf_counter() - self._began < _AFTER_S:
+                return
+            self._bar = _start()
+        progress, task = self._bar
+        progress.update(task, description=stage, completed=fraction)
+
+
+def _start() -> tuple[Progress, TaskID]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    progress = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    progress.start()
+    return progress, progress.add_task("", total=1.0)

@@ -1,0 +1,86 @@
+"""What a capture did, for people to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from camsim.cli.outputs import Output
+from camsim.config.memory import readable
+from camsim.frame import ChannelSignal, Frame
+
+_WIDTH_OF_A_FILE = 110
+
+
+def print_report(
+    frame: Frame, outputs: Sequence[Output], seconds: Mapping[str, float], total_s: float, *, verbose: bool
+) -> None:
+    """Print the report of a capture on stderr."""
+    console = Console(stderr=True, highlight=False, markup=False, emoji=False)
+    if not console.is_terminal:
+        console.width = _WIDTH_OF_A_FILE
+    report = frame.report
+    rows, cols = frame.mosaic.shape
+    lines = Table.grid(padding=(0, 2))
+    lines.add_column(style="bold")
+    lines.add_column()
+    lines.add_row("scene", f"{report.scene}, {rows} × {cols} photosites of {frame.pitch_um:g} µm")
+    lines.add_row(
+        "camera", f"{frame.camera_name}, {frame.bit_depth} bits, {frame.electrons_per_dn:.4g} e⁻ per DN"
+    )
+    lines.add_row("exposure", f"{frame.time_s:.6g} s, ISO {frame.iso:g}, seed {frame.seed}")
+    lines.add_row("optics", " → ".join(report.optics))
+    lines.add_row("wavelengths", report.wavelengths)
+    lines.add_row("method", f"{report.method}, tolerance {report.tolerance:g}")
+    lines.add_row(
+        "error",
+        f"{report.error_estimate:.2g}, the worst of {report.checked_photosites} photosites recomputed",
+    )
+    lines.add_row("signal", _signal(frame))
+    for note in report.notes:
+        lines.add_row("note", note)
+    stages = ", ".join(f"{stage} {value:.3f}" for stage, value in seconds.items())
+    lines.add_row("time", f"{total_s:.2f} s in all ({stages})")
+    for output in outputs:
+        size = readable(Path(output.path).stat().st_size)
+        lines.add_row("written", f"{output.path} ({output.product}, {size})")
+    console.print(lines)
+    if verbose:
+        import yaml
+
+        console.print("computed", style="bold")
+        console.print(yaml.safe_dump(_plain(frame.description), sort_keys=False, allow_unicode=True))
+
+
+def _signal(frame: Frame) -> Table:
+    table = Table.grid(padding=(0, 2))
+    for _ in range(5):
+        table.add_column(justify="right")
+    table.add_row("", "mean e⁻", "max e⁻", "mean DN", f"clipped at {frame.white_level_dn} DN")
+    for channel in frame.report.signal:
+        table.add_row(
+            channel.name,
+            f"{channel.mean_e:.1f}",
+            f"{channel.max_e:.1f}",
+            f"{channel.mean_dn:.1f}",
+            _clipped(channel),
+        )
+    return table
+
+
+def _clipped(channel: ChannelSignal) -> str:
+    if not channel.clipped_photosites:
+        return "none"
+    percent = 100.0 * channel.clipped_photosites / channel.photosites
+    return f"{channel.clipped_photosites} of {channel.photosites} ({percent:.2g} %)"
+
+
+def _plain(tree: object) -> object:
+    if isinstance(tree, Mapping):
+        return {str(key): _plain(value) for key, value in tree.items()}
+    if isinstance(tree, list | tuple):
+        return [_plain(value) for value in tree]
+    return tree

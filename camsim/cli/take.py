@@ -1,0 +1,112 @@
+"""``camsim capture``: check, expose, write, report."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from camsim.cli import outputs as outputs_of
+from camsim.cli.outputs import Output
+from camsim.cli.progress import Bar
+from camsim.errors import CamsimError
+
+if TYPE_CHECKING:
+    from camsim.frame import Frame
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What the user asked for."""
+
+    scene: str
+    sensor: str | None
+    changes: tuple[str, ...]
+    seed: int | None
+    outputs: tuple[str, ...]
+    force: bool
+    as_json: bool
+    quiet: bool
+    verbose: bool
+
+
+def take(request: Request) -> None:
+    """Take the picture; raises CamsimError with every fault of the request before any work is done."""
+    began = time.perf_counter()
+    texts = request.outputs or (f"{Path(request.scene).stem}.dng",)
+    outputs, errors = outputs_of.check(texts, force=request.force)
+    products = {output.product for output in outputs}
+    from camsim.capture import load
+
+    try:
+        setup = load(
+            request.scene,
+            sensor=request.sensor,
+            overrides=request.changes,
+            seed=request.seed,
+            products=products,
+        )
+    except CamsimError as error:
+        errors.insert(0, error)
+    if errors:
+        raise CamsimError("\n".join(str(error) for error in errors))
+    if not request.quiet:
+        _say_that_it_compiles()
+    with Bar(shown=not request.quiet) as bar:
+        frame = setup.expose(products=products, progress=bar.update)
+        writing = time.perf_counter()
+        _write(frame, outputs, bar)
+    seconds = {**frame.report.seconds, "write": time.perf_counter() - writing}
+    total_s = time.perf_counter() - began
+    if not request.quiet:
+        from camsim.cli.report import print_report
+
+        print_report(frame, outputs, seconds, total_s, verbose=request.verbose)
+    if request.as_json:
+        print(json.dumps(_as_json(frame, outputs, seconds, total_s), indent=2, ensure_ascii=False))
+
+
+def _say_that_it_compiles() -> None:
+    from camsim.render import kernels_compiled
+
+    if not kernels_compiled():
+        print("camsim: compiling its kernels, once on this machine (about half a minute)", file=sys.stderr)
+
+
+def _write(frame: Frame, outputs: list[Output], bar: Bar) -> None:
+    from camsim.files import save
+
+    for number, output in enumerate(outputs):
+        bar.update("write", number / len(outputs))
+        save(frame, output.path, product=output.product)
+
+
+def _as_json(
+    frame: Frame, outputs: list[Output], seconds: dict[str, float], total_s: float
+) -> dict[str, Any]:
+    """Return the report as a plain tree."""
+    return {
+        **asdict(frame.report),
+        "seconds": seconds,
+        "total_seconds": total_s,
+        "camera": frame.camera_name,
+        "rows": frame.mosaic.shape[0],
+        "cols": frame.mosaic.shape[1],
+        "channels": list(frame.channels),
+        "cfa_pattern": list(frame.cfa_pattern),
+        "f_number": frame.f_number,
+        "time_s": frame.time_s,
+        "iso": frame.iso,
+        "seed": frame.seed,
+        "bit_depth": frame.bit_depth,
+        "black_level_dn": frame.black_level_dn,
+        "white_level_dn": frame.white_level_dn,
+        "electrons_per_dn": frame.electrons_per_dn,
+        "outputs": [
+            {"file": output.path, "product": output.product, "bytes": Path(output.path).stat().st_size}
+            for output in outputs
+        ],
+    }

@@ -1,0 +1,34 @@
+"""``camsim validate``: all faults of all files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from camsim import capture
+from camsim.config import yaml_source
+from camsim.errors import CamsimError
+from camsim.optics import Airy
+
+
+def validate_files(files: Sequence[str]) -> None:
+    """Print a line for each good file; raises CamsimError with the faults of the others."""
+    errors: list[CamsimError] = []
+    for file in files:
+        try:
+            print(f"{file}: {_validated(file)}, no faults")
+        except CamsimError as error:
+            errors.append(error)
+    if errors:
+        raise CamsimError("\n".join(str(error) for error in errors))
+
+
+def _validated(file: str) -> str:
+    tree = yaml_source.read(Path(file), file).tree
+    said = tree.get("camsim") if isinstance(tree, dict) else None
+    if isinstance(said, str) and said.startswith("sensor/"):
+        # A sensor is whole without a lens; any will do to build the camera.
+        capture.load_camera(file, lens=Airy(f_number=8.0))
+        return "a sensor"
+    capture.load(file)
+    return "a scene"

@@ -1,0 +1,95 @@
+"""A document after the schema: its parts, each usable even when another part is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
+
+from pydantic import ValidationError
+
+from camsim.config.expect import Expected, along
+from camsim.config.faults import judge, validate
+from camsim.config.schema import Table
+from camsim.config.tree import Document, KeyPath
+from camsim.errors import CamsimError, ConfigError, Fault
+
+M = TypeVar("M", bound=Table)
+P = TypeVar("P", bound=Table)
+T = TypeVar("T")
+
+# Names that stages put before their messages and that stand in no file.
+_STAGES = ("adc", "curve", "dark_current", "dsnu", "full_well", "prnu", "read_noise")
+
+
+@dataclass
+class Judged(Generic[M]):
+    """A document with its model (None when the schema found faults) and the faults so far.
+
+    A part is read by its own path, so that one wrong number elsewhere does not hide what is wrong here.
+    """
+
+    document: Document
+    model_type: type[M]
+    model: M | None = None
+    faults: list[Fault] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, document: Document, model_type: type[M]) -> Judged[M]:
+        """Judge a document by its schema."""
+        model, faults = judge(document, model_type)
+        return cls(document, model_type, model, faults)
+
+    def value(self, path: KeyPath) -> Any:
+        """Return the plain value at ``path``; None when there is none."""
+        node = self.document.find(path)
+        return None if node is None or node.refused else node.plain()
+
+    def part(self, path: KeyPath, kind: type[P]) -> P | None:
+        """Return the table at ``path``, with its defaults; None when missing, wrong or of another kind."""
+        if self.model is not None:
+            found: Any = self.model
+            for key in path:
+                found = getattr(found, str(key)) if isinstance(found, Table) else found[key]
+            return found if isinstance(found, kind) else None
+        table = self._table(path)
+        if table is None or not issubclass(table, kind):
+            return None
+        try:
+            return validate(self.value(path), table)
+        except ValidationError:
+            return None
+
+    def build(self, path: KeyPath, make: Callable[[], T]) -> T | None:
+        """Make a stage of the part at ``path``; what the stage refuses becomes a fault there."""
+        try:
+            return make()
+        except ConfigError as error:
+            self.faults.extend(error.faults)
+        except CamsimError as error:
+            self.faults.append(self._domain_fault(path, str(error)))
+        return None
+
+    def refuse(self, path: KeyPath, message: str) -> None:
+        """Add a fault."""
+        self.faults.append(self.document.fault(path, message))
+
+    def _table(self, path: KeyPath) -> type[Table] | None:
+        node = self.document.find(path)
+        expected = along(Expected.of(self.model_type), self.document.root, path)
+        return expected.table(node) if node is not None and expected is not None else None
+
+    def _domain_fault(self, path: KeyPath, message: str) -> Fault:
+        """Place a stage's message ('stage: key value; must be …', 'key: …') at the key that it speaks of."""
+        head, colon, rest = message.partition(": ")
+        if colon and (head in _STAGES or (path and head == path[-1])):
+            message = rest
+            head, colon, rest = message.partition(": ")
+        table = self._table(path)
+        keys = table.model_fields if table is not None else {}
+        if colon and head in keys:
+            return self.document.fault((*path, head), rest)
+        word, _, rest = message.partition(" ")
+        if word in keys:
+            return self.document.fault((*path, word), f"is {rest}")
+        return self.document.fault(path, message)

@@ -1,0 +1,71 @@
+"""Whether a frame fits in memory, said before the work begins."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+# Per photosite: mean and noisy electrons (8 each), codes (2), channel (1), and three working copies.
+_BYTES_PER_PHOTOSITE = 8 + 8 + 2 + 1 + 24
+# Per photosite and channel of the truth: float32 to keep, float64 while it is rendered.
+_BYTES_OF_TRUTH = 4 + 8
+
+
+def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str]) -> int:
+    """Return about how much memory a capture takes, beyond what the program itself does."""
+    per_photosite = _BYTES_PER_PHOTOSITE + (_BYTES_OF_TRUTH * channels if "truth" in products else 0)
+    return rows * cols * per_photosite
+
+
+def available_bytes() -> int:
+    """Return how much memory this process can still get, by the strictest limit that is known."""
+    return min(_limits(), default=sys.maxsize)
+
+
+def readable(size_bytes: float) -> str:
+    """Return a size in the largest unit that leaves a whole part.
+
+    >>> readable(3.21e9), readable(880_000), readable(6.4e15)
+    ('3.2 GB', '880 kB', '6400 TB')
+    """
+    power = min(4, max(0, int(math.log10(max(size_bytes, 1.0)) // 3)))
+    value = size_bytes / 1000**power
+    return f"{value:.0f} {_UNITS[power]}" if value >= 10 or power == 0 else f"{value:.1f} {_UNITS[power]}"
+
+
+_UNITS = ("bytes", "kB", "MB", "GB", "TB")
+
+
+def _limits() -> Iterator[int]:
+    meminfo = _text("/proc/meminfo")
+    for line in meminfo.splitlines():
+        if line.startswith("MemAvailable:"):
+            yield int(line.split()[1]) * 1024
+    if not meminfo and hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
+        yield os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    # A container may have less than its machine.
+    for limit, used in (
+        ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
+        ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
+    ):
+        most, now = _text(limit).strip(), _text(used).strip()
+        if most.isdecimal() and now.isdecimal():
+            yield max(0, int(most) - int(now))
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return
+    soft, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if soft != resource.RLIM_INFINITY:
+        pages = _text("/proc/self/statm").split()
+        yield max(0, soft - (int(pages[0]) * os.sysconf("SC_PAGE_SIZE") if pages else 0))
+
+
+def _text(path: str) -> str:
+    try:
+        return Path(path).read_text()
+    except OSError:
+        return ""
