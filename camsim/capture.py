@@ -60,12 +60,12 @@ def load(
     located = _collected(faults, lambda: library.locate("scene", os.fspath(scene)))
     judged = located and _collected(faults, lambda: _read(located, changes, schema.SceneFile))
     if not located or not judged:
-        raise ConfigError(faults)
+        raise ConfigError(_in_order(faults))
     body = _collected(faults, lambda: _sensor_of(judged, sensor, changes))
     setup = _setup(judged, body, Path(located.path).stem, seed, products)
     faults += [*judged.faults, *(body.faults if body else ())]
     if faults or setup is None:
-        raise ConfigError(faults)
+        raise ConfigError(_in_order(faults))
     return setup
 
 
@@ -76,7 +76,7 @@ def load_camera(sensor: PathOrName, *, lens: Airy, overrides: Iterable[str] = ()
     camera = judged and build.camera(judged, lens)
     faults += judged.faults if judged else []
     if faults or not camera:
-        raise ConfigError(faults)
+        raise ConfigError(_in_order(faults))
     return camera
 
 
@@ -180,3 +180,9 @@ def _collected(faults: list[Fault], make: Callable[[], T]) -> T | None:
     except ConfigError as error:
         faults.extend(error.faults)
         return None
+
+
+def _in_order(faults: list[Fault]) -> list[Fault]:
+    """Sort faults by their places; the files stay in the order in which they were read."""
+    files = list(dict.fromkeys(fault.file for fault in faults))
+    return sorted(faults, key=lambda fault: (files.index(fault.file), fault.line, fault.column))

@@ -106,6 +106,11 @@ class Expected:
             str(v) for a in self.alternatives() if get_origin(a.kind) is Literal for v in get_args(a.kind)
         ]
 
+    def is_fraction(self) -> bool:
+        """Whether a number may stand here that is at most 1."""
+        limits = [limit for a in self.alternatives() if a.kind is float for limit in a.limits]
+        return any(isinstance(limit, Le) and limit.le == 1 for limit in limits)
+
     def words(self) -> str:
         """Return what may stand here, as in 'must be …'."""
         tables = self.tables()

@@ -14,7 +14,7 @@ from camsim.config.expect import Expected, along
 from camsim.config.near import elsewhere, meant
 from camsim.config.schema import Table
 from camsim.config.tree import Document, KeyPath, Node
-from camsim.errors import Fault
+from camsim.errors import ConfigError, Fault
 
 T = TypeVar("T", bound=Table)
 
@@ -22,10 +22,13 @@ _LONGEST_SHOWN = 40
 
 
 def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
-    """Return the document as a model (None when it has faults), and all its faults in the file's order."""
+    """Return the document as a model (None when it has faults), and all its faults in the file's order.
+
+    Raises ConfigError when the file is of another kind: what its keys mean is then anyone's guess.
+    """
     faults = list(document.faults)
     if wrong_format := _format_fault(document, model):
-        return None, [*faults, wrong_format]
+        raise ConfigError([*faults, wrong_format])
     root = Expected.of(model)
     valid: T | None = None
     try:
@@ -57,7 +60,7 @@ def format_of(model: type[Table]) -> str:
 
 
 def _format_fault(document: Document, model: type[Table]) -> Fault | None:
-    """Return the fault of a file that is of another kind: its keys then mean something else."""
+    """Return the fault of a file that is of another kind, None for one of the right kind."""
     wanted = format_of(model)
     content = document.root.content
     if content is None:
@@ -138,7 +141,7 @@ def _wrong_value(node: Node, expected: Expected) -> str:
     if isinstance(value, str):
         near = difflib.get_close_matches(value.lower(), expected.literals(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-    elif isinstance(value, int | float) and 1 < value <= 100 and ("to 1" in words or "at most 1" in words):
+    elif isinstance(value, int | float) and 1 < value <= 100 and expected.is_fraction():
         hint = f"; a fraction: {value:g} % is {value / 100:g}"
     return f"must be {words}, not {_got(node)}{hint}"
 

@@ -12,7 +12,7 @@ from camsim.config.expect import Expected, along
 from camsim.config.faults import judge, validate
 from camsim.config.schema import Table
 from camsim.config.tree import Document, KeyPath
-from camsim.errors import CamsimError, ConfigError, Fault
+from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 M = TypeVar("M", bound=Table)
 P = TypeVar("P", bound=Table)
@@ -20,6 +20,12 @@ T = TypeVar("T")
 
 # Names that stages put before their messages and that stand in no file.
 _STAGES = ("adc", "curve", "dark_current", "dsnu", "full_well", "prnu", "read_noise")
+
+_LISTS = {
+    "illuminant": "; see camsim list illuminants",
+    "reflectance": "; see camsim list reflectances",
+    "sensitivity": "; see camsim list sensitivities",
+}
 
 
 @dataclass
@@ -66,6 +72,9 @@ class Judged(Generic[M]):
             return make()
         except ConfigError as error:
             self.faults.extend(error.faults)
+        except UnknownNameError as error:
+            shown = "" if "did you mean" in str(error) else _LISTS.get(error.kind, "")
+            self.faults.append(self.document.fault(path, f"{error}{shown}"))
         except CamsimError as error:
             self.faults.append(self._domain_fault(path, str(error)))
         return None
