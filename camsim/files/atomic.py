@@ -11,7 +11,8 @@ from pathlib import Path
 
 from camsim.errors import OutputError
 
-_LONGEST_STEM = 200
+_STEM_LETTERS = 40
+"""Of the name, so that the name beside fits wherever the name itself does (255 bytes)."""
 
 
 @contextlib.contextmanager
@@ -23,7 +24,7 @@ def replacing(path: Path) -> Iterator[Path]:
     as OutputError; a link is followed, so that its target is replaced and not the link.
     """
     target = Path(os.path.realpath(path))
-    beside = target.with_name(f".{target.name[:_LONGEST_STEM]}.{secrets.token_hex(4)}.part")
+    beside = target.with_name(f".{target.name[:_STEM_LETTERS]}.{secrets.token_hex(4)}.part")
     with _system_errors_named(path):
         try:
             # os.open and not tempfile: the umask is to give the file the permissions of any new one.

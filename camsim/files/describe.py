@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
+import math
 import unicodedata
 from datetime import datetime
 from importlib import metadata
@@ -27,6 +28,7 @@ def description_hash(frame: Frame) -> str:
 
 def record(frame: Frame, product: str) -> dict[str, Any]:
     """Return what every file carries: the description, and the figures that explain the numbers."""
+    error = frame.report.error_estimate
     return {
         "camsim": "frame/1",
         "software": software(),
@@ -38,7 +40,7 @@ def record(frame: Frame, product: str) -> dict[str, Any]:
         "white_level_dn": frame.white_level_dn,
         "electrons_per_dn": frame.electrons_per_dn,
         "seed": frame.seed,
-        "error_estimate": frame.report.error_estimate,
+        "error_estimate": error if math.isfinite(error) else None,
         "description_sha256": description_hash(frame),
         "description": dict(frame.description),
     }
@@ -56,6 +58,12 @@ def software() -> str:
         return f"camsim {metadata.version('camsim-spectral')}"
     except metadata.PackageNotFoundError:
         return "camsim"
+
+
+def error_text(frame: Frame) -> str:
+    """Return the estimated error of the rendering, such as ``3.2e-07``, or the word unknown."""
+    error = frame.report.error_estimate
+    return f"{error:.2g}" if math.isfinite(error) else "unknown"
 
 
 def exif_datetime(frame: Frame) -> str:

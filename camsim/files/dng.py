@@ -7,7 +7,6 @@ specification 1.4. Bayer and X-Trans arrays are written as CFA, mono as linear r
 from __future__ import annotations
 
 import hashlib
-import math
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
@@ -16,7 +15,14 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import OutputError
 from camsim.files.atomic import write_chunks
-from camsim.files.describe import ascii_text, description_hash, exif_datetime, record_json, software
+from camsim.files.describe import (
+    ascii_text,
+    description_hash,
+    error_text,
+    exif_datetime,
+    record_json,
+    software,
+)
 from camsim.files.tiff_ifd import (
     Tag,
     ascii_string,
@@ -51,7 +57,7 @@ def write_dng(frame: Frame, path: Path) -> None:
         *_image_tags(frame),
         *_level_tags(frame),
         *_identity_tags(frame, image),
-        *_rendering_tags(frame),
+        *_rendering_tags(),
         *(() if is_mono(frame) else _colour_tags(frame)),
     )
     write_chunks(path, (directory(tags, _exif_tags(frame), [image.nbytes]), image))
@@ -144,10 +150,9 @@ def _identity_tags(frame: Frame, image: memoryview) -> tuple[Tag, ...]:
     )
 
 
-def _rendering_tags(frame: Frame) -> tuple[Tag, ...]:
-    """Say that nothing is to be added to the numbers: no gain, no extra noise, linear to the end."""
+def _rendering_tags() -> tuple[Tag, ...]:
+    """Say that nothing is to be done to the numbers: no gain, no extra noise, linear to the end."""
     return (
-        rational(50727, *[1.0] * len(frame.channels)),  # AnalogBalance
         srational(50730, 0),  # BaselineExposure
         rational(50731, 1),  # BaselineNoise
         rational(50732, 1),  # BaselineSharpness
@@ -156,10 +161,12 @@ def _rendering_tags(frame: Frame) -> tuple[Tag, ...]:
 
 
 def _colour_tags(frame: Frame) -> tuple[Tag, ...]:
+    """Matrices and white balance; a mono file has none, and Adobe warns of those it need not have."""
     under_a, under_d65 = fit(frame.colour, "A"), fit(frame.colour, "D65")
     return (
         srational(50721, *_row_by_row(under_a.xyz_to_camera)),
         srational(50722, *_row_by_row(under_d65.xyz_to_camera)),
+        rational(50727, *[1.0] * len(frame.channels)),  # AnalogBalance: no gain of a channel's own
         rational(50728, *_row_by_row(as_shot_neutral(frame.colour))),
         short(50778, _STANDARD_LIGHT_A),
         short(50779, _D65),
@@ -193,11 +200,10 @@ def _exif_tags(frame: Frame) -> tuple[Tag, ...]:
 
 
 def _xmp(frame: Frame, record: str) -> bytes:
-    error = frame.report.error_estimate
     properties = {
         "Seed": str(frame.seed),
         "DescriptionSHA256": description_hash(frame),
-        "ErrorEstimate": f"{error:.3g}" if math.isfinite(error) else "unknown",
+        "ErrorEstimate": error_text(frame),
         "Tolerance": f"{frame.report.tolerance:g}",
     }
     attributes = "".join(f"\n   camsim:{name}={quoteattr(value)}" for name, value in properties.items())

@@ -15,7 +15,7 @@ from typing import BinaryIO
 import numpy as np
 
 from camsim.arrays import F32, F64
-from camsim.files.describe import description_hash, exif_datetime, record_json, software
+from camsim.files.describe import description_hash, error_text, exif_datetime, record_json, software
 from camsim.frame import Frame
 
 _ROWS_PER_CHUNK = 16
@@ -47,7 +47,7 @@ def _write(frame: Frame, product: str, planes: Mapping[str, F32 | F64], path: Pa
         "software": software(),
         # Text, because OpenEXR's integers have 32 bits and its numbers single precision.
         "camsim:seed": str(frame.seed),
-        "camsim:errorEstimate": f"{frame.report.error_estimate:.3g}",
+        "camsim:errorEstimate": error_text(frame),
         "camsim:units": "electrons",
         "camsim:product": product,
         "camsim:descriptionSHA256": description_hash(frame),
