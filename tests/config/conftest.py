@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from camsim.errors import ConfigError
 
 SCENE = """\
 camsim: scene/1
@@ -62,3 +65,21 @@ def edited(folder: Path) -> Callable[..., None]:
         (folder / name).write_text(text.replace(old, new), encoding="utf-8")
 
     return edit
+
+
+@pytest.fixture
+def places_hold() -> Callable[[ConfigError], None]:
+    """Look at the file where a message points to: there stands the key or the value that it speaks of."""
+
+    def check(error: ConfigError) -> None:
+        for fault in error.faults:
+            there = (
+                Path(fault.file).read_text(encoding="utf-8").splitlines()[fault.line - 1][fault.column - 1 :]
+            )
+            value = re.search(r"must be .*, not '?([^';( ]+)", fault.message)
+            if "unknown key" in fault.message:
+                assert there.startswith(fault.key.rpartition(".")[2]), fault
+            elif value and value[1] not in ("a", "empty"):
+                assert there.lstrip("'").startswith(value[1]), fault
+
+    return check

@@ -1,0 +1,149 @@
+"""``--set``: what it changes, what wins, and what it is told when it cannot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from camsim.capture import load
+from camsim.config.build import Setup
+from camsim.errors import ConfigError
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+
+def with_set(*texts: str, **flags: object) -> Setup:
+    return load("good.yaml", overrides=texts, **flags)  # type: ignore[arg-type]
+
+
+def faults(*texts: str) -> list[str]:
+    with pytest.raises(ConfigError) as caught:
+        with_set(*texts)
+    return str(caught.value).splitlines()
+
+
+def test_values_follow_the_yaml_rules() -> None:
+    assert with_set("exposure.iso=1e3").exposure.iso == 1000.0
+    assert with_set("exposure.time_s=auto").exposure.time_s == "auto"
+    assert with_set("noise.enabled=false").noise is False
+    assert with_set("noise.seed=010").seed == 10
+    assert with_set("region={rows: 3, cols: 4, origin: [6, 8]}").region.origin == (6, 8)
+    assert with_set("scene.shapes=[]").scene.shapes == ()
+    assert with_set("name='a = b'").name == "a = b"
+
+
+def test_items_of_a_list_have_numbers() -> None:
+    assert with_set("scene.shapes.0.reflectance=0.2").scene.shapes[0].reflectance == 0.2
+    assert with_set("scene.shapes.0.centre.1=7").scene.shapes[0].centre_um == (4.0, 28.0)
+
+
+def test_null_removes() -> None:
+    assert with_set("sensor.olpf=null").camera.olpf is None
+    assert with_set("sensor.charge.prnu=").camera.prnu is None
+    assert with_set("region=null").region is None
+    assert len(with_set("scene.shapes.1=null").scene.shapes) == 2
+    # What is not there need not be removed.
+    assert with_set("sensor.olpf=null", "sensor.olpf=null").camera.olpf is None
+    assert with_set("name=null").name == "good"
+
+
+def test_a_removed_item_moves_the_next_one_up() -> None:
+    setup = with_set("scene.shapes.0=null", "scene.shapes.0=null", "scene.shapes.0.reflectance=0.5")
+    assert [shape.reflectance for shape in setup.scene.shapes] == [0.5]
+
+
+def test_tables_that_are_not_there_are_made() -> None:
+    assert with_set("region=null", "region.rows=8", "region.cols=10").region.cols == 10
+    assert with_set("sensor.olpf=null", "sensor.olpf.kind=four-spot", "sensor.olpf.split_um=1").camera.olpf
+
+
+def test_one_spectrum_can_take_the_place_of_the_other() -> None:
+    light = with_set("light.illuminant=null", "light.line_nm=550").light
+    assert (light.spectrum, light.line_nm) == (None, 550.0)
+
+
+def test_the_later_wins() -> None:
+    assert with_set("exposure.iso=400", "exposure.iso=800").exposure.iso == 800.0
+
+
+def test_precedence_is_flag_then_set_then_scene_then_default(folder: Path) -> None:
+    other = (folder / "my.yaml").read_text().replace("name: Mine", "name: Other")
+    (folder / "other.yaml").write_text(other)
+    third = other.replace("name: Other", "name: Third").replace("serial: 7\n", "")
+    (folder / "third.yaml").write_text(third)
+    assert with_set().camera.name == "Mine"
+    assert with_set("sensor=other.yaml").camera.name == "Other"
+    assert with_set("sensor=other.yaml", sensor="third.yaml").camera.name == "Third"
+    assert with_set("sensor=other.yaml", "sensor.name=Set", sensor="third.yaml").camera.name == "Set"
+    assert with_set("noise.seed=5").seed == 5
+    assert with_set("noise.seed=5", seed=6).seed == 6
+    assert with_set("noise.seed=null").seed == 0
+    assert with_set(sensor="third.yaml").camera.serial == 1
+
+
+def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    elsewhere = folder / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    assert load("../good.yaml", overrides=["sensor=../my.yaml"]).camera.name == "Mine"
+    assert load("../good.yaml", sensor="../my.yaml").camera.name == "Mine"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("iso=800", "--set iso: unknown key here; did you mean 'exposure.iso'?"),
+        (
+            "exposure.iso=fast",
+            "--set exposure.iso: must be a number above 0, not 'fast' "
+            "(ISO setting; the sensor's electrons_per_dn holds at its base_iso)",
+        ),
+        ("exposure=7", "--set exposure: must be a table {time_s, iso, datetime}, not 7 "
+                       "(how long, and how much the signal is amplified)"),
+        ("render={tolerance: 1e-3, foo: 1}", "--set render: render.foo: unknown key; known here: tolerance"),
+        ("exposure.iso", "--set exposure.iso: must be KEY=VALUE, such as exposure.iso=800"),
+        ("=3", "--set =3: must be KEY=VALUE, such as exposure.iso=800"),
+        ("a..b=3", "--set a..b=3: must be KEY=VALUE, such as exposure.iso=800"),
+        ("exposure.iso=[1", "--set exposure.iso: a list '[' is not closed; write [a, b, c]"),
+        ("exposure.iso=*x", "--set exposure.iso: the alias *x is not allowed; write the value out"),
+        ("region={rows: 1, rows: 2}", "--set region: rows: given twice; keep one"),
+        ("exposure.iso.x=1", "--set exposure.iso.x: exposure.iso is 200, which has no 'x' inside"),
+        ("scene.shapes.3=null", "--set scene.shapes.3: no item 3 in scene.shapes; there are 0 to 2"),
+        ("scene.shapes.last.radius=1",
+         "--set scene.shapes.last.radius: no item last in scene.shapes; there are 0 to 2"),
+        ("lens=null", "--set lens: missing; a table {kind, f_number, transmission} (the lens)"),
+        ("nose=null", "--set nose: unknown key; did you mean 'noise'? (the noise of this capture)"),
+        ("readout.bit_depth=8",
+         "--set readout.bit_depth: unknown key; the sensor's begin with 'sensor.': "
+         "did you mean 'sensor.readout.bit_depth'?"),
+        ("sensor.readout.bit_depth=0",
+         "--set sensor.readout.bit_depth: must be a whole number from 1 to 16, not 0 "
+         "(bits of a data number)"),
+        ("sensor.quantum_efficiency.curves=Canon",
+         "--set sensor.quantum_efficiency.curves: unknown sensitivity 'Canon' "
+         "(known: Nikon 5100 (NPL), Sigma SDMerill (NPL)); see camsim list sensitivities"),
+        ("sensor=nobody",
+         "--set sensor: unknown sensor 'nobody' (known: d40-like, mono-345); "
+         "a file of your own needs its path, such as ./my.yaml"),
+        ("sensor=3", "--set sensor: must be a name, not 3 "
+                     "(a shipped sensor (camsim list sensors) or a file in this scene's folder)"),
+        ("scene.shapes.1.points=[[0, 0], [2, 2], [2, 0], [0, 2]]",
+         "--set scene.shapes.1.points: the outline crosses itself at (1, 1); "
+         "list the corners in order round the shape"),
+        ("camsim=scene/9",
+         "--set camsim: scene/9 is newer than this camsim, which reads scene/1; update camsim"),
+    ],
+)  # fmt: skip
+def test_a_fault_names_the_override(text: str, expected: str) -> None:
+    assert faults(text) == [expected]
+
+
+def test_all_faulty_overrides_at_once() -> None:
+    found = faults("x", "exposure.iso=-1", "sensor.readout.bit_depth=0", "scene.shapes.9.radius=3")
+    assert [line.split(": ")[0] for line in found] == [
+        "--set x",
+        "--set scene.shapes.9.radius",
+        "--set exposure.iso",
+        "--set sensor.readout.bit_depth",
+    ]
