@@ -33,6 +33,7 @@ class Report:
     tolerance: float
     error_estimate: float
     checked_photosites: int
+    truth_error_estimate: float | None = None
     signal: tuple[ChannelSignal, ...]
     seconds: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

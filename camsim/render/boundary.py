@@ -16,11 +16,6 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.render.far import far_edge, far_line, far_tail
-from camsim.render.potential import lagrange_scale, lagrange_weights
-from camsim.render.tables import FIELD_ORDER
-
-FIELD_SCALE = lagrange_scale(FIELD_ORDER)
-MARGIN = FIELD_ORDER // 2
 
 WHOLE, LINE = 0, 1  # what a tile still owes of an edge: all of it, or its infinite line alone
 
@@ -83,17 +78,28 @@ def _respond(h: float, table: F64, far: F64, step: float, reach: float, sigma2: 
     return value if h >= 0.0 else -value
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, inline="always")
+def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
+    """Lagrange weights of the eight nodes −3 … 4 at 0 ≤ t < 1; scalars, so that they stay in registers."""
+    d0, d1, d2, d3 = t + 3.0, t + 2.0, t + 1.0, t
+    d4, d5, d6, d7 = t - 1.0, t - 2.0, t - 3.0, t - 4.0
+    p01, p23, p45, p67 = d0 * d1, d2 * d3, d4 * d5, d6 * d7
+    p0123, p4567 = p01 * p23, p45 * p67
+    a, b, c, d = p23 * p4567, p01 * p4567, p0123 * p67, p0123 * p45
+    return (
+        d1 * a * (-1.0 / 5040.0), d0 * a * (1.0 / 720.0), d3 * b * (-1.0 / 240.0), d2 * b * (1.0 / 144.0),
+        d5 * c * (-1.0 / 144.0), d4 * c * (1.0 / 240.0), d7 * d * (-1.0 / 720.0), d6 * d * (1.0 / 5040.0),
+    )
+
+
+@nb.njit(cache=True, fastmath={"contract"})
 def _flux(
     h: float, s_from: float, s_to: float, tx: float, ty: float, field: F64, step: float, panel: float, gauss_x: F64, gauss_w: F64
 ) -> float:
     """Integrate −V·n along the edge from s_from to s_to, seen from signed distance h."""
-    wx = np.empty(FIELD_ORDER)
-    wy = np.empty(FIELD_ORDER)
     panels = max(1, int(math.ceil((s_to - s_from) / panel)))
     half = 0.5 * (s_to - s_from) / panels
     nx, ny = -ty, tx
-    field_x, field_y = field[0], field[1]
     inv_step = 1.0 / step
     total = 0.0
     for p in range(panels):
@@ -103,21 +109,23 @@ def _flux(
             vx = s * tx - h * nx
             vy = s * ty - h * ny
             ux, uy = abs(vx) * inv_step, abs(vy) * inv_step
-            i, j = int(ux), int(uy)
-            lagrange_weights(ux - i, FIELD_ORDER, FIELD_SCALE, wx)
-            lagrange_weights(uy - j, FIELD_ORDER, FIELD_SCALE, wy)
-            i += MARGIN + 1 - FIELD_ORDER // 2
-            j += MARGIN + 1 - FIELD_ORDER // 2
-            sum_x = 0.0
-            sum_y = 0.0
-            for a in range(FIELD_ORDER):
-                row_x = 0.0
-                row_y = 0.0
-                for b in range(FIELD_ORDER):
-                    row_x += wy[b] * field_x[i + a, j + b]
-                    row_y += wy[b] * field_y[i + a, j + b]
-                sum_x += wx[a] * row_x
-                sum_y += wx[a] * row_y
+            i, j = np.uintp(ux), np.uintp(uy)
+            y0, y1, y2, y3, y4, y5, y6, y7 = _weights(uy - j)
+            # A stencil's corner is margin + 1 − order/2 = 1 beyond (i, j). One running sum per column and component.
+            i += np.uintp(1)
+            j += np.uintp(1)
+            a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
+            b0 = b1 = b2 = b3 = b4 = b5 = b6 = b7 = 0.0
+            for w in _weights(ux - np.uintp(ux)):
+                row = field[0, i, j : j + np.uintp(8)]
+                a0, a1, a2, a3 = a0 + w * row[0], a1 + w * row[1], a2 + w * row[2], a3 + w * row[3]
+                a4, a5, a6, a7 = a4 + w * row[4], a5 + w * row[5], a6 + w * row[6], a7 + w * row[7]
+                row = field[1, i, j : j + np.uintp(8)]
+                b0, b1, b2, b3 = b0 + w * row[0], b1 + w * row[1], b2 + w * row[2], b3 + w * row[3]
+                b4, b5, b6, b7 = b4 + w * row[4], b5 + w * row[5], b6 + w * row[6], b7 + w * row[7]
+                i += np.uintp(1)
+            sum_x = (a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3) + (a4 * y4 + a5 * y5 + a6 * y6 + a7 * y7)
+            sum_y = (b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3) + (b4 * y4 + b5 * y5 + b6 * y6 + b7 * y7)
             if vx < 0.0:
                 sum_x = -sum_x
             if vy < 0.0:

@@ -11,7 +11,9 @@ from camsim.optics import OpticalSystem
 from camsim.render.boundary import Edges, Numbers, Tables, render_edges
 from camsim.render.far import far_moments
 from camsim.render.footprint import Footprint
+from camsim.render.kernels import ONE_AT_A_TIME
 from camsim.render.plan import Settings
+from camsim.render.quadrature import gauss_legendre
 from camsim.render.tables import edge_responses, field_tables
 
 
@@ -37,7 +39,7 @@ def interpolation(nodes: F64, points: F64) -> F64:
 def numbers(settings: Settings, footprint: Footprint) -> Numbers:
     """Return the settings as the kernels read them."""
     nodes = chebyshev(settings.tile_nodes)
-    gauss_x, gauss_w = np.polynomial.legendre.leggauss(settings.panel_nodes)
+    gauss_x, gauss_w = gauss_legendre(settings.panel_nodes)
     levels = int(math.log2(settings.root // settings.leaf)) + 1
     to_photosites = np.zeros((levels, settings.root, nodes.size))
     for level in range(levels):
@@ -90,7 +92,8 @@ def boundary_image(
         response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
         base=base,
     )
-    return render_edges(*origin, channel, edges, tables, numbers(settings, footprint))
+    with ONE_AT_A_TIME:
+        return render_edges(*origin, channel, edges, tables, numbers(settings, footprint))
 
 
 def _directions(tx: F64, ty: F64, wanted: np.ndarray) -> tuple[I64, F64]:

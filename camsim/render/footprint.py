@@ -8,6 +8,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
+from camsim.render.quadrature import gauss_legendre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -61,7 +62,7 @@ def footprint_rule(side: float, spots: F64, order: int) -> tuple[F64, F64]:
     """Return nodes (m, 2) and weights (m,) of a Gauss product rule over the square, on every spot."""
     if side == 0.0:
         return spots, np.full(len(spots), 1.0 / len(spots))
-    x, w = np.polynomial.legendre.leggauss(order)
+    x, w = gauss_legendre(order)
     grid = 0.5 * side * np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2)
     weight = np.outer(w, w).ravel() / 4.0
     nodes = (spots[:, None, :] + grid[None]).reshape(-1, 2)

@@ -57,10 +57,10 @@ def plan_boundary(lambda_n: F64, shares: F64, footprint: Footprint, tolerance: f
     shortest, longest = float(lambda_n.min()), float(lambda_n.max())
     near = max(
         5.0 * longest,
-        _quiet_distance(lambda_n, shares, footprint, 0.25 * tolerance, 1.0 / (4.0 * math.pi**4)),
+        quiet_distance(lambda_n, shares, footprint, 0.25 * tolerance, end=True),
         _moment_distance(longest, footprint, 0.125 * tolerance),
     )
-    reach = max(near, _quiet_distance(lambda_n, shares, footprint, tolerance / 6.0, 1.0 / (2.0 * math.pi**4)))
+    reach = max(near, quiet_distance(lambda_n, shares, footprint, tolerance / 6.0, end=False))
     field_step = shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
     response_step = shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
     digits = -math.log10(tolerance)
@@ -76,8 +76,9 @@ def plan_boundary(lambda_n: F64, shares: F64, footprint: Footprint, tolerance: f
     )
 
 
-def _quiet_distance(lambda_n: F64, shares: F64, footprint: Footprint, allowed: float, amplitude: float) -> float:
-    """Distance beyond which the oscillating part of the far form stays below ``allowed``."""
+def quiet_distance(lambda_n: F64, shares: F64, footprint: Footprint, allowed: float, *, end: bool) -> float:
+    """Distance beyond which what oscillates at an edge's end (else: across a whole line) stays below ``allowed``."""
+    amplitude = 1.0 / ((4.0 if end else 2.0) * math.pi**4)
     longest = float(lambda_n.max())
     transfer = footprint.transfer(1.0 / lambda_n)
     phasor = shares * (lambda_n**2.5 * transfer)

@@ -12,10 +12,11 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
+from camsim.render.quadrature import gauss_legendre, quintic_cells
 from camsim.render.potential import ORDER, SCALE, airy_potential, contract, lagrange_weights, on_square_grid
 
-FIELD_ORDER = 8  # points per axis of the look-up in the field table
-_GAUSS_X, _GAUSS_W = np.polynomial.legendre.leggauss(8)
+FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
+_GAUSS_X, _GAUSS_W = gauss_legendre(8)
 
 
 def field_tables(
@@ -117,7 +118,7 @@ def edge_responses(
     bottom, nodes, node_weights = 0.0, [], []
     for top in cutoffs:
         count = 10 + math.ceil(2.5 * distance * (top - bottom))
-        x, w = np.polynomial.legendre.leggauss(count)
+        x, w = gauss_legendre(count)
         t = 0.5 * (1.0 + x)
         nodes.append(top - (top - bottom) * t * t)
         node_weights.append((top - bottom) * t * w)
@@ -132,10 +133,4 @@ def edge_responses(
     h = step * np.arange(-2, cells + 4)
     wave = np.sin((2.0 * np.pi) * np.outer(h, f))
     values = np.einsum("okf,hf->okh", footprint[:, None, :] * spectrum[None], wave, optimize=True)
-    window = np.lib.stride_tricks.sliding_window_view(values, 6, axis=2)[:, :, : cells + 1]
-    coefficients: F64 = np.ascontiguousarray(window @ _QUINTIC.T)
-    return coefficients
-
-
-# Rows: coefficients of x^0 … x^5 of the polynomial through values at −2, −1, 0, 1, 2, 3.
-_QUINTIC = np.linalg.inv(np.vander(np.arange(-2.0, 4.0), 6, increasing=True))
+    return quintic_cells(values)

@@ -1,0 +1,76 @@
+"""camsim: a spectral camera that runs from a YAML file.
+
+The public names load when they are first used: ``import camsim`` itself is nearly free.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from camsim.camera import Camera as Camera
+    from camsim.camera import Region as Region
+    from camsim.capture import capture as capture
+    from camsim.errors import CamsimError as CamsimError
+    from camsim.files import save as save
+    from camsim.frame import Frame as Frame
+    from camsim.optics import Airy as Airy
+    from camsim.optics import FourSpotOlpf as FourSpotOlpf
+    from camsim.optics import SquarePhotosite as SquarePhotosite
+    from camsim.render import Grid as Grid
+    from camsim.render import Rendering as Rendering
+    from camsim.render import render as render
+    from camsim.scene import Disc as Disc
+    from camsim.scene import Polygon as Polygon
+    from camsim.scene import Rectangle as Rectangle
+    from camsim.scene import Scene as Scene
+    from camsim.sensor.adc import Adc as Adc
+    from camsim.sensor.cfa import Cfa as Cfa
+    from camsim.sensor.exposure import Exposure as Exposure
+    from camsim.sensor.noise import DarkCurrent as DarkCurrent
+    from camsim.sensor.noise import Dsnu as Dsnu
+    from camsim.sensor.noise import FullWell as FullWell
+    from camsim.sensor.noise import Prnu as Prnu
+    from camsim.sensor.noise import ReadNoise as ReadNoise
+    from camsim.sensor.noise import ShotNoise as ShotNoise
+    from camsim.sensor.quantum_efficiency import QuantumEfficiency as QuantumEfficiency
+    from camsim.spectra.curve import Curve as Curve
+    from camsim.spectra.light import Light as Light
+    from camsim.spectra.named import reflectance as reflectance
+
+_HOME = {
+    "camsim.camera": ("Camera", "Region"),
+    "camsim.capture": ("capture",),
+    "camsim.errors": ("CamsimError",),
+    "camsim.files": ("save",),
+    "camsim.frame": ("Frame",),
+    "camsim.optics": ("Airy", "FourSpotOlpf", "SquarePhotosite"),
+    "camsim.render": ("Grid", "Rendering", "render"),
+    "camsim.scene": ("Disc", "Polygon", "Rectangle", "Scene"),
+    "camsim.sensor.adc": ("Adc",),
+    "camsim.sensor.cfa": ("Cfa",),
+    "camsim.sensor.exposure": ("Exposure",),
+    "camsim.sensor.noise": ("DarkCurrent", "Dsnu", "FullWell", "Prnu", "ReadNoise", "ShotNoise"),
+    "camsim.sensor.quantum_efficiency": ("QuantumEfficiency",),
+    "camsim.spectra.curve": ("Curve",),
+    "camsim.spectra.light": ("Light",),
+    "camsim.spectra.named": ("reflectance",),
+}
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = sorted([*_MODULE_OF, "__version__"])
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("camsim-spectral")
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'camsim' has no attribute {name!r}")
+    return getattr(importlib.import_module(_MODULE_OF[name]), name)
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,29 @@
+"""What was computed, as a plain tree: every stage by its class name and parameters, nothing about when or where."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+
+def describe(value: Any) -> Any:
+    """Return stages, tuples and numbers as dicts, lists and scalars that JSON can hold.
+
+    >>> from camsim.optics import FourSpotOlpf
+    >>> describe(FourSpotOlpf(split_um=3.66))
+    {'kind': 'FourSpotOlpf', 'split_um': 3.66}
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {f.name: describe(getattr(value, f.name)) for f in dataclasses.fields(value) if f.repr}
+        return {"kind": type(value).__name__, **fields}
+    if isinstance(value, Mapping):
+        return {str(k): describe(v) for k, v in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [describe(v) for v in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    return value
+

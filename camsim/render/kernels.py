@@ -1,0 +1,22 @@
+"""What the compiled kernels have in common: one caller at a time, and whether they are compiled yet."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+ONE_AT_A_TIME = threading.Lock()
+"""Held while a parallel kernel runs. Each uses every core, so a second caller loses nothing by waiting; and
+Numba's work-queue thread layer, the only one sure to be there, may not be entered by two threads."""
+
+
+def kernels_compiled() -> bool:
+    """Whether the kernels lie compiled in Numba's cache (the first use on a machine compiles them, once)."""
+    from camsim.render import boundary
+
+    kernel = boundary.render_edges
+    if kernel.signatures:
+        return True
+    source = Path(boundary.__file__)
+    compiled = Path(kernel.stats.cache_path).glob(f"{source.stem}.render_edges-*.nbi")
+    return any(index.stat().st_mtime >= source.stat().st_mtime for index in compiled)

@@ -1,0 +1,36 @@
+"""Quadrature rules (kept: one takes longer to make than to use) and piecewise quintics."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from scipy import special
+
+from camsim.arrays import F64
+
+
+@functools.cache
+def gauss_legendre(order: int) -> tuple[F64, F64]:
+    """Return nodes on −1 … 1 and weights of the Gauss–Legendre rule, both (order,), read-only."""
+    nodes, weights = special.roots_legendre(order)
+    nodes.flags.writeable = weights.flags.writeable = False
+    return nodes, weights
+
+
+def quintic_cells(values: F64) -> F64:
+    """Return (..., cells, 6): coefficients of t⁰ … t⁵ on every cell, 0 ≤ t < 1, through six values about it.
+
+    values : (..., cells + 5) at cell positions −2, −1, 0, 1, … ; the error is 5e-3·(angle per cell)⁶
+
+    >>> x = np.arange(-2.0, 7.0)
+    >>> float(np.polynomial.polynomial.polyval(0.5, quintic_cells(x**3)[2]).round(12))
+    15.625
+    """
+    window = np.lib.stride_tricks.sliding_window_view(values, 6, axis=-1)
+    cells: F64 = np.ascontiguousarray(window @ _QUINTIC.T)
+    return cells
+
+
+# Rows: coefficients of t^0 … t^5 of the polynomial through values at −2 … 3.
+_QUINTIC = np.linalg.inv(np.vander(np.arange(-2.0, 4.0), 6, increasing=True))

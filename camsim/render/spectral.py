@@ -1,0 +1,76 @@
+"""Wavelengths fused: how many nodes a rendering needs, and what every spectrum weighs at each."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem
+from camsim.render.quadrature import gauss_legendre
+from camsim.scene import Arrangement
+from camsim.spectra.curve import spectrum_at
+
+FEWEST_NODES, MOST_NODES = 16, 96
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Signals:
+    """What each spectrum gives each channel at each wavelength, before optics, in units of the channel's scale.
+
+    wavelength_nm : (n,) where light, filters and surfaces were multiplied; only those that carry signal
+    density       : (spectra, channels, n), quadrature weight included: a sum over n is a mean signal
+    scale         : (channels,) the larger of a perfect diffuser and the brightest spectrum, in the caller's unit
+    """
+
+    wavelength_nm: F64
+    density: F64
+    scale: F64
+
+    @classmethod
+    def of(cls, arrangement: Arrangement, response: F64, wavelength_nm: F64) -> Signals:
+        """Multiply the channels' response (channels, n) to a perfect diffuser by every reflectance."""
+        carries = np.any(response != 0.0, axis=0)
+        wavelength_nm, response = wavelength_nm[carries], response[:, carries]
+        reflectance = np.stack([spectrum_at(s, wavelength_nm) for s in arrangement.spectra])
+        density = reflectance[:, None, :] * response[None]
+        scale = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
+        scale = np.where(scale > 0.0, scale, 1.0)
+        return cls(wavelength_nm=wavelength_nm, density=density / scale[:, None], scale=scale)
+
+    def lambda_n(self, system: OpticalSystem, pitch_um: float) -> F64:
+        """Return λN at every wavelength, in pitches."""
+        return lambda_n(system, self.wavelength_nm, pitch_um)
+
+
+def lambda_n(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
+    """Return λN in pitches."""
+    values: F64 = np.array([system.lens.lambda_n_um(w) for w in wavelength_nm]) / pitch_um
+    return values
+
+
+def fuse(signals: Signals, *, phase: float) -> tuple[F64, F64]:
+    """Return nodes (j,) in nm and weights (spectra, channels, j) on them.
+
+    What the optics do varies smoothly with wavelength, while light and filters may have any shape. So the curves are
+    integrated on their own grid against the Lagrange polynomials of the nodes: totals are exact whatever the number
+    of nodes, and a lamp's lines need none of their own. ``phase`` is the range of 2πr/λN over the spectrum at the
+    largest distance that matters; a polynomial follows it with half as many nodes and a dozen more.
+    """
+    wavelength_nm = signals.wavelength_nm
+    count = min(MOST_NODES, max(FEWEST_NODES, 12 + math.ceil(0.5 * phase)))
+    if wavelength_nm.size <= count:
+        return wavelength_nm, signals.density
+    x, gauss_w = gauss_legendre(count)
+    low, high = wavelength_nm[0], wavelength_nm[-1]
+    nodes = 0.5 * (low + high) + 0.5 * (high - low) * x
+    # Barycentric weights of Gauss–Legendre nodes: (−1)^j·√((1 − x²)·w) (Wang & Xiang 2012).
+    barycentric = (-1.0) ** np.arange(count) * np.sqrt((1.0 - x * x) * gauss_w)
+    gap = wavelength_nm[:, None] - nodes
+    hit = gap == 0.0
+    terms = barycentric / np.where(hit, 1.0, gap)
+    basis = terms / terms.sum(axis=1, keepdims=True)
+    basis[hit.any(axis=1)] = hit[hit.any(axis=1)]
+    return nodes, signals.density @ basis

@@ -1,0 +1,192 @@
+"""Every rendering is checked: hard photosites are computed again by a path of its own.
+
+The check averages point samples over the footprint by a Gauss product rule (the rendering uses filtered tables and
+moments), integrates E(r)·h/(h² + s²) along each edge from a table of E/r² made directly from Bessel functions (the
+rendering interpolates the field of the potential), and changes to the far form of a *point* about three times further
+out. It shares no radius, table or far form with the rendering; its settings come from a fortieth of the tolerance.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from scipy import special
+
+from camsim.arrays import F64, I64
+from camsim.render.far import far_moments
+from camsim.render.footprint import Footprint, footprint_rule
+from camsim.render.kernels import ONE_AT_A_TIME
+from camsim.render.plan import quiet_distance
+from camsim.render.quadrature import gauss_legendre, quintic_cells
+
+CELLS_PER_LAMBDA_N = 32
+PANEL_NODES = 20
+PANEL_LAMBDA_N = 4.0
+SHARE = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Check:
+    """Settings of the check, lengths in pitches: radius of exact integration and the footprint's rule."""
+
+    radius: float
+    nodes: F64
+    weights: F64
+
+    @classmethod
+    def planned(cls, lambda_n: F64, shares: F64, footprint: Footprint, tolerance: float) -> Check:
+        """Choose settings for a fortieth of ``tolerance``; arguments as in ``plan_boundary``."""
+        longest, shortest = float(lambda_n.max()), float(lambda_n.min())
+        allowed = SHARE * tolerance
+        radius = max(12.0 * longest, quiet_distance(lambda_n, shares, footprint, 0.25 * allowed, end=True))
+        nodes, weights = footprint_rule(
+            footprint.side, footprint.spots, _rule_order(math.pi * footprint.side / shortest, allowed)
+        )
+        return cls(radius=radius + float(np.abs(nodes).max()), nodes=nodes, weights=weights)
+
+    def seconds(self, lambda_n: F64, near_edges: float, edges: int) -> float:
+        """Predict what one photosite costs (a model fitted once, not a measurement)."""
+        per_edge = 2.0 * self.radius / float(lambda_n.min()) * PANEL_NODES / PANEL_LAMBDA_N
+        return len(self.weights) * (near_edges * per_edge * 8e-9 + edges * 40e-9) + 2e-4
+
+
+def _rule_order(phase: float, allowed: float) -> int:
+    """Return the order of a Gauss rule that integrates cos(phase·x) over −1 … 1; the field holds little of it."""
+    order = 3
+    log_phase = math.log(max(phase, 1e-3))
+    while True:
+        error = (
+            (2 * order + 1) * math.log(2.0) + 4 * math.lgamma(order + 1) - math.log(2 * order + 1)
+            - 3 * math.lgamma(2 * order + 1) + 2 * order * log_phase
+        )
+        if error < math.log(20.0 * allowed):
+            return order
+        order += 1
+
+
+def reference_values(
+    points: F64, sets: I64, *, start: F64, end: F64, pair: I64, weights: F64, base: F64, lambda_n: F64, check: Check
+) -> F64:
+    """Return the light at ``points`` (m, 2), each in its channel ``sets`` (m,); other arguments as in ``boundary_image``."""
+    values = np.empty(len(points))
+    step = float(lambda_n.min()) / CELLS_PER_LAMBDA_N
+    cells = math.ceil(check.radius / step) + 1
+    profile = _airy_profile(1 << (cells - 1).bit_length())
+    gauss_x, gauss_w = gauss_legendre(PANEL_NODES)
+    panel = PANEL_LAMBDA_N * float(lambda_n.min())
+    for i, (point, channel) in enumerate(zip(points, sets, strict=True)):
+        close = np.unique(pair[_distance(point, start, end) <= check.radius])
+        table_of = np.full(len(weights), -1)
+        table_of[close] = np.arange(close.size)
+        tables = quintic_cells(_contract_profile(profile, lambda_n, weights[close, channel], step, cells))
+        with ONE_AT_A_TIME:
+            values[i] = base[channel] + _reference_value(
+                point, start, end, pair, table_of, tables, step, far_moments(lambda_n, weights[:, channel]),
+                check.radius, check.nodes, check.weights, panel, gauss_x, gauss_w,
+            )
+    return values
+
+
+def _distance(point: F64, start: F64, end: F64) -> F64:
+    """Distance of a point from every edge."""
+    along = end - start
+    t = np.clip(np.sum((point - start) * along, axis=1) / np.sum(along * along, axis=1), 0.0, 1.0)
+    distance: F64 = np.hypot(*(start + t[:, None] * along - point).T)
+    return distance
+
+
+@functools.cache
+def _airy_profile(cells: int) -> F64:
+    """E/ρ² of the Airy pattern as a quintic per cell (cells, 6); ρ = r/λN, even in ρ, π²/4 at 0."""
+    rho = np.arange(-2, cells + 3) / CELLS_PER_LAMBDA_N
+    x = np.pi * np.where(rho == 0.0, 1.0, rho)
+    values = (1.0 - special.j0(x) ** 2 - special.j1(x) ** 2) / np.where(rho == 0.0, 1.0, rho) ** 2
+    values[rho == 0.0] = math.pi**2 / 4.0
+    profile = quintic_cells(values)
+    profile.flags.writeable = False
+    return profile
+
+
+@nb.njit(cache=True)
+def _contract_profile(profile: F64, lambda_n: F64, weights: F64, step: float, cells: int) -> F64:
+    """Σ_j w[k, j]·E/r² of λ_j at multiples −2 … cells + 2 of ``step``."""
+    values = np.zeros((weights.shape[0], cells + 5))
+    for j in range(lambda_n.size):
+        scale = step * CELLS_PER_LAMBDA_N / lambda_n[j]
+        inverse_square = 1.0 / (lambda_n[j] * lambda_n[j])
+        for m in range(cells + 5):
+            u = abs(m - 2) * scale
+            c = profile[int(u)]
+            t = u - int(u)
+            value = (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))) * inverse_square
+            for k in range(weights.shape[0]):
+                values[k, m] += weights[k, j] * value
+    return values
+
+
+@nb.njit(cache=True, inline="always")
+def _beyond(h: float, s: float, far: F64) -> float:
+    """Σ c_k·∫ds/r^k over the half line from s ≥ 0, for k = 3, 5, 7."""
+    r = math.hypot(h, s)
+    u = s / r
+    third = 1.0 / (r * (r + s))
+    return third * (far[1] + third * ((2.0 + u) / 3.0 * far[2] + third * (8.0 + 9.0 * u + 3.0 * u * u) / 15.0 * far[3]))
+
+
+@nb.njit(cache=True)
+def _point_far(h: float, s1: float, s2: float, far: F64) -> float:
+    """Far form of a point sample over s1 … s2: the angle and the first three powers of 1/r."""
+    if s1 < 0.0 < s2:
+        powers = 2.0 * _beyond(h, 0.0, far) - _beyond(h, -s1, far) - _beyond(h, s2, far)
+    else:
+        powers = _beyond(h, min(abs(s1), abs(s2)), far) - _beyond(h, max(abs(s1), abs(s2)), far)
+    return far[0] * math.atan2(h * (s2 - s1), h * h + s1 * s2) - h * powers
+
+
+@nb.njit(cache=True, parallel=True)
+def _reference_value(
+    point: F64, start: F64, end: F64, pair: I64, table_of: I64, tables: F64, step: float, far: F64,
+    radius: float, nodes: F64, weights: F64, panel: float, gauss_x: F64, gauss_w: F64,
+) -> float:
+    """Sum over footprint nodes and edges."""
+    total = 0.0
+    for k in nb.prange(len(weights)):
+        x, y = point[0] + nodes[k, 0], point[1] + nodes[k, 1]
+        here = 0.0
+        for e in range(len(pair)):
+            length = math.hypot(end[e, 0] - start[e, 0], end[e, 1] - start[e, 1])
+            tx, ty = (end[e, 0] - start[e, 0]) / length, (end[e, 1] - start[e, 1]) / length
+            dx, dy = start[e, 0] - x, start[e, 1] - y
+            h = dx * ty - dy * tx
+            s1 = dx * tx + dy * ty
+            s2 = s1 + length
+            f = far[pair[e]]
+            table = table_of[pair[e]]
+            cut = radius * radius - h * h
+            cut = math.sqrt(cut) if cut > 0.0 else 0.0
+            low, high = max(s1, -cut), min(s2, cut)
+            if table < 0 or high <= low:
+                here += _point_far(h, s1, s2, f)
+                continue
+            if s1 < low:
+                here += _point_far(h, s1, low, f)
+            if s2 > high:
+                here += _point_far(h, high, s2, f)
+            panels = int(math.ceil((high - low) / panel))
+            half = 0.5 * (high - low) / panels
+            inside = 0.0
+            for p in range(panels):
+                for q in range(gauss_x.size):
+                    s = low + half * (2 * p + 1 + gauss_x[q])
+                    u = math.sqrt(h * h + s * s) / step
+                    cell = int(u)
+                    t = u - cell
+                    c = tables[table, cell]
+                    inside += gauss_w[q] * (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5])))))
+            here += h * half * inside / (2.0 * math.pi)
+        total += weights[k] * here
+    return total
