@@ -78,7 +78,7 @@ def ascii_text(text: str) -> str:
     'D40-like, 4.88 um - e'
     """
     plain = text.translate({ord("µ"): "u", ord("μ"): "u", ord("–"): "-", ord("—"): "-", 0: " "})
-    return unicodedata.normalize("NFKD", plain).encode("ascii", "ignore").decode("ascii")
+    return unicodedata.normalize("NFKD", plain).encode("ascii", "ignore").decode("ascii").strip()
 
 
 def _canonical(tree: Any) -> str:

@@ -31,6 +31,7 @@ from camsim.files.tiff_ifd import (
     double,
     long,
     rational,
+    refuse_over_4_gib,
     short,
     srational,
     undefined,
@@ -42,7 +43,7 @@ XMP_NAMESPACE = "urn:camsim:frame/1/"
 """XML namespace of our own properties in XMP."""
 
 _CFA_CODES = {"R": 0, "G": 1, "B": 2}
-_PERIODS = ((2, 2), (6, 6))
+_BAYER = (("RG", "GB"), ("BG", "GR"), ("GR", "BG"), ("GB", "RG"))
 _CFA, _LINEAR_RAW = 32803, 34892
 _STANDARD_LIGHT_A, _D65 = 17, 21
 _RECOMMENDED_EXPOSURE_INDEX = 2
@@ -51,6 +52,7 @@ _MAKE = "camsim"
 
 def write_dng(frame: Frame, path: Path) -> None:
     """Write the mosaic as an uncompressed DNG; raises OutputError for an array that developers misread."""
+    refuse_over_4_gib(2 * frame.mosaic.size)
     codes = np.ascontiguousarray(frame.mosaic, dtype="<u2")
     image = codes.data.cast("B")
     tags = (
@@ -88,8 +90,8 @@ def _image_tags(frame: Frame) -> tuple[Tag, ...]:
 def _cfa_tags(frame: Frame) -> tuple[Tag, ...]:
     pattern = frame.cfa_pattern
     period = len(pattern), len(pattern[0])
-    letters = set("".join(pattern))
-    if period not in _PERIODS or letters != set(_CFA_CODES):
+    known = pattern in _BAYER or (period == (6, 6) and set("".join(pattern)) == set(_CFA_CODES))
+    if not known:
         raise OutputError(
             f"raw developers misread a DNG of the colour filter array {' / '.join(pattern)}; "
             "write a .tiff, .exr or .npy instead"
@@ -134,7 +136,7 @@ def _identity_tags(frame: Frame, image: memoryview) -> tuple[Tag, ...]:
     record = record_json(frame, "mosaic")
     content = hashlib.blake2b(image, digest_size=16)
     content.update(record.encode("ascii"))
-    model = ascii_text(frame.camera_name)
+    model = ascii_text(frame.camera_name) or "camera"
     return (
         ascii_string(271, _MAKE),
         ascii_string(272, model),

@@ -86,6 +86,15 @@ def fraction(value: float, largest: int) -> tuple[int, int]:
     return nearest.numerator, nearest.denominator
 
 
+def refuse_over_4_gib(size_bytes: int) -> None:
+    """Raise OutputError for what 32-bit offsets cannot reach."""
+    if size_bytes > _LARGEST_FILE:
+        raise OutputError(
+            f"the image needs {size_bytes / 2**30:.1f} GiB and a TIFF or DNG file holds 4 GiB at most; "
+            "write .npy, or capture a smaller region"
+        )
+
+
 def directory(tags: Iterable[Tag], exif: Iterable[Tag], strip_bytes: Sequence[int]) -> bytes:
     """Return all that comes before the image: header, directory, Exif directory and their values.
 
@@ -98,11 +107,7 @@ def directory(tags: Iterable[Tag], exif: Iterable[Tag], strip_bytes: Sequence[in
         for size in strip_bytes:
             offsets.append(at)
             at += size
-        if at > _LARGEST_FILE:
-            raise OutputError(
-                f"the image needs {at / 2**30:.1f} GiB and a TIFF or DNG file holds 4 GiB at most; "
-                "write .npy, or capture a smaller region"
-            )
+        refuse_over_4_gib(at)
         pointers = (
             long(_STRIP_OFFSETS, *offsets),
             long(_STRIP_BYTE_COUNTS, *strip_bytes),

@@ -3,38 +3,55 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import rawpy
 
 from camsim.frame import ChannelSignal, Frame, Report
 from camsim.sensor.colour_matrix import ColourResponse
 
 WAVELENGTH_NM = np.arange(360.0, 831.0)
+X_TRANS = "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line(
+        "markers", "clients: needs other people's programs (make test-clients installs them)"
+    )
 
 
 def bell(centre_nm: float, width_nm: float) -> np.ndarray:
     return np.exp(-0.5 * ((WAVELENGTH_NM - centre_nm) / width_nm) ** 2)
 
 
-def make_frame(rows: int = 48, cols: int = 66, pattern: str = "RGGB", seed: int = 5, **changes: Any) -> Frame:
-    """An asymmetric frame: noise, a bright L in the top left corner, saturated in its short arm.
+def build_frame(
+    rows: int = 48, cols: int = 66, pattern: str = "RG GB", seed: int = 5, **changes: Any
+) -> Frame:
+    """Return a frame of an L of three squares, the lower one red, on noise; one square is clipped.
 
-    ``pattern`` is a Bayer phase, or "Y" for mono.
+    None of the eight ways to turn or mirror it looks like another. ``pattern`` is "Y" for mono.
     """
     rng = np.random.default_rng(seed)
+    cfa = tuple(pattern.split())
     if pattern == "Y":
-        channels, cfa, sensitivity = ("Y",), ("Y",), bell(550, 60)[None]
-        index = np.zeros((rows, cols), dtype=np.uint8)
+        channels, sensitivity = ("Y",), bell(550, 60)[None]
     else:
-        channels, cfa = ("R", "G", "B"), (pattern[:2], pattern[2:])
+        channels = ("R", "G", "B")
         sensitivity = np.array([0.6 * bell(600, 30), bell(535, 35), 0.8 * bell(460, 25)])
-        tile = np.array([["RGB".index(letter) for letter in row] for row in cfa], dtype=np.uint8)
-        index = np.tile(tile, (rows // 2 + 1, cols // 2 + 1))[:rows, :cols]
+    index = np.array(
+        [[channels.index(cfa[r % len(cfa)][c % len(cfa[0])]) for c in range(12)] for r in range(12)],
+        dtype=np.uint8,
+    )
+    index = np.tile(index, (rows // 12 + 1, cols // 12 + 1))[:rows, :cols]
     truth = rng.uniform(2000, 6000, (rows, cols, len(channels)))
-    truth[2 : rows // 2, 2 : cols // 8] = 20000
-    truth[2 : rows // 6, 2 : cols // 2] = 45000
+    truth[6:18, 6:18] = 20000
+    truth[6:18, 18:30] = 45000
+    truth[18:30, 6:18, 0] = 20000
+    truth[18:30, 6:18, 1:] = 1000
     mean = np.take_along_axis(truth, index[:, :, None].astype(np.int64), axis=2)[:, :, 0]
     electrons = np.minimum(rng.poisson(mean).astype(np.float64), 38950.0)
     frame = Frame(
@@ -64,14 +81,14 @@ def make_frame(rows: int = 48, cols: int = 66, pattern: str = "RGGB", seed: int 
             sensitivity=sensitivity,
             light=np.linspace(1.2, 0.8, WAVELENGTH_NM.size),
         ),
-        description={"sensor": {"name": "Test camera, 4.88 µm", "cfa": list(cfa)}, "note": '<&"] \u0001 ü'},
+        description={"sensor": {"name": "Test camera, 4.88 µm", "cfa": list(cfa)}, "note": '<&"]]> \u0001 ü'},
         report=Report(
             scene="L",
             optics=("Airy f/5.6",),
             wavelengths="471",
             method="by hand",
             tolerance=1e-6,
-            error_estimate=3.21e-7,
+            error_estimate=3.2e-7,
             checked_photosites=4,
             signal=tuple(
                 ChannelSignal(name=name, mean_e=1, max_e=1, mean_dn=1, clipped_photosites=0, photosites=1)
@@ -82,6 +99,41 @@ def make_frame(rows: int = 48, cols: int = 66, pattern: str = "RGGB", seed: int 
     return dataclasses.replace(frame, **changes)
 
 
+def rawpy_linear(path: Path) -> np.ndarray:
+    """Return LibRaw's linear sRGB, (rows, cols, 3) in 0..1: camera white balance, not scaled by content."""
+    with rawpy.imread(str(path)) as raw:
+        developed = raw.postprocess(
+            demosaic_algorithm=rawpy.DemosaicAlgorithm.LINEAR,
+            use_camera_wb=True,
+            output_color=rawpy.ColorSpace.sRGB,
+            output_bps=16,
+            gamma=(1, 1),
+            no_auto_bright=True,
+            adjust_maximum_thr=0,
+        )
+    return developed / 65535
+
+
+@pytest.fixture
+def make_frame() -> Callable[..., Frame]:
+    return build_frame
+
+
+@pytest.fixture
+def develop_with_rawpy() -> Callable[[Path], np.ndarray]:
+    return rawpy_linear
+
+
 @pytest.fixture
 def frame() -> Frame:
-    return make_frame()
+    return build_frame()
+
+
+@pytest.fixture
+def mono_frame() -> Frame:
+    return build_frame(pattern="Y")
+
+
+@pytest.fixture
+def x_trans() -> str:
+    return X_TRANS

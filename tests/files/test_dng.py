@@ -1,0 +1,221 @@
+"""A DNG read back by LibRaw (rawpy) and tifffile."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import rawpy
+import tifffile
+
+from camsim.errors import OutputError
+from camsim.files import save
+from camsim.files.dng import XMP_NAMESPACE, noise_profile
+from camsim.frame import Frame
+from camsim.spectra.colour_science import colour_science
+
+PHASES = ["RG GB", "BG GR", "GR BG", "GB RG"]
+
+
+def tags_of(path: Path) -> dict[Any, Any]:
+    with tifffile.TiffFile(path) as file:
+        return {tag.code: tag.value for tag in file.pages[0].tags}
+
+
+def fractions(values: tuple[int, ...]) -> np.ndarray:
+    return np.array([float(Fraction(n, d)) for n, d in zip(values[::2], values[1::2], strict=True)])
+
+
+@pytest.mark.parametrize("size", [(48, 66), (49, 67), (30, 31)])
+@pytest.mark.parametrize("pattern", PHASES)
+def test_libraw_reads_the_bayer_mosaic_bit_for_bit(
+    tmp_path: Path, make_frame: Callable[..., Frame], pattern: str, size: tuple[int, int]
+) -> None:
+    frame = make_frame(*size, pattern)
+    save(frame, tmp_path / "a.dng")
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image, frame.mosaic)
+        np.testing.assert_array_equal(raw.raw_image_visible, frame.mosaic)
+        assert raw.black_level_per_channel == [128] * 4
+        assert raw.white_level == 4023
+        assert raw.camera_white_level_per_channel == [4023] * 4
+        assert raw.color_desc == b"RGBG"
+        colours = np.where(raw.raw_colors_visible == 3, 1, raw.raw_colors_visible)
+        np.testing.assert_array_equal(colours, frame.channel_index)
+        assert raw.sizes.flip == 0
+
+
+def test_libraw_reads_x_trans(tmp_path: Path, make_frame: Callable[..., Frame], x_trans: str) -> None:
+    frame = make_frame(516, 600, x_trans)
+    save(frame, tmp_path / "a.dng")
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image_visible, frame.mosaic)
+        np.testing.assert_array_equal(raw.raw_colors_visible, frame.channel_index)
+
+
+def test_libraw_reads_mono(tmp_path: Path, mono_frame: Frame) -> None:
+    save(mono_frame, tmp_path / "a.dng")
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image_visible, mono_frame.mosaic)
+        assert raw.white_level == 4023
+        assert raw.num_colors == 1
+
+
+@pytest.mark.parametrize(
+    ("bits", "black", "white"), [(12, 128, 4095), (14, 512, 16383), (16, 1024, 65535), (10, 0, 1023)]
+)
+def test_libraw_reads_levels(
+    tmp_path: Path, make_frame: Callable[..., Frame], bits: int, black: int, white: int
+) -> None:
+    codes = np.random.default_rng(bits).integers(0, white + 1, (48, 66)).astype(np.uint16)
+    frame = make_frame(bit_depth=bits, black_level_dn=black, white_level_dn=white, mosaic=codes)
+    save(frame, tmp_path / "a.dng")
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image, codes)
+        assert raw.white_level == white
+        assert raw.black_level_per_channel == [black] * 4
+
+
+def response_to(frame: Frame, light: str) -> np.ndarray:
+    """Return the channels' response to a perfect diffuser under a CIE illuminant, summed every 5 nm."""
+    colour = colour_science()
+    shape = colour.SpectralShape(380, 780, 5)
+    power = colour.SDS_ILLUMINANTS[light].copy().align(shape).values
+    nodes = shape.range()
+    sums = [
+        (power * np.interp(nodes, frame.colour.wavelength_nm, curve)).sum()
+        for curve in frame.colour.sensitivity
+    ]
+    return np.array(sums) / max(sums)
+
+
+# CIE 15:2018, table T.3: chromaticities of the illuminants for the 2° observer.
+CHROMATICITY = {"A": (0.44758, 0.40745), "D65": (0.31272, 0.32903)}
+
+
+def test_colour_matrices_take_white_to_neutral(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.dng")
+    tags = tags_of(tmp_path / "a.dng")
+    assert (tags[50778], tags[50779]) == (17, 21)
+    for code, light in ((50721, "A"), (50722, "D65")):
+        matrix = fractions(tags[code]).reshape(3, 3)
+        x, y = CHROMATICITY[light]
+        np.testing.assert_allclose(matrix @ [x / y, 1, (1 - x - y) / y], response_to(frame, light), rtol=1e-3)
+    for code in (50964, 50965):
+        np.testing.assert_allclose(
+            fractions(tags[code]).reshape(3, 3).sum(axis=1), [0.9642, 1, 0.8249], rtol=0, atol=1e-7
+        )
+
+
+def test_libraw_takes_white_balance_and_matrix_from_the_file(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.dng")
+    seen = frame.colour.sensitivity @ frame.colour.light
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_allclose(raw.camera_whitebalance[:3], seen.max() / seen, rtol=1e-5)
+        # LibRaw makes its daylight multipliers of the D65 matrix alone.
+        np.testing.assert_allclose(raw.daylight_whitebalance[:3], 1 / response_to(frame, "D65"), rtol=1e-3)
+
+
+@pytest.mark.parametrize("level_e", [200.0, 5000.0, 30000.0])
+def test_noise_profile_is_the_variance_of_a_flat_field(frame: Frame, level_e: float) -> None:
+    rng = np.random.default_rng(3)
+    photosites = 400_000
+    electrons = rng.poisson(level_e, photosites) + rng.normal(0, frame.read_noise_e, photosites)
+    codes = np.rint(frame.black_level_dn + electrons / frame.electrons_per_dn)
+    x = (codes - frame.black_level_dn) / (frame.white_level_dn - frame.black_level_dn)
+    shot, floor = noise_profile(frame)
+    # The variance of n values has a relative standard deviation of sqrt(2/n); five of them.
+    assert x.var() == pytest.approx(shot * x.mean() + floor, rel=5 * np.sqrt(2 / photosites))
+
+
+def test_noise_profile_is_written_for_every_plane(tmp_path: Path, frame: Frame, mono_frame: Frame) -> None:
+    for each, planes in ((frame, 3), (mono_frame, 1)):
+        save(each, tmp_path / "a.dng")
+        assert tags_of(tmp_path / "a.dng")[51041] == noise_profile(each) * planes
+
+
+def test_the_exposure_is_in_exif(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.dng")
+    exif = tags_of(tmp_path / "a.dng")[34665]
+    assert exif["ExposureTime"] == (1, 100)
+    assert exif["FNumber"] == (28, 5)
+    assert exif["RecommendedExposureIndex"] == 200
+    assert exif["DateTimeOriginal"] == "2021:03:04 05:06:07"
+    assert exif["LensModel"] == "f/5.6"
+
+
+@pytest.mark.parametrize("time_s", [1e-6, 1 / 3, 3600.0])
+def test_extreme_exposures_are_kept(tmp_path: Path, make_frame: Callable[..., Frame], time_s: float) -> None:
+    save(make_frame(time_s=time_s, iso=409600.0), tmp_path / "a.dng")
+    exif = tags_of(tmp_path / "a.dng")[34665]
+    assert float(Fraction(*exif["ExposureTime"])) == pytest.approx(time_s, rel=1e-9)
+    assert exif["RecommendedExposureIndex"] == 409600
+
+
+def test_xmp_carries_the_whole_description(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.dng")
+    xmp = bytes(tags_of(tmp_path / "a.dng")[700]).decode()
+    tree = ElementTree.fromstring(xmp[xmp.index("<x:xmpmeta") : xmp.index("<?xpacket end")])
+    (properties,) = tree.iter("{http://www.w3.org/1999/02/22-rdf-syntax-ns#}Description")
+
+    def prop(name: str) -> str | None:
+        return properties.get(f"{{{XMP_NAMESPACE}}}{name}")
+
+    assert prop("Seed") == str(2**40 + 1)
+    assert prop("ErrorEstimate") == "3.2e-07"
+    assert prop("Tolerance") == "1e-06"
+    record = json.loads(properties.findtext(f"{{{XMP_NAMESPACE}}}Record"))
+    assert record["description"] == frame.description
+    assert record["seed"] == 2**40 + 1
+    assert record["error_estimate"] == 3.2e-7
+    assert record["description_sha256"] == prop("DescriptionSHA256")
+
+
+def test_the_identifier_follows_the_content(tmp_path: Path, frame: Frame) -> None:
+    def identifier(each: Frame) -> bytes:
+        save(each, tmp_path / "a.dng")
+        return bytes(tags_of(tmp_path / "a.dng")[50781])
+
+    other = frame.mosaic.copy()
+    other[-1, -1] ^= 1
+    described = {**frame.description, "note": "another"}
+    three = {
+        identifier(frame),
+        identifier(dataclasses.replace(frame, mosaic=other)),
+        identifier(dataclasses.replace(frame, description=described)),
+    }
+    assert len(three) == 3
+    assert identifier(frame) in three
+
+
+def test_names_beyond_ascii_are_written_in_ascii(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+    save(make_frame(camera_name="Größe 4.88 µm 相机"), tmp_path / "a.dng")
+    tags = tags_of(tmp_path / "a.dng")
+    assert tags[271] == "camsim"
+    assert tags[272] == "Groe 4.88 um"
+    assert tags[50708] == "camsim Groe 4.88 um"
+
+
+@pytest.mark.parametrize("pattern", ["RRGG RRGG GGBB GGBB", "RG BG", "RG GW", "RY YB", "RGB"])
+def test_arrays_that_developers_misread_are_refused(
+    tmp_path: Path, make_frame: Callable[..., Frame], pattern: str
+) -> None:
+    frame = make_frame()
+    rows = tuple(pattern.split())
+    with pytest.raises(OutputError, match=r"misread a DNG of the colour filter array .*; write a \.tiff"):
+        save(dataclasses.replace(frame, cfa_pattern=rows), tmp_path / "a.dng")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_more_than_4_gib_is_refused(tmp_path: Path, frame: Frame) -> None:
+    # One row repeated by a stride of zero: 8 GB that take no memory.
+    huge = np.lib.stride_tricks.as_strided(frame.mosaic, (60000, 66 * 1000), (0, 0))
+    with pytest.raises(OutputError, match="a TIFF or DNG file holds 4 GiB at most"):
+        save(dataclasses.replace(frame, mosaic=huge), tmp_path / "a.dng")
