@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from camsim.optics import Airy as Airy
     from camsim.optics import FourSpotOlpf as FourSpotOlpf
     from camsim.optics import SquarePhotosite as SquarePhotosite
-    from camsim.render import Grid as Grid
-    from camsim.render import Rendering as Rendering
-    from camsim.render import render as render
+    from camsim.rendering import Grid as Grid
+    from camsim.rendering import Rendering as Rendering
+    from camsim.rendering import render as render
     from camsim.scene import Disc as Disc
     from camsim.scene import Polygon as Polygon
     from camsim.scene import Rectangle as Rectangle
@@ -46,7 +46,7 @@ _HOME = {
     "camsim.files": ("save",),
     "camsim.frame": ("Frame",),
     "camsim.optics": ("Airy", "FourSpotOlpf", "SquarePhotosite"),
-    "camsim.render": ("Grid", "Rendering", "render"),
+    "camsim.rendering": ("Grid", "Rendering", "render"),
     "camsim.scene": ("Disc", "Polygon", "Rectangle", "Scene"),
     "camsim.sensor.adc": ("Adc",),
     "camsim.sensor.cfa": ("Cfa",),

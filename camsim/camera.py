@@ -16,7 +16,7 @@ from camsim.description import describe
 from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
-from camsim.render import Grid, Rendering, render_channels
+from camsim.rendering import Grid, Rendering, render_channels
 from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa

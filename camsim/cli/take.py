@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What the user asked for."""
+    """What the user asked for, and when (``time.perf_counter``)."""
 
     scene: str
     sensor: str | None
@@ -31,11 +31,11 @@ class Request:
     as_json: bool
     quiet: bool
     verbose: bool
+    began_s: float
 
 
 def take(request: Request) -> None:
     """Take the picture; raises CamsimError with every fault of the request before any work is done."""
-    began = time.perf_counter()
     texts = request.outputs or (f"{Path(request.scene).stem}.dng",)
     outputs, errors = outputs_of.check(texts, force=request.force)
     products = {output.product for output in outputs}
@@ -55,12 +55,15 @@ def take(request: Request) -> None:
         raise CamsimError("\n".join(str(error) for error in errors))
     if not request.quiet:
         _say_that_it_compiles()
+    ready_s = time.perf_counter()
     with Bar(shown=not request.quiet) as bar:
         frame = setup.expose(products=products, progress=bar.update)
-        writing = time.perf_counter()
+        writing_s = time.perf_counter()
         _write(frame, outputs, bar)
-    seconds = {**frame.report.seconds, "write": time.perf_counter() - writing}
-    total_s = time.perf_counter() - began
+    done_s = time.perf_counter()
+    set_up = {"set up": ready_s - request.began_s}
+    seconds = {**set_up, **frame.report.seconds, "write": done_s - writing_s}
+    total_s = done_s - request.began_s
     if not request.quiet:
         from camsim.cli.report import print_report
 
@@ -70,7 +73,7 @@ def take(request: Request) -> None:
 
 
 def _say_that_it_compiles() -> None:
-    from camsim.render import kernels_compiled
+    from camsim.rendering import kernels_compiled
 
     if not kernels_compiled():
         print("camsim: compiling its kernels, once on this machine (about half a minute)", file=sys.stderr)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.render.quadrature import gauss_legendre
+from camsim.rendering.quadrature import gauss_legendre
 
 STEP_PER_LAMBDA_N = 1.0 / 32.0
 ORDER = 10  # points of the Lagrange rule; with the step above its error is below 1e-12

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.render.grid import Grid
-from camsim.render.plan import Settings
-from camsim.render.spotcheck import Check
+from camsim.rendering.grid import Grid
+from camsim.rendering.plan import Settings
+from camsim.rendering.spotcheck import Check
 
 FEWEST, MOST = 4, 256
 SHARE_OF_TIME = 0.1

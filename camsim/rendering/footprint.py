@@ -8,7 +8,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.render.quadrature import gauss_legendre
+from camsim.rendering.quadrature import gauss_legendre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -17,11 +17,11 @@ import numpy as np
 from scipy import special
 
 from camsim.arrays import F64, I64
-from camsim.render.far import far_moments
-from camsim.render.footprint import Footprint, footprint_rule
-from camsim.render.kernels import ONE_AT_A_TIME
-from camsim.render.plan import quiet_distance
-from camsim.render.quadrature import gauss_legendre, quintic_cells
+from camsim.rendering.far import far_moments
+from camsim.rendering.footprint import Footprint, footprint_rule
+from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.plan import quiet_distance
+from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
 CELLS_PER_LAMBDA_N = 32
 PANEL_NODES = 20

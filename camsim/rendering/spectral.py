@@ -9,7 +9,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.render.quadrature import gauss_legendre
+from camsim.rendering.quadrature import gauss_legendre
 from camsim.scene import Arrangement
 from camsim.spectra.curve import spectrum_at
 

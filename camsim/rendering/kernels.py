@@ -12,7 +12,7 @@ Numba's work-queue thread layer, the only one sure to be there, may not be enter
 
 def kernels_compiled() -> bool:
     """Whether the kernels lie compiled in Numba's cache (the first use on a machine compiles them, once)."""
-    from camsim.render import boundary
+    from camsim.rendering import boundary
 
     kernel = boundary.render_edges
     if kernel.signatures:

@@ -8,13 +8,13 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.optics import OpticalSystem
-from camsim.render.boundary import Edges, Numbers, Tables, render_edges
-from camsim.render.far import far_moments
-from camsim.render.footprint import Footprint
-from camsim.render.kernels import ONE_AT_A_TIME
-from camsim.render.plan import Settings
-from camsim.render.quadrature import gauss_legendre
-from camsim.render.tables import edge_responses, field_tables
+from camsim.rendering.boundary import Edges, Numbers, Tables, render_edges
+from camsim.rendering.far import far_moments
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.plan import Settings
+from camsim.rendering.quadrature import gauss_legendre
+from camsim.rendering.tables import edge_responses, field_tables
 
 
 def chebyshev(order: int) -> F64:

@@ -15,7 +15,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.render.far import far_edge, far_line, far_tail
+from camsim.rendering.far import far_edge, far_line, far_tail
 
 WHOLE, LINE = 0, 1  # what a tile still owes of an edge: all of it, or its infinite line alone
 

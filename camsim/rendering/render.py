@@ -12,13 +12,13 @@ import numpy as np
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.optics import OpticalStage, OpticalSystem
-from camsim.render.engine import boundary_image
-from camsim.render.footprint import Footprint
-from camsim.render.grid import Grid
-from camsim.render.plan import Settings, check_tolerance, plan_boundary
-from camsim.render.spectral import Signals, fuse, lambda_n
-from camsim.render.spotcheck import Check, reference_values
-from camsim.render.hardest import hardest_photosites
+from camsim.rendering.engine import boundary_image
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.grid import Grid
+from camsim.rendering.plan import Settings, check_tolerance, plan_boundary
+from camsim.rendering.spectral import Signals, fuse, lambda_n
+from camsim.rendering.spotcheck import Check, reference_values
+from camsim.rendering.hardest import hardest_photosites
 from camsim.scene import Arrangement, Scene, arrange
 
 METHODS = ("auto", "boundary")

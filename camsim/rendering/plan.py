@@ -19,7 +19,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.render.footprint import Footprint
+from camsim.rendering.footprint import Footprint
 
 COARSEST, FINEST = 1e-2, 1e-9
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.render.quadrature import gauss_legendre, quintic_cells
-from camsim.render.potential import ORDER, SCALE, airy_potential, contract, lagrange_weights, on_square_grid
+from camsim.rendering.quadrature import gauss_legendre, quintic_cells
+from camsim.rendering.potential import ORDER, SCALE, airy_potential, contract, lagrange_weights, on_square_grid
 
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
