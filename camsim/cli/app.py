@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import sys
+import time
 from enum import StrEnum
 from typing import Annotated, Any
 
@@ -12,6 +13,7 @@ from typer.core import TyperGroup
 
 from camsim.errors import CamsimError
 
+_BEGAN_S = time.perf_counter()
 _MOST_LINES = 200
 
 
@@ -145,6 +147,7 @@ def capture(
             as_json=as_json,
             quiet=quiet,
             verbose=verbose,
+            began_s=_BEGAN_S,
         )
     )
 

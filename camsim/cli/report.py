@@ -12,7 +12,8 @@ from camsim.cli.outputs import Output
 from camsim.config.memory import readable
 from camsim.frame import ChannelSignal, Frame
 
-_WIDTH_OF_A_FILE = 110
+_WIDTH_OF_A_LOG = 1000
+_LONGEST_LIST = 12
 
 
 def print_report(
@@ -21,7 +22,8 @@ def print_report(
     """Print the report of a capture on stderr."""
     console = Console(stderr=True, highlight=False, markup=False, emoji=False)
     if not console.is_terminal:
-        console.width = _WIDTH_OF_A_FILE
+        # Nobody wraps the lines of a log.
+        console.width = _WIDTH_OF_A_LOG
     report = frame.report
     rows, cols = frame.mosaic.shape
     lines = Table.grid(padding=(0, 2))
@@ -39,6 +41,8 @@ def print_report(
         "error",
         f"{report.error_estimate:.2g}, the worst of {report.checked_photosites} photosites recomputed",
     )
+    if report.truth_error_estimate is not None:
+        lines.add_row("", f"{report.truth_error_estimate:.2g} in the truth, every channel at every photosite")
     lines.add_row("signal", _signal(frame))
     for note in report.notes:
         lines.add_row("note", note)
@@ -47,12 +51,17 @@ def print_report(
     for output in outputs:
         size = readable(Path(output.path).stat().st_size)
         lines.add_row("written", f"{output.path} ({output.product}, {size})")
-    console.print(lines)
+    with console.capture() as printed:
+        console.print(lines)
+    # The grid fills its last column with spaces.
+    console.file.writelines(f"{line.rstrip()}\n" for line in printed.get().splitlines())
     if verbose:
         import yaml
 
-        console.print("computed", style="bold")
-        console.print(yaml.safe_dump(_plain(frame.description), sort_keys=False, allow_unicode=True))
+        tree = _shortened(frame.description)
+        console.file.write(
+            f"computed:\n{yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=1000)}"
+        )
 
 
 def _signal(frame: Frame) -> Table:
@@ -78,9 +87,12 @@ def _clipped(channel: ChannelSignal) -> str:
     return f"{channel.clipped_photosites} of {channel.photosites} ({percent:.2g} %)"
 
 
-def _plain(tree: object) -> object:
+def _shortened(tree: object) -> object:
+    """Return a description that a person can read: no list of a hundred numbers."""
     if isinstance(tree, Mapping):
-        return {str(key): _plain(value) for key, value in tree.items()}
+        return {str(key): _shortened(value) for key, value in tree.items()}
     if isinstance(tree, list | tuple):
-        return [_plain(value) for value in tree]
+        if len(tree) > _LONGEST_LIST:
+            return f"{len(tree)} items, {_shortened(tree[0])} … {_shortened(tree[-1])}"
+        return [_shortened(value) for value in tree]
     return tree

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from camsim import capture
+from camsim.capture import load, load_camera
 from camsim.config import yaml_source
 from camsim.errors import CamsimError
 from camsim.optics import Airy
@@ -28,7 +28,7 @@ def _validated(file: str) -> str:
     said = tree.get("camsim") if isinstance(tree, dict) else None
     if isinstance(said, str) and said.startswith("sensor/"):
         # A sensor is whole without a lens; any will do to build the camera.
-        capture.load_camera(file, lens=Airy(f_number=8.0))
+        load_camera(file, lens=Airy(f_number=8.0))
         return "a sensor"
-    capture.load(file)
+    load(file)
     return "a scene"

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+COMMAND = str(Path(sys.executable).parent / "camsim")
+
+# Small and quick: twenty photosites of a shipped camera.
+SCENE = """\
+camsim: scene/1
+sensor: d40-like
+lens: {kind: airy, f_number: 8}
+light: {line_nm: 550, illuminance_lux: 5000}
+exposure: {time_s: 0.01, iso: 200}
+region: {rows: 16, cols: 20}
+scene:
+  unit: pixel
+  background: {reflectance: 0.9}
+  shapes:
+    - {kind: rectangle, width: 6, height: 8, rotate_deg: 4, reflectance: 0.05}
+render: {tolerance: 1e-4}
+noise: {enabled: true, seed: 1}
+"""
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """The folder in which ``camsim`` is started; it holds a small scene."""
+    (tmp_path / "small.yaml").write_text(SCENE, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def camsim(folder: Path) -> Run:
+    """Start ``camsim`` in a process of its own, as a user does."""
+
+    def run(
+        *arguments: str, env: Mapping[str, str] | None = None, before: Callable[[], None] | None = None
+    ) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [COMMAND, *arguments],
+            cwd=folder,
+            env={**os.environ, **(env or {})},
+            preexec_fn=before,
+            capture_output=True,
+            encoding="utf-8",
+            timeout=300,
+            check=False,
+        )
+        assert "Traceback" not in done.stderr, done.stderr
+        return done
+
+    return run
+
+
+@pytest.fixture
+def patched(folder: Path) -> Run:
+    """Start ``camsim`` after a line of Python has changed something in it."""
+
+    def run(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+        start = f"{code}\nfrom camsim.cli import main\nmain()"
+        return subprocess.run(
+            [sys.executable, "-c", start, *arguments],
+            cwd=folder,
+            capture_output=True,
+            encoding="utf-8",
+            timeout=300,
+            check=False,
+        )
+
+    return run

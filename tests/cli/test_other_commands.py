@@ -1,0 +1,162 @@
+"""Help, list, show, validate: quick, honest about mistakes, and fit for pipes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+# One of these alone takes longer to import than the help may take to print.
+HEAVY = ("numpy", "numba", "scipy", "shapely", "colour", "pydantic", "yaml", "tifffile", "OpenEXR", "PIL")
+
+
+def seconds_of(run: Callable[[], object], repeats: int, enough_s: float) -> float:
+    """Return the shortest of a few runs: other work on the machine only ever adds."""
+    best = float("inf")
+    for _ in range(repeats):
+        began = time.perf_counter()
+        run()
+        best = min(best, time.perf_counter() - began)
+        if best <= enough_s:
+            break
+    return best
+
+
+def test_help_is_there_at_once(camsim: Run) -> None:
+    done = camsim("--help")
+    assert done.returncode == 0
+    for command in ("capture", "list", "show", "validate", "--version"):
+        assert command in done.stdout
+    assert seconds_of(lambda: camsim("--help"), 5, 0.5) <= 0.5
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = "import sys, camsim.cli.app; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert set(loaded.stdout.split()) & set(HEAVY) == set()
+
+
+def test_a_warm_capture_takes_three_seconds_at_most(camsim: Run) -> None:
+    run = lambda: camsim("capture", "slanted-edge", "--force", "-q")  # noqa: E731
+    assert run().returncode == 0
+    assert seconds_of(run, 4, 3.0) <= 3.0
+
+
+def test_version(camsim: Run) -> None:
+    done = camsim("--version")
+    assert done.returncode == 0
+    assert done.stdout.startswith("camsim 0.")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["frobnicate"], "No such command 'frobnicate'"),
+        (["capture"], "Missing argument 'SCENE'"),
+        (["capture", "flat-field", "--isoo", "3"], "No such option: --isoo"),
+        (["capture", "flat-field", "--seed", "x"], "--seed"),
+        (["list", "lenses"], "lenses"),
+    ],
+)
+def test_typers_own_messages_and_exit_code(camsim: Run, arguments: list[str], said: str) -> None:
+    done = camsim(*arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert said in done.stderr
+
+
+def test_no_arguments_is_a_call_for_help(camsim: Run) -> None:
+    assert "Usage: camsim" in "".join((camsim().stdout, camsim().stderr))
+
+
+@pytest.mark.parametrize(
+    ("what", "one"),
+    [
+        ("sensors", "d40-like  A 6-megapixel"),
+        ("scenes", "slanted-edge  A dark square"),
+        ("illuminants", "D65"),
+        ("reflectances", "dark skin"),
+        ("sensitivities", "Nikon 5100 (NPL)"),
+    ],
+)
+def test_list(camsim: Run, what: str, one: str) -> None:
+    done = camsim("list", what)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert any(line.startswith(one) for line in done.stdout.splitlines())
+
+
+def test_show_a_sensor(camsim: Run) -> None:
+    done = camsim("show", "d40-like")
+    assert (done.returncode, done.stderr) == (0, "")
+    # The figures are comments: what is printed is the file again.
+    printed, shipped = done.stdout, Path(__file__).parents[2] / "sensors" / "d40-like.yaml"
+    assert yaml.safe_load(printed) == yaml.safe_load(shipped.read_text(encoding="utf-8"))
+    figures = [line.strip("# ") for line in printed.splitlines() if line.startswith("#   ")]
+    told = {line[:18].strip(): line[18:].strip() for line in figures}
+    assert told["photosites"] == "2000 × 3008, 6.0 million"
+    # 1/(2 · 4.88 µm); 1/(2 · 3.66 µm), 4.88/3.66 times as high.
+    assert told["Nyquist frequency"] == "0.10246 cycles/µm (102.5 line pairs/mm)"
+    assert told["OLPF null"] == "0.13661 cycles/µm along x and y, 1.33 of Nyquist"
+    # 4095 − 128 codes of 10 e⁻ are less than the full well of 40 000 e⁻.
+    assert told["saturation"] == "39670 e⁻ at ISO 200, SNR there 199"
+    # √(9² + 10²/12) e⁻; 20·log10(39670/9.4516) dB.
+    assert told["dark noise"] == "9.45 e⁻ (read noise and rounding)"
+    assert told["dynamic range"] == "72.5 dB, 12.0 stops, at ISO 200"
+
+
+def test_show_a_scene_and_files_of_ones_own(camsim: Run) -> None:
+    done = camsim("show", "small.yaml")
+    assert (done.returncode, done.stderr) == (0, "")
+    # λN = 550 nm · 8; 5000 lx / (4 · 8²).
+    assert "λN = 4.4 µm at 550 nm, 0.902 pitches; cut-off 0.2273 cycles/µm" in done.stdout
+    assert "5000 lx on the scene, 19.53 lx on the sensor" in done.stdout
+    done = camsim("show", "d40")
+    assert done.returncode == 2
+    assert done.stderr.startswith("unknown sensor or scene 'd40'")
+
+
+def test_a_terminal_without_these_letters_still_shows(camsim: Run) -> None:
+    done = camsim("show", "d40-like", env={"PYTHONIOENCODING": "ascii"})
+    assert done.returncode == 0
+    assert "0.10246 cycles/?m" in done.stdout
+
+
+def test_validate(camsim: Run, folder: Path) -> None:
+    here = Path(__file__).parents[2]
+    good = [str(path) for path in sorted([*here.glob("scenes/*.yaml"), *here.glob("sensors/*.yaml")])]
+    done = camsim("validate", *good)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [line.split(": ")[0] for line in done.stdout.splitlines()] == good
+
+    (folder / "a.yaml").write_text("camsim: sensor/1\nname: A\n")
+    (folder / "b.yaml").write_text("camsim: 'scene/1\n")
+    done = camsim("validate", "a.yaml", "small.yaml", "b.yaml", "c.yaml")
+    assert done.returncode == 2
+    assert done.stdout == "small.yaml: a scene, no faults\n"
+    assert [line.split(" ")[0] for line in done.stderr.splitlines()] == [
+        *["a.yaml:1:1:"] * 4,
+        "b.yaml:1:9:",
+        "c.yaml:",
+    ]
+
+
+def test_a_reader_that_stops_early_is_no_error(folder: Path) -> None:
+    command = f"'{Path(sys.executable).parent / 'camsim'}' list reflectances | head -n 1"
+    done = subprocess.run(command, shell=True, cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("dark skin\n", "")
+
+
+def test_thousands_of_faults_are_cut_short(camsim: Run, folder: Path) -> None:
+    text = "camsim: scene/1\n" + "".join(f"zz{number}: 1\n" for number in range(3000))
+    (folder / "many.yaml").write_text(text)
+    done = camsim("validate", "many.yaml")
+    lines = done.stderr.splitlines()
+    assert done.returncode == 2
+    assert len(lines) == 201
+    assert lines[-1].startswith("… and ")
