@@ -35,7 +35,9 @@ def replacing(path: Path) -> Iterator[Path]:
         except BaseException:
             beside.unlink(missing_ok=True)
             raise
-        _flush_to_disk(target.parent)
+        # The file is in place. Not every file system flushes folders, nor every folder may be read.
+        with contextlib.suppress(OSError):
+            _flush_to_disk(target.parent)
 
 
 def _flush_to_disk(path: Path) -> None:

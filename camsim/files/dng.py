@@ -106,8 +106,10 @@ def _cfa_tags(frame: Frame) -> tuple[Tag, ...]:
 
 def _level_tags(frame: Frame) -> tuple[Tag, ...]:
     rows, cols = frame.mosaic.shape
-    # Demosaicing needs neighbours; a crop keeps whole periods of the array (2 or 6 photosites).
-    margin = 0 if min(rows, cols) < 24 else 6 if len(frame.cfa_pattern) == 6 else 4
+    # Demosaicing needs neighbours, two at least; a crop keeps whole periods of the array (2 or 6).
+    usual, smallest = (6, 6) if len(frame.cfa_pattern) == 6 else (4, 2)
+    shortest = min(rows, cols)
+    margin = usual if shortest >= 24 else smallest if shortest > 2 * smallest else 0
     return (
         short(50713, 1, 1),  # BlackLevelRepeatDim
         rational(50714, frame.black_level_dn),

@@ -24,22 +24,22 @@ def develop(frame: Frame) -> U8:
     """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is the sensor's white level.
 
     Black level, as-shot white balance, bilinear demosaicing, the D65 forward matrix and the sRGB curve. No
-    brightness is added: an underexposed capture looks dark. Channels are clipped after the balance, so that
-    clipped photosites look white and not coloured. A camera that no colour matrix exists for gives grey.
+    brightness is added: an underexposed capture looks dark. All channels are clipped at the balanced white,
+    so that what is clipped looks white and not coloured. A camera without a colour matrix gives grey.
     """
     span = frame.white_level_dn - frame.black_level_dn
     signal = (frame.mosaic.astype(np.float32) - frame.black_level_dn) / np.float32(span)
     if len(frame.channels) == 1:
         return _srgb_bytes(signal)
-    planes = demosaic(signal, frame.channel_index, len(frame.channels))
     try:
         neutral, forward = as_shot_neutral(frame.colour), fit(frame.colour, "D65").forward
     except CamsimError:
-        return _srgb_bytes(planes.mean(axis=0))
+        return _srgb_bytes(demosaic(signal, frame.channel_index, len(frame.channels)).mean(axis=0))
+    balanced = np.clip(signal / neutral.astype(np.float32)[frame.channel_index], 0, 1)
+    planes = demosaic(balanced, frame.channel_index, len(frame.channels))
     to_srgb = _XYZ_D50_TO_SRGB @ forward
     to_srgb /= (_XYZ_D50_TO_SRGB @ XYZ_D50)[:, None]
-    balanced = np.clip(planes / neutral[:, None, None].astype(np.float32), 0, 1)
-    return _srgb_bytes(np.einsum("sc,crk->rks", to_srgb.astype(np.float32), balanced))
+    return _srgb_bytes(np.einsum("sc,crk->rks", to_srgb.astype(np.float32), planes))
 
 
 def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:

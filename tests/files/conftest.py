@@ -47,11 +47,13 @@ def build_frame(
         dtype=np.uint8,
     )
     index = np.tile(index, (rows // 12 + 1, cols // 12 + 1))[:rows, :cols]
-    truth = rng.uniform(2000, 6000, (rows, cols, len(channels)))
-    truth[6:18, 6:18] = 20000
-    truth[6:18, 18:30] = 45000
-    truth[18:30, 6:18, 0] = 20000
+    light = np.linspace(1.2, 0.8, WAVELENGTH_NM.size)
+    neutral = sensitivity @ light / (sensitivity @ light).max()
+    truth = rng.uniform(2000, 6000, (rows, cols, 1)) * neutral
+    truth[6:18, 6:18] = 20000 * neutral
+    truth[6:18, 18:30] = 90000 * neutral
     truth[18:30, 6:18, 1:] = 1000
+    truth[18:30, 6:18, 0] = 10000
     mean = np.take_along_axis(truth, index[:, :, None].astype(np.int64), axis=2)[:, :, 0]
     electrons = np.minimum(rng.poisson(mean).astype(np.float64), 38950.0)
     frame = Frame(
@@ -79,7 +81,7 @@ def build_frame(
             channels=channels,
             wavelength_nm=WAVELENGTH_NM,
             sensitivity=sensitivity,
-            light=np.linspace(1.2, 0.8, WAVELENGTH_NM.size),
+            light=light,
         ),
         description={"sensor": {"name": "Test camera, 4.88 µm", "cfa": list(cfa)}, "note": '<&"]]> \u0001 ü'},
         report=Report(

@@ -1,0 +1,127 @@
+"""Each mistake in where or what to write has its one sentence, before any work is done."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camsim.errors import OutputError
+from camsim.files import PRODUCTS, SUFFIXES, check_output, save
+from camsim.frame import Frame
+
+
+@pytest.mark.parametrize(
+    ("name", "product", "chosen"),
+    [
+        ("a.dng", None, "mosaic"),
+        ("a.DNG", None, "mosaic"),
+        ("a.exr", None, "truth"),
+        ("a.exr", "electrons", "electrons"),
+        ("a.tiff", None, "mosaic"),
+        ("a.tif", None, "mosaic"),
+        ("a.npy", None, "mosaic"),
+        ("a.png", None, "preview"),
+        ("a.png", "mosaic", "mosaic"),
+    ],
+)
+def test_the_suffix_chooses_the_product(tmp_path: Path, name: str, product: str | None, chosen: str) -> None:
+    assert check_output(tmp_path / name, product) == chosen
+    assert check_output(str(tmp_path / name), product) == chosen
+
+
+def test_every_writer_is_of_a_known_product() -> None:
+    assert {product for form in SUFFIXES.values() for product in form.writers} == set(PRODUCTS)
+
+
+KNOWN = "(known: .dng, .exr, .tiff, .tif, .png, .npy)"
+
+
+@pytest.mark.parametrize(
+    ("name", "product", "message"),
+    [
+        ("a.dgn", None, f"unknown suffix '.dgn'; did you mean '.dng'? {KNOWN}"),
+        ("a.webp", None, f"unknown suffix '.webp' {KNOWN}"),
+        ("a", None, f"the name has no suffix to choose the format by {KNOWN}"),
+        (".dng", None, f"the name has no suffix to choose the format by {KNOWN}"),
+        (
+            "a.dng",
+            "mosiac",
+            "unknown product 'mosiac'; did you mean 'mosaic'? (known: mosaic, electrons, truth, preview)",
+        ),
+        ("a.dng", "truth", "DNG holds mosaic and not truth; truth goes into .exr or .npy"),
+        (
+            "a.png",
+            "electrons",
+            "PNG holds preview or mosaic and not electrons; electrons goes into .exr or .npy",
+        ),
+        ("a.exr", "preview", "OpenEXR holds truth or electrons and not preview; preview goes into .png"),
+        (
+            "a.exr",
+            "mosaic",
+            "OpenEXR holds truth or electrons and not mosaic; "
+            "mosaic goes into .dng, .tiff, .tif, .png or .npy",
+        ),
+        ("a\0b.dng", None, "embedded null byte"),
+        ("a" * 300 + ".dng", None, "the name is too long"),
+    ],
+)
+def test_mistakes_in_the_name(tmp_path: Path, name: str, product: str | None, message: str) -> None:
+    path = f"{tmp_path}/{name}"
+    with pytest.raises(OutputError) as caught:
+        check_output(path, product)
+    assert str(caught.value) == f"cannot write {path!r}: {message}"
+
+
+def test_mistakes_in_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "folder.dng").mkdir()
+    (tmp_path / "dangling.dng").symlink_to(tmp_path / "gone" / "a.dng")
+    for name, message in (
+        ("none/a.dng", f"the folder '{tmp_path}/none' does not exist; make it first"),
+        ("file/a.dng", f"'{tmp_path}/file' is a file and not a folder"),
+        ("folder.dng", "it is a folder"),
+        ("dangling.dng", f"the folder '{tmp_path}/gone' does not exist; make it first"),
+    ):
+        with pytest.raises(OutputError) as caught:
+            check_output(tmp_path / name)
+        assert str(caught.value) == f"cannot write '{tmp_path}/{name}': {message}"
+
+
+def test_a_folder_that_cannot_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # By the system's own answer: tests may run as root, for whom every folder can be written.
+    monkeypatch.setattr("camsim.files.os.access", lambda path, mode: Path(path) != tmp_path)
+    with pytest.raises(OutputError, match=f"the folder '{tmp_path}' does not allow writing"):
+        check_output(tmp_path / "a.dng")
+
+
+def test_a_device_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "a.dng").symlink_to("/dev/full")
+    with pytest.raises(OutputError, match="it is a device and not a file"):
+        check_output(tmp_path / "a.dng")
+
+
+def test_truth_that_was_not_asked_for(tmp_path: Path, frame: Frame) -> None:
+    bare = dataclasses.replace(frame, truth=None)
+    for name in ("a.exr", "a.npy"):
+        with pytest.raises(OutputError, match=r"the capture holds no truth; ask for products=\('truth',\)"):
+            save(bare, tmp_path / name, product="truth")
+    assert list(tmp_path.iterdir()) == []
+    save(bare, tmp_path / "a.exr", product="electrons")
+
+
+def test_one_by_one_frame_can_be_saved_everywhere(tmp_path: Path, frame: Frame) -> None:
+    tiny = dataclasses.replace(
+        frame,
+        mosaic=frame.mosaic[:1, :1],
+        electrons=frame.electrons[:1, :1],
+        mean_electrons=frame.mean_electrons[:1, :1],
+        channel_index=frame.channel_index[:1, :1],
+        truth=None if frame.truth is None else np.ascontiguousarray(frame.truth[:1, :1]),
+    )
+    for suffix, form in SUFFIXES.items():
+        for product in form.writers:
+            save(tiny, tmp_path / f"a{suffix}", product=product)
+            assert (tmp_path / f"a{suffix}").stat().st_size > 0

@@ -1,0 +1,153 @@
+"""A file is there whole or not at all, whatever happens while it is written."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import pickle
+import stat
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from camsim.errors import OutputError
+from camsim.files import SUFFIXES, save
+from camsim.files.atomic import replacing
+from camsim.frame import Frame
+
+HERE = Path(__file__).parent
+KILLS = 8
+
+
+def test_a_kill_leaves_the_old_or_the_new_file(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+    frames = {"one": make_frame(400, 600, seed=1), "other": make_frame(400, 600, seed=2)}
+    pickled = tmp_path / "frames.pickle"
+    pickled.write_bytes(pickle.dumps(frames))
+    folder = tmp_path / "out"
+    folder.mkdir()
+    ran = subprocess.run(
+        [sys.executable, HERE / "interrupted.py", pickled, folder, str(KILLS)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+        env={**os.environ, "PYTHONPATH": str(HERE.parents[1])},
+    )
+    found = json.loads(ran.stdout)
+    assert set(found) == set(SUFFIXES)
+    states = Counter(state for each in found.values() for state in each)
+    assert set(states) == {"one", "other"}, found
+    assert states.total() == KILLS * len(SUFFIXES)
+    # Some kills came in the middle of writing, or nothing was tested: they leave the file beside.
+    assert any(path.name.endswith(".part") for path in folder.iterdir())
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_file_cut_short_by_the_system_is_said_and_leaves_the_old_one(
+    tmp_path: Path, frame: Frame, suffix: str
+) -> None:
+    pickled = tmp_path / "frame.pickle"
+    pickled.write_bytes(pickle.dumps(frame))
+    folder = tmp_path / "out"
+    folder.mkdir()
+    target = folder / f"a{suffix}"
+    target.write_text("old")
+    script = """
+import pickle, resource, sys
+from pathlib import Path
+from camsim.errors import OutputError
+from camsim.files import save
+frame = pickle.loads(Path(sys.argv[1]).read_bytes())
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+try:
+    save(frame, sys.argv[2])
+except OutputError as error:
+    sys.exit(str(error))
+"""
+    ran = subprocess.run(
+        [sys.executable, "-c", script, pickled, target],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(HERE.parents[1])},
+    )
+    assert ran.stderr == f"cannot write {str(target)!r}: the file would be larger than the system allows\n"
+    assert [path.name for path in folder.iterdir()] == [target.name]
+    assert target.read_text() == "old"
+
+
+@pytest.mark.parametrize(
+    ("suffix", "product"),
+    [(suffix, product) for suffix, form in SUFFIXES.items() for product in form.writers],
+)
+def test_every_writer_notices_a_full_disk(
+    make_frame: Callable[..., Frame], suffix: str, product: str
+) -> None:
+    for size in ((6, 6), (48, 66), (300, 300)):
+        with pytest.raises(OSError, match=r"No space left") as caught:
+            SUFFIXES[suffix].writers[product](make_frame(*size), Path("/dev/full"))
+        assert caught.value.errno == errno.ENOSPC
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (errno.ENOSPC, "the disk is full"),
+        (errno.EDQUOT, "the disk quota is used up"),
+        (errno.EROFS, "the disk is mounted read-only"),
+        (errno.EIO, "Input/output error"),
+    ],
+)
+def test_the_systems_no_is_one_sentence_and_leaves_nothing(tmp_path: Path, code: int, words: str) -> None:
+    target = tmp_path / "a.dng"
+    target.write_text("old")
+
+    def write() -> None:
+        with replacing(target) as beside:
+            beside.write_text("half")
+            raise OSError(code, os.strerror(code))
+
+    with pytest.raises(OutputError) as caught:
+        write()
+    assert str(caught.value) == f"cannot write {str(target)!r}: {words}"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.dng"]
+    assert target.read_text() == "old"
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, SystemExit, MemoryError, ValueError])
+def test_an_interruption_leaves_nothing(tmp_path: Path, interruption: type[BaseException]) -> None:
+    def write() -> None:
+        with replacing(tmp_path / "a.dng") as beside:
+            beside.write_text("half")
+            raise interruption
+
+    with pytest.raises(interruption):
+        write()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path: Path, frame: Frame) -> None:
+    (tmp_path / "plain").touch()
+    save(frame, tmp_path / "a.npy")
+    ours, plain = (stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("a.npy", "plain"))
+    assert ours == plain
+
+
+def test_a_link_is_followed(tmp_path: Path, frame: Frame) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (tmp_path / "a.npy").symlink_to(elsewhere / "real.npy")
+    save(frame, tmp_path / "a.npy")
+    assert (tmp_path / "a.npy").is_symlink()
+    assert [path.name for path in elsewhere.iterdir()] == ["real.npy"]
+
+
+def test_the_longest_name_can_be_written(tmp_path: Path, frame: Frame) -> None:
+    for stem in ("a" * 251, "µ" * 125):
+        save(frame, tmp_path / f"{stem}.npy")
+        assert (tmp_path / f"{stem}.npy").is_file()
