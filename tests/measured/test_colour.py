@@ -1,0 +1,177 @@
+"""The ColorChecker through a raw developer: how far are its colours from what the eye would see?
+
+The mosaic is made directly from reflectance × light × sensitivity, with the perfect diffuser at 80 % of the
+range and no noise: what is left is the colour of the file, that is white balance, matrix, levels and LibRaw's
+reading of them.
+
+Reference: XYZ of each patch (CIE 1931 2°, sums every 5 nm), taken from the light's white to D65 after
+Bradford, then Lab relative to D65. LibRaw gives XYZ relative to D65: its white balance makes the
+diffuser D65 white.
+"""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rawpy
+
+from camsim.files import save
+from camsim.files.preview import develop
+from camsim.frame import Frame, Report
+from camsim.sensor.colour_matrix import ColourResponse
+from camsim.spectra.colour_science import colour_science
+
+PATCH = 32
+ROWS, COLS = 4, 6
+WHITE = 0.8
+BLACK_DN, WHITE_DN = 128, 4023
+NODES_NM = np.arange(380.0, 781.0, 5.0)
+
+
+@functools.cache
+def aligned(kind: str, name: str) -> np.ndarray:
+    """Return colour-science's data every 5 nm, (81,) or (81, columns)."""
+    colour = colour_science()
+    data = {
+        "light": colour.SDS_ILLUMINANTS,
+        "observer": colour.MSDS_CMFS,
+        "camera": colour.MSDS_CAMERA_SENSITIVITIES,
+        "patch": colour.SDS_COLOURCHECKERS["ISO 17321-1"],
+    }[kind][name]
+    values: np.ndarray = data.copy().align(colour.SpectralShape(380, 780, 5)).values
+    return values
+
+
+def patches() -> np.ndarray:
+    names = colour_science().SDS_COLOURCHECKERS["ISO 17321-1"]
+    return np.array([aligned("patch", name) for name in names])
+
+
+def white_xyz(light: str) -> np.ndarray:
+    sums = aligned("light", light) @ aligned("observer", "CIE 1931 2 Degree Standard Observer")
+    return sums / sums[1]
+
+
+def reference_xyz(light: str) -> np.ndarray:
+    """Return (24, 3): the patches as seen, adapted from the light's white to D65."""
+    colour = colour_science()
+    observer = aligned("observer", "CIE 1931 2 Degree Standard Observer")
+    power = aligned("light", light)
+    seen = (patches() * power) @ observer / (power @ observer[:, 1])
+    adapted = colour.adaptation.matrix_chromatic_adaptation_VonKries(
+        white_xyz(light), white_xyz("D65"), "Bradford"
+    )
+    return seen @ adapted.T
+
+
+def colorchecker(light: str) -> Frame:
+    sensitivity = aligned("camera", "Nikon 5100 (NPL)").T
+    exposed = (patches() * aligned("light", light)) @ sensitivity.T
+    exposed /= (sensitivity @ aligned("light", light)).max()
+    shape = ROWS * PATCH, COLS * PATCH
+    index = np.tile(np.array([[0, 1], [1, 2]], dtype=np.uint8), (shape[0] // 2, shape[1] // 2))
+    patch = np.kron(np.arange(24).reshape(ROWS, COLS), np.ones((PATCH, PATCH), dtype=int))
+    signal = WHITE * exposed[patch, index]
+    electrons = 10 * signal * (WHITE_DN - BLACK_DN)
+    return Frame(
+        mosaic=np.rint(BLACK_DN + electrons / 10).astype(np.uint16),
+        mean_electrons=electrons,
+        electrons=electrons,
+        truth=None,
+        channel_index=index,
+        channels=("R", "G", "B"),
+        cfa_pattern=("RG", "GB"),
+        pitch_um=4.88,
+        bit_depth=12,
+        black_level_dn=BLACK_DN,
+        white_level_dn=WHITE_DN,
+        electrons_per_dn=10.0,
+        read_noise_e=0.0,
+        camera_name="ColorChecker",
+        serial=1,
+        f_number=8.0,
+        time_s=0.01,
+        iso=200.0,
+        datetime="2000-01-01 00:00:00",
+        seed=0,
+        colour=ColourResponse(
+            channels=("R", "G", "B"),
+            wavelength_nm=NODES_NM,
+            sensitivity=sensitivity,
+            light=aligned("light", light),
+        ),
+        description={},
+        report=Report(
+            scene="ColorChecker",
+            optics=(),
+            wavelengths="",
+            method="by hand",
+            tolerance=0.0,
+            error_estimate=0.0,
+            checked_photosites=0,
+            signal=(),
+        ),
+    )
+
+
+def patch_means(image: np.ndarray) -> np.ndarray:
+    """Return (24, 3): the middle of each patch."""
+    tiles = image.reshape(ROWS, PATCH, COLS, PATCH, 3)[:, 8:-8, :, 8:-8]
+    return tiles.mean(axis=(1, 3)).reshape(24, 3)
+
+
+def delta_e(light: str, found_xyz: np.ndarray) -> np.ndarray:
+    colour = colour_science()
+    white = colour.XYZ_to_xy(white_xyz("D65"))
+    return colour.delta_E(
+        colour.XYZ_to_Lab(reference_xyz(light), white), colour.XYZ_to_Lab(found_xyz, white), method="CIE 2000"
+    )
+
+
+def libraw_xyz(path: Path) -> np.ndarray:
+    with rawpy.imread(str(path)) as raw:
+        developed = raw.postprocess(
+            demosaic_algorithm=rawpy.DemosaicAlgorithm.LINEAR,
+            use_camera_wb=True,
+            output_color=rawpy.ColorSpace.XYZ,
+            output_bps=16,
+            gamma=(1, 1),
+            no_auto_bright=True,
+            adjust_maximum_thr=0,
+        )
+    return patch_means(developed) / 65535 / WHITE
+
+
+# Measured: mean 0.93, largest 3.4 under D65; 1.04 and 3.7 under D55; 2.9 and 8.3 under A, because developers
+# use the D65 matrix for every light.
+@pytest.mark.parametrize(
+    ("light", "mean", "largest"), [("D65", 1.1, 3.8), ("D55", 1.1, 4.1), ("A", 3.2, 9.0)]
+)
+def test_colorchecker_through_libraw(tmp_path: Path, light: str, mean: float, largest: float) -> None:
+    save(colorchecker(light), tmp_path / "a.dng")
+    differences = delta_e(light, libraw_xyz(tmp_path / "a.dng"))
+    print(f"{light}: ΔE2000 mean {differences.mean():.3f}, largest {differences.max():.2f}")
+    assert differences.mean() <= mean
+    assert differences.max() <= largest
+
+
+@pytest.mark.parametrize("light", ["D65", "D55", "A"])
+def test_the_exposure_is_kept(tmp_path: Path, light: str) -> None:
+    """Luminance of the grey patches, with no freedom to scale: white at 80 % is Y = 0.8."""
+    save(colorchecker(light), tmp_path / "a.dng")
+    found, expected = libraw_xyz(tmp_path / "a.dng")[18:, 1], reference_xyz(light)[18:, 1]
+    np.testing.assert_allclose(found, expected, rtol=0.01, atol=0.0005)
+
+
+@pytest.mark.parametrize(("light", "mean"), [("D65", 1.3), ("D55", 1.4)])
+def test_colorchecker_in_the_preview(light: str, mean: float) -> None:
+    """The picture is 8-bit sRGB, out of whose gamut cyan lies; otherwise it is as good as a developer's."""
+    colour = colour_science()
+    pixels = patch_means(develop(colorchecker(light)) / 255)
+    found = colour.sRGB_to_XYZ(pixels)
+    # The picture shows 80 % white as it is; the reference is relative to white.
+    differences = delta_e(light, found / WHITE)
+    assert differences.mean() <= mean

@@ -1,0 +1,131 @@
+"""The fit of colour matrices: exact for white, and no matrix that keeps white is better."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.sensor.colour_matrix import XYZ_D50, ColourResponse, adaptation, as_shot_neutral, fit
+from camsim.spectra.colour_science import colour_science
+
+NODES_NM = np.arange(380.0, 781.0, 5.0)
+
+
+def response(sensitivity: np.ndarray, light: np.ndarray | None = None) -> ColourResponse:
+    names = ("R", "G", "B", "W")[: len(sensitivity)]
+    power = np.ones(NODES_NM.size) if light is None else light
+    return ColourResponse(channels=names, wavelength_nm=NODES_NM, sensitivity=sensitivity, light=power)
+
+
+def nikon() -> np.ndarray:
+    return colour_science().MSDS_CAMERA_SENSITIVITIES["Nikon 5100 (NPL)"].values.T
+
+
+def eye() -> np.ndarray:
+    colour = colour_science()
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy()
+    return observer.align(colour.SpectralShape(380, 780, 5)).values.T
+
+
+@pytest.mark.parametrize("light", ["A", "D65"])
+def test_a_camera_that_sees_like_the_eye_gets_the_exact_matrix(light: str) -> None:
+    # Every nm, as the observer is tabulated: nothing is lost in interpolation.
+    nodes_nm = np.arange(380.0, 781.0)
+    observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    curves = np.array([observer[nodes_nm][:, k] for k in range(3)])
+    mix = np.array([[0.9, 0.1, 0.0], [0.2, 1.0, 0.1], [0.0, 0.1, 0.6]])
+    found = fit(ColourResponse(("R", "G", "B"), nodes_nm, mix @ curves, np.ones(nodes_nm.size)), light)
+    expected = np.linalg.inv(mix)
+    # Equal up to the scale that makes the largest neutral 1.
+    scale = found.camera_to_xyz[0, 0] / expected[0, 0]
+    np.testing.assert_allclose(found.camera_to_xyz, scale * expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("light", ["A", "D65"])
+def test_white_is_exact(light: str) -> None:
+    found = fit(response(nikon()), light)
+    np.testing.assert_allclose(found.camera_to_xyz @ found.neutral, found.white_xyz, rtol=1e-12)
+    np.testing.assert_allclose(found.xyz_to_camera @ found.white_xyz, found.neutral, rtol=1e-12)
+    np.testing.assert_allclose(found.forward.sum(axis=1), XYZ_D50, rtol=1e-12)
+    assert found.neutral.max() == 1
+    assert found.white_xyz[1] == pytest.approx(1, rel=1e-12)
+
+
+def test_no_matrix_that_keeps_white_is_nearer() -> None:
+    """Residuals are summed here, every 5 nm; every small change that leaves white alone is worse."""
+    colour = colour_science()
+    surfaces = colour.characterisation.read_training_data_rawtoaces_v1().values.T
+    power = colour.SDS_ILLUMINANTS["D65"].copy().align(colour.SpectralShape(380, 780, 5)).values
+    camera = (surfaces * power) @ nikon().T / (nikon() @ power).max()
+    seen = (surfaces * power) @ eye().T / (eye()[1] @ power)
+    found = fit(response(nikon()), "D65")
+
+    def misfit(matrix: np.ndarray) -> float:
+        return float(((camera @ matrix.T - seen) ** 2).sum())
+
+    rng = np.random.default_rng(0)
+    best = misfit(found.camera_to_xyz)
+    for _ in range(200):
+        change = rng.normal(0, 0.02, (3, 3))
+        change -= np.outer(change @ found.neutral, found.neutral) / (found.neutral @ found.neutral)
+        assert misfit(found.camera_to_xyz + change) > best
+
+
+def test_the_scale_of_the_curves_does_not_matter() -> None:
+    one, thousand = fit(response(nikon()), "A"), fit(response(1000 * nikon()), "A")
+    np.testing.assert_allclose(one.camera_to_xyz, thousand.camera_to_xyz, rtol=1e-10)
+
+
+def test_four_channels_have_matrices_too() -> None:
+    found = fit(response(np.vstack([nikon(), nikon().sum(axis=0) ** 0.5])), "D65")
+    assert found.xyz_to_camera.shape == (4, 3)
+    assert found.forward.shape == (3, 4)
+    np.testing.assert_allclose(found.camera_to_xyz @ found.neutral, found.white_xyz, rtol=1e-9)
+
+
+def test_neutral_is_the_response_to_the_light() -> None:
+    light = np.where(NODES_NM == 550, 1.0, 0.0)
+    curves = nikon()
+    expected = curves[:, NODES_NM == 550][:, 0]
+    np.testing.assert_allclose(
+        as_shot_neutral(response(curves, light)), np.maximum(expected / expected.max(), 1e-3), rtol=1e-12
+    )
+
+
+def test_neutral_of_a_single_line() -> None:
+    one = ColourResponse(("R", "G"), np.array([550.0]), np.array([[1.0], [4.0]]), np.array([7.0]))
+    np.testing.assert_allclose(as_shot_neutral(one), [0.25, 1.0])
+
+
+def test_a_blind_channel_is_not_divided_by_zero() -> None:
+    curves = nikon().copy()
+    curves[2] = 0
+    assert as_shot_neutral(response(curves)).min() == 1e-3
+
+
+def test_darkness_has_no_white_balance() -> None:
+    with pytest.raises(InvalidValueError, match="no channel of the camera responds to the scene's light"):
+        as_shot_neutral(response(np.zeros((3, NODES_NM.size))))
+
+
+@pytest.mark.parametrize("case", ["two equal", "one blind", "one line", "all blind"])
+def test_channels_that_are_not_independent_have_no_matrix(case: str) -> None:
+    curves = nikon().copy()
+    if case == "two equal":
+        curves[2] = 3 * curves[1]
+    elif case == "one blind":
+        curves[0] = 0
+    elif case == "one line":
+        curves *= NODES_NM == 550
+    else:
+        curves[:] = 0
+    with pytest.raises(UnsupportedError, match=r"no colour matrix exists; write a \.tiff, \.exr or \.npy"):
+        fit(response(curves), "D65")
+
+
+def test_adaptation_against_colour_science() -> None:
+    colour = colour_science()
+    one, other = np.array([1.0985, 1.0, 0.3558]), np.array([0.9505, 1.0, 1.0888])
+    expected = colour.adaptation.matrix_chromatic_adaptation_VonKries(one, other, "Bradford")
+    np.testing.assert_allclose(adaptation(one, other), expected, atol=1e-7)
