@@ -178,7 +178,7 @@ def test_the_systems_word_is_one_line_and_1(patched: Run) -> None:
 
 
 def test_first_use_says_once_that_it_compiles(patched: Run) -> None:
-    code = "import camsim.render, sys; sys.modules['camsim.render'].kernels_compiled = lambda: False"
+    code = "import camsim.rendering, sys; sys.modules['camsim.rendering'].kernels_compiled = lambda: False"
     done = patched(code, "capture", "small.yaml")
     assert done.returncode == 0
     line = "camsim: compiling its kernels, once on this machine (about half a minute)"

@@ -1,0 +1,109 @@
+"""A YAML file and its Python twin give the same picture; names and overrides reach it."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.config.overrides import parse
+from camsim.files import save
+from camsim.spectra.named import sensitivities
+
+pytestmark = pytest.mark.usefixtures("folder")
+
+
+def test_a_yaml_file_and_its_python_twin_give_the_same_bytes() -> None:
+    frame = camsim.capture("good.yaml", seed=5, products=("mosaic", "truth"))
+    curves = sensitivities("Nikon 5100 (NPL)")
+    camera = camsim.Camera(
+        name="Mine",
+        serial=7,
+        rows=200,
+        cols=300,
+        pitch_um=4.0,
+        lens=camsim.Airy(f_number=8.0),
+        olpf=camsim.FourSpotOlpf(split_um=3.0),
+        photosite=camsim.SquarePhotosite.from_fill_factor(pitch_um=4.0, fill_factor=0.81),
+        cfa=camsim.Cfa.bayer("GRBG"),
+        quantum_efficiency=camsim.QuantumEfficiency(
+            curves=tuple((letter, curves[letter]) for letter in "RGB"), per="energy", peak=0.5
+        ),
+        prnu=camsim.Prnu(0.01),
+        dark_current=camsim.DarkCurrent(1.5),
+        full_well=camsim.FullWell(20000.0),
+        dsnu=camsim.Dsnu(0.5),
+        read_noise=camsim.ReadNoise(3.0),
+        adc=camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=5.0, base_iso=100.0),
+    )
+    scene = camsim.Scene(
+        background=0.9,
+        shapes=[
+            camsim.Rectangle(
+                width_um=20.0, height_um=16.0, centre_um=(4.0, 8.0), rotate_deg=4.0, reflectance=0.05
+            ),
+            camsim.Polygon(points_um=[(0, 0), (16, 0), (0, 16)], reflectance=camsim.reflectance("dark skin")),
+            camsim.Disc(radius_um=12.0, reflectance=camsim.Curve((400.0, 700.0), (0.1, 0.8), outside="hold")),
+        ],
+    )
+    twin = camera.expose(
+        scene,
+        light=camsim.Light("D55", illuminance_lux=5000.0),
+        exposure=camsim.Exposure(time_s=0.01, iso=200.0),
+        seed=5,
+        region=camsim.Region(rows=20, cols=24),
+        products=("mosaic", "truth"),
+        tolerance=1e-3,
+        scene_name="good",
+    )
+    np.testing.assert_array_equal(frame.mosaic, twin.mosaic)
+    np.testing.assert_array_equal(frame.truth, twin.truth)
+    for name in ("a.dng", "b.exr", "c.tiff", "d.png", "e.npy"):
+        save(frame, name)
+        save(twin, "twin-" + name)
+        assert Path(name).read_bytes() == Path("twin-" + name).read_bytes(), name
+
+
+def test_overrides_and_flags_reach_the_picture() -> None:
+    frame = camsim.capture(
+        "good.yaml", sensor="d40-like", overrides=["exposure.iso=400", "noise.enabled=false"], seed=7
+    )
+    assert (frame.camera_name, frame.iso, frame.seed) == ("D40-like, 4.88 µm", 400.0, 7)
+    np.testing.assert_array_equal(frame.electrons, frame.mean_electrons)
+    assert frame.truth is None
+
+
+def test_progress_is_told() -> None:
+    told: list[tuple[str, float]] = []
+    camsim.capture("good.yaml", progress=lambda stage, fraction: told.append((stage, fraction)))
+    assert told
+    assert all(stage and 0.0 <= fraction <= 1.0 for stage, fraction in told)
+
+
+@pytest.mark.parametrize(
+    "first", ["import camsim.capture", "from camsim.capture import load", "import camsim"]
+)
+def test_the_function_is_not_hidden_by_its_module(first: str) -> None:
+    code = f"{first}\nimport camsim\nassert callable(camsim.capture)\nassert callable(camsim.capture)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+    assert "overrides" in inspect.signature(camsim.capture).parameters
+
+
+def test_importing_camsim_is_nearly_free() -> None:
+    code = "import sys, camsim; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numba", "shapely", "pydantic", "colour", "numpy"} & set(loaded.stdout.split())
+
+
+def test_overrides_are_read_without_a_file() -> None:
+    changes, faults = parse(["sensor.olpf=null", "noise.seed=3"])
+    assert [(change.of_sensor, change.path) for change in changes] == [
+        (True, ("olpf",)),
+        (False, ("noise", "seed")),
+    ]
+    assert faults == []
