@@ -8,7 +8,6 @@ import json
 import math
 import unicodedata
 from datetime import datetime
-from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,6 @@ def description_hash(frame: Frame) -> str:
 
 def record(frame: Frame, product: str) -> dict[str, Any]:
     """Return what every file carries: the description, and the figures that explain the numbers."""
-    error = frame.report.error_estimate
     return {
         "camsim": "frame/1",
         "software": software(),
@@ -40,7 +38,7 @@ def record(frame: Frame, product: str) -> dict[str, Any]:
         "white_level_dn": frame.white_level_dn,
         "electrons_per_dn": frame.electrons_per_dn,
         "seed": frame.seed,
-        "error_estimate": error if math.isfinite(error) else None,
+        "error_estimate": _error(frame, product),
         "description_sha256": description_hash(frame),
         "description": dict(frame.description),
     }
@@ -54,16 +52,18 @@ def record_json(frame: Frame, product: str) -> str:
 @functools.cache
 def software() -> str:
     """Return the program's name and version, such as ``camsim 0.1.0``; a bare checkout has no version."""
+    from importlib import metadata
+
     try:
         return f"camsim {metadata.version('camsim-spectral')}"
     except metadata.PackageNotFoundError:
         return "camsim"
 
 
-def error_text(frame: Frame) -> str:
+def error_text(frame: Frame, product: str) -> str:
     """Return the estimated error of the rendering, such as ``3.2e-07``, or the word unknown."""
-    error = frame.report.error_estimate
-    return f"{error:.2g}" if math.isfinite(error) else "unknown"
+    error = _error(frame, product)
+    return "unknown" if error is None else f"{error:.2g}"
 
 
 def exif_datetime(frame: Frame) -> str:
@@ -79,6 +79,12 @@ def ascii_text(text: str) -> str:
     """
     plain = text.translate({ord("µ"): "u", ord("μ"): "u", ord("–"): "-", ord("—"): "-", 0: " "})
     return unicodedata.normalize("NFKD", plain).encode("ascii", "ignore").decode("ascii").strip()
+
+
+def _error(frame: Frame, product: str) -> float | None:
+    """Return the estimate for what the file holds; the truth, of more channels, has one of its own."""
+    error = frame.report.truth_error_estimate if product == "truth" else frame.report.error_estimate
+    return error if error is not None and math.isfinite(error) else None
 
 
 def _canonical(tree: Any) -> str:

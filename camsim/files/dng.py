@@ -7,8 +7,8 @@ specification 1.4. Bayer and X-Trans arrays are written as CFA, mono as linear r
 from __future__ import annotations
 
 import hashlib
+import html
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
@@ -207,15 +207,15 @@ def _xmp(frame: Frame, record: str) -> bytes:
     properties = {
         "Seed": str(frame.seed),
         "DescriptionSHA256": description_hash(frame),
-        "ErrorEstimate": error_text(frame),
+        "ErrorEstimate": error_text(frame, "mosaic"),
         "Tolerance": f"{frame.report.tolerance:g}",
     }
-    attributes = "".join(f"\n   camsim:{name}={quoteattr(value)}" for name, value in properties.items())
+    attributes = "".join(f'\n   camsim:{name}="{html.escape(value)}"' for name, value in properties.items())
     return f"""<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 <x:xmpmeta xmlns:x="adobe:ns:meta/">
  <rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
   <rdf:Description rdf:about="" xmlns:camsim="{XMP_NAMESPACE}"{attributes}>
-   <camsim:Record>{escape(record)}</camsim:Record>
+   <camsim:Record>{html.escape(record)}</camsim:Record>
   </rdf:Description>
  </rdf:RDF>
 </x:xmpmeta>

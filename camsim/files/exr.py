@@ -47,7 +47,7 @@ def _write(frame: Frame, product: str, planes: Mapping[str, F32 | F64], path: Pa
         "software": software(),
         # Text, because OpenEXR's integers have 32 bits and its numbers single precision.
         "camsim:seed": str(frame.seed),
-        "camsim:errorEstimate": error_text(frame),
+        "camsim:errorEstimate": error_text(frame, product),
         "camsim:units": "electrons",
         "camsim:product": product,
         "camsim:descriptionSHA256": description_hash(frame),

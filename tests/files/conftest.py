@@ -91,6 +91,7 @@ def build_frame(
             method="by hand",
             tolerance=1e-6,
             error_estimate=3.2e-7,
+            truth_error_estimate=4.5e-7,
             checked_photosites=4,
             signal=tuple(
                 ChannelSignal(name=name, mean_e=1, max_e=1, mean_dn=1, clipped_photosites=0, photosites=1)

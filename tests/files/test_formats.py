@@ -55,12 +55,13 @@ def test_exr_attributes_say_what_it_is(tmp_path: Path, frame: Frame) -> None:
     header = OpenEXR.File(str(tmp_path / "a.exr"), header_only=True).header()
     assert header["compression"] == OpenEXR.ZIP_COMPRESSION
     assert header["camsim:seed"] == str(2**40 + 1)
-    assert header["camsim:errorEstimate"] == "3.2e-07"
+    assert header["camsim:errorEstimate"] == "4.5e-07"
     assert header["camsim:units"] == "electrons"
     assert header["expTime"] == pytest.approx(0.01)
     record = json.loads(header["camsim:record"])
     assert record["description"] == frame.description
     assert record["product"] == "truth"
+    assert record["error_estimate"] == 4.5e-7
 
 
 @pytest.mark.parametrize("suffix", [".tiff", ".tif", ".TIF"])
