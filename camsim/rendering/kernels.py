@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from pathlib import Path
+
+# OpenMP's workers otherwise spin for milliseconds after each loop: on a busy machine they spin on the very core that
+# the other half of the work waits for, and a rendering takes four times as long. Read when the first loop runs.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 ONE_AT_A_TIME = threading.Lock()
 """Held while a parallel kernel runs. Each uses every core, so a second caller loses nothing by waiting; and

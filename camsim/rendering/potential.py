@@ -67,40 +67,26 @@ def lagrange_scale(order: int) -> F64:
 SCALE = lagrange_scale(ORDER)
 
 
+@nb.njit(cache=True, inline="always")
+def at_radius(radial: F64, u: float, weights: F64) -> float:
+    """Look up an even function, given at 0, 1, 2 …, at u ≥ 0; ``weights`` is (ORDER,) scratch."""
+    cell = int(u)
+    lagrange_weights(u - cell, ORDER, SCALE, weights)
+    value = 0.0
+    for m in range(ORDER):
+        value += weights[m] * radial[abs(cell + 1 - ORDER // 2 + m)]
+    return value
+
+
 @nb.njit(cache=True)
 def contract(phi: F64, lambda_n: F64, weights: F64, step: float, count: int) -> F64:
     """Return Σ_j weights[k, j]·Φ(m·step/lambda_n[j]) as (k, m): the potential of a polychromatic pattern."""
     out = np.zeros((weights.shape[0], count))
-    w = np.empty(ORDER)
-    first = 1 - ORDER // 2
+    scratch = np.empty(ORDER)
     for j in range(lambda_n.size):
         scale = step / (lambda_n[j] * STEP_PER_LAMBDA_N)
         for m in range(count):
-            u = m * scale
-            cell = int(u)
-            lagrange_weights(u - cell, ORDER, SCALE, w)
-            value = 0.0
-            for i in range(ORDER):
-                value += w[i] * phi[abs(cell + first + i)]
+            value = at_radius(phi, m * scale, scratch)
             for k in range(weights.shape[0]):
                 out[k, m] += weights[k, j] * value
-    return out
-
-
-@nb.njit(cache=True)
-def on_square_grid(radial: F64, radial_step: float, step: float, count: int) -> F64:
-    """Return a radial function, given at multiples of ``radial_step``, at the points (i·step, j·step)."""
-    out = np.empty((count, count))
-    w = np.empty(ORDER)
-    first = 1 - ORDER // 2
-    for i in range(count):
-        for j in range(i + 1):
-            u = math.sqrt(float(i * i + j * j)) * step / radial_step
-            cell = int(u)
-            lagrange_weights(u - cell, ORDER, SCALE, w)
-            value = 0.0
-            for m in range(ORDER):
-                value += w[m] * radial[abs(cell + first + m)]
-            out[i, j] = value
-            out[j, i] = value
     return out

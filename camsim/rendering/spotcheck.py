@@ -72,22 +72,24 @@ def reference_values(
     points: F64, sets: I64, *, start: F64, end: F64, pair: I64, weights: F64, base: F64, lambda_n: F64, check: Check
 ) -> F64:
     """Return the light at ``points`` (m, 2), each in its channel ``sets`` (m,); other arguments as in ``boundary_image``."""
-    values = np.empty(len(points))
     step = float(lambda_n.min()) / CELLS_PER_LAMBDA_N
     cells = math.ceil(check.radius / step) + 1
     profile = _airy_profile(1 << (cells - 1).bit_length())
+    pairs, channels = weights.shape[:2]
+    table_of = np.full((pairs, channels), -1)
+    for point, channel in zip(points, sets, strict=True):
+        table_of[pair[_distance(point, start, end) <= check.radius], channel] = 0
+    used = table_of == 0
+    table_of[used] = np.arange(np.count_nonzero(used))
+    tables = quintic_cells(_contract_profile(profile, lambda_n, weights[used], step, cells))
+    far = far_moments(lambda_n, weights.reshape(pairs * channels, -1)).reshape(pairs, channels, 4)
     gauss_x, gauss_w = gauss_legendre(PANEL_NODES)
-    panel = PANEL_LAMBDA_N * float(lambda_n.min())
-    for i, (point, channel) in enumerate(zip(points, sets, strict=True)):
-        close = np.unique(pair[_distance(point, start, end) <= check.radius])
-        table_of = np.full(len(weights), -1)
-        table_of[close] = np.arange(close.size)
-        tables = quintic_cells(_contract_profile(profile, lambda_n, weights[close, channel], step, cells))
-        with ONE_AT_A_TIME:
-            values[i] = base[channel] + _reference_value(
-                point, start, end, pair, table_of, tables, step, far_moments(lambda_n, weights[:, channel]),
-                check.radius, check.nodes, check.weights, panel, gauss_x, gauss_w,
-            )
+    with ONE_AT_A_TIME:
+        samples = _point_samples(
+            points, sets, start, end, pair, table_of, tables, step, far, check.radius, check.nodes,
+            PANEL_LAMBDA_N * float(lambda_n.min()), gauss_x, gauss_w,
+        )
+    values: F64 = base[sets] + samples @ check.weights
     return values
 
 
@@ -148,15 +150,18 @@ def _point_far(h: float, s1: float, s2: float, far: F64) -> float:
 
 
 @nb.njit(cache=True, parallel=True)
-def _reference_value(
-    point: F64, start: F64, end: F64, pair: I64, table_of: I64, tables: F64, step: float, far: F64,
-    radius: float, nodes: F64, weights: F64, panel: float, gauss_x: F64, gauss_w: F64,
-) -> float:
-    """Sum over footprint nodes and edges."""
-    total = 0.0
-    for k in nb.prange(len(weights)):
-        x, y = point[0] + nodes[k, 0], point[1] + nodes[k, 1]
-        here = 0.0
+def _point_samples(
+    points: F64, sets: I64, start: F64, end: F64, pair: I64, table_of: I64, tables: F64, step: float, far: F64,
+    radius: float, nodes: F64, panel: float, gauss_x: F64, gauss_w: F64,
+) -> F64:
+    """Sum over the edges for every point and footprint node: (points, nodes), no background."""
+    count = len(nodes)
+    samples = np.zeros((len(points), count))
+    for job in nb.prange(len(points) * count):
+        point, node = job // count, job % count
+        x, y = points[point, 0] + nodes[node, 0], points[point, 1] + nodes[node, 1]
+        channel = sets[point]
+        total = 0.0
         for e in range(len(pair)):
             length = math.hypot(end[e, 0] - start[e, 0], end[e, 1] - start[e, 1])
             tx, ty = (end[e, 0] - start[e, 0]) / length, (end[e, 1] - start[e, 1]) / length
@@ -164,18 +169,18 @@ def _reference_value(
             h = dx * ty - dy * tx
             s1 = dx * tx + dy * ty
             s2 = s1 + length
-            f = far[pair[e]]
-            table = table_of[pair[e]]
+            f = far[pair[e], channel]
+            table = table_of[pair[e], channel]
             cut = radius * radius - h * h
             cut = math.sqrt(cut) if cut > 0.0 else 0.0
             low, high = max(s1, -cut), min(s2, cut)
             if table < 0 or high <= low:
-                here += _point_far(h, s1, s2, f)
+                total += _point_far(h, s1, s2, f)
                 continue
             if s1 < low:
-                here += _point_far(h, s1, low, f)
+                total += _point_far(h, s1, low, f)
             if s2 > high:
-                here += _point_far(h, high, s2, f)
+                total += _point_far(h, high, s2, f)
             panels = int(math.ceil((high - low) / panel))
             half = 0.5 * (high - low) / panels
             inside = 0.0
@@ -187,6 +192,6 @@ def _reference_value(
                     t = u - cell
                     c = tables[table, cell]
                     inside += gauss_w[q] * (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5])))))
-            here += h * half * inside / (2.0 * math.pi)
-        total += weights[k] * here
-    return total
+            total += h * half * inside / (2.0 * math.pi)
+        samples[point, node] = total
+    return samples

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 
+import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.quadrature import gauss_legendre, quintic_cells
-from camsim.rendering.potential import ORDER, SCALE, airy_potential, contract, lagrange_weights, on_square_grid
+from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.potential import ORDER, SCALE, airy_potential, at_radius, contract, lagrange_weights
 
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
@@ -31,7 +33,7 @@ def field_tables(
     returns  : (k, 2, n, n): V_x and V_y at ((i − margin)·step, (j − margin)·step), margin = FIELD_ORDER/2
 
     Derivation: the average of ∂Φ/∂x over a box is a difference of Φ at its two sides, averaged along y. Both
-    are short filters along one axis each, so a table is two matrix products and no two-dimensional rule. The
+    are short filters along one axis each, so a table needs no two-dimensional rule. The
     filters are made from the interpolant itself; a small photosite therefore loses no digits.
     """
     margin = FIELD_ORDER // 2
@@ -44,13 +46,36 @@ def field_tables(
     samples = math.ceil(math.sqrt(2.0) * count * step / radial_step) + ORDER
     phi = airy_potential(samples * radial_step / float(lambda_n.min()))
     radial = contract(phi, lambda_n, weights, radial_step, samples)
-    along = _filter_matrix(average, rows, margin, count)
-    across = _filter_matrix(slope, rows, margin, count)
-    tables = np.empty((weights.shape[0], 2, rows, rows))
-    for k in range(weights.shape[0]):
-        grid = on_square_grid(radial[k], radial_step, step, count)
-        tables[k, 0] = across @ grid @ along.T
-        tables[k, 1] = tables[k, 0].T
+    with ONE_AT_A_TIME:
+        return _filtered(radial, step / radial_step, average, slope, rows, margin, count)
+
+
+@nb.njit(cache=True, parallel=True)
+def _filtered(radial: F64, samples_per_step: float, average: F64, slope: F64, rows: int, margin: int, count: int) -> F64:
+    """Apply ``slope`` along the first axis and ``average`` along the second to radial functions on a square grid."""
+    reach = average.size // 2
+    tables = np.empty((radial.shape[0], 2, rows, rows))
+    for k in range(radial.shape[0]):
+        averaged = np.zeros((count, rows))
+        for i in nb.prange(count):
+            scratch = np.empty(ORDER)
+            line = np.empty(rows + 2 * reach)  # the grid's row i from −margin − reach on, mirrored at 0
+            for j in range(count):
+                line[j + margin + reach] = at_radius(radial[k], math.hypot(i, j) * samples_per_step, scratch)
+            for j in range(margin + reach):
+                line[j] = line[2 * (margin + reach) - j]
+            for b in range(average.size):
+                for c in range(rows):
+                    averaged[i, c] += average[b] * line[c + b]
+        for r in nb.prange(rows):
+            row = np.zeros(rows)
+            for a in range(slope.size):
+                source = abs(r - margin + a - reach)
+                for c in range(rows):
+                    row[c] += slope[a] * averaged[source, c]
+            for c in range(rows):
+                tables[k, 0, r, c] = row[c]
+                tables[k, 1, c, r] = row[c]
     return tables
 
 
@@ -89,17 +114,6 @@ def _add_point(taps: F64, reach: int, position: float, amount: float) -> None:
     lagrange_weights(position - cell, ORDER, SCALE, weights)
     first = reach + cell + 1 - ORDER // 2
     taps[first : first + ORDER] += amount * weights
-
-
-def _filter_matrix(taps: F64, rows: int, margin: int, count: int) -> F64:
-    """Return (rows, count): the filter at (i − margin), acting on an even function given at 0 … count − 1."""
-    reach = taps.size // 2
-    matrix = np.zeros((rows, count))
-    row = np.repeat(np.arange(rows), taps.size)
-    column = np.abs(row - margin + np.tile(np.arange(-reach, reach + 1), rows))
-    inside = column < count
-    np.add.at(matrix, (row[inside], column[inside]), np.tile(taps, rows)[inside])
-    return matrix
 
 
 def edge_responses(
