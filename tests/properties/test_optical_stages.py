@@ -1,0 +1,160 @@
+"""Laws of every optical stage; a new stage gets all of them by a line in the list."""
+
+import copy
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy import integrate, special
+from tolerances import ROUNDING
+
+import camsim
+from camsim.optics import OpticalSystem
+
+WAVELENGTH_NM = 550.0
+
+OPTICAL_STAGES = {
+    "Airy f/8": camsim.Airy(f_number=8.0),
+    "Airy f/1.2": camsim.Airy(f_number=1.2, transmission=0.9),
+    "OLPF": camsim.FourSpotOlpf(split_um=3.66),
+    "photosite": camsim.SquarePhotosite(side_um=4.88),
+    "photosite, fill factor 0.4": camsim.SquarePhotosite.from_fill_factor(pitch_um=3.45, fill_factor=0.4),
+    "point": camsim.SquarePhotosite(side_um=0.0),
+    "lens and photosite": OpticalSystem(
+        lens=camsim.Airy(f_number=5.6), photosite=camsim.SquarePhotosite(side_um=4.88)
+    ),
+    "lens, OLPF and photosite": OpticalSystem(
+        lens=camsim.Airy(f_number=2.8),
+        olpf=camsim.FourSpotOlpf(split_um=2.0),
+        photosite=camsim.SquarePhotosite(side_um=4.0),
+    ),
+}
+ROUND_STAGES = {name: stage for name, stage in OPTICAL_STAGES.items() if hasattr(stage, "encircled_energy")}
+
+
+@pytest.fixture(params=OPTICAL_STAGES.values(), ids=OPTICAL_STAGES)
+def stage(request):
+    return request.param
+
+
+@pytest.fixture
+def frequencies(rng):
+    """Frequencies in cycles/µm: in the pass band, near its end and far beyond it."""
+    return rng.normal(size=(2, 400)) * np.repeat([0.05, 0.3, 1.0, 20.0], 100)
+
+
+def otf(stage, fx, fy, wavelength_nm=WAVELENGTH_NM):
+    return stage.otf(np.asarray(fx, float), np.asarray(fy, float), wavelength_nm)
+
+
+def test_a_uniform_scene_keeps_its_level(stage):
+    assert otf(stage, 0.0, 0.0) == 1.0
+
+
+def test_nothing_is_amplified(stage, frequencies):
+    assert np.abs(otf(stage, *frequencies)).max() <= 1.0 + ROUNDING
+
+
+def test_even(stage, frequencies):
+    fx, fy = frequencies
+    np.testing.assert_allclose(otf(stage, -fx, -fy), otf(stage, fx, fy), rtol=0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("turn", ["mirrored in x", "mirrored in y", "transposed"])
+def test_mirror_symmetry(stage, frequencies, turn):
+    fx, fy = frequencies
+    other = {"mirrored in x": (-fx, fy), "mirrored in y": (fx, -fy), "transposed": (fy, fx)}[turn]
+    np.testing.assert_allclose(otf(stage, *other), otf(stage, fx, fy), rtol=0, atol=ROUNDING)
+
+
+def test_elementwise_on_any_shape(stage, frequencies):
+    fx, fy = frequencies
+    before = fx.copy(), fy.copy()
+    whole = otf(stage, fx, fy)
+    assert whole.dtype == np.float64
+    np.testing.assert_array_equal(fx, before[0])
+    np.testing.assert_array_equal(fy, before[1])
+    np.testing.assert_array_equal(otf(stage, fx.reshape(20, 20), fy.reshape(20, 20)).ravel(), whole)
+    for i in range(0, 400, 40):
+        assert float(otf(stage, fx[i], fy[i])) == pytest.approx(whole[i], abs=ROUNDING)
+
+
+def test_the_point_image_is_nowhere_negative(stage, rng):
+    """Bochner: exactly then the matrix OTF(f_i − f_j) of any frequencies has no eigenvalue below 0."""
+    for spread_per_um in (0.05, 0.3, 2.0):
+        fx, fy = rng.normal(size=(2, 80)) * spread_per_um
+        matrix = otf(stage, fx[:, None] - fx, fy[:, None] - fy)
+        assert np.linalg.eigvalsh(matrix).min() > -80 * ROUNDING
+
+
+def test_continuous_at_zero(stage):
+    assert abs(otf(stage, 1e-9, 1e-9) - 1.0) < 1e-7
+
+
+def test_finite_everywhere(stage):
+    f = np.array([0.0, 1e-300, 1e-12, 1.0, 1e6, 1e12])
+    assert np.isfinite(otf(stage, f[:, None], f)).all()
+
+
+def test_equal_by_value_and_frozen(stage):
+    assert copy.deepcopy(stage) == stage
+    assert hash(copy.deepcopy(stage)) == hash(stage)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(stage, dataclasses.fields(stage)[0].name, 1.0)
+
+
+@pytest.mark.parametrize("round_stage", ROUND_STAGES.values(), ids=ROUND_STAGES)
+@pytest.mark.parametrize("r_um", [0.4, 2.0, 7.0])
+def test_encircled_energy_belongs_to_the_otf(round_stage, r_um):
+    """Light within a radius is the OTF summed against the disc's own transform: 2πr ∫ OTF(f)·J1(2πfr) df."""
+    cutoff_per_um = 1e3 / (round_stage.f_number * WAVELENGTH_NM)
+    expected, _ = integrate.quad(
+        lambda f: (
+            2 * np.pi * r_um * float(otf(round_stage, f * 0.6, f * 0.8)) * special.j1(2 * np.pi * f * r_um)
+        ),
+        0.0,
+        cutoff_per_um,
+        limit=400,
+        epsabs=1e-11,
+        epsrel=1e-11,
+    )
+    energy = float(round_stage.encircled_energy(np.array(r_um), WAVELENGTH_NM))
+    assert energy == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("round_stage", ROUND_STAGES.values(), ids=ROUND_STAGES)
+def test_encircled_energy_rises_from_0_to_1(round_stage):
+    r_um = np.concatenate([[0.0], np.geomspace(1e-6, 1e9, 3000)])
+    energy = round_stage.encircled_energy(r_um, WAVELENGTH_NM)
+    assert energy[0] == 0.0
+    assert np.diff(energy).min() > -ROUNDING
+    assert abs(energy[-1] - 1.0) < 1e-8
+
+
+def test_the_olpf_is_the_transform_of_its_spots(frequencies):
+    olpf = OPTICAL_STAGES["OLPF"]
+    fx, fy = frequencies
+    spots_um = olpf.spots_um()
+    waves = np.exp(
+        -2j * np.pi * (np.multiply.outer(spots_um[:, 0], fx) + np.multiply.outer(spots_um[:, 1], fy))
+    )
+    np.testing.assert_allclose(waves.mean(axis=0), otf(olpf, fx, fy), rtol=0, atol=1e3 * ROUNDING)
+    apart = np.unique(np.round(np.linalg.norm(spots_um[:, None] - spots_um, axis=-1), 12))
+    np.testing.assert_allclose(apart, [0.0, 3.66, 3.66 * np.sqrt(2)], atol=1e-11)
+
+
+def test_the_photosite_is_the_transform_of_its_area(frequencies):
+    photosite = OPTICAL_STAGES["photosite"]
+    x, w = np.polynomial.legendre.leggauss(60)
+    fx, fy = frequencies[:, :200]
+
+    def across(f):
+        return np.exp(-1j * np.pi * 4.88 * np.multiply.outer(f, x)) @ (w / 2)
+
+    np.testing.assert_allclose(across(fx) * across(fy), otf(photosite, fx, fy), rtol=0, atol=10 * ROUNDING)
+
+
+def test_a_system_takes_its_stages_in_any_order():
+    lens, olpf = camsim.Airy(f_number=4.0), camsim.FourSpotOlpf(split_um=2.0)
+    photosite = camsim.SquarePhotosite(side_um=4.0)
+    assert OpticalSystem.of([photosite, olpf, lens]) == OpticalSystem.of([lens, olpf, photosite])

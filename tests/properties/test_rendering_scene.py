@@ -1,0 +1,171 @@
+"""Laws of rendering: what a scene's surfaces and their arrangement do to its image."""
+
+import numpy as np
+import pytest
+from examples import (
+    ARROW,
+    BACKGROUND,
+    OPTICS,
+    PICTURE,
+    PITCH_UM,
+    SLAB,
+    TOLERANCE,
+    TRIANGLE,
+    WAVELENGTH_NM,
+    grid_of,
+    image_of,
+    moved,
+    scene_of,
+    worst,
+)
+from tolerances import METHOD, ROUNDING
+
+import camsim
+from camsim.scene import arrange
+
+F8 = OPTICS["f/8, OLPF"]
+SAME = 100 * ROUNDING  # what only the order of sums may change
+
+
+@pytest.fixture(params=OPTICS.values(), ids=OPTICS, scope="module")
+def optics(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def masks(optics):
+    """Each visible part of PICTURE alone, white on black: the whole arrow, then what covers it, are laid bare."""
+    arrow = image_of([(ARROW, 1.0), (TRIANGLE, 0.0), (SLAB, 0.0)], optics, background=0.0)
+    triangle = image_of([(TRIANGLE, 1.0), (SLAB, 0.0)], optics, background=0.0)
+    slab = image_of([(SLAB, 1.0)], optics, background=0.0)
+    return arrow, triangle, slab
+
+
+@pytest.mark.parametrize("background", [0.0, 0.18, 1.0, 2.5])
+def test_linear_in_reflectance(optics, masks, background):
+    """The image is the background plus every visible part's mask times its contrast."""
+    reflectances = (0.9, 0.05, 0.5)
+    shapes = list(zip((ARROW, TRIANGLE, SLAB), reflectances, strict=True))
+    expected = background + sum((r - background) * mask for r, mask in zip(reflectances, masks, strict=True))
+    # Each mask is within the tolerance; so is the image, relative to its brightest surface.
+    allowed = TOLERANCE * (sum(abs(r - background) for r in reflectances) + max(1.0, background))
+    assert worst(image_of(shapes, optics, background=background), expected) <= allowed
+
+
+def test_complement(optics):
+    """Black on white and white on black add up to white."""
+    black = image_of([(corners, 0.0) for corners, _ in PICTURE], optics, background=1.0)
+    white = image_of([(corners, 1.0) for corners, _ in PICTURE], optics, background=0.0)
+    assert worst(black + white, 1.0) <= SAME
+
+
+@pytest.mark.parametrize("factor", [1e-9, 1e6])
+def test_very_dark_and_very_bright_scenes_scale(factor):
+    """Above a perfect diffuser the tolerance is relative to the brightest surface, below it absolute."""
+    shapes = [(corners, reflectance * factor) for corners, reflectance in PICTURE]
+    found = camsim.render(
+        scene_of(shapes, BACKGROUND * factor), F8, grid_of(20, 24), wavelength_nm=WAVELENGTH_NM
+    )
+    assert found.error_estimate <= TOLERANCE
+    expected = image_of(PICTURE, F8) * factor
+    assert worst(found.image, expected) <= METHOD * TOLERANCE * max(1.0, factor)
+
+
+def test_an_image_stays_between_its_darkest_and_brightest_surface(optics):
+    image = image_of(PICTURE, optics)
+    assert image.min() >= 0.05 - TOLERANCE
+    assert image.max() <= 0.9 + TOLERANCE
+
+
+def test_cut_from_corner_to_corner_is_the_whole(optics):
+    """The arrow's concave corner to its tip: the shared edge vanishes, the others are as they were."""
+    halves = [(ARROW[[0, 1, 3]], 0.9), (ARROW[[1, 2, 3]], 0.9)]
+    assert worst(image_of(halves, optics), image_of([(ARROW, 0.9)], optics)) <= SAME
+
+
+def test_cut_across_its_edges_is_the_whole(optics):
+    """New corners in the middle of edges: the same light, but other sums."""
+    a, b, c = TRIANGLE
+    p, q = a + 0.37 * (b - a), a + 0.61 * (c - a)
+    halves = [(np.array([a, p, q]), 0.7), (np.array([p, b, c, q]), 0.7)]
+    assert worst(image_of(halves, optics), image_of([(TRIANGLE, 0.7)], optics)) <= METHOD * TOLERANCE
+
+
+@pytest.mark.parametrize("spectrum", [0.7, camsim.Curve((300.0, 900.0), (0.7, 0.7), outside="hold")])
+def test_neighbours_of_equal_spectrum_leave_no_edge(spectrum):
+    left = np.array([(-5, -5), (0.3, -5), (0.3, 5), (-5, 5)])
+    right = np.array([(0.3, -5), (6, -5), (6, 5), (0.3, 5)])
+    arrangement = arrange(scene_of([(left, spectrum), (right, spectrum)]), max_segment_um=1.0)
+    inside = np.abs(arrangement.start_um[:, 0] - 0.3 * PITCH_UM) < 1e-9
+    inside &= np.abs(arrangement.end_um[:, 0] - 0.3 * PITCH_UM) < 1e-9
+    assert not inside.any()
+    # A photosite astride the border, far from the outline, sees nothing of it.
+    image = image_of([(left * 40, spectrum), (right * 40, spectrum)], F8, 3, 3)
+    assert worst(image, 0.7) <= (0.7 - BACKGROUND) * 4 * 2 / (np.pi**2 * 150)
+
+
+def test_a_shape_of_the_backgrounds_spectrum_is_invisible():
+    assert worst(image_of([(ARROW, BACKGROUND)], F8), BACKGROUND) == 0.0
+    # So is a spectrum that equals it wherever there is light.
+    curve = camsim.Curve((450.0, 550.0), (BACKGROUND, BACKGROUND), outside="hold")
+    assert worst(image_of([(ARROW, curve)], F8), BACKGROUND) <= SAME
+
+
+def test_what_is_covered_has_no_influence(optics):
+    cover = [(np.array([(-9, -8), (10, -8), (10, 8), (-9, 8)]), 0.4)]
+    hidden = [(ARROW, 0.9), (TRIANGLE, 0.0)]
+    assert worst(image_of(hidden + cover, optics), image_of(cover, optics)) <= SAME
+
+
+def test_the_order_of_disjoint_shapes_does_not_matter(optics):
+    small = moved(PICTURE, np.eye(2) * 0.4)
+    spread = [
+        *moved(small[:1], shift=(-5, -4)),
+        *moved(small[1:2], shift=(5, -4)),
+        *moved(small[2:], shift=(1, 6)),
+    ]
+    images = [image_of([spread[i] for i in order], optics) for order in ((0, 1, 2), (2, 0, 1), (1, 2, 0))]
+    assert worst(images[0], images[1]) <= SAME
+    assert worst(images[0], images[2]) <= SAME
+
+
+def test_the_order_of_overlapping_shapes_does():
+    over = image_of([(ARROW, 0.9), (TRIANGLE, 0.05)], F8)
+    under = image_of([(TRIANGLE, 0.05), (ARROW, 0.9)], F8)
+    assert worst(over, under) > 0.1
+
+
+def test_later_covers_earlier():
+    """Two squares that overlap, against the L that is left of the first one, drawn by hand."""
+    first = np.array([(-6, -6), (2, -6), (2, 2), (-6, 2)])
+    second = np.array([(-1, -1), (7, -1), (7, 7), (-1, 7)])
+    rest = np.array([(-6, -6), (2, -6), (2, -1), (-1, -1), (-1, 2), (-6, 2)])
+    painted = image_of([(first, 0.9), (second, 0.1)], F8)
+    by_hand = image_of([(rest, 0.9), (second, 0.1)], F8)
+    assert worst(painted, by_hand) <= METHOD * TOLERANCE
+    assert painted[10 - 3, 12 - 3] == pytest.approx(0.9, abs=0.05)
+    assert painted[10 + 3, 12 + 3] == pytest.approx(0.1, abs=0.05)
+
+
+def test_a_hole_is_what_is_left_out(optics):
+    """A black square with a window of the background's spectrum in it: the square minus the window."""
+    square = np.array([(-7, -6), (7, -7), (6, 7), (-6, 6)])
+    window = np.array([(-3, -2), (2, -3), (3.5, 2.25), (-1, 3)])
+    framed = image_of([(square, 0.0), (window, BACKGROUND)], optics)
+    apart = image_of([(square, 0.0)], optics) - image_of([(window, 0.0)], optics) + BACKGROUND
+    assert worst(framed, apart) <= METHOD * TOLERANCE
+
+
+def test_neighbours_share_one_edge_with_both_spectra():
+    """Side by side: as the left one alone plus the right one alone; also where their borders only partly meet."""
+    left = np.array([(-6, -5), (0.3, -4), (1.1, 4), (-5, 5)])
+    right = np.array([(0.3, -4), (6, -5), (6, 5), (1.1, 4)])
+    beside = np.array([(0.3, -4), (6, -5), (6, 9), (1.6, 9)])  # its border runs on past (1.1, 4)
+    for neighbour in (right, beside):
+        both = image_of([(left, 0.8), (neighbour, 0.1)], F8)
+        apart = image_of([(left, 0.8)], F8) + image_of([(neighbour, 0.1)], F8) - BACKGROUND
+        assert worst(both, apart) <= 2 * METHOD * TOLERANCE
+
+
+def test_the_same_call_gives_the_same_bits():
+    assert image_of(PICTURE, F8).tobytes() == image_of(PICTURE, F8).tobytes()

@@ -1,0 +1,183 @@
+"""Laws of rendering: a scene that is mirrored, turned, shifted or enlarged gives an image that is."""
+
+import math
+
+import numpy as np
+import pytest
+import truth
+from examples import (
+    ARROW,
+    BACKGROUND,
+    OPTICS,
+    PICTURE,
+    PITCH_UM,
+    TOLERANCE,
+    WAVELENGTH_NM,
+    grid_of,
+    image_of,
+    moved,
+    scene_of,
+    worst,
+)
+from tolerances import METHOD, ROUNDING
+
+import camsim
+
+MOVES = {
+    "mirror in x": ([[-1, 0], [0, 1]], lambda image: image[:, ::-1]),
+    "mirror in y": ([[1, 0], [0, -1]], lambda image: image[::-1]),
+    "transpose": ([[0, 1], [1, 0]], lambda image: image.T),
+    "quarter turn clockwise": ([[0, -1], [1, 0]], lambda image: np.rot90(image, -1)),
+    "half turn": ([[-1, 0], [0, -1]], lambda image: np.rot90(image, 2)),
+    "quarter turn anticlockwise": ([[0, 1], [-1, 0]], lambda image: np.rot90(image, 1)),
+}
+
+
+@pytest.fixture(params=OPTICS.values(), ids=OPTICS, scope="module")
+def optics(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def image(optics):
+    return image_of(PICTURE, optics, 20, 24)
+
+
+@pytest.fixture(scope="module")
+def whole_frame(optics):
+    return image_of(PICTURE, optics, 90, 100)
+
+
+@pytest.mark.parametrize(("matrix", "turned"), MOVES.values(), ids=MOVES)
+def test_the_image_is_the_scenes_way_round(optics, image, matrix, turned):
+    expected = turned(image)
+    found = image_of(moved(PICTURE, matrix), optics, *expected.shape)
+    assert worst(found, expected) <= METHOD * TOLERANCE
+    # The picture has no symmetry of its own that would let a wrong turn pass.
+    assert image.shape != expected.shape or worst(image, expected) > 0.05
+
+
+def test_row_0_is_at_the_top_and_column_0_at_the_left():
+    """A white corner at negative x and y lights photosite (0, 0) and no other corner of the frame."""
+    square = np.array([(-10, -8), (-6, -8), (-6, -4), (-10, -4)])
+    image = image_of([(square, 1.0)], OPTICS["f/8"], 16, 20, background=0.0)
+    assert image[0, 0] > 0.5
+    assert max(image[0, -1], image[-1, 0], image[-1, -1]) < 0.01
+    # x − y of its centre is (−8, −6) pitches: 8 columns left of the middle, 6 rows above it.
+    rows, cols = np.indices(image.shape)
+    bright = image > 0.5
+    assert (rows[bright].mean() - 7.5, cols[bright].mean() - 9.5) == (-6.0, -8.0)
+
+
+@pytest.mark.parametrize("shift", [(3, -2), (-5, 4), (0, 64)])
+def test_a_shift_by_whole_pitches_shifts_the_image(optics, image, shift):
+    right, down = shift
+    found = image_of(moved(PICTURE, shift=shift), optics, 20 + 2 * abs(down), 24 + 2 * abs(right))
+    top, left = abs(down) + down, abs(right) + right
+    assert worst(found[top : top + 20, left : left + 24], image) <= METHOD * TOLERANCE
+
+
+@pytest.mark.parametrize("origin", [(0, 0), (7, 11), (59, 3), (66, 70)])
+def test_a_window_is_that_slice_of_the_frame(optics, whole_frame, origin):
+    rows, cols = 24, 30
+    window = image_of(PICTURE, optics, rows, cols, origin=origin, frame=whole_frame.shape)
+    row, col = origin
+    assert worst(window, whole_frame[row : row + rows, col : col + cols]) <= METHOD * TOLERANCE
+
+
+@pytest.mark.parametrize("factor", [0.25, 3.7, 1000.0])
+def test_enlarging_every_length_changes_nothing(optics, image, factor):
+    """Scene, photosite, spots, pitch and, by the f-number, the Airy pattern."""
+    scaled = []
+    for stage in optics:
+        if isinstance(stage, camsim.Airy):
+            scaled.append(camsim.Airy(f_number=stage.f_number * factor))
+        elif isinstance(stage, camsim.FourSpotOlpf):
+            scaled.append(camsim.FourSpotOlpf(split_um=stage.split_um * factor))
+        else:
+            scaled.append(camsim.SquarePhotosite(side_um=stage.side_um * factor))
+    big = camsim.render(
+        scene_of(moved(PICTURE, np.eye(2) * factor)),
+        scaled,
+        camsim.Grid(rows=20, cols=24, pitch_um=PITCH_UM * factor),
+        wavelength_nm=WAVELENGTH_NM,
+    )
+    # What is left is the rounding of settings and coordinates.
+    assert worst(big.image, image) <= 100 * ROUNDING
+
+
+def test_only_wavelength_times_f_number_matters():
+    photosite = camsim.SquarePhotosite(side_um=PITCH_UM)
+    images = [
+        camsim.render(
+            scene_of(PICTURE), [camsim.Airy(f_number=n), photosite], grid_of(12, 12), wavelength_nm=nm
+        ).image
+        for n, nm in ((8.0, 400.0), (5.0, 640.0))
+    ]
+    assert worst(*images) <= 100 * ROUNDING
+
+
+def test_a_rectangle_turns_clockwise_as_displayed():
+    """By 30° its right end goes down, to larger y; a picture of it is darker there."""
+    grid = grid_of(24, 24)
+    turned = camsim.Rectangle(width_um=60.0, height_um=8.0, rotate_deg=30.0, reflectance=0.0)
+    cos, sin = math.cos(math.pi / 6), math.sin(math.pi / 6)
+    corners = [(x * cos - y * sin, x * sin + y * cos) for x, y in ((-30, -4), (30, -4), (30, 4), (-30, 4))]
+    by_hand = camsim.Polygon(points_um=corners, reflectance=0.0)
+    images = [
+        camsim.render(
+            camsim.Scene(background=1.0, shapes=[shape]),
+            OPTICS["f/8"],
+            grid,
+            wavelength_nm=WAVELENGTH_NM,
+        ).image
+        for shape in (turned, by_hand)
+    ]
+    assert worst(*images) <= 100 * ROUNDING
+    row_right = np.average(np.arange(24), weights=1 - images[0][:, 17])
+    row_left = np.average(np.arange(24), weights=1 - images[0][:, 6])
+    assert row_right - row_left == pytest.approx(11 * math.tan(math.pi / 6), abs=0.3)
+
+
+@pytest.mark.parametrize("radius", [0.02, 1.3, 7.0])
+def test_the_light_at_a_discs_centre_is_its_encircled_energy(radius):
+    disc = camsim.Disc(radius_um=radius * PITCH_UM, reflectance=0.0)
+    image = camsim.render(
+        camsim.Scene(background=1.0, shapes=[disc]),
+        [camsim.Airy(f_number=8.0)],
+        grid_of(1, 1),
+        wavelength_nm=WAVELENGTH_NM,
+    ).image
+    assert 1.0 - image[0, 0] == pytest.approx(truth.energy_by_integration(radius, 1.0), abs=TOLERANCE)
+
+
+def test_a_disc_looks_the_same_from_every_side():
+    disc = camsim.Disc(radius_um=26.0, centre_um=(8.0, -4.0), reflectance=0.0)
+    image = camsim.render(
+        camsim.Scene(background=1.0, shapes=[disc]),
+        OPTICS["f/8"],
+        grid_of(21, 21),
+        wavelength_nm=WAVELENGTH_NM,
+    ).image
+    # About its centre, 2 photosites right of the middle and 1 above it.
+    inner = image[9 - 8 : 9 + 9, 12 - 8 : 12 + 9]
+    assert worst(inner, np.rot90(inner)) <= METHOD * TOLERANCE
+    assert worst(inner, inner.T) <= METHOD * TOLERANCE
+
+
+def test_the_direction_of_an_outline_does_not_matter(optics, image):
+    shapes = [(corners[::-1], reflectance) for corners, reflectance in PICTURE]
+    assert worst(image_of(shapes, optics), image) <= 100 * ROUNDING
+
+
+@pytest.mark.parametrize("first", [1, 2, 3])
+def test_the_first_corner_does_not_matter(first):
+    shapes = [(np.roll(ARROW, first, axis=0), 0.9)]
+    found = image_of(shapes, OPTICS["f/8, OLPF"])
+    assert worst(found, image_of([(ARROW, 0.9)], OPTICS["f/8, OLPF"])) <= 100 * ROUNDING
+
+
+def test_far_from_everything_there_is_the_background():
+    """At distance r the light that strays is at most that outside a circle: 2λN/(π²r) of the contrast."""
+    image = image_of(PICTURE, OPTICS["f/8"], 1, 1, origin=(0, 400), frame=(1, 1))
+    assert 0 < abs(image[0, 0] - BACKGROUND) <= 2 / (np.pi**2 * 380)
