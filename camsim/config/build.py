@@ -166,8 +166,7 @@ def region(scene: SceneDocument, frame: schema.SensorFrame | None) -> Region | N
 
 def scene_content(scene: SceneDocument, pitch_um: float | None) -> Scene | None:
     """Make what is in front of the camera; without a known pitch only to find its faults."""
-    unit = scene.value(("scene", "unit"))
-    unit_um = {"pixel": pitch_um, "um": 1.0, "mm": 1000.0}.get(unit) or 1.0
+    unit_um = {"pixel": pitch_um, "um": 1.0, "mm": 1000.0}.get(str(scene.value(("scene", "unit")))) or 1.0
     background = _spectrum(scene, ("scene", "background", "reflectance"))
     tables = scene.value(("scene", "shapes"))
     shapes = [

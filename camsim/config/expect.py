@@ -137,6 +137,19 @@ def along(root: Expected, node: Node, path: KeyPath) -> Expected | None:
     return here
 
 
+def can_contradict(expected: Expected) -> bool:
+    """Whether any table in here has keys that may contradict each other (a long list of shapes has none)."""
+    for member in expected.alternatives():
+        items = get_args(member.kind) if get_origin(member.kind) in (list, tuple, dict) else ()
+        if any(can_contradict(Expected.of(item)) for item in items):
+            return True
+    return any(
+        "contradictions" in vars(table)
+        or any(can_contradict(expected_of_field(field)) for field in table.model_fields.values())
+        for table in expected.tables()
+    )
+
+
 def kinds_of(table: type[Table]) -> tuple[str, ...]:
     """Return the words that ``kind`` may be in a table."""
     field = table.model_fields.get("kind")

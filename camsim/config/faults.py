@@ -10,7 +10,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError
 
-from camsim.config.expect import Expected, along
+from camsim.config.expect import Expected, along, can_contradict
 from camsim.config.near import elsewhere, meant
 from camsim.config.schema import Table
 from camsim.config.tree import Document, KeyPath, Node
@@ -99,7 +99,9 @@ def _path_of(root: Expected, node: Node, loc: tuple[str | int, ...], error: str)
             here, current = here.inside(current, key), current.child(key)
     if error == "missing" and isinstance(last[0], int):
         last = ()  # a point with one number: the point is wrong
-    return (*path, "kind") if error.startswith("union_tag") else (*path, *last)
+    if error.startswith("union_tag") and here is not None and len(here.tables()) > 1:
+        last = ("kind",)
+    return (*path, *last)
 
 
 def _fault(document: Document, model: type[Table], path: KeyPath, detail: Any) -> Fault:
@@ -164,12 +166,13 @@ def _contradictions(expected: Expected, node: Node, path: KeyPath) -> Iterator[t
     if table is not None:
         for key, message in table.contradictions(node.plain()):
             yield (*path, key), message
-    parts: Any = ()
     if isinstance(node.content, Mapping):
-        parts = node.content.items()
+        for key, part in node.content.items():
+            inside = expected.inside(node, key)
+            if inside is not None and can_contradict(inside):
+                yield from _contradictions(inside, part, (*path, key))
     elif isinstance(node.content, tuple):
-        parts = enumerate(node.content)
-    for key, part in parts:
-        inside = expected.inside(node, key)
-        if inside is not None and isinstance(part.content, Mapping | tuple):
-            yield from _contradictions(inside, part, (*path, key))
+        for index, part in enumerate(node.content):
+            inside = expected.inside(node, index)
+            if inside is not None:
+                yield from _contradictions(inside, part, (*path, index))

@@ -8,16 +8,18 @@ import sys
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-# Per photosite: mean and noisy electrons (8 each), codes (2), channel (1), and three working copies.
-_BYTES_PER_PHOTOSITE = 8 + 8 + 2 + 1 + 24
-# Per photosite and channel of the truth: float32 to keep, float64 while it is rendered.
-_BYTES_OF_TRUTH = 4 + 8
+# Measured on frames of 6 million photosites, rounded up: mean and noisy electrons, codes and working copies;
+# the truth for each of its channels; and the preview while it is developed.
+_BYTES_PER_PHOTOSITE = 40
+_BYTES_PER_TRUTH = 16
+_BYTES_PER_PREVIEW = 70
 
 
 def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str]) -> int:
     """Return about how much memory a capture takes, beyond what the program itself does."""
-    per_photosite = _BYTES_PER_PHOTOSITE + (_BYTES_OF_TRUTH * channels if "truth" in products else 0)
-    return rows * cols * per_photosite
+    truth = _BYTES_PER_TRUTH * channels if "truth" in products else 0
+    preview = _BYTES_PER_PREVIEW if "preview" in products else 0
+    return rows * cols * (_BYTES_PER_PHOTOSITE + truth + preview)
 
 
 def available_bytes() -> int:

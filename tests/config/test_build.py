@@ -97,12 +97,12 @@ def test_a_frame_that_does_not_fit_in_memory(edited: Callable[..., None], folder
     with pytest.raises(ConfigError) as caught:
         load("good.yaml", overrides=["region=null"])
     assert str(caught.value).startswith(
-        "my.yaml:4:8: frame: 3000000 × 4000000 photosites need about 516 TB of memory, "
+        "my.yaml:4:8: frame: 3000000 × 4000000 photosites need about 480 TB of memory, "
     )
     assert str(caught.value).endswith(" are free; capture a region of it")
     with pytest.raises(ConfigError) as caught:
         load("good.yaml", overrides=["region.rows=1000000", "region.cols=2000000"])
-    assert "good.yaml:6:9: region: 1000000 × 2000000 photosites need about 86 TB" in str(caught.value)
+    assert "good.yaml:6:9: region: 1000000 × 2000000 photosites need about 80 TB" in str(caught.value)
     assert str(caught.value).endswith(" are free; make the region smaller")
 
 

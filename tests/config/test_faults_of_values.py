@@ -52,6 +52,22 @@ FAULTS = {
             "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
     ),
+    "a table for the time": (
+        "time_s: 0.01",
+        "time_s: {seconds: 1}",
+        [
+            "scene.yaml:5:20: exposure.time_s: must be a number above 0 or auto, not a table "
+            "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
+        ],
+    ),
+    "a word for a transmission": (
+        "f_number: 8",
+        "f_number: 8, transmission: clear",
+        [
+            "scene.yaml:3:47: lens.transmission: must be a number from 0 to 1 "
+            "or a table {wavelength_nm, values, outside}, not 'clear' (fraction of the light that passes)"
+        ],
+    ),
     "a date that is none": (
         "iso: 200",
         "iso: 200, datetime: 2001-02-30 00:00:00",

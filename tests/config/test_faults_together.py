@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import random
 import re
 from pathlib import Path
 
 import pytest
 
 from camsim.capture import load
-from camsim.errors import ConfigError
+from camsim.errors import ConfigError, Fault
 
 
 def test_the_good_files_have_no_faults(folder: Path) -> None:
@@ -66,3 +67,101 @@ def test_all_faults_of_both_files_and_the_command_line_at_once(folder: Path) -> 
         ("my.yaml", 4, 41, "frame.pitch_um"),
         ("my.yaml", 9, 11, "quantum_efficiency.curves"),
     ]
+
+
+def test_whatever_is_changed_the_answer_is_a_setup_or_sentences(folder: Path) -> None:
+    """Values swapped, dropped and put in at random places of both files: never another exception."""
+    rng = random.Random(11)
+    values = [
+        *(
+            "null",
+            "true",
+            "0",
+            "-1",
+            "1e400",
+            ".nan",
+            "[]",
+            "{}",
+            "[1, 2]",
+            "''",
+            "auto",
+            "mono",
+            "disc",
+            "pixel",
+        ),
+        *(
+            "[[0, 0], [1, 1], [1, 0]]",
+            "{kind: disc}",
+            "{wavelength_nm: [1], values: []}",
+            "99999999999999999999999",
+        ),
+        *(
+            "{x: 1}",
+            "[[[[]]]]",
+            "{kind: [1]}",
+            "{Y: 3}",
+            "dark skin",
+            "{[1]: 2}",
+            "*a",
+            "&b 3",
+            "!c 4",
+            "sensor/1",
+        ),
+    ]
+    keys = [
+        *(
+            "camsim",
+            "sensor",
+            "lens",
+            "lens.kind",
+            "lens.transmission",
+            "light",
+            "light.illuminant",
+            "light.line_nm",
+        ),
+        *(
+            "exposure.time_s",
+            "exposure.datetime",
+            "region",
+            "region.origin",
+            "region.rows",
+            "scene",
+            "scene.unit",
+        ),
+        *(
+            "scene.shapes",
+            "scene.shapes.0",
+            "scene.shapes.1.points",
+            "scene.shapes.1.points.0",
+            "scene.shapes.2",
+        ),
+        *("scene.shapes.2.reflectance", "scene.shapes.2.reflectance.values", "scene.shapes.2.kind", "render"),
+        *("noise.seed", "scene.background", "scene.background.reflectance", "name", "zzz", "sensor.frame"),
+        *(
+            "sensor.frame.rows",
+            "sensor.photosite",
+            "sensor.olpf",
+            "sensor.cfa",
+            "sensor.cfa.kind",
+            "sensor.charge",
+        ),
+        *(
+            "sensor.quantum_efficiency",
+            "sensor.quantum_efficiency.curves",
+            "sensor.quantum_efficiency.curves.R",
+        ),
+        *("sensor.readout", "sensor.readout.black_level_dn", "sensor.camsim", "sensor.name", "sensor.zzz"),
+    ]
+    outcomes = set()
+    for _ in range(400):
+        overrides = [f"{rng.choice(keys)}={rng.choice(values)}" for _ in range(rng.randint(1, 4))]
+        faults: tuple[Fault, ...] = ()
+        try:
+            load("good.yaml", overrides=overrides)
+        except ConfigError as error:
+            faults = error.faults
+        outcomes.add(bool(faults))
+        for fault in faults:
+            assert fault.message, overrides
+            assert "\n" not in str(fault), overrides
+    assert outcomes == {True, False}
