@@ -32,11 +32,11 @@ def rayleigh_energy(r, lambda_n):
     return 1.0 - special.j0(x) ** 2 - special.j1(x) ** 2
 
 
-def coverage_by_rays(polygon, point, energy, nodes=40, panel=0.05):
+def coverage_by_rays(polygon, point, energy, nodes=40, advance=0.2):
     """Light that a point sample gets from a bright polygon: rays out of the point, (1/2π)∮ Σ ± E(r) dθ.
 
     Along each ray the light between entering and leaving the polygon is E(r_out) − E(r_in). The angles are cut where
-    a ray meets a corner, and into panels over which the distance to an edge changes by a small step.
+    a ray meets a corner, and into panels on which the ray's end advances by ``advance`` along the edge.
 
     polygon : (n, 2), either direction round;  energy: r → encircled energy
     """
@@ -55,7 +55,7 @@ def coverage_by_rays(polygon, point, energy, nodes=40, panel=0.05):
         h = abs(cross) / length
         along = ((bx - ax) * ax + (by - ay) * ay) / length
         first = math.atan2(along, h)  # angle from the foot of the perpendicular: r = h / cos
-        cuts = _angles(first, first + abs(sweep), h, panel)
+        cuts = _angles(first, first + abs(sweep), h, advance)
         low, high = cuts[:-1, None], cuts[1:, None]
         angle = 0.5 * (low + high) + 0.5 * (high - low) * x
         ring = energy(h / np.cos(angle))
@@ -63,10 +63,9 @@ def coverage_by_rays(polygon, point, energy, nodes=40, panel=0.05):
     return total / (2 * math.pi) * math.copysign(1.0, area)
 
 
-def _angles(first, last, h, panel):
-    """Cut first … last so that h·tan(angle) advances by ``panel``·40 at most on every piece."""
+def _angles(first, last, h, advance):
     s_first, s_last = h * math.tan(first), h * math.tan(last)
-    pieces = max(2, math.ceil((s_last - s_first) / (40 * panel)))
+    pieces = max(2, math.ceil((s_last - s_first) / advance))
     return np.arctan2(np.linspace(s_first, s_last, pieces + 1), h)
 
 

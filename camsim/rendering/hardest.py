@@ -31,7 +31,8 @@ def hardest_photosites(
     """Return rows and columns of the photosites to check, at least four (all of a smaller grid), none twice.
 
     In turn: at a corner; just beyond the near radius from a corner, straight off the edge's end (where the far form
-    omits most); on an edge; far from everything. As many as a tenth of the predicted time pays for.
+    omits most); across the middle of an edge, at the end of the edge response's table, beyond it, or close to the edge;
+    a corner of the frame, far from everything. As many as a tenth of the predicted time pays for.
     """
     photosites = grid.rows * grid.cols
     budget = SHARE_OF_TIME * predict_seconds(len(start), photosites, settings, lambda_n, tables)
@@ -39,7 +40,7 @@ def hardest_photosites(
     x0, y0 = grid.first_centre
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):
-        for x, y in _hard_points(start, end, settings.near, grid, turn):
+        for x, y in _hard_points(start, end, settings, grid, turn):
             spots[(_nearest(y - y0, grid.rows), _nearest(x - x0, grid.cols))] = None
     spread = max(1, photosites // (4 * count))
     for i in range(0, photosites, spread):
@@ -54,7 +55,7 @@ def _nearest(position: float, count: int) -> int:
     return int(min(max(round(position), 0), count - 1))
 
 
-def _hard_points(start: F64, end: F64, near: float, grid: Grid, turn: int) -> F64:
+def _hard_points(start: F64, end: F64, settings: Settings, grid: Grid, turn: int) -> F64:
     """Return four points (4, 2), pitches; turns step through the edges by the golden ratio."""
     edge = int((turn * 0.6180339887498949) % 1.0 * len(start))
     a, b = start[edge], end[edge]
@@ -62,6 +63,7 @@ def _hard_points(start: F64, end: F64, near: float, grid: Grid, turn: int) -> F6
     across = np.array([-along[1], along[0]]) * (1.0 if turn % 2 else -1.0)
     x0, y0 = grid.first_centre
     corner = np.array([x0 + (turn % 2) * (grid.cols - 1), y0 + (turn // 2 % 2) * (grid.rows - 1)])
-    on_edge = a + (0.45 + 0.09 * (turn % 5)) * (b - a)
-    points: F64 = np.stack([a, a + 1.02 * near * across, on_edge, corner])
+    distance = (0.97 * settings.reach, 0.3, 1.03 * settings.reach, 0.5 * settings.reach)[turn % 4]
+    beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
+    points: F64 = np.stack([a, a + 1.02 * settings.near * across, beside, corner])
     return points

@@ -125,13 +125,16 @@ def edge_responses(
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance
 
     ESF(h) − ½ = ∫_0^{1/λN} OTF(f·normal)·sin(2πfh)/(πf) df. Between two cut-offs 1/λN the summed OTF is smooth
-    but for a 3/2 power at the upper end, which f = top − (top − bottom)·t² turns into a polynomial.
+    but for a 3/2 power at the upper end, which f = top − (top − bottom)·t² turns into a polynomial. A Gauss rule of n
+    nodes then follows a phase of 2n radians; the phase is 2πf times the distance and the footprint's extent.
     """
     cells = math.ceil(distance / step)
+    extent = distance + float(np.abs(normals).sum(axis=1).max()) * (0.5 * system.photosite.side_um + float(
+        np.abs(system.spots_um()).max())) / pitch_um
     cutoffs = np.unique(1.0 / lambda_n)
     bottom, nodes, node_weights = 0.0, [], []
     for top in cutoffs:
-        count = 10 + math.ceil(2.5 * distance * (top - bottom))
+        count = 14 + math.ceil(1.1 * math.pi * extent * (top - bottom))
         x, w = gauss_legendre(count)
         t = 0.5 * (1.0 + x)
         nodes.append(top - (top - bottom) * t * t)

@@ -1,0 +1,41 @@
+"""The optical formulas against definitions: diffraction integrals, ray truth, and transforms by quadrature."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import integrate, special
+
+from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
+from camsim.optics.airy import airy_encircled_energy, airy_otf
+from tests import truth
+
+
+@pytest.mark.parametrize("radius", [0.05, 0.4, 1.2196698912665045, 3.3, 9.7])
+def test_encircled_energy_is_the_psf_added_up(radius):
+    energy = airy_encircled_energy(np.array(radius), f_number=2.0, wavelength_nm=500.0)  # λN = 1 µm
+    assert energy == pytest.approx(truth.energy_by_integration(radius, 1.0), abs=1e-11)
+
+
+@pytest.mark.parametrize("frequency", [0.05, 0.3, 0.77, 0.999])
+def test_otf_is_the_overlap_of_two_pupils(frequency):
+    # Two unit-diameter discs whose centres are `frequency` apart: area of the lens they share, by integration.
+    half = 0.5 * frequency
+    strip = integrate.quad(lambda x: 2 * math.sqrt(max(0.25 - x * x, 0.0)), half, 0.5, epsabs=1e-13)[0]
+    expected = 2 * strip / (math.pi / 4)
+    assert airy_otf(np.array(frequency), f_number=2.0, wavelength_nm=500.0) == pytest.approx(expected, abs=1e-10)
+
+
+def test_otf_vanishes_past_the_cut_off():
+    assert np.all(airy_otf(np.array([1.0, 1.0 + 1e-12, 7.0]), f_number=2.0, wavelength_nm=500.0) == 0.0)
+
+
+def test_system_otf_is_the_transform_of_its_parts():
+    system = OpticalSystem.of([SquarePhotosite(side_um=3.0), Airy(f_number=4.0), FourSpotOlpf(split_um=2.5)])
+    fx, fy = 0.11, 0.07
+    x = np.linspace(-1.5, 1.5, 4001)
+    box = np.trapezoid(np.cos(2 * np.pi * fx * x), x) * np.trapezoid(np.cos(2 * np.pi * fy * x), x) / 9.0
+    spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx in (-1.25, 1.25) for sy in (-1.25, 1.25)])
+    r = np.linspace(0, 4000, 4_000_001)  # Hankel transform of the PSF; its tail beyond 4000 µm is below 1e-3
+    lens = np.trapezoid(truth.airy_psf(r, 2.2) * special.j0(2 * np.pi * math.hypot(fx, fy) * r) * 2 * np.pi * r, r)
+    assert system.otf(np.array(fx), np.array(fy), 550.0) == pytest.approx(lens * box * spots, abs=1e-3)

@@ -1,0 +1,101 @@
+"""Photosites against truths derived another way: rays, the line spread, exact clipping in the sharp limit."""
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+import camsim
+from camsim.rendering.far import far_edge, far_moments
+from tests import truth
+
+TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
+ARROW = [(-4.0, -3.0), (4.0, 0.0), (-4.0, 3.0), (-1.0, 0.0)]
+
+
+def one_photosite(polygon, point, lambda_n, *, side=0.0, split=0.0, tolerance=1e-6):
+    shifted = [(x - point[0], y - point[1]) for x, y in polygon]
+    optics = [camsim.Airy(f_number=lambda_n * 2.0), camsim.SquarePhotosite(side_um=side)]
+    if split:
+        optics.append(camsim.FourSpotOlpf(split_um=split))
+    scene = camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=shifted, reflectance=1.0)])
+    grid = camsim.Grid(rows=1, cols=1, pitch_um=1.0)
+    return camsim.render(scene, optics, grid, wavelength_nm=500.0, tolerance=tolerance).image[0, 0]
+
+
+@pytest.mark.parametrize("polygon", [TRIANGLE, ARROW], ids=["triangle", "arrow"])
+@pytest.mark.parametrize("point", [(0.3, 0.2), (-2.9, -2.0), (7.4, 3.0), (15.0, -9.0)])
+@pytest.mark.parametrize("lambda_n", [0.35, 1.7])
+def test_point_samples_equal_rays(polygon, point, lambda_n):
+    expected = truth.coverage_by_rays(polygon, np.array(point), lambda r: truth.rayleigh_energy(r, lambda_n))
+    assert one_photosite(polygon, point, lambda_n) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("point", [(-3.0, -2.1), (1.1, 1.7)])
+def test_square_photosite_with_olpf_is_the_mean_of_rays(point):
+    lambda_n, side, split = 0.9, 1.0, 0.75
+
+    def point_sample(offset):
+        return truth.coverage_by_rays(
+            TRIANGLE, np.array(point) + offset, lambda r: truth.rayleigh_energy(r, lambda_n)
+        )
+
+    spots = [np.array([sx, sy]) * split / 2 for sx in (-1, 1) for sy in (-1, 1)]
+    expected = np.mean(
+        [truth.box_average(lambda u, s=s: point_sample(u + s), side, order=8) for s in spots]
+    )
+    assert one_photosite(TRIANGLE, point, lambda_n, side=side, split=split) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("distance", [-6.0, -0.8, 0.0, 0.31, 2.5])
+def test_middle_of_a_long_edge_tends_to_the_half_plane(distance):
+    # A square of half-width S about the foot, edge through it: what it lacks of the half-plane is at most the tail of
+    # three far half-planes, 2·λN/(π³S) each.
+    half = 4000.0
+    square = [(-half, 0.0), (half, 0.0), (half, 2 * half), (-half, 2 * half)]
+    lacking = 3 * 2.0 * 1.3 / (math.pi**3 * half)
+    expected = truth.half_plane(distance, 1.3)
+    assert one_photosite(square, (0.0, distance), 1.3) == pytest.approx(expected, abs=1e-6 + lacking)
+
+
+def test_sharp_limit_is_the_clipped_area():
+    # f/0.02 at 500 nm: λN is a hundredth of the pitch; what is left of blur at a distance h is 0.065·λN/h.
+    grid = camsim.Grid(rows=9, cols=11, pitch_um=1.0)
+    scene = camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=TRIANGLE, reflectance=1.0)])
+    optics = [camsim.Airy(f_number=0.02), camsim.SquarePhotosite(side_um=1.0)]
+    image = camsim.render(scene, optics, grid, wavelength_nm=500.0, tolerance=1e-4).image
+    triangle = shapely.Polygon(TRIANGLE)
+    expected = [
+        [triangle.intersection(shapely.box(x - 5.5, y - 4.5, x - 4.5, y - 3.5)).area for x in range(11)]
+        for y in range(9)
+    ]
+    assert np.abs(image - expected).max() < 0.01
+
+
+@pytest.mark.parametrize(("h", "s1", "s2"), [(9.0, -4.0, 13.0), (3.0, 9.0, 30.0), (-0.5, -40.0, -10.0), (12.0, 0.0, 5.0)])
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_far_form_with_moments_equals_the_averaged_smooth_integral(h, s1, s2, turn):
+    """Average the non-oscillating 1/r, 1/r³, 1/r⁵ series over a turned footprint by quadrature."""
+    lambda_n, side, split = 0.8, 1.0, 0.75
+    far = far_moments(np.array([lambda_n]), np.ones((1, 1)))[0]
+    x, w = np.polynomial.legendre.leggauss(8)
+    along_x, along_w = np.polynomial.legendre.leggauss(400)
+    s = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * along_x
+    total, m4, m22, sigma2 = 0.0, 0.0, 0.0, 0.0
+    c, t = math.cos(turn), math.sin(turn)
+    for i in range(8):
+        for j in range(8):
+            for sx in (-1, 1):
+                for sy in (-1, 1):
+                    u, v = 0.5 * side * x[i] + 0.5 * split * sx, 0.5 * side * x[j] + 0.5 * split * sy
+                    share = w[i] * w[j] / 16.0
+                    du, dv = c * u - t * v, t * u + c * v
+                    r2 = (s + du) ** 2 + (h + dv) ** 2
+                    series = far[0] / r2 - far[1] / r2**1.5 - far[2] / r2**2.5 - far[3] / r2**3.5
+                    total += share * 0.5 * (s2 - s1) * np.sum(along_w * series * (h + dv))
+                    zeta = complex(du, dv)
+                    m4, m22 = m4 + share * zeta**4, m22 + share * abs(zeta) ** 4
+                    sigma2 += share * du**2
+    g = far_edge(h, s1, s2, sigma2, m22, m4.real, m4.imag)
+    assert float(np.dot(g, far)) == pytest.approx(total, abs=2e-8)
