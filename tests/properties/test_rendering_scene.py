@@ -34,7 +34,7 @@ def optics(request):
 
 @pytest.fixture(scope="module")
 def masks(optics):
-    """Each visible part of PICTURE alone, white on black: the whole arrow, then what covers it, are laid bare."""
+    """Each visible part of PICTURE alone, white on black."""
     arrow = image_of([(ARROW, 1.0), (TRIANGLE, 0.0), (SLAB, 0.0)], optics, background=0.0)
     triangle = image_of([(TRIANGLE, 1.0), (SLAB, 0.0)], optics, background=0.0)
     slab = image_of([(SLAB, 1.0)], optics, background=0.0)
@@ -157,7 +157,7 @@ def test_a_hole_is_what_is_left_out(optics):
 
 
 def test_neighbours_share_one_edge_with_both_spectra():
-    """Side by side: as the left one alone plus the right one alone; also where their borders only partly meet."""
+    """Side by side as the left one alone plus the right one alone, also where borders meet only partly."""
     left = np.array([(-6, -5), (0.3, -4), (1.1, 4), (-5, 5)])
     right = np.array([(0.3, -4), (6, -5), (6, 5), (1.1, 4)])
     beside = np.array([(0.3, -4), (6, -5), (6, 9), (1.6, 9)])  # its border runs on past (1.1, 4)
