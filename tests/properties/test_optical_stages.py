@@ -20,9 +20,7 @@ OPTICAL_STAGES = {
     "photosite": camsim.SquarePhotosite(side_um=4.88),
     "photosite, fill factor 0.4": camsim.SquarePhotosite.from_fill_factor(pitch_um=3.45, fill_factor=0.4),
     "point": camsim.SquarePhotosite(side_um=0.0),
-    "lens and photosite": OpticalSystem(
-        lens=camsim.Airy(f_number=5.6), photosite=camsim.SquarePhotosite(side_um=4.88)
-    ),
+    "lens and photosite": OpticalSystem(lens=camsim.Airy(f_number=5.6), photosite=camsim.SquarePhotosite(side_um=4.88)),
     "lens, OLPF and photosite": OpticalSystem(
         lens=camsim.Airy(f_number=2.8),
         olpf=camsim.FourSpotOlpf(split_um=2.0),
@@ -109,9 +107,7 @@ def test_encircled_energy_belongs_to_the_otf(round_stage, r_um):
     """Light within a radius is the OTF summed against the disc's own transform: 2πr ∫ OTF(f)·J1(2πfr) df."""
     cutoff_per_um = 1e3 / (round_stage.f_number * WAVELENGTH_NM)
     expected, _ = integrate.quad(
-        lambda f: (
-            2 * np.pi * r_um * float(otf(round_stage, f * 0.6, f * 0.8)) * special.j1(2 * np.pi * f * r_um)
-        ),
+        lambda f: 2 * np.pi * r_um * float(otf(round_stage, f * 0.6, f * 0.8)) * special.j1(2 * np.pi * f * r_um),
         0.0,
         cutoff_per_um,
         limit=400,
@@ -135,9 +131,7 @@ def test_the_olpf_is_the_transform_of_its_spots(frequencies):
     olpf = OPTICAL_STAGES["OLPF"]
     fx, fy = frequencies
     spots_um = olpf.spots_um()
-    waves = np.exp(
-        -2j * np.pi * (np.multiply.outer(spots_um[:, 0], fx) + np.multiply.outer(spots_um[:, 1], fy))
-    )
+    waves = np.exp(-2j * np.pi * (np.multiply.outer(spots_um[:, 0], fx) + np.multiply.outer(spots_um[:, 1], fy)))
     np.testing.assert_allclose(waves.mean(axis=0), otf(olpf, fx, fy), rtol=0, atol=1e3 * ROUNDING)
     apart = np.unique(np.round(np.linalg.norm(spots_um[:, None] - spots_um, axis=-1), 12))
     np.testing.assert_allclose(apart, [0.0, 3.66, 3.66 * np.sqrt(2)], atol=1e-11)

@@ -63,9 +63,7 @@ def test_complement(optics):
 def test_very_dark_and_very_bright_scenes_scale(factor):
     """Above a perfect diffuser the tolerance is relative to the brightest surface, below it absolute."""
     shapes = [(corners, reflectance * factor) for corners, reflectance in PICTURE]
-    found = camsim.render(
-        scene_of(shapes, BACKGROUND * factor), F8, grid_of(20, 24), wavelength_nm=WAVELENGTH_NM
-    )
+    found = camsim.render(scene_of(shapes, BACKGROUND * factor), F8, grid_of(20, 24), wavelength_nm=WAVELENGTH_NM)
     assert found.error_estimate <= TOLERANCE
     expected = image_of(PICTURE, F8) * factor
     assert worst(found.image, expected) <= METHOD * TOLERANCE * max(1.0, factor)

@@ -109,9 +109,7 @@ def test_enlarging_every_length_changes_nothing(optics, image, factor):
 def test_only_wavelength_times_f_number_matters():
     photosite = camsim.SquarePhotosite(side_um=PITCH_UM)
     images = [
-        camsim.render(
-            scene_of(PICTURE), [camsim.Airy(f_number=n), photosite], grid_of(12, 12), wavelength_nm=nm
-        ).image
+        camsim.render(scene_of(PICTURE), [camsim.Airy(f_number=n), photosite], grid_of(12, 12), wavelength_nm=nm).image
         for n, nm in ((8.0, 400.0), (5.0, 640.0))
     ]
     assert worst(*images) <= 100 * ROUNDING
