@@ -123,8 +123,7 @@ def _refuse_what_does_not_fit(
     if needed <= free:
         return
     message = (
-        f"{rows} × {cols} photosites need about {memory.readable(needed)} of memory, "
-        f"{memory.readable(free)} are free; "
+        f"{rows} × {cols} photosites need about {memory.readable(needed)} of memory, {memory.readable(free)} are free; "
     )
     if region:
         scene.refuse(("region",), message + "make the region smaller")
@@ -132,9 +131,7 @@ def _refuse_what_does_not_fit(
         sensor.refuse(("frame",), message + "capture a region of it")
 
 
-def _sensor_of(
-    scene: SceneDocument, sensor: PathOrName | None, changes: Iterable[Override]
-) -> SensorDocument | None:
+def _sensor_of(scene: SceneDocument, sensor: PathOrName | None, changes: Iterable[Override]) -> SensorDocument | None:
     """Read the sensor of a capture: the flag's, or else the scene's."""
     if sensor is not None:
         return _sensor(os.fspath(sensor), changes)

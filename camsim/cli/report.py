@@ -30,9 +30,7 @@ def print_report(
     lines.add_column(style="bold")
     lines.add_column()
     lines.add_row("scene", f"{report.scene}, {rows} × {cols} photosites of {frame.pitch_um:g} µm")
-    lines.add_row(
-        "camera", f"{frame.camera_name}, {frame.bit_depth} bits, {frame.electrons_per_dn:.4g} e⁻ per DN"
-    )
+    lines.add_row("camera", f"{frame.camera_name}, {frame.bit_depth} bits, {frame.electrons_per_dn:.4g} e⁻ per DN")
     lines.add_row("exposure", f"{frame.time_s:.6g} s, ISO {frame.iso:g}, seed {frame.seed}")
     lines.add_row("optics", " → ".join(report.optics))
     lines.add_row("wavelengths", report.wavelengths)
@@ -59,9 +57,7 @@ def print_report(
         import yaml
 
         tree = _shortened(frame.description)
-        console.file.write(
-            f"computed:\n{yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=1000)}"
-        )
+        console.file.write(f"computed:\n{yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=1000)}")
 
 
 def _signal(frame: Frame) -> Table:

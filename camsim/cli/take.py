@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import sys
 import time
@@ -55,6 +56,8 @@ def take(request: Request) -> None:
         raise CamsimError("\n".join(str(error) for error in errors))
     if not request.quiet:
         _say_that_it_compiles()
+    gc.freeze()
+    gc.enable()
     ready_s = time.perf_counter()
     with Bar(shown=not request.quiet) as bar:
         frame = setup.expose(products=products, progress=bar.update)
@@ -87,9 +90,7 @@ def _write(frame: Frame, outputs: list[Output], bar: Bar) -> None:
         save(frame, output.path, product=output.product)
 
 
-def _as_json(
-    frame: Frame, outputs: list[Output], seconds: dict[str, float], total_s: float
-) -> dict[str, Any]:
+def _as_json(frame: Frame, outputs: list[Output], seconds: dict[str, float], total_s: float) -> dict[str, Any]:
     """Return the report as a plain tree."""
     return {
         **asdict(frame.report),

@@ -110,7 +110,7 @@ def camera(sensor: SensorDocument, lens: Airy | None) -> Camera | None:
 
 def lens(scene: SceneDocument) -> Airy | None:
     """Make the lens of a scene file."""
-    transmission = _spectrum(scene, ("lens", "transmission"))
+    transmission = _spectrum(scene, ("lens", "transmission"), names=False)
     table = scene.part(("lens",), schema.AiryLens)
     if table is None:
         return None
@@ -208,14 +208,14 @@ def _shape(scene: SceneDocument, path: KeyPath, unit_um: float) -> Polygon | Rec
         return scene.build(path, lambda: make(1.0)) and scene.build(path, lambda: make(unit_um))
 
 
-def _spectrum(document: Judged[schema.SceneFile], path: KeyPath) -> Spectrum | None:
-    """Make a reflectance or transmission of whatever stands at ``path``."""
-    value = document.value(path)
-    if isinstance(value, str):
-        return document.build(path, lambda: named.reflectance(value))
+def _spectrum(scene: SceneDocument, path: KeyPath, *, names: bool = True) -> Spectrum | None:
+    """Make a reflectance (which may have a name) or a transmission of whatever stands at ``path``."""
+    value = scene.value(path)
+    if names and isinstance(value, str):
+        return scene.build(path, lambda: named.reflectance(value))
     if isinstance(value, dict):
-        table = document.part(path, schema.Fractions)
-        return None if table is None else document.build(path, lambda: _curve(table))
+        table = scene.part(path, schema.Fractions)
+        return None if table is None else scene.build(path, lambda: _curve(table))
     return float(value) if isinstance(value, int | float) else None
 
 

@@ -60,6 +60,14 @@ FAULTS = {
             "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
     ),
+    "a list for a transmission": (
+        "f_number: 8",
+        "f_number: 8, transmission: [1, 1]",
+        [
+            "scene.yaml:3:47: lens.transmission: must be a number from 0 to 1 "
+            "or a table {wavelength_nm, values, outside}, not a list of 2 (fraction of the light that passes)"
+        ],
+    ),
     "a word for a transmission": (
         "f_number: 8",
         "f_number: 8, transmission: clear",
