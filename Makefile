@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test lint format bench clean
+.PHONY: demo test test-clients lint format bench clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -18,6 +18,16 @@ demo: $(READY)  ## capture the slanted edge with the D40-like sensor into out/
 
 test: $(READY)
 	$(BIN)/python -m pytest
+
+test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing one is a failure, never a skip
+	command -v exiftool >/dev/null && command -v dcraw >/dev/null || \
+	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends libimage-exiftool-perl dcraw; }
+	$(BIN)/python -m pip install --quiet dngpy
+	$(BIN)/python -m pytest -m clients
+
+bench: $(READY)  ## error and time on the paper's square, beside GalSim
+	$(BIN)/python -m pip install --quiet galsim
+	$(BIN)/python bench/paper_square.py
 
 lint: $(READY)
 	$(BIN)/ruff check .

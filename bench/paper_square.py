@@ -93,8 +93,18 @@ def main() -> None:
     wall, cpu = (np.array([[t[i] for t in lap] for lap in laps]) for i in (0, 1))
     rows = []
     for i, name in enumerate(runs):
-        rows.append({"program": name, "wall_s": np.median(wall[i]), "cpu_s": np.median(cpu[i]), "max_error": errors[i]})
-        print(f"{name:24}  wall {1e3 * np.median(wall[i]):8.1f} ms  CPU {1e3 * np.median(cpu[i]):8.1f} ms  true error {errors[i]:.1e}")
+        rows.append(
+            {
+                "program": name,
+                "wall_s": np.median(wall[i]),
+                "cpu_s": np.median(cpu[i]),
+                "max_error": errors[i],
+            }
+        )
+        print(
+            f"{name:24}  wall {1e3 * np.median(wall[i]):8.1f} ms  CPU {1e3 * np.median(cpu[i]):8.1f} ms  "
+            f"true error {errors[i]:.1e}"
+        )
     ratio = {
         "faster than GalSim, wall": float(np.median(wall[2] / wall[0])),
         "faster than GalSim, CPU": float(np.median(cpu[2] / cpu[0])),

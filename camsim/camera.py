@@ -128,14 +128,30 @@ class Camera:
         response = self.electrons_per_reflectance(samples, time_s)
         clock.lap("light")
         rendering = render_channels(
-            scene, self.optics, grid, response=response, wavelength_nm=samples.wavelength_nm, channel=channel,
-            tolerance=tolerance, every_channel="truth" in products, progress=progress,
+            scene,
+            self.optics,
+            grid,
+            response=response,
+            wavelength_nm=samples.wavelength_nm,
+            channel=channel,
+            tolerance=tolerance,
+            every_channel="truth" in products,
+            progress=progress,
         )
         mean = np.maximum(rendering.image, 0.0)  # an error of the tolerance may lie below black
         clock.lap("render")
         electrons = record(
-            mean, prnu=self.prnu, dark_current=self.dark_current, full_well=self.full_well, read_noise=self.read_noise,
-            dsnu=self.dsnu, time_s=time_s, seed=seed, serial=self.serial, origin=grid.origin, frame_cols=self.cols,
+            mean,
+            prnu=self.prnu,
+            dark_current=self.dark_current,
+            full_well=self.full_well,
+            read_noise=self.read_noise,
+            dsnu=self.dsnu,
+            time_s=time_s,
+            seed=seed,
+            serial=self.serial,
+            origin=grid.origin,
+            frame_cols=self.cols,
             noise=noise,
         )
         clock.lap("noise")
@@ -143,22 +159,49 @@ class Camera:
         white = self.adc.white_level_dn(exposure.iso, self._full_well_e)
         clock.lap("adc")
         return Frame(
-            mosaic=mosaic, mean_electrons=mean, electrons=electrons, truth=_truth(rendering), channel_index=channel,
-            channels=self.cfa.channels, cfa_pattern=self.cfa.window_pattern(grid.origin), pitch_um=self.pitch_um,
-            bit_depth=self.adc.bit_depth, black_level_dn=self.adc.black_level_dn, white_level_dn=white,
+            mosaic=mosaic,
+            mean_electrons=mean,
+            electrons=electrons,
+            truth=_truth(rendering),
+            channel_index=channel,
+            channels=self.cfa.channels,
+            cfa_pattern=self.cfa.window_pattern(grid.origin),
+            pitch_um=self.pitch_um,
+            bit_depth=self.adc.bit_depth,
+            black_level_dn=self.adc.black_level_dn,
+            white_level_dn=white,
             electrons_per_dn=self.adc.electrons_per_dn_at(exposure.iso),
             read_noise_e=self.read_noise.sigma_e if noise and self.read_noise else 0.0,
-            camera_name=self.name, serial=self.serial, f_number=self.lens.f_number, time_s=time_s, iso=exposure.iso,
-            datetime=exposure.datetime, seed=seed, colour=self._colour(samples),
-            description=describe({
-                "camera": self, "scene": scene, "light": light, "exposure": exposure, "region": region, "seed": seed,
-                "tolerance": tolerance, "noise": noise,
-            }),
+            camera_name=self.name,
+            serial=self.serial,
+            f_number=self.lens.f_number,
+            time_s=time_s,
+            iso=exposure.iso,
+            datetime=exposure.datetime,
+            seed=seed,
+            colour=self._colour(samples),
+            description=describe(
+                {
+                    "camera": self,
+                    "scene": scene,
+                    "light": light,
+                    "exposure": exposure,
+                    "region": region,
+                    "seed": seed,
+                    "tolerance": tolerance,
+                    "noise": noise,
+                }
+            ),
             report=Report(
-                scene=scene_name, optics=tuple(_sentence(stage) for stage in self.optics.stages),
-                wavelengths=_wavelengths(samples, rendering), method=rendering.method, tolerance=tolerance,
-                error_estimate=rendering.error_estimate, truth_error_estimate=rendering.planes_error,
-                checked_photosites=rendering.checked_photosites, seconds=clock.seconds,
+                scene=scene_name,
+                optics=tuple(_sentence(stage) for stage in self.optics.stages),
+                wavelengths=_wavelengths(samples, rendering),
+                method=rendering.method,
+                tolerance=tolerance,
+                error_estimate=rendering.error_estimate,
+                truth_error_estimate=rendering.planes_error,
+                checked_photosites=rendering.checked_photosites,
+                seconds=clock.seconds,
                 signal=_signal(self.cfa.channels, channel, mean, mosaic, white),
             ),
         )
@@ -172,7 +215,10 @@ class Camera:
             return Grid(rows=self.rows, cols=self.cols, pitch_um=self.pitch_um)
         frame, size, period = (self.rows, self.cols), (region.rows, region.cols), self.cfa.period
         row, col = region.origin or ((f - s) // 2 // p * p for f, s, p in zip(frame, size, period, strict=True))
-        for name, first, count, most in (("rows", row, region.rows, self.rows), ("cols", col, region.cols, self.cols)):
+        for name, first, count, most in (
+            ("rows", row, region.rows, self.rows),
+            ("cols", col, region.cols, self.cols),
+        ):
             if count < 1 or first < 0 or first + count > most:
                 raise InvalidValueError(
                     f"region: {name} {first}..{first + count} lie outside the frame's 0..{most}; "
@@ -187,9 +233,7 @@ class Camera:
         if samples.wavelength_nm.size == 1:
             light = (np.abs(wavelength_nm - samples.wavelength_nm[0]) <= 0.5).astype(float)
         else:
-            light = np.interp(
-                wavelength_nm, samples.wavelength_nm, samples.irradiance_w_per_m2_nm, left=0.0, right=0.0
-            )
+            light = np.interp(wavelength_nm, samples.wavelength_nm, samples.irradiance_w_per_m2_nm, left=0.0, right=0.0)
         return ColourResponse(
             channels=self.cfa.channels,
             wavelength_nm=wavelength_nm,

@@ -26,4 +26,3 @@ def describe(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     return value
-

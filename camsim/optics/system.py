@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -34,7 +34,7 @@ class OpticalSystem:
 
     lens: Airy
     olpf: FourSpotOlpf | None = None
-    photosite: SquarePhotosite = SquarePhotosite(side_um=0.0)
+    photosite: SquarePhotosite = field(default_factory=lambda: SquarePhotosite(side_um=0.0))
 
     @classmethod
     def of(cls, stages: Sequence[OpticalStage]) -> OpticalSystem:

@@ -8,7 +8,8 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.optics import OpticalSystem
-from camsim.rendering.boundary import Edges, Numbers, Tables, render_edges
+from camsim.rendering.boundary import render_edges
+from camsim.rendering.edge import Edges, Numbers, Tables
 from camsim.rendering.far import far_moments
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.kernels import ONE_AT_A_TIME
@@ -30,7 +31,7 @@ def interpolation(nodes: F64, points: F64) -> F64:
     gap = points[:, None] - nodes[None, :]
     hit = np.abs(gap) < 1e-14
     terms = weights / np.where(hit, 1.0, gap)
-    matrix = terms / terms.sum(axis=1, keepdims=True)
+    matrix: F64 = terms / terms.sum(axis=1, keepdims=True)
     exact = hit.any(axis=1)
     matrix[exact] = hit[exact]
     return matrix
@@ -46,17 +47,38 @@ def numbers(settings: Settings, footprint: Footprint) -> Numbers:
         size = settings.root >> level
         to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
     return Numbers(
-        near=settings.near, reach=settings.reach, field_step=settings.field_step, response_step=settings.response_step,
-        panel=settings.panel, gauss_x=gauss_x, gauss_w=gauss_w, sigma2=footprint.sigma2, m22=footprint.m22,
-        separation=settings.separation, nodes=nodes,
+        near=settings.near,
+        reach=settings.reach,
+        field_step=settings.field_step,
+        response_step=settings.response_step,
+        panel=settings.panel,
+        gauss_x=gauss_x,
+        gauss_w=gauss_w,
+        sigma2=footprint.sigma2,
+        m22=footprint.m22,
+        separation=settings.separation,
+        nodes=nodes,
         to_children=np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)]),
-        to_photosites=to_photosites, root=settings.root, leaf=settings.leaf,
+        to_photosites=to_photosites,
+        root=settings.root,
+        leaf=settings.leaf,
     )
 
 
 def boundary_image(
-    *, start: F64, end: F64, pair: I64, weights: F64, base: F64, lambda_n: F64, system: OpticalSystem, pitch_um: float,
-    footprint: Footprint, settings: Settings, origin: tuple[float, float], channel: U8,
+    *,
+    start: F64,
+    end: F64,
+    pair: I64,
+    weights: F64,
+    base: F64,
+    lambda_n: F64,
+    system: OpticalSystem,
+    pitch_um: float,
+    footprint: Footprint,
+    settings: Settings,
+    origin: tuple[float, float],
+    channel: U8,
 ) -> F64:
     """Render; lengths in pitches.
 
@@ -74,11 +96,23 @@ def boundary_image(
     m4 = footprint.m4 * (tx + 1j * ty) ** 4
     response, normals = _directions(tx, ty, length >= settings.near)
     edges = Edges(
-        x=np.ascontiguousarray(start[:, 0]), y=np.ascontiguousarray(start[:, 1]), tx=tx, ty=ty, length=length,
-        m4_re=np.ascontiguousarray(m4.real), m4_im=np.ascontiguousarray(m4.imag), pair=pair, response=response,
+        x=np.ascontiguousarray(start[:, 0]),
+        y=np.ascontiguousarray(start[:, 1]),
+        tx=tx,
+        ty=ty,
+        length=length,
+        m4_re=np.ascontiguousarray(m4.real),
+        m4_im=np.ascontiguousarray(m4.imag),
+        pair=pair,
+        response=response,
     )
     field = field_tables(
-        lambda_n, flat, side=footprint.side, shifts=footprint.shifts, radius=settings.near, step=settings.field_step
+        lambda_n,
+        flat,
+        side=footprint.side,
+        shifts=footprint.shifts,
+        radius=settings.near,
+        step=settings.field_step,
     )
     if len(normals):
         responses = edge_responses(

@@ -40,7 +40,16 @@ def far_moments(lambda_n: F64, weights: F64) -> F64:
 
 
 @nb.njit(cache=True, inline="always")
-def far_tail(h: float, s: float, sigma2: float, m22: float, m4_re: float, m4_im: float) -> tuple[float, float, float, float]:
+def weigh(g: tuple[float, float, float, float], far: F64) -> float:
+    """Return Σ_m g[m]·far[m]: what the four numbers mean for one weight set."""
+    total: float = g[0] * far[0] + g[1] * far[1] + g[2] * far[2] + g[3] * far[3]
+    return total
+
+
+@nb.njit(cache=True, inline="always")
+def far_tail(
+    h: float, s: float, sigma2: float, m22: float, m4_re: float, m4_im: float
+) -> tuple[float, float, float, float]:
     """Return g of the half line from s ≥ 0 to infinity at signed distance h; not both 0."""
     r2 = h * h + s * s
     r = math.sqrt(r2)

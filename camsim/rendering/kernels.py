@@ -23,5 +23,5 @@ def kernels_compiled() -> bool:
     if kernel.signatures:
         return True
     source = Path(boundary.__file__)
-    compiled = Path(kernel.stats.cache_path).glob(f"{source.stem}.render_edges-*.nbi")
+    compiled = Path(kernel.stats.cache_path or ".").glob(f"{source.stem}.render_edges-*.nbi")
     return any(index.stat().st_mtime >= source.stat().st_mtime for index in compiled)

@@ -82,7 +82,7 @@ def quiet_distance(lambda_n: F64, shares: F64, footprint: Footprint, allowed: fl
     longest = float(lambda_n.max())
     transfer = footprint.transfer(1.0 / lambda_n)
     phasor = shares * (lambda_n**2.5 * transfer)
-    farthest = float(np.abs(phasor).sum(axis=1).max() * amplitude / allowed) ** 0.4
+    farthest: float = float(np.abs(phasor).sum(axis=1).max() * amplitude / allowed) ** 0.4
     if lambda_n.size == 1 or farthest <= 5.0 * longest:
         return farthest
     distance = np.arange(5.0 * longest, farthest + longest, 0.25 * longest)
@@ -94,7 +94,7 @@ def quiet_distance(lambda_n: F64, shares: F64, footprint: Footprint, allowed: fl
 
 def _moment_distance(longest: float, footprint: Footprint, allowed: float) -> float:
     """Distance beyond which the footprint's moments past the fourth stay below ``allowed``."""
-    eighth = (footprint.m8 / (16.0 * math.pi * allowed)) ** (1.0 / 8.0)
+    eighth: float = (footprint.m8 / (16.0 * math.pi * allowed)) ** (1.0 / 8.0)
     c1 = 2.0 * longest / math.pi**2
-    sixth = (3.0 * c1 * footprint.m6 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
+    sixth: float = (3.0 * c1 * footprint.m6 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
     return max(eighth, sixth)

@@ -61,7 +61,9 @@ def lagrange_weights(t: float, order: int, scale: F64, out: F64) -> None:
 
 def lagrange_scale(order: int) -> F64:
     """Return 1/Π_{j≠i}(i − j), the constant part of the Lagrange weights."""
-    return np.array([(-1.0) ** (order - 1 - i) / (math.factorial(i) * math.factorial(order - 1 - i)) for i in range(order)])
+    return np.array(
+        [(-1.0) ** (order - 1 - i) / (math.factorial(i) * math.factorial(order - 1 - i)) for i in range(order)]
+    )
 
 
 SCALE = lagrange_scale(ORDER)

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, U8
-from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.rendering.engine import boundary_image
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
+from camsim.rendering.hardest import hardest_photosites
 from camsim.rendering.plan import Settings, check_tolerance, plan_boundary
 from camsim.rendering.spectral import Signals, fuse, lambda_n
 from camsim.rendering.spotcheck import Check, reference_values
-from camsim.rendering.hardest import hardest_photosites
-from camsim.scene import Arrangement, Scene, arrange
+from camsim.scene import Scene, arrange
 
 METHODS = ("auto", "boundary")
 Progress = Callable[[str, float], None]
@@ -80,7 +80,13 @@ def render(
     single = np.ndim(wavelength_nm) == 0
     parts = [
         render_channels(
-            scene, system, grid, response=np.ones((1, 1)), wavelength_nm=np.array([w]), channel=channel, tolerance=tolerance
+            scene,
+            system,
+            grid,
+            response=np.ones((1, 1)),
+            wavelength_nm=np.array([w]),
+            channel=channel,
+            tolerance=tolerance,
         )
         for w in np.atleast_1d(np.asarray(wavelength_nm, float))
     ]
@@ -149,8 +155,15 @@ def render_channels(
     image *= scale[channel]
     report("render", 1.0)
     return Rendering(
-        image=image, error_estimate=error, checked_photosites=checked, seconds=time.perf_counter() - begin,
-        method="boundary", tolerance=tolerance, wavelengths=job.lambda_n.size, planes=planes, planes_error=planes_error,
+        image=image,
+        error_estimate=error,
+        checked_photosites=checked,
+        seconds=time.perf_counter() - begin,
+        method="boundary",
+        tolerance=tolerance,
+        wavelengths=job.lambda_n.size,
+        planes=planes,
+        planes_error=planes_error,
     )
 
 
@@ -181,9 +194,18 @@ class _Job:
         if not len(self.start):
             return self.base[channel]
         return boundary_image(
-            start=self.start, end=self.end, pair=self.pair, weights=self.weights, base=self.base, lambda_n=self.lambda_n,
-            system=self.system, pitch_um=self.grid.pitch_um, footprint=self.footprint, settings=self.settings,
-            origin=self.grid.first_centre, channel=channel,
+            start=self.start,
+            end=self.end,
+            pair=self.pair,
+            weights=self.weights,
+            base=self.base,
+            lambda_n=self.lambda_n,
+            system=self.system,
+            pitch_um=self.grid.pitch_um,
+            footprint=self.footprint,
+            settings=self.settings,
+            origin=self.grid.first_centre,
+            channel=channel,
         )
 
     def check(self, image: F64, channel: U8) -> tuple[float, int]:
@@ -196,8 +218,15 @@ class _Job:
         )
         x0, y0 = self.grid.first_centre
         reference = reference_values(
-            np.stack([x0 + cols, y0 + rows], axis=1), channel[rows, cols], start=self.start, end=self.end, pair=self.pair,
-            weights=self.weights, base=self.base, lambda_n=self.lambda_n, check=check,
+            np.stack([x0 + cols, y0 + rows], axis=1),
+            channel[rows, cols].astype(np.int64),
+            start=self.start,
+            end=self.end,
+            pair=self.pair,
+            weights=self.weights,
+            base=self.base,
+            lambda_n=self.lambda_n,
+            check=check,
         )
         return float(np.abs(image[rows, cols] - reference).max()), rows.size
 
@@ -219,8 +248,17 @@ def _prepare(
     phase = 2.0 * math.pi * settings.reach * float(1.0 / fine.min() - 1.0 / fine.max())
     nodes, by_spectrum = fuse(signals, phase=phase)
     return _Job(
-        start=arrangement.start_um / pitch_um, end=arrangement.end_um / pitch_um, pair=pair.ravel(),
-        weights=by_spectrum[sides[:, 0]] - by_spectrum[sides[:, 1]], base=signals.density[0].sum(axis=1),
-        lambda_n=lambda_n(system, nodes, pitch_um), signals=signals, shares=shares, fine_lambda_n=fine,
-        system=system, footprint=footprint, settings=settings, grid=grid,
+        start=arrangement.start_um / pitch_um,
+        end=arrangement.end_um / pitch_um,
+        pair=pair.ravel(),
+        weights=by_spectrum[sides[:, 0]] - by_spectrum[sides[:, 1]],
+        base=signals.density[0].sum(axis=1),
+        lambda_n=lambda_n(system, nodes, pitch_um),
+        signals=signals,
+        shares=shares,
+        fine_lambda_n=fine,
+        system=system,
+        footprint=footprint,
+        settings=settings,
+        grid=grid,
     )

@@ -60,8 +60,11 @@ def _rule_order(phase: float, allowed: float) -> int:
     log_phase = math.log(max(phase, 1e-3))
     while True:
         error = (
-            (2 * order + 1) * math.log(2.0) + 4 * math.lgamma(order + 1) - math.log(2 * order + 1)
-            - 3 * math.lgamma(2 * order + 1) + 2 * order * log_phase
+            (2 * order + 1) * math.log(2.0)
+            + 4 * math.lgamma(order + 1)
+            - math.log(2 * order + 1)
+            - 3 * math.lgamma(2 * order + 1)
+            + 2 * order * log_phase
         )
         if error < math.log(20.0 * allowed):
             return order
@@ -69,9 +72,18 @@ def _rule_order(phase: float, allowed: float) -> int:
 
 
 def reference_values(
-    points: F64, sets: I64, *, start: F64, end: F64, pair: I64, weights: F64, base: F64, lambda_n: F64, check: Check
+    points: F64,
+    sets: I64,
+    *,
+    start: F64,
+    end: F64,
+    pair: I64,
+    weights: F64,
+    base: F64,
+    lambda_n: F64,
+    check: Check,
 ) -> F64:
-    """Return the light at ``points`` (m, 2), each in its channel ``sets`` (m,); other arguments as in ``boundary_image``."""
+    """Return the light at ``points`` (m, 2), each in its channel ``sets`` (m,); the rest as in ``boundary_image``."""
     step = float(lambda_n.min()) / CELLS_PER_LAMBDA_N
     cells = math.ceil(check.radius / step) + 1
     profile = _airy_profile(1 << (cells - 1).bit_length())
@@ -86,8 +98,20 @@ def reference_values(
     gauss_x, gauss_w = gauss_legendre(PANEL_NODES)
     with ONE_AT_A_TIME:
         samples = _point_samples(
-            points, sets, start, end, pair, table_of, tables, step, far, check.radius, check.nodes,
-            PANEL_LAMBDA_N * float(lambda_n.min()), gauss_x, gauss_w,
+            points,
+            sets,
+            start,
+            end,
+            pair,
+            table_of,
+            tables,
+            step,
+            far,
+            check.radius,
+            check.nodes,
+            PANEL_LAMBDA_N * float(lambda_n.min()),
+            gauss_x,
+            gauss_w,
         )
     values: F64 = base[sets] + samples @ check.weights
     return values
@@ -136,7 +160,10 @@ def _beyond(h: float, s: float, far: F64) -> float:
     r = math.hypot(h, s)
     u = s / r
     third = 1.0 / (r * (r + s))
-    return third * (far[1] + third * ((2.0 + u) / 3.0 * far[2] + third * (8.0 + 9.0 * u + 3.0 * u * u) / 15.0 * far[3]))
+    total: float = third * (
+        far[1] + third * ((2.0 + u) / 3.0 * far[2] + third * (8.0 + 9.0 * u + 3.0 * u * u) / 15.0 * far[3])
+    )
+    return total
 
 
 @nb.njit(cache=True)
@@ -146,13 +173,26 @@ def _point_far(h: float, s1: float, s2: float, far: F64) -> float:
         powers = 2.0 * _beyond(h, 0.0, far) - _beyond(h, -s1, far) - _beyond(h, s2, far)
     else:
         powers = _beyond(h, min(abs(s1), abs(s2)), far) - _beyond(h, max(abs(s1), abs(s2)), far)
-    return far[0] * math.atan2(h * (s2 - s1), h * h + s1 * s2) - h * powers
+    total: float = far[0] * math.atan2(h * (s2 - s1), h * h + s1 * s2) - h * powers
+    return total
 
 
 @nb.njit(cache=True, parallel=True)
 def _point_samples(
-    points: F64, sets: I64, start: F64, end: F64, pair: I64, table_of: I64, tables: F64, step: float, far: F64,
-    radius: float, nodes: F64, panel: float, gauss_x: F64, gauss_w: F64,
+    points: F64,
+    sets: I64,
+    start: F64,
+    end: F64,
+    pair: I64,
+    table_of: I64,
+    tables: F64,
+    step: float,
+    far: F64,
+    radius: float,
+    nodes: F64,
+    panel: float,
+    gauss_x: F64,
+    gauss_w: F64,
 ) -> F64:
     """Sum over the edges for every point and footprint node: (points, nodes), no background."""
     count = len(nodes)
@@ -181,7 +221,7 @@ def _point_samples(
                 total += _point_far(h, s1, low, f)
             if s2 > high:
                 total += _point_far(h, high, s2, f)
-            panels = int(math.ceil((high - low) / panel))
+            panels = math.ceil((high - low) / panel)
             half = 0.5 * (high - low) / panels
             inside = 0.0
             for p in range(panels):

@@ -6,6 +6,7 @@ the wavelengths, so a photosite never sees how many there were.
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numba as nb
@@ -13,17 +14,15 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.potential import ORDER, SCALE, airy_potential, at_radius, contract, lagrange_weights
+from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
 
 
-def field_tables(
-    lambda_n: F64, weights: F64, *, side: float, shifts: F64, radius: float, step: float
-) -> F64:
+def field_tables(lambda_n: F64, weights: F64, *, side: float, shifts: F64, radius: float, step: float) -> F64:
     """Field V = ∇Φ averaged over the footprint, on a square grid over one quadrant.
 
     lambda_n : (j,) λN
@@ -51,7 +50,9 @@ def field_tables(
 
 
 @nb.njit(cache=True, parallel=True)
-def _filtered(radial: F64, samples_per_step: float, average: F64, slope: F64, rows: int, margin: int, count: int) -> F64:
+def _filtered(
+    radial: F64, samples_per_step: float, average: F64, slope: F64, rows: int, margin: int, count: int
+) -> F64:
     """Apply ``slope`` along the first axis and ``average`` along the second to radial functions on a square grid."""
     reach = average.size // 2
     tables = np.empty((radial.shape[0], 2, rows, rows))
@@ -89,7 +90,7 @@ def _average_taps(side: float, shifts: F64) -> F64:
             continue
         cuts = np.arange(math.floor(shift - 0.5 * side), math.ceil(shift + 0.5 * side) + 1)
         cuts = np.unique(np.clip(cuts, shift - 0.5 * side, shift + 0.5 * side))
-        for low, high in zip(cuts[:-1], cuts[1:], strict=True):
+        for low, high in itertools.pairwise(cuts):
             for x, w in zip(_GAUSS_X, _GAUSS_W, strict=True):
                 _add_point(taps, reach, 0.5 * (low + high + (high - low) * x), 0.5 * (high - low) * w / side)
     taps /= shifts.size
@@ -117,7 +118,14 @@ def _add_point(taps: F64, reach: int, position: float, amount: float) -> None:
 
 
 def edge_responses(
-    system: OpticalSystem, pitch_um: float, lambda_n: F64, weights: F64, normals: F64, *, distance: float, step: float
+    system: OpticalSystem,
+    pitch_um: float,
+    lambda_n: F64,
+    weights: F64,
+    normals: F64,
+    *,
+    distance: float,
+    step: float,
 ) -> F64:
     """Response across an infinite edge minus its half-way value, as a quintic per cell of ``step``.
 
@@ -129,8 +137,12 @@ def edge_responses(
     nodes then follows a phase of 2n radians; the phase is 2πf times the distance and the footprint's extent.
     """
     cells = math.ceil(distance / step)
-    extent = distance + float(np.abs(normals).sum(axis=1).max()) * (0.5 * system.photosite.side_um + float(
-        np.abs(system.spots_um()).max())) / pitch_um
+    extent = (
+        distance
+        + float(np.abs(normals).sum(axis=1).max())
+        * (0.5 * system.photosite.side_um + float(np.abs(system.spots_um()).max()))
+        / pitch_um
+    )
     cutoffs = np.unique(1.0 / lambda_n)
     bottom, nodes, node_weights = 0.0, [], []
     for top in cutoffs:
@@ -144,9 +156,7 @@ def edge_responses(
     u = np.minimum(f[None, :] * lambda_n[:, None], 1.0)
     lens = (2.0 / np.pi) * (np.arccos(u) - u * np.sqrt((1.0 - u) * (1.0 + u)))
     spectrum = (weights @ lens) * (df / (np.pi * f))
-    footprint = np.stack(
-        [system.footprint_otf(f * n[0] / pitch_um, f * n[1] / pitch_um) for n in normals]
-    )
+    footprint = np.stack([system.footprint_otf(f * n[0] / pitch_um, f * n[1] / pitch_um) for n in normals])
     h = step * np.arange(-2, cells + 4)
     wave = np.sin((2.0 * np.pi) * np.outer(h, f))
     values = np.einsum("okf,hf->okh", footprint[:, None, :] * spectrum[None], wave, optimize=True)

@@ -93,13 +93,13 @@ def _visible_rings(outlines: Sequence[F64], regions: Sequence[int]) -> list[tupl
     touching = np.zeros(len(outlines), bool)
     touching[first[first != second]] = True
 
-    visible = [(regions[i], [outlines[i]]) for i in np.flatnonzero(~touching)]
+    visible = [(regions[i], [outlines[i]]) for i in np.flatnonzero(~touching).tolist()]
     pieces: dict[int, list[Any]] = {}
     overlapped_by: dict[int, list[int]] = {}
     for a, b in zip(first, second, strict=True):
         if b > a:
             overlapped_by.setdefault(int(a), []).append(int(b))
-    polygons = {int(i): shapely.Polygon(outlines[i]) for i in np.flatnonzero(touching)}
+    polygons = {i: shapely.Polygon(outlines[i]) for i in np.flatnonzero(touching).tolist()}
     for i, polygon in polygons.items():
         later = [polygons[j] for j in overlapped_by.get(i, [])]
         piece = polygon if not later else polygon.difference(shapely.union_all(later))

@@ -38,10 +38,10 @@ class Polygon:
 
     points_um : at least three corners (x, y), µm
 
-    >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)
+    >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    camsim.errors.InvalidValueError: points: the outline crosses itself at (1, 1); list the corners in order round the shape
+    camsim.errors.InvalidValueError: points: the outline crosses itself at (1, 1); list ...
     """
 
     points_um: tuple[Point, ...]

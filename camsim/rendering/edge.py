@@ -1,0 +1,193 @@
+"""One edge seen from one photosite: line, ends, near and far. Lengths are in pitches."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.rendering.far import far_edge, far_line, far_tail, weigh
+
+
+class Edges(NamedTuple):
+    """Edges in pitches, with what each needs from the tables."""
+
+    x: F64  # start
+    y: F64
+    tx: F64  # unit direction
+    ty: F64
+    length: F64
+    m4_re: F64  # the footprint's fourth moment in the edge's frame
+    m4_im: F64
+    pair: I64  # which two spectra
+    response: I64  # which edge response, −1 for none
+
+
+class Tables(NamedTuple):
+    """Everything that is tabulated, by pair of spectra and channel."""
+
+    far: F64  # (pairs, channels, 4)
+    field: F64  # (pairs, channels, 2, n, n)
+    response: F64  # (directions, pairs, channels, cells, 6)
+    base: F64  # (channels,) the background
+
+
+class Numbers(NamedTuple):
+    """The plan's settings as the kernels read them; lengths in pitches."""
+
+    near: float  # an end within this distance is integrated
+    reach: float  # an edge response is looked up to this distance
+    field_step: float
+    response_step: float
+    panel: float
+    gauss_x: F64
+    gauss_w: F64
+    sigma2: float  # footprint: second moment per axis, ⟨|ζ|⁴⟩
+    m22: float
+    separation: float  # a source is smooth over a tile when it is this many half-widths away
+    nodes: F64  # (n,) Chebyshev nodes on −1 … 1
+    to_children: F64  # (2, n, n)
+    to_photosites: F64  # (levels, root, n), level 0 the root
+    root: int
+    leaf: int
+
+
+@nb.njit(cache=True, inline="always")
+def respond(
+    h: float, table: F64, far: F64, step: float, reach: float, sigma2: float, m22: float, m4_re: float
+) -> float:
+    """Response across an infinite line, minus its half-way value."""
+    a = abs(h)
+    if a >= reach:
+        return weigh(far_line(h, sigma2, m22, m4_re), far)
+    u = a / step
+    cell = int(u)
+    t = u - cell
+    c = table[cell]
+    value: float = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+    return value if h >= 0.0 else -value
+
+
+@nb.njit(cache=True, inline="always")
+def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
+    """Lagrange weights of the eight nodes −3 … 4 at 0 ≤ t < 1; scalars, so that they stay in registers."""
+    d0, d1, d2, d3 = t + 3.0, t + 2.0, t + 1.0, t
+    d4, d5, d6, d7 = t - 1.0, t - 2.0, t - 3.0, t - 4.0
+    p01, p23, p45, p67 = d0 * d1, d2 * d3, d4 * d5, d6 * d7
+    p0123, p4567 = p01 * p23, p45 * p67
+    a, b, c, d = p23 * p4567, p01 * p4567, p0123 * p67, p0123 * p45
+    return (
+        d1 * a * (-1.0 / 5040.0),
+        d0 * a * (1.0 / 720.0),
+        d3 * b * (-1.0 / 240.0),
+        d2 * b * (1.0 / 144.0),
+        d5 * c * (-1.0 / 144.0),
+        d4 * c * (1.0 / 240.0),
+        d7 * d * (-1.0 / 720.0),
+        d6 * d * (1.0 / 5040.0),
+    )
+
+
+@nb.njit(cache=True, fastmath={"contract"})
+def _flux(
+    h: float,
+    s_from: float,
+    s_to: float,
+    tx: float,
+    ty: float,
+    field: F64,
+    step: float,
+    panel: float,
+    gauss_x: F64,
+    gauss_w: F64,
+) -> float:
+    """Integrate −V·n along the edge from s_from to s_to, seen from signed distance h."""
+    panels = max(1, math.ceil((s_to - s_from) / panel))
+    half = 0.5 * (s_to - s_from) / panels
+    nx, ny = -ty, tx
+    inv_step = 1.0 / step
+    total = 0.0
+    for p in range(panels):
+        middle = s_from + (2 * p + 1) * half
+        for q in range(gauss_x.size):
+            s = middle + half * gauss_x[q]
+            vx = s * tx - h * nx
+            vy = s * ty - h * ny
+            ux, uy = abs(vx) * inv_step, abs(vy) * inv_step
+            i, j = np.uintp(ux), np.uintp(uy)
+            y0, y1, y2, y3, y4, y5, y6, y7 = _weights(uy - j)
+            # A stencil's corner is margin + 1 − order/2 = 1 beyond (i, j). One running sum per column and component.
+            i += np.uintp(1)
+            j += np.uintp(1)
+            a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
+            b0 = b1 = b2 = b3 = b4 = b5 = b6 = b7 = 0.0
+            for w in _weights(ux - np.uintp(ux)):
+                row = field[0, i, j : j + np.uintp(8)]
+                a0, a1, a2, a3 = a0 + w * row[0], a1 + w * row[1], a2 + w * row[2], a3 + w * row[3]
+                a4, a5, a6, a7 = a4 + w * row[4], a5 + w * row[5], a6 + w * row[6], a7 + w * row[7]
+                row = field[1, i, j : j + np.uintp(8)]
+                b0, b1, b2, b3 = b0 + w * row[0], b1 + w * row[1], b2 + w * row[2], b3 + w * row[3]
+                b4, b5, b6, b7 = b4 + w * row[4], b5 + w * row[5], b6 + w * row[6], b7 + w * row[7]
+                i += np.uintp(1)
+            sum_x = (a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3) + (a4 * y4 + a5 * y5 + a6 * y6 + a7 * y7)
+            sum_y = (b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3) + (b4 * y4 + b5 * y5 + b6 * y6 + b7 * y7)
+            if vx < 0.0:
+                sum_x = -sum_x
+            if vy < 0.0:
+                sum_y = -sum_y
+            total -= gauss_w[q] * (sum_x * nx + sum_y * ny)
+    return total * half
+
+
+@nb.njit(cache=True)
+def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tables, n: Numbers) -> float:
+    """Contribution of one edge to one photosite, by whichever of the ways is exact enough and cheap."""
+    tx, ty = edges.tx[e], edges.ty[e]
+    dx, dy = edges.x[e] - x, edges.y[e] - y
+    h = dx * ty - dy * tx
+    s1 = dx * tx + dy * ty
+    s2 = s1 + edges.length[e]
+    pair = edges.pair[e]
+    far = tables.far[pair, channel]
+    m4_re, m4_im = edges.m4_re[e], edges.m4_im[e]
+    r1, r2 = math.hypot(h, s1), math.hypot(h, s2)
+    beside = s1 < 0.0 < s2
+    sees_line = beside and edges.response[e] >= 0 and abs(h) < n.reach
+    if not sees_line and min(r1, r2) >= n.near and (not beside or abs(h) >= n.near):
+        return weigh(far_edge(h, s1, s2, n.sigma2, n.m22, m4_re, m4_im), far)
+    field = tables.field[pair, channel]
+    cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
+    low, high = max(s1, -cut), min(s2, cut)
+    total = 0.0
+    if not sees_line or (r1 < n.near and r2 < n.near and s2 - s1 < 2.0 * cut - (s2 - s1)):
+        if high > low:
+            total = _flux(h, low, high, tx, ty, field, n.field_step, n.panel, n.gauss_x, n.gauss_w)
+            if s1 < low:
+                total += weigh(far_edge(h, s1, low, n.sigma2, n.m22, m4_re, m4_im), far)
+            if s2 > high:
+                total += weigh(far_edge(h, high, s2, n.sigma2, n.m22, m4_re, m4_im), far)
+        return total
+    total = respond(
+        h,
+        tables.response[edges.response[e], pair, channel],
+        far,
+        n.response_step,
+        n.reach,
+        n.sigma2,
+        n.m22,
+        m4_re,
+    )
+    for side in range(2):
+        s = -s1 if side == 0 else s2
+        if s < cut:
+            if side == 0:
+                total -= _flux(h, -cut, -s, tx, ty, field, n.field_step, n.panel, n.gauss_x, n.gauss_w)
+            else:
+                total -= _flux(h, s, cut, tx, ty, field, n.field_step, n.panel, n.gauss_x, n.gauss_w)
+            s = cut
+        if s < math.inf:
+            total -= weigh(far_tail(h, s, n.sigma2, n.m22, m4_re, -m4_im if side == 0 else m4_im), far)
+    return total
