@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from camsim.camera import Camera as Camera
     from camsim.camera import Region as Region
-    from camsim.capture import capture as capture
+    from camsim.capturing import capture as capture
     from camsim.errors import CamsimError as CamsimError
     from camsim.files import save as save
     from camsim.frame import Frame as Frame
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "camsim.camera": ("Camera", "Region"),
-    "camsim.capture": ("capture",),
+    "camsim.capturing": ("capture",),
     "camsim.errors": ("CamsimError",),
     "camsim.files": ("save",),
     "camsim.frame": ("Frame",),

@@ -67,7 +67,7 @@ class Camera:
     @classmethod
     def from_yaml(cls, sensor: str | os.PathLike[str], *, lens: Airy) -> Camera:
         """Return the camera of a sensor file (a path, or the name of a shipped one) behind ``lens``."""
-        from camsim.capture import load_camera  # the one door upward: the name users look for is here
+        from camsim.capturing import load_camera  # the one door upward: the name users look for is here
 
         return load_camera(sensor, lens=lens)
 

@@ -24,5 +24,7 @@ def describe(value: Any) -> Any:
     if isinstance(value, (tuple, list)):
         return [describe(v) for v in value]
     if isinstance(value, np.generic):
-        return value.item()
+        return describe(value.item())
+    if isinstance(value, float) and value.is_integer():
+        return int(value)  # 5000 and 5000.0 are the same light, whichever way it was written
     return value

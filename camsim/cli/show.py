@@ -72,7 +72,7 @@ def _located(name: str) -> tuple[Kind, Located]:
 
 
 def _figures_of_sensor(located: Located) -> list[Row]:
-    from camsim.capture import load_camera
+    from camsim.capturing import load_camera
     from camsim.optics import Airy
 
     # None of the figures depends on the lens.
@@ -111,7 +111,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
 
 
 def _figures_of_scene(located: Located) -> list[Row]:
-    from camsim.capture import load
+    from camsim.capturing import load
 
     setup = load(located.path)
     camera, light = setup.camera, setup.light

@@ -40,7 +40,7 @@ def take(request: Request) -> None:
     texts = request.outputs or (f"{Path(request.scene).stem}.dng",)
     outputs, errors = outputs_of.check(texts, force=request.force)
     products = {output.product for output in outputs}
-    from camsim.capture import load
+    from camsim.capturing import load
 
     try:
         setup = load(

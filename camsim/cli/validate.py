@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from camsim.capture import load, load_camera
+from camsim.capturing import load, load_camera
 from camsim.config import yaml_source
 from camsim.errors import CamsimError
 from camsim.optics import Airy

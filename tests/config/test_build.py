@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from camsim.capture import load, load_camera
+from camsim.capturing import load, load_camera
 from camsim.config import memory
 from camsim.errors import ConfigError
 from camsim.optics import Airy, FourSpotOlpf, SquarePhotosite

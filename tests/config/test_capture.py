@@ -36,7 +36,7 @@ def test_a_yaml_file_and_its_python_twin_give_the_same_bytes() -> None:
         ),
         prnu=camsim.Prnu(0.01),
         dark_current=camsim.DarkCurrent(1.5),
-        full_well=camsim.FullWell(20000.0),
+        full_well=camsim.FullWell(20000),
         dsnu=camsim.Dsnu(0.5),
         read_noise=camsim.ReadNoise(3.0),
         adc=camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=5.0, base_iso=100.0),
@@ -53,8 +53,8 @@ def test_a_yaml_file_and_its_python_twin_give_the_same_bytes() -> None:
     )
     twin = camera.expose(
         scene,
-        light=camsim.Light("D55", illuminance_lux=5000.0),
-        exposure=camsim.Exposure(time_s=0.01, iso=200.0),
+        light=camsim.Light("D55", illuminance_lux=5000),
+        exposure=camsim.Exposure(time_s=0.01, iso=200),
         seed=5,
         region=camsim.Region(rows=20, cols=24),
         products=("mosaic", "truth"),
@@ -86,7 +86,7 @@ def test_progress_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    "first", ["import camsim.capture", "from camsim.capture import load", "import camsim"]
+    "first", ["import camsim.capturing", "from camsim.capturing import load", "import camsim"]
 )
 def test_the_function_is_not_hidden_by_its_module(first: str) -> None:
     code = f"{first}\nimport camsim\nassert callable(camsim.capture)\nassert callable(camsim.capture)"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from camsim.capture import load
+from camsim.capturing import load
 from camsim.errors import ConfigError
 
 # What is replaced in the good file of conftest.py, by what, and the messages.

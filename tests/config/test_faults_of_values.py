@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from camsim.capture import load
+from camsim.capturing import load
 from camsim.errors import ConfigError
 
 REFLECTANCE = "a number from 0 to 1, a name or a table {wavelength_nm, values, outside}"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from camsim.capture import load
+from camsim.capturing import load
 from camsim.errors import ConfigError, Fault
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import camsim
-from camsim.capture import load, load_camera
+from camsim.capturing import load, load_camera
 from camsim.config import library
 from camsim.errors import CamsimError, ConfigError, UnknownNameError
 from camsim.optics import Airy

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from camsim.capture import load
+from camsim.capturing import load
 from camsim.config.build import Setup
 from camsim.errors import ConfigError
 

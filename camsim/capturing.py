@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
-from types import ModuleType
 from typing import TypeVar
 
 from camsim.camera import Camera
@@ -185,12 +183,3 @@ def _in_order(faults: list[Fault]) -> list[Fault]:
     """Sort faults by their places; the files stay in the order in which they were read."""
     files = list(dict.fromkeys(fault.file for fault in faults))
     return sorted(faults, key=lambda fault: (files.index(fault.file), fault.line, fault.column))
-
-
-class _Callable(ModuleType):
-    """Once imported, this module is ``camsim.capture``, where users look for the function."""
-
-    __call__ = staticmethod(capture)
-
-
-sys.modules[__name__].__class__ = _Callable
