@@ -40,6 +40,10 @@ class OutputError(CamsimError):
     """A result cannot be written where or as the user asked."""
 
 
+class InputError(CamsimError):
+    """A file cannot be read: it is none of ours, cut short or damaged."""
+
+
 @dataclass(frozen=True, slots=True)
 class Fault:
     """One mistake in a YAML file: where, which key, what is wrong and what is allowed."""

@@ -153,6 +153,38 @@ def capture(
     )
 
 
+@app.command()
+def info(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, EXR, TIFF or PNG of camsim.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+) -> None:
+    """Print what a file of camsim holds, and everything that was computed to make it."""
+    from camsim.cli.info import json_of_file, text_of_file
+
+    print(json_of_file(file) if as_json else text_of_file(file))
+
+
+@app.command("recapture")
+def recapture_file(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, EXR, TIFF or PNG of camsim.")],
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE[:PRODUCT]",
+            help="A file to write, of any product; repeatable. FILE-again, with the same product, when left out.",
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
+) -> None:
+    """Take the picture of a file once more, from that file alone: the same bytes."""
+    from camsim.cli.recapture import recapture
+
+    recapture(file, outputs or (), force=force, quiet=quiet)
+
+
 @app.command("list")
 def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")]) -> None:
     """List the names that files and options can use."""

@@ -41,9 +41,7 @@ SUFFIXES: Mapping[str, Format] = {
     ".tiff": _TIFF,
     ".tif": _TIFF,
     ".png": Format("PNG", {"preview": png.write_preview, "mosaic": png.write_mosaic}),
-    ".npy": Format(
-        "NPY", {"mosaic": npy.write_mosaic, "electrons": npy.write_electrons, "truth": npy.write_truth}
-    ),
+    ".npy": Format("NPY", {"mosaic": npy.write_mosaic, "electrons": npy.write_electrons, "truth": npy.write_truth}),
 }
 
 
@@ -55,9 +53,7 @@ def save(frame: Frame, path: str | os.PathLike[str], *, product: str | None = No
     """
     chosen = check_output(path, product)
     if chosen == "truth" and frame.truth is None:
-        raise OutputError(
-            f"cannot write {str(path)!r}: the capture holds no truth; ask for products=('truth',)"
-        )
+        raise OutputError(f"cannot write {str(path)!r}: the capture holds no truth; ask for products=('truth',)")
     target = Path(path)
     writer = SUFFIXES[target.suffix.lower()].writers[chosen]
     with replacing(target) as beside:
@@ -79,9 +75,7 @@ def check_output(path: str | os.PathLike[str], product: str | None = None) -> st
         # Where a link points to is where the file goes.
         folder = Path(os.path.realpath(target)).parent
         if not folder.exists():
-            raise OutputError(
-                f"cannot write {shown}: the folder {str(folder)!r} does not exist; make it first"
-            )
+            raise OutputError(f"cannot write {shown}: the folder {str(folder)!r} does not exist; make it first")
         if not folder.is_dir():
             raise OutputError(f"cannot write {shown}: {str(folder)!r} is a file and not a folder")
         if not os.access(folder, os.W_OK | os.X_OK):
@@ -101,9 +95,7 @@ def _product(shown: str, suffix: str, product: str | None) -> str:
     if product is None:
         return form.default
     if product not in PRODUCTS:
-        raise OutputError(
-            f"cannot write {shown}: unknown product {product!r}{did_you_mean(product, PRODUCTS)}"
-        )
+        raise OutputError(f"cannot write {shown}: unknown product {product!r}{did_you_mean(product, PRODUCTS)}")
     if product not in form.writers:
         able = [name for name, other in SUFFIXES.items() if product in other.writers]
         raise OutputError(

@@ -14,21 +14,27 @@ import numpy as np
 
 from camsim.frame import Frame
 
+RECORD_FORMAT = "frame/1"
+"""Names the format of the record; another number is another format."""
+
 
 def description_json(frame: Frame) -> str:
     """Return the whole description as compact ASCII JSON, keys sorted: equal captures give equal text."""
-    return _canonical(dict(frame.description))
+    return canonical(dict(frame.description))
 
 
 def description_hash(frame: Frame) -> str:
     """SHA-256 of :func:`description_json`: equal for captures of equal configuration."""
-    return hashlib.sha256(description_json(frame).encode("ascii")).hexdigest()
+    return checksum(description_json(frame))
 
 
 def record(frame: Frame, product: str) -> dict[str, Any]:
-    """Return what every file carries: the description, and the figures that explain the numbers."""
-    return {
-        "camsim": "frame/1",
+    """Return what every file carries: the description, and the figures that explain the numbers.
+
+    ``sha256`` is the checksum of all the rest, so that a reader sees whether the file still says what was written.
+    """
+    said = {
+        "camsim": RECORD_FORMAT,
         "software": software(),
         "product": product,
         "camera": frame.camera_name,
@@ -42,11 +48,17 @@ def record(frame: Frame, product: str) -> dict[str, Any]:
         "description_sha256": description_hash(frame),
         "description": dict(frame.description),
     }
+    return {**said, "sha256": checksum(canonical(said))}
 
 
 def record_json(frame: Frame, product: str) -> str:
     """Return :func:`record` as compact ASCII JSON."""
-    return _canonical(record(frame, product))
+    return canonical(record(frame, product))
+
+
+def checksum(text: str) -> str:
+    """Return the SHA-256 of ASCII text as hexadecimal digits."""
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
 @functools.cache
@@ -87,7 +99,8 @@ def _error(frame: Frame, product: str) -> float | None:
     return error if error is not None and math.isfinite(error) else None
 
 
-def _canonical(tree: Any) -> str:
+def canonical(tree: Any) -> str:
+    """Return a tree as compact ASCII JSON, keys sorted: equal trees give equal text."""
     return json.dumps(tree, sort_keys=True, separators=(",", ":"), ensure_ascii=True, default=_plain)
 
 

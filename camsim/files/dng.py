@@ -23,6 +23,7 @@ from camsim.files.describe import (
     record_json,
     software,
 )
+from camsim.files.reading import XMP_NAMESPACE
 from camsim.files.tiff_ifd import (
     Tag,
     ascii_string,
@@ -38,9 +39,6 @@ from camsim.files.tiff_ifd import (
 )
 from camsim.frame import Frame
 from camsim.sensor.colour_matrix import as_shot_neutral, fit
-
-XMP_NAMESPACE = "urn:camsim:frame/1/"
-"""XML namespace of our own properties in XMP."""
 
 _CFA_CODES = {"R": 0, "G": 1, "B": 2}
 _BAYER = (("RG", "GB"), ("BG", "GR"), ("GR", "BG"), ("GB", "RG"))

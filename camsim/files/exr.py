@@ -7,19 +7,16 @@ from __future__ import annotations
 
 import errno
 import os
-import struct
 from collections.abc import Mapping
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
 from camsim.arrays import F32, F64
+from camsim.errors import InputError
 from camsim.files.describe import description_hash, error_text, exif_datetime, record_json, software
+from camsim.files.exr_reader import end_of_chunks, read_header
 from camsim.frame import Frame
-
-_ROWS_PER_CHUNK = 16
-"""Of ZIP compression, by the format's definition."""
 
 
 def write_truth(frame: Frame, path: Path) -> None:
@@ -59,31 +56,20 @@ def _write(frame: Frame, product: str, planes: Mapping[str, F32 | F64], path: Pa
     except RuntimeError as error:
         code = next((code for code in errno.errorcode if os.strerror(code) in str(error)), errno.EIO)
         raise OSError(code, os.strerror(code)) from error
-    with path.open("rb") as file:
-        if _last_byte(file, frame.mosaic.shape[0]) != file.seek(0, os.SEEK_END):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    _refuse_short(path)
 
 
-def _last_byte(file: BinaryIO, rows: int) -> int:
-    """Return where the file must end by its own chunk table.
+def _refuse_short(path: Path) -> None:
+    """Raise OSError when the file ends before its own table of chunks says.
 
     The library ignores what the system says when it closes a file, so a small one on a full disk ends early
     without an error.
     """
-
-    def name() -> bytes:
-        letters = b""
-        while (letter := file.read(1)) not in (b"\0", b""):
-            letters += letter
-        return letters
-
-    file.seek(8)
-    while name():
-        name()
-        (size,) = struct.unpack("<i", file.read(4).ljust(4, b"\0"))
-        file.seek(size, os.SEEK_CUR)
-    file.seek(8 * ((rows - 1) // _ROWS_PER_CHUNK), os.SEEK_CUR)
-    (last_chunk,) = struct.unpack("<q", file.read(8).ljust(8, b"\0"))
-    file.seek(last_chunk + 4)
-    (size,) = struct.unpack("<i", file.read(4).ljust(4, b"\0"))
-    return int(last_chunk + 8 + size)
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        try:
+            whole = end_of_chunks(file, read_header(file, size, size)) == size
+        except InputError:
+            whole = False
+    if not whole:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -1,0 +1,68 @@
+"""``camsim info``: what a file of ours says about itself."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from camsim.config.memory import readable
+from camsim.files.reading import Held, read_file
+
+
+def text_of_file(path: str) -> str:
+    """Return the figures of a file, and the description of all stages as YAML."""
+    import yaml
+
+    held = read_file(path)
+    rows = _figures(held)
+    width = max(len(label) for label, _ in rows)
+    lines = [f"{label:<{width}}  {value}" for label, value in rows]
+    tree = yaml.safe_dump(_flat(held.description), sort_keys=False, allow_unicode=True, width=1000)
+    return "\n".join(lines) + f"\n\ncomputed:\n{_indented(tree)}"
+
+
+def json_of_file(path: str) -> str:
+    """Return the same as JSON."""
+    held = read_file(path)
+    tree = {
+        "file": str(held.path),
+        "format": held.form,
+        "rows": held.rows,
+        "cols": held.cols,
+        "bytes": held.size_bytes,
+        **{key: value for key, value in held.record.items() if key != "camsim"},
+    }
+    return json.dumps(tree, indent=2, ensure_ascii=False)
+
+
+def _figures(held: Held) -> list[tuple[str, str]]:
+    record = held.record
+    pattern = " / ".join(record["cfa_pattern"])
+    error = record["error_estimate"]
+    return [
+        ("file", f"{held.path} ({held.form}, {readable(held.size_bytes)})"),
+        ("product", f"{held.product}, {held.rows} × {held.cols}"),
+        ("camera", str(record["camera"])),
+        ("channels", f"{', '.join(record['channels'])}; colour filters {pattern}"),
+        ("levels", f"black {record['black_level_dn']} DN, white {record['white_level_dn']} DN"),
+        ("gain", f"{record['electrons_per_dn']:.6g} e⁻ per DN"),
+        ("seed", str(record["seed"])),
+        ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),
+        ("written by", str(record["software"])),
+        ("record", "whole: it fits its checksum"),
+    ]
+
+
+def _flat(tree: Any) -> Any:
+    """Return the tree with each table of numbers (a curve's, say) as one line."""
+    if isinstance(tree, dict):
+        return {key: _flat(value) for key, value in tree.items()}
+    if isinstance(tree, list):
+        if len(tree) > 12 and all(isinstance(value, int | float) for value in tree):
+            return ", ".join(f"{value:.6g}" for value in tree)
+        return [_flat(value) for value in tree]
+    return tree
+
+
+def _indented(text: str) -> str:
+    return "".join(f"  {line}\n" for line in text.splitlines()).rstrip()
