@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test test-clients lint format bench clean
+.PHONY: demo test test-clients test-bounds lint format bench clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -24,6 +24,10 @@ test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing
 	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends libimage-exiftool-perl dcraw; }
 	$(BIN)/python -m pip install --quiet dngpy
 	$(BIN)/python -m pytest -m clients
+
+test-bounds: $(READY)  ## the kernels with every array index checked (compiled apart, a minute)
+	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(VENV)/bounds-checked $(BIN)/python -m pytest -q \
+	  tests/convergence/test_random_scenes.py tests/analytic/test_rendering_truth.py
 
 bench: $(READY)  ## error and time on the paper's square, beside GalSim
 	$(BIN)/python -m pip install --quiet galsim

@@ -86,7 +86,7 @@ def reference_values(
     """Return the light at ``points`` (m, 2), each in its channel ``sets`` (m,); the rest as in ``boundary_image``."""
     step = float(lambda_n.min()) / CELLS_PER_LAMBDA_N
     cells = math.ceil(check.radius / step) + 1
-    profile = _airy_profile(1 << (cells - 1).bit_length())
+    profile = _airy_profile(1 << (cells + 3).bit_length())  # its last cells are read three further on
     pairs, channels = weights.shape[:2]
     table_of = np.full((pairs, channels), -1)
     for point, channel in zip(points, sets, strict=True):

@@ -11,9 +11,7 @@ TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
 
 def image(f_number, optics, tolerance, channel_scene="square"):
     shapes = {
-        "square": [
-            camsim.Rectangle(width_um=40 * PITCH_UM, height_um=40 * PITCH_UM, rotate_deg=4, reflectance=0.0)
-        ],
+        "square": [camsim.Rectangle(width_um=40 * PITCH_UM, height_um=40 * PITCH_UM, rotate_deg=4, reflectance=0.0)],
         "crowd": [
             camsim.Disc(radius_um=60.0, centre_um=(40.0, 10.0), reflectance=0.1),
             camsim.Polygon(points_um=[(-150, -130), (20, -90), (-60, 100)], reflectance=0.7),
