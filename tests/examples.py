@@ -64,10 +64,7 @@ def image_of(shapes, optics, rows=20, cols=24, *, background=BACKGROUND, toleran
 
 def moved(shapes, matrix=((1, 0), (0, 1)), shift=(0.0, 0.0)):
     """Every corner times a matrix, then shifted."""
-    return [
-        (np.asarray(corners) @ np.array(matrix, float).T + shift, reflectance)
-        for corners, reflectance in shapes
-    ]
+    return [(np.asarray(corners) @ np.array(matrix, float).T + shift, reflectance) for corners, reflectance in shapes]
 
 
 def worst(a, b):
