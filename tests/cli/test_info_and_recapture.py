@@ -1,0 +1,71 @@
+"""``camsim info`` and ``camsim recapture`` in processes of their own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import yaml
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+FILES = ("a.dng", "a.exr", "e.exr:electrons", "a.tiff", "a.png", "m.png:mosaic")
+
+
+def take(camsim: Run, *files: str) -> None:
+    outputs = [word for file in files for word in ("-o", file)]
+    changes = ("--set", "exposure.iso=800", "--set", "region.origin=[901, 1200]", "--seed", "9")
+    taken = camsim("capture", "small.yaml", *changes, "-q", *outputs)
+    assert taken.returncode == 0, taken.stderr
+
+
+def test_recapture_gives_the_same_bytes(folder: Path, camsim: Run) -> None:
+    take(camsim, *FILES)
+    (folder / "small.yaml").unlink()
+    for file in FILES:
+        name = file.partition(":")[0]
+        stem, suffix = name.split(".")
+        again = camsim("recapture", name)
+        assert again.returncode == 0, again.stderr
+        assert again.stderr == f"{stem}-again.{suffix}: the same bytes as {name}\n"
+        assert (folder / f"{stem}-again.{suffix}").read_bytes() == (folder / name).read_bytes()
+
+
+def test_the_truth_of_a_dng_from_the_dng_alone(folder: Path, camsim: Run) -> None:
+    take(camsim, "a.dng", "a.exr")
+    again = camsim("recapture", "a.dng", "-q", "-o", "truth.exr")
+    assert (again.returncode, again.stderr, again.stdout) == (0, "", "")
+    assert (folder / "truth.exr").read_bytes() == (folder / "a.exr").read_bytes()
+
+
+def test_info_prints_everything(camsim: Run) -> None:
+    take(camsim, "a.dng", "a.exr")
+    said = camsim("info", "a.dng")
+    assert said.returncode == 0, said.stderr
+    figures, _, computed = said.stdout.partition("\n\n")
+    assert "mosaic, 16 × 20" in figures
+    assert "colour filters GB / RG" in figures
+    tree = yaml.safe_load(computed)["computed"]
+    assert tree["exposure"]["iso"] == 800
+    assert tree["seed"] == 9
+    assert tree["region"]["origin"] == [901, 1200]
+    whole = json.loads(camsim("info", "--json", "a.exr").stdout)
+    assert whole["product"] == "truth"
+    assert whole["description"]["camera"]["lens"]["f_number"] == 8
+
+
+def test_mistakes(folder: Path, camsim: Run) -> None:
+    take(camsim, "a.dng")
+    (folder / "half.dng").write_bytes((folder / "a.dng").read_bytes()[:3000])
+    (folder / "text.dng").write_text("hello")
+    for command in ("info", "recapture"):
+        for name in ("half.dng", "text.dng", "gone.dng"):
+            refused = camsim(command, name)
+            assert refused.returncode == 2
+            assert refused.stderr.startswith(f"cannot read '{name}': ")
+            assert refused.stderr.count("\n") == 1
+            assert refused.stdout == ""
+    refused = camsim("recapture", "a.dng", "-o", "a.dng")
+    assert refused.returncode == 2
+    assert "exists; overwrite it with --force" in refused.stderr

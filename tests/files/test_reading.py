@@ -1,0 +1,226 @@
+"""Files read back by ourselves: what they say, and what is said of those that are not whole or not ours."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import struct
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+import rawpy
+import tifffile
+from PIL import Image
+
+import camsim
+from camsim.camera import Camera
+from camsim.description import describe
+from camsim.errors import CamsimError, InputError
+from camsim.files import save
+from camsim.files.describe import canonical, checksum
+from camsim.files.reading import parse_record, read_file
+from camsim.frame import Frame
+from camsim.revive import revive
+
+KINDS = [
+    ("a.dng", "mosaic", "DNG"),
+    ("a.exr", "truth", "OpenEXR"),
+    ("a.exr", "electrons", "OpenEXR"),
+    ("a.tiff", "mosaic", "TIFF"),
+    ("a.tif", "mosaic", "TIFF"),
+    ("a.png", "preview", "PNG"),
+    ("a.png", "mosaic", "PNG"),
+]
+
+
+@pytest.mark.parametrize(("name", "product", "form"), KINDS)
+def test_a_file_says_what_it_is(tmp_path: Path, frame: Frame, name: str, product: str, form: str) -> None:
+    save(frame, tmp_path / name, product=product)
+    held = read_file(tmp_path / name)
+    assert (held.form, held.product, held.rows, held.cols) == (form, product, 48, 66)
+    assert held.size_bytes == (tmp_path / name).stat().st_size
+    assert held.description == frame.description
+    assert held.record["seed"] == frame.seed
+    assert held.record["error_estimate"] == (4.5e-7 if product == "truth" else 3.2e-7)
+
+
+def test_every_byte_cut_off_is_noticed(tmp_path: Path, frame: Frame) -> None:
+    for name, product, _ in KINDS:
+        save(frame, tmp_path / name, product=product)
+        whole = (tmp_path / name).read_bytes()
+        for keep in (*range(40), *range(40, len(whole), 997), len(whole) - 1):
+            (tmp_path / f"cut{name}").write_bytes(whole[:keep])
+            with pytest.raises(InputError, match=r"^cannot read '.*': [^\n]+$"):
+                read_file(tmp_path / f"cut{name}")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "it is no DNG, OpenEXR, TIFF or PNG of camsim"),
+        (b"P5\n2 2\n255\nabcd", "it is no DNG, OpenEXR, TIFF or PNG of camsim"),
+        (b"MM\0*\0\0\0\x08", "it is no DNG, OpenEXR, TIFF or PNG of camsim"),
+        (b"II*\0\x08\0\0\0", "it is cut short: its directory is not within its 8 bytes"),
+        (b"II*\0\xff\xff\xff\xff", "it is cut short: its directory is not within its 8 bytes"),
+        (struct.pack("<ii", 20000630, 2), "its header has no dataWindow"),
+        (b"\x89PNG\r\n\x1a\n", "it is cut short: it has 8 bytes and no end"),
+    ],
+)
+def test_what_is_no_image_of_ours(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "a.dng"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        read_file(path)
+    assert str(caught.value) == f"cannot read '{path}': {message}"
+
+
+def test_images_of_other_programs(tmp_path: Path) -> None:
+    import OpenEXR
+
+    tifffile.imwrite(tmp_path / "a.tiff", np.zeros((4, 4), np.uint16), description="mine")
+    Image.new("L", (4, 4)).save(tmp_path / "a.png")
+    pixels = {"Y": np.zeros((4, 4), np.float32)}
+    header = {"compression": OpenEXR.PIZ_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, pixels).write(str(tmp_path / "a.exr"))
+    for name in ("a.tiff", "a.png", "a.exr"):
+        with pytest.raises(InputError, match="it was not written by camsim: it"):
+            read_file(tmp_path / name)
+
+
+def test_names_that_are_no_files(tmp_path: Path) -> None:
+    for name, message in (
+        ("gone.dng", "there is no such file"),
+        (".", "it is not a file"),
+        ("a" * 300, "File name too long"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_file(f"{tmp_path}/{name}")
+
+
+def test_a_changed_record_is_not_believed(tmp_path: Path, frame: Frame) -> None:
+    for name, product, _ in KINDS:
+        if name.endswith("png"):
+            continue
+        save(frame, tmp_path / name, product=product)
+        whole = (tmp_path / name).read_bytes()
+        assert b"4023" in whole
+        (tmp_path / name).write_bytes(whole.replace(b"4023", b"4032"))
+        with pytest.raises(InputError, match="its record is damaged: it does not fit its checksum"):
+            read_file(tmp_path / name)
+
+
+def record_with(frame: Frame, tmp_path: Path, **changes: object) -> str:
+    save(frame, tmp_path / "a.tiff")
+    said = {**read_file(tmp_path / "a.tiff").record, **changes}
+    return canonical({**said, "sha256": checksum(canonical(said))})
+
+
+def test_another_version_of_the_format_is_named(tmp_path: Path, frame: Frame) -> None:
+    text = record_with(frame, tmp_path, camsim="frame/7", software="camsim 3.1")
+    with pytest.raises(InputError) as caught:
+        parse_record(text)
+    assert str(caught.value) == (
+        "its record has the format 'frame/7' and this version of camsim reads 'frame/1'; "
+        "use the version that wrote it (camsim 3.1)"
+    )
+
+
+@pytest.mark.parametrize(
+    "text", ["{", "[" * 100_000, '{"camsim":NaN}', "9" * 5000, '{"a":1}', "[]", "null", '{"camsim":[]}', "{}"]
+)
+def test_records_that_are_none(text: str) -> None:
+    with pytest.raises(InputError):
+        parse_record(text)
+
+
+def test_xmp_with_entities_is_refused(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.dng")
+    whole = (tmp_path / "a.dng").read_bytes()
+    at = whole.index(b"<?xpacket begin")
+    bomb = b'<!DOCTYPE a [<!ENTITY b "bbbbbbbb"><!ENTITY c "&b;&b;&b;&b;">]><a>&c;</a>'
+    (tmp_path / "a.dng").write_bytes(whole[:at] + bomb + whole[at + len(bomb) :])
+    with pytest.raises(InputError, match="its XMP declares a document type"):
+        read_file(tmp_path / "a.dng")
+
+
+def test_a_bomb_of_zeros_in_a_png_stays_small(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.png")
+    whole = (tmp_path / "a.png").read_bytes()
+    body = b"zTXtcamsim\0\0" + zlib.compress(bytes(1 << 28), 9)
+    chunk = struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))
+    (tmp_path / "a.png").write_bytes(whole[:33] + chunk + whole[33:])
+    # The second text, ours, is the one that counts.
+    assert read_file(tmp_path / "a.png").product == "preview"
+    (tmp_path / "a.png").write_bytes(whole[:33] + chunk + whole[-12:])
+    with pytest.raises(InputError, match="record"):
+        read_file(tmp_path / "a.png")
+
+
+def fuzzing() -> ModuleType:
+    path = Path(__file__).parents[2] / "bench" / "fuzz_readers.py"
+    spec = importlib.util.spec_from_file_location("fuzz_readers", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_mutated_files_give_a_sentence(tmp_path: Path) -> None:
+    """The same as bench/fuzz_readers.py, which does ten thousand."""
+    fuzz = fuzzing()
+    ends, slowest_s = fuzz.fuzz(400, 2, tmp_path)
+    assert ends.total() == 400
+    assert ends["dng refused"] > 50
+    assert ends["exr refused"] > 50
+    assert ends["read, record as written"] > 0
+    assert slowest_s < fuzz.SLOWEST_S
+
+
+def test_forged_descriptions_give_a_sentence() -> None:
+    """Trees whose checksum would fit: each value in turn exchanged for one that cannot be, or could be."""
+    camera = Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
+    scene = camsim.Scene(background=0.5, shapes=[camsim.Disc(radius_um=3.0, reflectance=0.1)])
+    text = json.dumps(describe({"camera": camera, "scene": scene}))
+    places: list[tuple[object, ...]] = []
+
+    def walk(tree: object, path: tuple[object, ...]) -> None:
+        if len(path) < 5:
+            places.append(path)
+            for key, value in tree.items() if isinstance(tree, dict) else ():
+                walk(value, (*path, key))
+
+    walk(json.loads(text), ())
+    refused = 0
+    for path in places[1:]:
+        for value in (None, -1, 1e300, "x", [], [[]], {}, {"kind": "Path"}, {"kind": ["Airy"]}, {"kind": "Airy"}):
+            tree = json.loads(text)
+            at = tree
+            for key in path[:-1]:
+                at = at[key]
+            at[path[-1]] = value
+            try:
+                revive(tree)
+            except CamsimError as error:
+                refused += "\n" not in str(error)
+    assert refused > len(places)
+
+
+def test_every_shipped_camera_comes_back_whole() -> None:
+    from camsim.config import library
+
+    for name in library.shipped("sensor"):
+        camera = Camera.from_yaml(name, lens=camsim.Airy(f_number=5.6))
+        assert describe(revive(json.loads(json.dumps(describe(camera))))) == describe(camera)
+
+
+def test_rawpy_still_reads_a_dng_with_its_record(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+    frame = make_frame(description={"long": ["x" * 1000] * 1000})
+    save(frame, tmp_path / "a.dng")
+    assert read_file(tmp_path / "a.dng").description == frame.description
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image, frame.mosaic)
