@@ -49,13 +49,13 @@ class Footprint:
         )
 
     def transfer(self, frequency: F64) -> F64:
-        """Largest |OTF| over all directions at each radial frequency (cycles/pitch)."""
-        angle = np.linspace(0.0, np.pi / 4, 33)
-        fx, fy = np.outer(frequency, np.cos(angle)), np.outer(frequency, np.sin(angle))
-        otf = np.sinc(self.side * fx) * np.sinc(self.side * fy)
-        for_spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx, sy in self.spots], axis=0)
-        largest: F64 = np.abs(otf * for_spots).max(axis=1)
-        return largest
+        """OTF (directions, n), signed, at each radial frequency (cycles/pitch) from 0° to 45°, its octant."""
+        # One wavelength has narrow lobes where the footprint is many λN wide; a spectrum smears them.
+        angle = np.linspace(0.0, np.pi / 4, 33 if frequency.size == 1 else 9)
+        fx, fy = np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency)
+        spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx, sy in self.spots], axis=0)
+        otf: F64 = np.sinc(self.side * fx) * np.sinc(self.side * fy) * spots
+        return otf
 
 
 def footprint_rule(side: float, spots: F64, order: int) -> tuple[F64, F64]:

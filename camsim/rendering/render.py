@@ -18,7 +18,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.hardest import hardest_photosites
 from camsim.rendering.plan import Settings, check_tolerance, plan_boundary
 from camsim.rendering.spectral import Signals, fuse, lambda_n
-from camsim.rendering.spotcheck import Check, reference_values
+from camsim.rendering.spotcheck import SHARE, Check, reference_values
 from camsim.scene import Scene, arrange
 
 METHODS = ("auto", "boundary")
@@ -173,7 +173,7 @@ def _silent(stage: str, fraction: float) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Job:
-    """Everything about one rendering, in pitches and in units of each channel's scale."""
+    """Everything about one rendering, in pitches and in units of each channel's scale; the check has its own nodes."""
 
     start: F64
     end: F64
@@ -181,6 +181,8 @@ class _Job:
     weights: F64
     base: F64
     lambda_n: F64
+    check_weights: F64
+    check_lambda_n: F64
     signals: Signals
     shares: F64
     fine_lambda_n: F64
@@ -223,9 +225,9 @@ class _Job:
             start=self.start,
             end=self.end,
             pair=self.pair,
-            weights=self.weights,
+            weights=self.check_weights,
             base=self.base,
-            lambda_n=self.lambda_n,
+            lambda_n=self.check_lambda_n,
             check=check,
         )
         return float(np.abs(image[rows, cols] - reference).max()), rows.size
@@ -246,7 +248,8 @@ def _prepare(
     shares = density.reshape(-1, fine.size) if len(sides) else np.zeros((1, fine.size))
     settings = plan_boundary(fine, shares, footprint, tolerance)
     phase = 2.0 * math.pi * settings.reach * float(1.0 / fine.min() - 1.0 / fine.max())
-    nodes, by_spectrum = fuse(signals, phase=phase)
+    nodes, by_spectrum = fuse(signals, phase=phase, tolerance=tolerance)
+    check_nodes, check_by_spectrum = fuse(signals, phase=phase, tolerance=SHARE * tolerance)
     return _Job(
         start=arrangement.start_um / pitch_um,
         end=arrangement.end_um / pitch_um,
@@ -254,6 +257,8 @@ def _prepare(
         weights=by_spectrum[sides[:, 0]] - by_spectrum[sides[:, 1]],
         base=signals.density[0].sum(axis=1),
         lambda_n=lambda_n(system, nodes, pitch_um),
+        check_weights=check_by_spectrum[sides[:, 0]] - check_by_spectrum[sides[:, 1]],
+        check_lambda_n=lambda_n(system, check_nodes, pitch_um),
         signals=signals,
         shares=shares,
         fine_lambda_n=fine,

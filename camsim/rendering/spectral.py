@@ -51,16 +51,17 @@ def lambda_n(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
     return values
 
 
-def fuse(signals: Signals, *, phase: float) -> tuple[F64, F64]:
+def fuse(signals: Signals, *, phase: float, tolerance: float) -> tuple[F64, F64]:
     """Return nodes (j,) in nm and weights (spectra, channels, j) on them.
 
     What the optics do varies smoothly with wavelength, while light and filters may have any shape. So the curves are
     integrated on their own grid against the Lagrange polynomials of the nodes: totals are exact whatever the number
     of nodes, and a lamp's lines need none of their own. ``phase`` is the range of 2πr/λN over the spectrum at the
-    largest distance that matters; a polynomial follows it with half as many nodes and a dozen more.
+    largest distance that matters; a polynomial follows it with half as many nodes, and converges by about a digit
+    for every three more (measured on the shipped sensors and CIE F lamps).
     """
     wavelength_nm = signals.wavelength_nm
-    count = min(MOST_NODES, max(FEWEST_NODES, 12 + math.ceil(0.5 * phase)))
+    count = min(MOST_NODES, max(FEWEST_NODES, math.ceil(0.5 * phase + 8.0 - 3.0 * math.log10(tolerance))))
     if wavelength_nm.size <= count:
         return wavelength_nm, signals.density
     x, gauss_w = gauss_legendre(count)

@@ -3,7 +3,7 @@
 The check averages point samples over the footprint by a Gauss product rule (the rendering uses filtered tables and
 moments), integrates E(r)·h/(h² + s²) along each edge from a table of E/r² made directly from Bessel functions (the
 rendering interpolates the field of the potential), and changes to the far form of a *point* about three times further
-out. It shares no radius, table or far form with the rendering; its settings come from a fortieth of the tolerance.
+out. It shares no radius, table, far form or wavelength node with the rendering; its settings come from a fortieth of the tolerance.
 """
 
 from __future__ import annotations
