@@ -21,7 +21,7 @@ from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.chain import record
-from camsim.sensor.colour_matrix import ColourResponse
+from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
 from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
@@ -109,6 +109,7 @@ class Camera:
         products: Collection[str] = ("mosaic",),
         tolerance: float = 1e-6,
         noise: bool = True,
+        colour_matrix: MatrixOf = "standard",
         scene_name: str = "scene",
         progress: Callable[[str, float], None] | None = None,
     ) -> Frame:
@@ -119,6 +120,7 @@ class Camera:
         products  : "truth" fills ``Frame.truth``; everything else is there anyway
         tolerance : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
         noise     : False leaves out every noise and the dark current
+        colour_matrix : of the DNG, "standard" (illuminants A and D65) or "scene" (fitted to this light)
         """
         clock = _Clock()
         grid = self._grid(region)
@@ -179,7 +181,7 @@ class Camera:
             iso=exposure.iso,
             datetime=exposure.datetime,
             seed=seed,
-            colour=self._colour(samples),
+            colour=self._colour(samples, colour_matrix),
             description=describe(
                 {
                     "camera": self,
@@ -190,6 +192,7 @@ class Camera:
                     "seed": seed,
                     "tolerance": tolerance,
                     "noise": noise,
+                    "colour_matrix": colour_matrix,
                 }
             ),
             report=Report(
@@ -226,7 +229,7 @@ class Camera:
                 )
         return Grid(rows=region.rows, cols=region.cols, pitch_um=self.pitch_um, origin=(row, col), frame=frame)
 
-    def _colour(self, samples: LightSamples) -> ColourResponse:
+    def _colour(self, samples: LightSamples, matrix: MatrixOf) -> ColourResponse:
         """Return how the channels see light, for colour matrices; not per photon but per energy, hence × λ."""
         wavelength_nm = np.arange(360.0, 831.0)
         efficiency = self.quantum_efficiency.select(self.cfa.channels).at(wavelength_nm)
@@ -239,6 +242,7 @@ class Camera:
             wavelength_nm=wavelength_nm,
             sensitivity=efficiency * wavelength_nm * spectrum_at(self.lens.transmission, wavelength_nm),
             light=light,
+            matrix=matrix,
         )
 
 

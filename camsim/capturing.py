@@ -108,6 +108,7 @@ def _setup(
         tolerance=model.render.tolerance,
         noise=model.noise.enabled,
         seed=model.noise.seed if seed is None else seed,
+        colour_matrix=model.files.colour_matrix,
     )
 
 

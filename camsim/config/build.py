@@ -16,6 +16,7 @@ from camsim.optics import Airy, FourSpotOlpf, SquarePhotosite
 from camsim.scene import Disc, Polygon, Rectangle, Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
+from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
@@ -44,6 +45,7 @@ class Setup:
     tolerance: float
     noise: bool
     seed: int
+    colour_matrix: MatrixOf = "standard"
 
     def expose(self, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None) -> Frame:
         """Take the picture."""
@@ -56,6 +58,7 @@ class Setup:
             products=products,
             tolerance=self.tolerance,
             noise=self.noise,
+            colour_matrix=self.colour_matrix,
             scene_name=self.name,
             progress=progress,
         )

@@ -38,7 +38,7 @@ from camsim.files.tiff_ifd import (
     undefined,
 )
 from camsim.frame import Frame
-from camsim.sensor.colour_matrix import as_shot_neutral, fit
+from camsim.sensor.colour_matrix import as_shot_neutral, fit, fit_to_scene
 
 _CFA_CODES = {"R": 0, "G": 1, "B": 2}
 _BAYER = (("RG", "GB"), ("BG", "GR"), ("GR", "BG"), ("GB", "RG"))
@@ -164,16 +164,30 @@ def _rendering_tags() -> tuple[Tag, ...]:
 
 def _colour_tags(frame: Frame) -> tuple[Tag, ...]:
     """Matrices and white balance; a mono file has none, and Adobe warns of those it need not have."""
+    return (
+        *_matrix_tags(frame),
+        rational(50727, *[1.0] * len(frame.channels)),  # AnalogBalance: no gain of a channel's own
+        rational(50728, *_row_by_row(as_shot_neutral(frame.colour))),
+        ascii_string(50936, _MAKE),  # ProfileName
+        long(50941, 3),  # ProfileEmbedPolicy: no restrictions
+    )
+
+
+def _matrix_tags(frame: Frame) -> tuple[Tag, ...]:
+    """Matrices for A and D65; or one alone, for the scene's light, which developers take for D65's."""
+    if frame.colour.matrix == "scene":
+        fitted = fit_to_scene(frame.colour)
+        return (
+            srational(50721, *_row_by_row(fitted.xyz_to_camera)),
+            short(50778, _D65),
+            srational(50964, *_row_by_row(fitted.forward)),
+        )
     under_a, under_d65 = fit(frame.colour, "A"), fit(frame.colour, "D65")
     return (
         srational(50721, *_row_by_row(under_a.xyz_to_camera)),
         srational(50722, *_row_by_row(under_d65.xyz_to_camera)),
-        rational(50727, *[1.0] * len(frame.channels)),  # AnalogBalance: no gain of a channel's own
-        rational(50728, *_row_by_row(as_shot_neutral(frame.colour))),
         short(50778, _STANDARD_LIGHT_A),
         short(50779, _D65),
-        ascii_string(50936, _MAKE),  # ProfileName
-        long(50941, 3),  # ProfileEmbedPolicy: no restrictions
         srational(50964, *_row_by_row(under_a.forward)),
         srational(50965, *_row_by_row(under_d65.forward)),
     )

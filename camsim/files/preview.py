@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from camsim.arrays import F32, F64, U8
 from camsim.errors import CamsimError
 from camsim.frame import Frame
-from camsim.sensor.colour_matrix import XYZ_D50, as_shot_neutral, fit
+from camsim.sensor.colour_matrix import XYZ_D50, as_shot_neutral, fit_for_development
 
 _XYZ_D50_TO_SRGB = np.array(
     [
@@ -23,8 +23,8 @@ _XYZ_D50_TO_SRGB = np.array(
 def develop(frame: Frame) -> U8:
     """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is the sensor's white level.
 
-    Black level, as-shot white balance, bilinear demosaicing, the D65 forward matrix and the sRGB curve. No
-    brightness is added: an underexposed capture looks dark. All channels are clipped at the balanced white,
+    Black level, as-shot white balance, bilinear demosaicing, the D65 forward matrix (or the scene's own) and the
+    sRGB curve. No brightness is added: an underexposed capture looks dark. All channels are clipped at the balanced white,
     so that what is clipped looks white and not coloured. A camera without a colour matrix gives grey.
     """
     span = frame.white_level_dn - frame.black_level_dn
@@ -32,7 +32,7 @@ def develop(frame: Frame) -> U8:
     if len(frame.channels) == 1:
         return _srgb_bytes(signal)
     try:
-        neutral, forward = as_shot_neutral(frame.colour), fit(frame.colour, "D65").forward
+        neutral, forward = as_shot_neutral(frame.colour), fit_for_development(frame.colour).forward
     except CamsimError:
         return _srgb_bytes(demosaic(signal, frame.channel_index, len(frame.channels)).mean(axis=0))
     balanced = np.clip(signal / neutral.astype(np.float32)[frame.channel_index], 0, 1)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,10 @@ XYZ_D50 = np.array([0.9642, 1.0, 0.8249])
 BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 """XYZ to sharpened cones: Lam's Bradford transform, as in ICC.1:2022 annex E."""
 
+MatrixOf: TypeAlias = Literal["standard", "scene"]
+"""Which lights a DNG's matrices are for: CIE A and D65, or the capture's own."""
+
+_WAVELENGTH_NM = np.arange(380.0, 781.0)
 _DARKEST_NEUTRAL = 1e-3
 _LEAST_RANK = 1e-6
 
@@ -33,12 +38,14 @@ class ColourResponse:
     wavelength_nm   (n,) nodes, increasing
     sensitivity     (channels, n) response per unit radiant energy, lens and filters included, any scale
     light           (n,) relative spectral power of the scene's light
+    matrix          which lights a file's colour matrices are to be for
     """
 
     channels: tuple[str, ...]
     wavelength_nm: F64
     sensitivity: F64
     light: F64
+    matrix: MatrixOf = "standard"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,6 +76,11 @@ class ColourFit:
         matrix: F64 = adaptation(self.white_xyz, XYZ_D50) @ (self.camera_to_xyz * self.neutral)
         return matrix
 
+    def seen_under(self, white_xyz: F64) -> ColourFit:
+        """Return the same relation with XYZ adapted (Bradford) to another white, as if the light had been that."""
+        to_xyz: F64 = adaptation(self.white_xyz, white_xyz) @ self.camera_to_xyz
+        return ColourFit(neutral=self.neutral, white_xyz=white_xyz, camera_to_xyz=to_xyz)
+
 
 def adaptation(from_xyz: F64, to_xyz: F64) -> F64:
     """(3, 3) matrix that takes colours seen under one white to the other, after Bradford.
@@ -90,9 +102,7 @@ def as_shot_neutral(response: ColourResponse) -> F64:
     neutral: F64 = response.sensitivity @ weight
     largest = float(neutral.max())
     if not largest > 0:
-        raise InvalidValueError(
-            "no channel of the camera responds to the scene's light: there is no white balance"
-        )
+        raise InvalidValueError("no channel of the camera responds to the scene's light: there is no white balance")
     return np.maximum(neutral / largest, _DARKEST_NEUTRAL)
 
 
@@ -105,18 +115,34 @@ def fit(response: ColourResponse, light: str) -> ColourFit:
 
     Raises UnsupportedError when the channels are not independent (one wavelength, two equal channels).
     """
-    key = (response.wavelength_nm.tobytes(), response.sensitivity.tobytes(), len(response.channels))
-    return _fit(*key, light)
+    return _fit(*_key(response), light)
+
+
+def fit_to_scene(response: ColourResponse) -> ColourFit:
+    """Fit as :func:`fit`, but under the capture's own light, and return it in the form of D65.
+
+    Raw developers use the D65 matrix whatever the light. So the fit under the scene's light is given as one that
+    takes the light's white to D65's: balanced by ``neutral``, it is then right for the scene.
+    """
+    power = np.interp(_WAVELENGTH_NM, response.wavelength_nm, response.light, left=0, right=0)
+    return _fit(*_key(response), power.tobytes()).seen_under(_surfaces("D65").white_xyz)
+
+
+def fit_for_development(response: ColourResponse) -> ColourFit:
+    """Return the one fit that developers use: D65's, or the scene's in D65's form when that was asked for."""
+    return fit_to_scene(response) if response.matrix == "scene" else fit(response, "D65")
+
+
+def _key(response: ColourResponse) -> tuple[bytes, bytes, int]:
+    return response.wavelength_nm.tobytes(), response.sensitivity.tobytes(), len(response.channels)
 
 
 @functools.lru_cache(maxsize=32)
-def _fit(wavelength_bytes: bytes, sensitivity_bytes: bytes, channels: int, light: str) -> ColourFit:
+def _fit(wavelength_bytes: bytes, sensitivity_bytes: bytes, channels: int, light: str | bytes) -> ColourFit:
     surfaces = _surfaces(light)
     nodes = np.frombuffer(wavelength_bytes)
     curves = np.frombuffer(sensitivity_bytes).reshape(channels, -1)
-    sensitivity = np.array(
-        [np.interp(surfaces.wavelength_nm, nodes, curve, left=0, right=0) for curve in curves]
-    )
+    sensitivity = np.array([np.interp(surfaces.wavelength_nm, nodes, curve, left=0, right=0) for curve in curves])
 
     white = sensitivity @ surfaces.light
     scale = white.max() if white.max() > 0 else 1.0
@@ -124,10 +150,13 @@ def _fit(wavelength_bytes: bytes, sensitivity_bytes: bytes, channels: int, light
     camera = (surfaces.reflectance * surfaces.light) @ sensitivity.T / scale
 
     spread = np.linalg.svd(camera, compute_uv=False)
-    if spread[-1] <= _LEAST_RANK * spread[0]:
+    if not spread[-1] > _LEAST_RANK * spread[0]:
+        under, way_out = ("over 380-780 nm", "write a .tiff, .exr or .npy instead")
+        if isinstance(light, bytes):
+            under, way_out = ("under the scene's light", "use colour_matrix: standard")
         raise UnsupportedError(
-            f"the camera's {channels} channels are not independent of one another over 380-780 nm, "
-            "so no colour matrix exists; write a .tiff, .exr or .npy instead"
+            f"the camera's {channels} channels are not independent of one another {under}, "
+            f"so no colour matrix exists; {way_out}"
         )
     inverse = np.linalg.inv(camera.T @ camera)
     free = inverse @ camera.T @ surfaces.xyz
@@ -149,21 +178,25 @@ class _Surfaces:
     white_xyz: F64
 
 
-@functools.cache
-def _surfaces(light: str) -> _Surfaces:
+@functools.lru_cache(maxsize=8)
+def _surfaces(light: str | bytes) -> _Surfaces:
+    """Sum over the surfaces in a CIE illuminant, or in a light given by its power at ``_WAVELENGTH_NM``."""
     colour = colour_science()
-    wavelength_nm = np.arange(380.0, 781.0)
+    wavelength_nm = _WAVELENGTH_NM
     training = colour.characterisation.read_training_data_rawtoaces_v1()
     observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    illuminant = colour.SDS_ILLUMINANTS[light]
 
     def sampled(nodes: F64, curves: F64) -> F64:
         return np.array([np.interp(wavelength_nm, nodes, curve) for curve in curves])
 
     reflectance = sampled(training.wavelengths, training.values.T)
-    power = np.interp(wavelength_nm, illuminant.wavelengths, illuminant.values)
+    if isinstance(light, bytes):
+        power = np.frombuffer(light)
+    else:
+        illuminant = colour.SDS_ILLUMINANTS[light]
+        power = np.interp(wavelength_nm, illuminant.wavelengths, illuminant.values)
     weights = sampled(observer.wavelengths, observer.values.T) * power
-    weights = weights / weights[1].sum()
+    weights = weights / max(weights[1].sum(), np.finfo(np.float64).tiny)
     return _Surfaces(wavelength_nm, reflectance, power, reflectance @ weights.T, weights.sum(axis=1))
 
 

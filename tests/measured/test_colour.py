@@ -11,6 +11,7 @@ diffuser D65 white.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from pathlib import Path
 
@@ -61,9 +62,7 @@ def reference_xyz(light: str) -> np.ndarray:
     observer = aligned("observer", "CIE 1931 2 Degree Standard Observer")
     power = aligned("light", light)
     seen = (patches() * power) @ observer / (power @ observer[:, 1])
-    adapted = colour.adaptation.matrix_chromatic_adaptation_VonKries(
-        white_xyz(light), white_xyz("D65"), "Bradford"
-    )
+    adapted = colour.adaptation.matrix_chromatic_adaptation_VonKries(white_xyz(light), white_xyz("D65"), "Bradford")
     return seen @ adapted.T
 
 
@@ -147,9 +146,7 @@ def libraw_xyz(path: Path) -> np.ndarray:
 
 # Measured: mean 0.93, largest 3.4 under D65; 1.04 and 3.7 under D55; 2.9 and 8.3 under A, because developers
 # use the D65 matrix for every light.
-@pytest.mark.parametrize(
-    ("light", "mean", "largest"), [("D65", 1.1, 3.8), ("D55", 1.1, 4.1), ("A", 3.2, 9.0)]
-)
+@pytest.mark.parametrize(("light", "mean", "largest"), [("D65", 1.1, 3.8), ("D55", 1.1, 4.1), ("A", 3.2, 9.0)])
 def test_colorchecker_through_libraw(tmp_path: Path, light: str, mean: float, largest: float) -> None:
     save(colorchecker(light), tmp_path / "a.dng")
     differences = delta_e(light, libraw_xyz(tmp_path / "a.dng"))
@@ -175,3 +172,23 @@ def test_colorchecker_in_the_preview(light: str, mean: float) -> None:
     # The picture shows 80 % white as it is; the reference is relative to white.
     differences = delta_e(light, found / WHITE)
     assert differences.mean() <= mean
+
+
+def test_a_matrix_fitted_to_the_scene_is_right_under_lamp_light(tmp_path: Path) -> None:
+    """Developers know one matrix, that of D65; fitted to the scene's light and given in D65's form it serves A."""
+    frame = colorchecker("A")
+    fitted = dataclasses.replace(frame, colour=dataclasses.replace(frame.colour, matrix="scene"))
+    save(fitted, tmp_path / "a.dng")
+    differences = delta_e("A", libraw_xyz(tmp_path / "a.dng"))
+    print(f"A, scene matrix: ΔE2000 mean {differences.mean():.3f}, largest {differences.max():.2f}")
+    assert differences.mean() <= 1.2
+    assert differences.max() <= 5.2
+
+
+def test_the_two_matrices_differ_little_in_daylight(tmp_path: Path) -> None:
+    frame = colorchecker("D65")
+    fitted = dataclasses.replace(frame, colour=dataclasses.replace(frame.colour, matrix="scene"))
+    save(frame, tmp_path / "standard.dng")
+    save(fitted, tmp_path / "scene.dng")
+    one, other = libraw_xyz(tmp_path / "standard.dng"), libraw_xyz(tmp_path / "scene.dng")
+    np.testing.assert_allclose(one, other, atol=2e-4)

@@ -153,6 +153,15 @@ class Noise(Table):
     seed: int = Field(default=0, ge=0, le=2**63 - 1, description="same seed, same noise")
 
 
+class Files(Table):
+    """What the files say beside their numbers."""
+
+    colour_matrix: Literal["standard", "scene"] = Field(
+        default="standard",
+        description="of a DNG: standard fits illuminants A and D65, scene fits this capture's own light",
+    )
+
+
 class SceneFile(Table):
     """A capture: scene, lens, light and exposure, taken with a camera."""
 
@@ -170,3 +179,4 @@ class SceneFile(Table):
     scene: SceneContent = Field(description="what is in front of the camera")
     render: Render = Field(default=Render(), description="how accurately the image is computed")
     noise: Noise = Field(default=Noise(), description="the noise of this capture")
+    files: Files = Field(default=Files(), description="what the files say beside their numbers")
