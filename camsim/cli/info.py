@@ -6,18 +6,17 @@ import json
 from typing import Any
 
 from camsim.config.memory import readable
+from camsim.config.yaml_text import yaml_text
 from camsim.files.reading import Held, read_file
 
 
 def text_of_file(path: str) -> str:
     """Return the figures of a file, and the description of all stages as YAML."""
-    import yaml
-
     held = read_file(path)
     rows = _figures(held)
     width = max(len(label) for label, _ in rows)
     lines = [f"{label:<{width}}  {value}" for label, value in rows]
-    tree = yaml.safe_dump(_flat(held.description), sort_keys=False, allow_unicode=True, width=1000)
+    tree = yaml_text(_flat(held.description))
     return "\n".join(lines) + f"\n\ncomputed:\n{_indented(tree)}"
 
 

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from camsim.cli.outputs import Output
 from camsim.config.memory import readable
+from camsim.config.yaml_text import yaml_text
 from camsim.frame import ChannelSignal, Frame
 
 _WIDTH_OF_A_LOG = 1000
@@ -54,10 +55,7 @@ def print_report(
     # The grid fills its last column with spaces.
     console.file.writelines(f"{line.rstrip()}\n" for line in printed.get().splitlines())
     if verbose:
-        import yaml
-
-        tree = _shortened(frame.description)
-        console.file.write(f"computed:\n{yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=1000)}")
+        console.file.write(f"computed:\n{yaml_text(_shortened(frame.description))}")
 
 
 def _signal(frame: Frame) -> Table:
