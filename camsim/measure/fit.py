@@ -1,0 +1,223 @@
+"""One edge measured: line, spread function and transform, with what is known of their errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from camsim.arrays import F64
+from camsim.errors import UnsupportedError
+from camsim.measure import spline
+from camsim.measure.geometry import EdgeLine, longest_gap
+from camsim.measure.locate import Guess
+from camsim.measure.spline import ALONG, BEND, EXTRAS, TAIL, TURN, Model
+
+FINEST_SPACING, COARSEST_SPACING = 0.125, 1.0
+SAMPLES_PER_KNOT = 4.0
+LARGEST_GAP = 0.4
+_RIDGE = 1e-9
+_OUTLIER = 8.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EdgeFit:
+    """The fitted model; signals are in units of ``scale`` above ``dark``.
+
+    line         : the edge;  model, coefficients: see ``spline``
+    covariance   : of the coefficients, from the photosites' own scatter about the fit
+    dark, scale  : signal of the dark side and first estimate of the step, above black
+    residual_rms : of a photosite about the fit, in units of ``scale``
+    noise        : the same on the dark and on the bright side, away from the edge
+    gap_pixel    : longest stretch across the edge without a photosite
+    left_out     : photosites that were far from the fit (defects)
+    """
+
+    line: EdgeLine
+    model: Model
+    coefficients: F64
+    covariance: F64
+    dark: float
+    scale: float
+    residual_rms: float
+    noise: tuple[float, float]
+    gap_pixel: float
+    left_out: int
+    photosites: int
+    turn_error_rad: float
+
+
+def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float, what: str) -> EdgeFit:
+    """Fit photosites at x, y (flat, pixels) with signals v above black.
+
+    reach : how far the region goes from the edge, the nearer side;  pitch: distance between the samples, pixels
+    """
+    scale = guess.bright - guess.dark
+    v = (v - guess.dark) / scale
+    line = guess.line
+    length = max(float(np.ptp(line.across_and_along(x, y)[1])), 1.0)
+    dark = guess.dark / scale
+
+    # First with what any edge allows; what the fit says of its width then sets the model for good.
+    half_width = min(0.75 * reach, 8.0 * pitch)
+    line, rise = _settle(x, y, v, line, half_width, max(0.5, 0.25 * pitch), dark, length, passes=3, what=what)
+    half_width = min(0.75 * reach, max(2.0 + 3.0 * rise, 6.0))
+    density = np.count_nonzero(np.abs(line.across_and_along(x, y)[0]) < half_width) / (2.0 * half_width)
+    d = line.across_and_along(x, y)[0]
+    gap = longest_gap(d, min(half_width, 2.0 * pitch))
+    spacing = max(FINEST_SPACING, rise / 16.0, SAMPLES_PER_KNOT / density, gap)
+    spacing = min(spacing, COARSEST_SPACING)
+    line, rise = _settle(x, y, v, line, half_width, spacing, dark, length, passes=4, what=what)
+
+    d, s = line.across_and_along(x, y)
+    gap = longest_gap(d, min(half_width, 2.0 * pitch))
+    _refuse_gap(gap, line, length, pitch, what)
+    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
+    # The slope for the columns of turn and bend comes from a fit without them.
+    straight, _ = _solve(d, s, v, model, geometry=False)
+    model = model._replace(slope=straight)
+    coefficients, inverse = _solve(d, s, v, model, geometry=True)
+    r = spline.residuals(d, s, v, model, coefficients)
+    keep = _ordinary(d, r, half_width)
+    left_out = int(np.count_nonzero(~keep))
+    if left_out:
+        d, s, v = d[keep], s[keep], v[keep]
+        coefficients, inverse = _solve(d, s, v, model, geometry=True)
+        r = spline.residuals(d, s, v, model, coefficients)
+    free = max(1, d.size - coefficients.size)
+    covariance = inverse @ spline.scatter(d, s, r, model) @ inverse * (d.size / free)
+    away = min(2.0 + rise, 0.5 * half_width)
+    noise = tuple(
+        float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away)
+    )
+    n = model.columns
+    return EdgeFit(
+        line=line,
+        model=model,
+        coefficients=coefficients,
+        covariance=covariance,
+        dark=guess.dark,
+        scale=scale,
+        residual_rms=math.sqrt(float(r @ r) / free),
+        noise=(noise[0], noise[1]),
+        gap_pixel=gap,
+        left_out=left_out,
+        photosites=int(d.size),
+        turn_error_rad=math.sqrt(max(float(covariance[n + TURN, n + TURN]), 0.0)) / model.scale,
+    )
+
+
+def _settle(
+    x: F64,
+    y: F64,
+    v: F64,
+    line: EdgeLine,
+    half_width: float,
+    spacing: float,
+    dark: float,
+    length: float,
+    *,
+    passes: int,
+    what: str,
+) -> tuple[EdgeLine, float]:
+    """Move the edge to where the model fits best; return it with its 10–90 % rise."""
+    rise = 1.0
+    for _ in range(passes):
+        d, s = line.across_and_along(x, y)
+        # Only photosites near the edge know where it is.
+        near = np.abs(d) <= 1.25 * half_width
+        model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
+        dn, sn, vn = d[near], s[near], v[near]
+        straight, _ = _solve(dn, sn, vn, model, geometry=False, tail=False)
+        model = model._replace(slope=straight)
+        full, _ = _solve(dn, sn, vn, model, geometry=True, tail=False)
+        n = model.columns
+        turn, bend = full[n + TURN] / model.scale, full[n + BEND] / model.scale**2
+        middle, rise = _middle_and_rise(straight, model)
+        moved = line.moved(middle, turn, bend)
+        if not (abs(turn) < 0.5 and abs(bend) * length < 0.5 and abs(middle) < 2.0 * half_width):
+            raise UnsupportedError(
+                f"{what}: no single straight edge fits; choose a region that one edge crosses from side to side"
+            )
+        settled = max(abs(turn), abs(bend) * length) * length < 1e-4 and abs(middle) < 1e-2
+        line = moved
+        if settled:
+            break
+    return line, rise
+
+
+def _middle_and_rise(coefficients: F64, model: Model) -> tuple[float, float]:
+    """Return where the spread function crosses half its height, and its rise from 10 to 90 %."""
+    d = np.linspace(-model.half_width, model.half_width, 4 * model.columns + 1)
+    esf = spline.spread_rows(d, model) @ coefficients
+    low, high = esf[0], esf[-1]
+    if not high > low:
+        return 0.0, 1.0
+    tenth, half, nine = (crossing(d, (esf - low) / (high - low), level) for level in (0.1, 0.5, 0.9))
+    return half, max(nine - tenth, 0.1)
+
+
+def crossing(d: F64, esf: F64, level: float) -> float:
+    """Return where a rising curve crosses a level, nearest to the middle of its range.
+
+    >>> crossing(np.array([-1.0, 0.0, 1.0]), np.array([0.0, 0.5, 1.0]), 0.75)
+    0.5
+    """
+    up = np.flatnonzero((esf[:-1] < level) & (esf[1:] >= level))
+    if not up.size:
+        return 0.0
+    i = up[np.argmin(np.abs(d[up]))]
+    return float(d[i] + (level - esf[i]) / (esf[i + 1] - esf[i]) * (d[i + 1] - d[i]))
+
+
+def _solve(
+    d: F64, s: F64, v: F64, model: Model, *, geometry: bool, tail: bool = True
+) -> tuple[F64, F64]:
+    """Return the coefficients and the inverse of the normal equations; columns left out are zero in both."""
+    matrix, right = spline.normal_equations(d, s, v, model)
+    n = model.columns
+    used = np.ones(n + EXTRAS, bool)
+    used[n + TAIL] = tail
+    used[n + spline.ACROSS] = tail
+    used[n + ALONG] = True
+    used[n + TURN :] = geometry
+    if np.linalg.norm(model.slope) == 0.0:
+        used[n + TURN :] = False
+    chosen = np.flatnonzero(used)
+    part = matrix[np.ix_(chosen, chosen)]
+    # Where no photosite lies the curve goes on smoothly: a trace of a penalty on its third differences.
+    third = np.diff(np.eye(n), 3, axis=0)
+    part[:n, :n] += _RIDGE * d.size / n * (third.T @ third)
+    factor = linalg.cho_factor(part + 1e-14 * np.diag(np.diag(part)), lower=True)
+    coefficients, inverse = np.zeros(n + EXTRAS), np.zeros((n + EXTRAS, n + EXTRAS))
+    coefficients[chosen] = linalg.cho_solve(factor, right[chosen])
+    inverse[np.ix_(chosen, chosen)] = linalg.cho_solve(factor, np.eye(chosen.size))
+    return coefficients, inverse
+
+
+def _ordinary(d: F64, r: F64, half_width: float) -> np.ndarray:
+    """Return which photosites are not defects: none of those is far from its side's scatter and from the fit."""
+    keep = np.ones(d.size, bool)
+    for side in (d < 0.0, d >= 0.0):
+        size = np.abs(r[side])
+        if size.size:
+            keep[side] = size <= max(_OUTLIER * 1.4826 * float(np.median(size)), 0.02)
+    return keep
+
+
+def _refuse_gap(gap: float, line: EdgeLine, length: float, pitch: float, what: str) -> None:
+    if gap <= LARGEST_GAP:
+        return
+    angle = line.angle_deg
+    if abs(angle) < 5.0:
+        need = math.ceil(pitch / math.tan(math.radians(max(abs(angle), 0.05))) * 1.05)
+        raise UnsupportedError(
+            f"{what}: an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling phases "
+            f"are missing (a gap of {gap:.2f} px); take a region {need} px long, or turn the edge to 2° or more"
+        )
+    raise UnsupportedError(
+        f"{what}: at {angle:.2f}° the sampling phases repeat (a gap of {gap:.2f} px across the edge is never sampled), "
+        "as they do at 45°, atan(1/2) and their like; turn the edge by 2° or more, or take a longer region"
+    )

@@ -1,0 +1,189 @@
+"""A first estimate of where the edge lies in a region, and whether there is one edge only."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from camsim.arrays import F64
+from camsim.errors import UnsupportedError
+from camsim.measure.geometry import EdgeLine, Roi
+
+LEAST_CONTRAST = 0.05
+_MOST_LINES = 256
+_SMOOTH = 1.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guess:
+    """Where the edge lies, to a fraction of a pixel, and the signals on its two sides, above black."""
+
+    line: EdgeLine
+    dark: float
+    bright: float
+
+
+def locate(samples: npt.NDArray[Any], x: F64, y: F64, *, roi: Roi, what: str) -> Guess:
+    """Find the edge in samples (n, m) with centres x (m,) and y (n,), above black level.
+
+    The steepest place of every line is found and a straight line laid through those places by repeated weighing, so
+    that neither noise nor a few wrong lines move it. Raises UnsupportedError in one sentence when the region holds
+    no edge, or more than one.
+    """
+    image = np.asarray(samples, np.float64)
+    if min(image.shape) < 8:
+        raise UnsupportedError(
+            f"{what}: {image.shape[0]} × {image.shape[1]} samples are too few; give a region with at least 8 rows and "
+            "8 columns of this channel, 32 or more for good figures"
+        )
+    smooth = ndimage.gaussian_filter(image, _SMOOTH, mode="nearest")
+    gx, gy = _central(smooth, 1) / (x[1] - x[0]), _central(smooth, 0) / (y[1] - y[0])
+    upright = float(np.sum(gx**4)) >= float(np.sum(gy**4))
+    if not upright:
+        image, smooth, gx, x, y = image.T, smooth.T, gy.T, y, x
+    return _upright(image, smooth, gx, x, y, upright=upright, roi=roi, what=what)
+
+
+def _upright(
+    image: F64, smooth: F64, gx: F64, x: F64, y: F64, *, upright: bool, roi: Roi, what: str
+) -> Guess:
+    """Find an edge that crosses the rows."""
+    lines, size = image.shape
+    step = x[1] - x[0]
+    # Which way the edge goes: the steepest places agree about it.
+    weight = gx**3
+    rising = 1.0 if weight.sum() >= 0.0 else -1.0
+    slope = np.maximum(rising * gx, 0.0)
+    # Many lines of a long edge are as good as all.
+    some = np.arange(0, lines, max(1, lines // _MOST_LINES))
+    steep = slope[some]
+    peak = steep.argmax(axis=1)
+    place = x[peak] + step * _vertex(steep, peak)
+    at = y[some]
+    strength = steep.max(axis=1)
+    slant, offset = _robust_line(at - y.mean(), place, strength, step)
+    for _ in range(2):
+        predicted = offset + slant * (at - y.mean())
+        near = np.abs(x - predicted[:, None]) <= 6.0 * step
+        inside = np.where(near, steep, 0.0) ** 2
+        total = inside.sum(axis=1)
+        good = total > 0.0
+        if good.sum() < 4:
+            break
+        centroid = (inside[good] @ x) / total[good]
+        slant, offset = _robust_line(at[good] - y.mean(), centroid, np.sqrt(total[good]), step)
+    predicted = offset + slant * (y - y.mean())
+    cos = 1.0 / math.hypot(1.0, slant)
+    away = rising * (x - predicted[:, None]) * cos
+    margin = 3.0 * step
+    dark_side, bright_side = image[away < -margin], image[away > margin]
+    if dark_side.size < 0.02 * image.size or bright_side.size < 0.02 * image.size:
+        dark, bright = float(np.percentile(image, 5)), float(np.percentile(image, 95))
+        _refuse_flat(dark, bright, _scatter(image, smooth), what)
+        raise UnsupportedError(
+            f"{what}: the edge leaves less than 3 samples on one of its sides; move the region so that the edge runs "
+            "through its middle"
+        )
+    dark, bright = float(np.median(dark_side)), float(np.median(bright_side))
+    noise = _scatter(image, smooth)
+    _refuse_flat(dark, bright, noise, what)
+    _refuse_others(image, slope, place, at, some, (slant, offset), y, step, bright - dark, noise, what)
+    turn = math.atan2(-slant * rising, rising) if upright else math.atan2(rising, -slant * rising)
+    middle = y.mean()
+    point = (offset, middle) if upright else (middle, offset)
+    line = EdgeLine(x_pixel=float(point[0]), y_pixel=float(point[1]), normal_rad=turn)
+    return Guess(line=line, dark=dark, bright=bright)
+
+
+def _central(image: F64, axis: int) -> F64:
+    gradient: F64 = np.gradient(image, axis=axis)
+    return gradient
+
+
+def _vertex(values: F64, peak: npt.NDArray[np.intp]) -> F64:
+    """Return how far the vertex of the parabola through each peak lies from it, in samples."""
+    last = values.shape[1] - 1
+    row = np.arange(len(values))
+    left, middle, right = values[row, np.maximum(peak - 1, 0)], values[row, peak], values[row, np.minimum(peak + 1, last)]
+    bend = 2.0 * middle - left - right
+    shift: F64 = np.where(bend > 0.0, 0.5 * (right - left) / np.where(bend > 0.0, bend, 1.0), 0.0)
+    return np.clip(shift, -0.5, 0.5)
+
+
+def _robust_line(at: F64, place: F64, weight: F64, step: float) -> tuple[float, float]:
+    """Return slope and intercept of a line that a minority of wrong points does not move."""
+    # Start from the median of slopes between points far apart (Theil and Sen), then reweigh (Tukey's biweight).
+    half = len(at) // 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slopes = (place[half:] - place[: len(at) - half]) / (at[half:] - at[: len(at) - half])
+    slant = float(np.median(slopes))
+    offset = float(np.median(place - slant * at))
+    trust = weight / max(float(np.median(weight)), 1e-300)
+    trust = np.minimum(trust, 2.0)
+    for _ in range(20):
+        miss = place - offset - slant * at
+        spread = max(1.4826 * float(np.median(np.abs(miss))), 0.05 * step)
+        w = trust * np.clip(1.0 - (miss / (4.685 * spread)) ** 2, 0.0, None) ** 2
+        total = w.sum()
+        if total <= 0.0:
+            break
+        mean_at, mean_place = (w @ at) / total, (w @ place) / total
+        variance = w @ (at - mean_at) ** 2
+        new = float(w @ ((at - mean_at) * (place - mean_place)) / variance) if variance > 0.0 else slant
+        done = abs(new - slant) * (at[-1] - at[0]) < 1e-3 * step
+        slant, offset = new, float(mean_place - new * mean_at)
+        if done:
+            break
+    return slant, offset
+
+
+def _scatter(image: F64, smooth: F64) -> float:
+    """Return the noise of a sample, from second differences along rows (robust, blind to edges)."""
+    second = image[:, 2:] - 2.0 * image[:, 1:-1] + image[:, :-2]
+    return 1.4826 * float(np.median(np.abs(second))) / math.sqrt(6.0)
+
+
+def _refuse_flat(dark: float, bright: float, noise: float, what: str) -> None:
+    step = bright - dark
+    contrast = step / (bright + dark) if bright + dark > 0.0 else math.inf
+    if step <= 0.0 or step < 3.0 * noise:
+        raise UnsupportedError(
+            f"{what}: no edge found (the two sides differ by {step:.3g}, the noise is {noise:.3g}); "
+            "put the region on a dark-to-bright edge"
+        )
+    if contrast < LEAST_CONTRAST:
+        raise UnsupportedError(
+            f"{what}: contrast {100.0 * contrast:.2g} % is under {100.0 * LEAST_CONTRAST:g} %; "
+            "take an edge between darker and brighter surfaces"
+        )
+
+
+def _refuse_others(
+    image: F64,
+    slope: F64,
+    place: F64,
+    at: F64,
+    some: npt.NDArray[np.intp],
+    line: tuple[float, float],
+    y: F64,
+    step_px: float,
+    step: float,
+    noise: float,
+    what: str,
+) -> None:
+    """Raise UnsupportedError when some lines do not have the edge where the others do."""
+    slant, offset = line
+    miss = np.abs(place - offset - slant * (at - y.mean()))
+    # A slight bend is no other edge; noise may move single lines.
+    allowed = 3.0 * step_px + 0.02 * (y[-1] - y[0])
+    wrong = float(np.mean(miss > allowed))
+    if noise < 0.1 * step and wrong > 0.04:
+        raise UnsupportedError(
+            f"{what}: in {100.0 * wrong:.0f} % of its lines the steepest place is not on the edge; the region holds a "
+            "corner, the end of an edge or a second edge: make it smaller, so that one straight edge crosses all of it"
+        )

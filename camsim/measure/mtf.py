@@ -1,0 +1,279 @@
+"""From samples to figures: ``measure_edge`` for one region of one channel."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import UnsupportedError
+from camsim.measure import spline
+from camsim.measure.fit import EdgeFit, crossing, fit_edge
+from camsim.measure.geometry import EdgeLine, Roi
+from camsim.measure.locate import locate
+from camsim.measure.picture import Plane
+from camsim.measure.result import EdgeMtf, Figures, Theory
+from camsim.measure.spline import TAIL
+
+HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
+_CLIPPED = 0.002
+_SECOND_PEAK = 0.25
+
+
+class TheoreticalOtf(Protocol):
+    """What a measurement can be compared with; nothing here knows where it comes from."""
+
+    def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
+        """Transfer function across the edge ``line`` in a channel, signed; None where nothing is known."""
+        ...
+
+
+def measure_edge(
+    plane: Plane, roi: Roi, *, tail: bool = True, theory: TheoreticalOtf | None = None, what: str = ""
+) -> EdgeMtf:
+    """Measure one edge of one channel in a region of the image.
+
+    tail   : add the line spread beyond the region, by a fit of its 1/x²; False gives the plain ISO 12233 figure
+    theory : a transfer function to put beside it
+    what   : how messages call the place, before region and channel
+
+    Raises UnsupportedError in one sentence when the region does not hold one measurable edge.
+    """
+    what = f"{what}roi {roi}, channel {plane.name}"
+    samples, x, y = plane.cut(roi)
+    _refuse_clipped(samples, plane, what)
+    linear = samples.astype(np.float64) - plane.black
+    if not np.all(np.isfinite(linear)):
+        raise UnsupportedError(f"{what}: holds values that are no numbers (NaN or infinite); choose another region")
+    guess = locate(linear, x, y, roi=roi, what=what)
+    across, down = np.broadcast_arrays(x[None, :], y[:, None])
+    widths = guess.line.half_widths(roi)
+    pitch = float(max(plane.step))
+    if min(widths) < 4.0 * pitch:
+        raise UnsupportedError(
+            f"{what}: the region reaches only {min(widths):.1f} px beyond the edge; take at least {8.0 * pitch:g} px on "
+            "either side, 32 for good figures"
+        )
+    fit = fit_edge(
+        across.ravel(), down.ravel(), linear.ravel(), guess, reach=min(widths), pitch=pitch, what=what
+    )
+    _refuse_several(fit, what)
+    return _result(fit, plane, roi, tail=tail, theory=theory)
+
+
+def _result(fit: EdgeFit, plane: Plane, roi: Roi, *, tail: bool, theory: TheoreticalOtf | None) -> EdgeMtf:
+    model, c = fit.model, fit.coefficients
+    reach = fit.line.half_widths(roi)
+    frequency = np.linspace(0.0, HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES)
+    rows = spline.transform_rows(frequency, model, None if tail else reach)
+    mtf, gradient = _mtf_and_gradient(rows, rows[0], c)
+    error = _errors(gradient, fit.covariance)
+    nyquist = plane.nyquist_cycles_per_pixel
+
+    def at(f: F64) -> tuple[F64, F64]:
+        return _mtf_and_gradient(
+            spline.transform_rows(np.atleast_1d(f), model, None if tail else reach), rows[0], c
+        )
+
+    limits = [_limit(frequency, mtf, level, at, fit.covariance) for level in (0.5, 0.3, 0.1)]
+    nyquist_mtf, nyquist_gradient = at(np.array([nyquist]))
+    ends = spline.transform_rows(np.zeros(1), model, None)[0].real  # the step, tails and all
+    step, step_error = float(ends @ c), math.sqrt(max(float(ends @ fit.covariance @ ends), 0.0))
+    rise, rise_error = _rise(fit, ends)
+    low_row = np.zeros(c.size)
+    low_row[0], low_row[model.columns + TAIL] = 1.0, -0.5 * math.pi
+    dark, bright = fit.dark / fit.scale + float(low_row @ c), 0.0
+    bright = dark + step
+    # contrast = step/(2·dark + step)
+    slope = (2.0 * dark * ends - 2.0 * step * low_row) / (2.0 * dark + step) ** 2
+    freedom = max(fit.photosites - c.size, 1)
+    snr = step / fit.residual_rms if fit.residual_rms > 0.0 else math.inf
+    notes = []
+    if fit.left_out:
+        notes.append(f"{fit.left_out} photosites far from the fit were left out (defects)")
+    if fit.gap_pixel > 0.25:
+        notes.append(f"sampling phases repeat: {fit.gap_pixel:.2f} px across the edge are never sampled")
+    whole, inside = (spline.transform_rows(np.zeros(1), model, r)[0].real @ c for r in (None, reach))
+    fraction = float(1.0 - inside / whole)
+    if tail:
+        notes.append(f"{100.0 * fraction:.2f} % of the line spread lie beyond the region and were added by a fit of 1/x²")
+    distance = np.arange(-math.floor(8.0 * reach[0]), math.floor(8.0 * reach[1]) + 1) / 8.0
+    edge = EdgeMtf(
+        figures=Figures(
+            mtf50_cycles_per_pixel=limits[0][0],
+            mtf30_cycles_per_pixel=limits[1][0],
+            mtf10_cycles_per_pixel=limits[2][0],
+            mtf_at_nyquist=float(nyquist_mtf[0]),
+            rise_10_90_pixel=rise,
+            angle_deg=fit.line.angle_deg,
+            contrast=step / (2.0 * dark + step),
+            snr=snr,
+        ),
+        standard_error=Figures(
+            mtf50_cycles_per_pixel=limits[0][1],
+            mtf30_cycles_per_pixel=limits[1][1],
+            mtf10_cycles_per_pixel=limits[2][1],
+            mtf_at_nyquist=float(_errors(nyquist_gradient, fit.covariance)[0]),
+            rise_10_90_pixel=rise_error,
+            angle_deg=math.degrees(fit.turn_error_rad),
+            contrast=math.sqrt(max(float(slope @ fit.covariance @ slope), 0.0)),
+            snr=snr * math.hypot(step_error / step, 1.0 / math.sqrt(2.0 * freedom)),
+        ),
+        channel=plane.name,
+        roi=roi,
+        x_pixel=fit.line.x_pixel,
+        y_pixel=fit.line.y_pixel,
+        normal_deg=math.degrees(fit.line.normal_rad),
+        curvature_per_pixel=fit.line.curvature_per_pixel,
+        nyquist_cycles_per_pixel=nyquist,
+        tail=tail,
+        tail_fraction=fraction,
+        frequency_cycles_per_pixel=frequency,
+        mtf=mtf,
+        mtf_error=error,
+        distance_pixel=distance,
+        esf=(spline.spread_rows(distance, model) @ c - float(low_row @ c)) / step,
+        line_spread_per_pixel=spline.line_rows(distance, model) @ c / step,
+        knot_spacing_pixel=model.spacing,
+        photosites=fit.photosites,
+        left_out=fit.left_out,
+        notes=tuple(notes),
+    )
+    return edge if theory is None else with_theory(edge, fit.line, theory)
+
+
+def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMtf:
+    """Put the theoretical transfer function beside a measurement."""
+    frequency, nyquist = edge.frequency_cycles_per_pixel, edge.nyquist_cycles_per_pixel
+    otf = theory.along_normal(frequency, channel=edge.channel, line=line)
+    if otf is None:
+        return edge
+    mtf = np.abs(otf)
+    fine = np.linspace(0.0, HIGHEST_CYCLES_PER_PIXEL, 20 * (FREQUENCIES - 1) + 1)
+    exact = theory.along_normal(fine, channel=edge.channel, line=line)
+    assert exact is not None
+    half = falls_to(fine, np.abs(exact), 0.5)
+    difference: F64 = edge.mtf - mtf
+    return replace(
+        edge,
+        theory=Theory(
+            mtf=mtf,
+            difference=difference,
+            mtf50_cycles_per_pixel=half,
+            difference_to_nyquist=float(np.abs(difference[frequency <= nyquist + 1e-9]).max()),
+        ),
+    )
+
+
+def falls_to(frequency: F64, mtf: F64, level: float) -> float:
+    """Return the lowest frequency at which the MTF falls to ``level``, NaN when it never does; straight in between.
+
+    >>> falls_to(np.array([0.0, 0.5, 1.0]), np.array([1.0, 0.6, 0.2]), 0.5)
+    0.625
+    """
+    below = np.flatnonzero((mtf[:-1] >= level) & (mtf[1:] < level))
+    if not below.size:
+        return math.nan
+    i = below[0]
+    return float(frequency[i] + (mtf[i] - level) / (mtf[i] - mtf[i + 1]) * (frequency[i + 1] - frequency[i]))
+
+
+def _mtf_and_gradient(rows: np.ndarray, zero: np.ndarray, c: F64) -> tuple[F64, F64]:
+    """Return |F(f)|/F(0) and its derivative after every coefficient, (m,) and (m, n)."""
+    transform = rows @ c
+    total = float((zero @ c).real)
+    size = np.abs(transform)
+    mtf = size / total
+    unit = np.conj(transform) / np.where(size > 0.0, size, 1.0)
+    gradient = ((unit[:, None] * rows).real - mtf[:, None] * zero.real) / total
+    return mtf, gradient
+
+
+def _errors(gradient: F64, covariance: F64) -> F64:
+    error: F64 = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", gradient, covariance, gradient, optimize=True), 0.0))
+    return error
+
+
+def _limit(frequency: F64, mtf: F64, level: float, at: object, covariance: F64) -> tuple[float, float]:
+    """Return the frequency at which the MTF falls to a level, and its standard error."""
+    f = falls_to(frequency, mtf, level)
+    if math.isnan(f):
+        return math.nan, math.nan
+    slope = gradient = None
+    delta = 1e-3
+    for _ in range(4):
+        value, gradient = at(np.array([f - delta, f, f + delta]))  # type: ignore[operator]
+        slope = (value[2] - value[0]) / (2.0 * delta)
+        if slope >= 0.0:
+            break
+        f -= float(np.clip((value[1] - level) / slope, -0.5, 0.5) * 1.0)
+    error = float(_errors(gradient[1:2], covariance)[0])
+    return f, error / abs(slope)
+
+
+def _rise(fit: EdgeFit, ends: F64) -> tuple[float, float]:
+    """Return the 10–90 % rise and its standard error."""
+    model, c = fit.model, fit.coefficients
+    d = np.linspace(-2.0 * model.half_width, 2.0 * model.half_width, 16 * model.columns + 1)
+    low = np.zeros(c.size)
+    low[0], low[model.columns + TAIL] = 1.0, -0.5 * math.pi
+    step = float(ends @ c)
+    esf = (spline.spread_rows(d, model) @ c - low @ c) / step
+    at = np.array([crossing(d, esf, 0.1), crossing(d, esf, 0.9)])
+    rows, slopes = spline.spread_rows(at, model), spline.line_rows(at, model) @ c
+    # A crossing moves by minus the curve's own change over its slope.
+    moves = -(rows - low - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
+    gradient = moves[1] - moves[0]
+    return float(at[1] - at[0]), math.sqrt(max(float(gradient @ fit.covariance @ gradient), 0.0))
+
+
+def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
+    if not samples.size:
+        return
+    if plane.white is not None:
+        high = float(np.mean(samples >= plane.white))
+        if high > _CLIPPED:
+            raise UnsupportedError(
+                f"{what}: {100.0 * high:.2g} % of the photosites are clipped highlights (at {plane.white:g} or above); "
+                "expose less"
+            )
+    if plane.lowest is not None:
+        at_floor = samples <= plane.lowest
+        low = float(np.mean(at_floor))
+        # A dark side that is one number throughout was not clipped: it has no noise to clip.
+        just_above = float(np.mean(samples == plane.lowest + 1))
+        if low > _CLIPPED and just_above > 0.1 * low:
+            raise UnsupportedError(
+                f"{what}: {100.0 * low:.2g} % of the photosites are clipped shadows (at {plane.lowest:g}); expose more, "
+                "or use a black level above 0"
+            )
+
+
+def _refuse_several(fit: EdgeFit, what: str) -> None:
+    """Raise UnsupportedError when the spread function is not that of one edge."""
+    model, c = fit.model, fit.coefficients
+    d = np.linspace(-model.half_width, model.half_width, 8 * model.columns + 1)
+    rough = 3.0 * math.sqrt(max(float(np.mean(np.diag(fit.covariance)[: model.columns])), 0.0))
+    esf = spline.spread_rows(d, model) @ c
+    low, high = esf[0], esf[-1]
+    step = high - low
+    if step < 0.3:
+        raise UnsupportedError(
+            f"{what}: the two sides of the edge have nearly the same signal beyond {model.half_width:.0f} px, as beside "
+            "a line or two edges; make the region narrower, so that it holds one edge"
+        )
+    over = max(low - esf.min(), esf.max() - high) / step
+    if over > 0.3 + rough:
+        raise UnsupportedError(
+            f"{what}: the signal overshoots its two sides by {100.0 * over:.0f} %, as beside a line or two edges; make the "
+            "region narrower, so that it holds one edge"
+        )
+    systematic = fit.residual_rms > 0.05 and fit.residual_rms > 2.5 * max(fit.noise)
+    if systematic:
+        raise UnsupportedError(
+            f"{what}: photosites miss the fit of one straight edge by {100.0 * fit.residual_rms:.0f} % of the step; the "
+            "region holds a corner, two edges or structure: make it smaller"
+        )

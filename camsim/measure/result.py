@@ -1,0 +1,134 @@
+"""What a measurement returns: frozen, every name with its unit, each figure with its standard error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+from camsim.arrays import F64
+from camsim.measure.geometry import Roi
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Figures:
+    """The figures of one edge, or their standard errors; NaN where there is none.
+
+    mtf50_cycles_per_pixel   : lowest frequency at which the MTF falls to 50 %; mtf30, mtf10 likewise
+    mtf_at_nyquist           : at half the channel's own sampling frequency
+    rise_10_90_pixel         : distance over which the edge-spread function rises from 10 to 90 %
+    angle_deg                : turn from the nearest pixel axis, −45..45°, clockwise as displayed
+    contrast                 : (bright − dark)/(bright + dark), black level subtracted
+    snr                      : step over the scatter of a photosite about the fit
+    """
+
+    mtf50_cycles_per_pixel: float
+    mtf30_cycles_per_pixel: float
+    mtf10_cycles_per_pixel: float
+    mtf_at_nyquist: float
+    rise_10_90_pixel: float
+    angle_deg: float
+    contrast: float
+    snr: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Theory:
+    """What the optics should give at this edge, at the same frequencies.
+
+    mtf                    : (n,) absolute value of the product of the transfer functions
+    difference             : (n,) measured − theory
+    mtf50_cycles_per_pixel : of the theory
+    difference_to_nyquist  : the largest |difference| up to the channel's Nyquist frequency
+    """
+
+    mtf: F64
+    difference: F64
+    mtf50_cycles_per_pixel: float
+    difference_to_nyquist: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class EdgeMtf:
+    """One edge in one channel.
+
+    figures, standard_error    : see Figures
+    channel, roi               : where it was measured
+    x_pixel, y_pixel           : a point of the edge
+    normal_deg                 : direction from dark to bright, clockwise as displayed from the x axis
+    curvature_per_pixel        : 1/radius of the edge
+    nyquist_cycles_per_pixel   : of the channel's own lattice
+    tail                       : whether the line spread beyond the region was added (tail_fraction: how much of it)
+    frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
+    distance_pixel             : (m,) across the edge;  esf: 0 dark … 1 bright;  line_spread_per_pixel: its derivative
+    knot_spacing_pixel         : what the spread function can follow
+    photosites, left_out       : that were used, and that were left out as defects
+    notes                      : what the reader should know
+    theory                     : None unless a transfer function was given
+    """
+
+    figures: Figures
+    standard_error: Figures
+    channel: str
+    roi: Roi
+    x_pixel: float
+    y_pixel: float
+    normal_deg: float
+    curvature_per_pixel: float
+    nyquist_cycles_per_pixel: float
+    tail: bool
+    tail_fraction: float
+    frequency_cycles_per_pixel: F64
+    mtf: F64
+    mtf_error: F64
+    distance_pixel: F64
+    esf: F64
+    line_spread_per_pixel: F64
+    knot_spacing_pixel: float
+    photosites: int
+    left_out: int
+    notes: tuple[str, ...] = ()
+    theory: Theory | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON: figures at the top, NaN as None, ``roi`` as row, col, rows, cols."""
+        tree: dict[str, Any] = {"channel": self.channel, "roi": asdict(self.roi)}
+        tree |= {f.name: getattr(self.figures, f.name) for f in fields(Figures)}
+        tree["standard_error"] = asdict(self.standard_error)
+        shown = {f.name for f in fields(self)} - {"figures", "standard_error", "channel", "roi", "theory"}
+        tree |= {f.name: getattr(self, f.name) for f in fields(self) if f.name in shown}
+        if self.theory is not None:
+            tree["theory"] = asdict(self.theory)
+        return {key: _plain(value) for key, value in tree.items()}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MtfReport:
+    """All edges of one picture, and why others were left out."""
+
+    file: str
+    pitch_um: float | None
+    edges: tuple[EdgeMtf, ...]
+    refused: tuple[str, ...] = field(default=())
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "file": self.file,
+            "pitch_um": self.pitch_um,
+            "edges": [edge.as_dict() for edge in self.edges],
+            "refused": list(self.refused),
+        }
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [_plain(entry) for entry in value]
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

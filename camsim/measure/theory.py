@@ -1,0 +1,77 @@
+"""The transfer function that a camera should have across an edge: the product of its stages' OTFs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.camera import Camera, Region
+from camsim.measure.geometry import EdgeLine
+from camsim.scene import Scene
+from camsim.spectra.curve import Spectrum, spectrum_at
+from camsim.spectra.light import Light
+
+_BESIDE_PIXEL = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CameraOtf:
+    """Lens, OLPF and photosite of a camera, for the light and the surfaces of a scene.
+
+    At each wavelength the OTFs are multiplied; the wavelengths are weighted by what the edge gives the channel: light ×
+    (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc.
+
+    region : the window of the frame that the picture shows, None for all of it
+    """
+
+    camera: Camera
+    scene: Scene
+    light: Light
+    region: Region | None = None
+
+    @classmethod
+    def from_stages(cls, stages: dict[str, Any]) -> CameraOtf:
+        """Take what ``camsim.revive`` makes of a file's description."""
+        return cls(
+            camera=stages["camera"], scene=stages["scene"], light=stages["light"], region=stages.get("region")
+        )
+
+    def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
+        """Transfer function across the edge; None for a channel that the camera does not have."""
+        channels = self.camera.cfa.channels
+        letter = channel if channel in channels else channel.rstrip("0123456789")
+        if letter not in channels:
+            return None
+        samples = self.light.samples()
+        response = self.camera.electrons_per_reflectance(samples, 1.0)[channels.index(letter)]
+        dark, bright = (self._reflectance_beside(line, side) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL))
+        difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
+        weight = response * difference
+        used = np.flatnonzero(weight)
+        if not used.size or weight.sum() == 0.0:
+            return None
+        per_um = frequency_cycles_per_pixel / self.camera.pitch_um
+        fx, fy = per_um * math.cos(line.normal_rad), per_um * math.sin(line.normal_rad)
+        system = self.camera.optics
+        otf = np.zeros(fx.shape)
+        for k in used:
+            otf += weight[k] * system.lens.otf(fx, fy, float(samples.wavelength_nm[k]))
+        otf *= system.footprint_otf(fx, fy) / weight.sum()
+        return otf
+
+    def _reflectance_beside(self, line: EdgeLine, distance_pixel: float) -> Spectrum:
+        """Return the surface at a distance from the edge's point, along its normal."""
+        import shapely
+
+        left, top = self.camera._grid(self.region).first_centre
+        x = left - 0.5 + line.x_pixel + distance_pixel * math.cos(line.normal_rad)
+        y = top - 0.5 + line.y_pixel + distance_pixel * math.sin(line.normal_rad)
+        point = shapely.Point(x * self.camera.pitch_um, y * self.camera.pitch_um)
+        for shape in reversed(self.scene.shapes):
+            if shapely.Polygon(shape.outline_um(self.camera.pitch_um)).contains(point):
+                return shape.reflectance
+        return self.scene.background
