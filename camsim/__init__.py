@@ -27,12 +27,25 @@ if TYPE_CHECKING:
     from camsim.scene import Scene as Scene
     from camsim.sensor.adc import Adc as Adc
     from camsim.sensor.cfa import Cfa as Cfa
+    from camsim.sensor.conversion_gain import DualGain as DualGain
     from camsim.sensor.exposure import Exposure as Exposure
+    from camsim.sensor.falloff import Cos4Falloff as Cos4Falloff
+    from camsim.sensor.falloff import RadialFalloff as RadialFalloff
+    from camsim.sensor.linearity import PolynomialResponse as PolynomialResponse
+    from camsim.sensor.linearity import ResponseTable as ResponseTable
+    from camsim.sensor.neighbours import Blooming as Blooming
+    from camsim.sensor.neighbours import Crosstalk as Crosstalk
+    from camsim.sensor.neighbours import Defects as Defects
+    from camsim.sensor.noise import ColumnNoise as ColumnNoise
     from camsim.sensor.noise import DarkCurrent as DarkCurrent
     from camsim.sensor.noise import Dsnu as Dsnu
+    from camsim.sensor.noise import FlickerRows as FlickerRows
     from camsim.sensor.noise import FullWell as FullWell
+    from camsim.sensor.noise import OutputNoise as OutputNoise
     from camsim.sensor.noise import Prnu as Prnu
     from camsim.sensor.noise import ReadNoise as ReadNoise
+    from camsim.sensor.noise import ResetNoise as ResetNoise
+    from camsim.sensor.noise import RowNoise as RowNoise
     from camsim.sensor.noise import ShotNoise as ShotNoise
     from camsim.sensor.quantum_efficiency import QuantumEfficiency as QuantumEfficiency
     from camsim.spectra.curve import Curve as Curve
@@ -51,7 +64,33 @@ _HOME = {
     "camsim.sensor.adc": ("Adc",),
     "camsim.sensor.cfa": ("Cfa",),
     "camsim.sensor.exposure": ("Exposure",),
-    "camsim.sensor.noise": ("DarkCurrent", "Dsnu", "FullWell", "Prnu", "ReadNoise", "ShotNoise"),
+    "camsim.sensor.conversion_gain": ("DualGain",),
+    "camsim.sensor.falloff": (
+        "Cos4Falloff",
+        "RadialFalloff",
+    ),
+    "camsim.sensor.linearity": (
+        "PolynomialResponse",
+        "ResponseTable",
+    ),
+    "camsim.sensor.neighbours": (
+        "Blooming",
+        "Crosstalk",
+        "Defects",
+    ),
+    "camsim.sensor.noise": (
+        "ColumnNoise",
+        "DarkCurrent",
+        "Dsnu",
+        "FlickerRows",
+        "FullWell",
+        "OutputNoise",
+        "Prnu",
+        "ReadNoise",
+        "ResetNoise",
+        "RowNoise",
+        "ShotNoise",
+    ),
     "camsim.sensor.quantum_efficiency": ("QuantumEfficiency",),
     "camsim.spectra.curve": ("Curve",),
     "camsim.spectra.light": ("Light",),

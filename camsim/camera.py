@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64, U8, U16
+from camsim.arrays import F32, F64, U8, U16
 from camsim.description import describe
 from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report
@@ -20,13 +21,32 @@ from camsim.rendering import Grid, Rendering, render_channels
 from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
-from camsim.sensor.chain import record
+from camsim.sensor.chain import mixed, record
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
+from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
-from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise
+from camsim.sensor.falloff import Falloff, falloff_at, working_f_number
+from camsim.sensor.linearity import Nonlinearity
+from camsim.sensor.neighbours import Blooming, Crosstalk, Defects
+from camsim.sensor.noise import (
+    ColumnNoise,
+    DarkCurrent,
+    Dsnu,
+    FlickerRows,
+    FullWell,
+    OutputNoise,
+    Prnu,
+    ReadNoise,
+    ResetNoise,
+    RowNoise,
+    ShotNoise,
+)
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
-from camsim.spectra.curve import spectrum_at
+from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import Light, LightSamples
+
+# A full well that ends a percent beyond the last code is meant to end there.
+_WORTH_A_NOTE = 1.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +65,9 @@ class Camera:
     name       : of the model, goes into files
     serial     : seeds the fixed patterns
     rows, cols : of the full frame;  pitch_um: distance between photosites, µm
+    filters    : in front of the sensor (infrared cut, grey, colour): fractions that pass, all of them multiply
+    magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
+    falloff    : light towards the corners, relative to the axis
     """
 
     name: str = "camera"
@@ -57,12 +80,32 @@ class Camera:
     photosite: SquarePhotosite
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
+    filters: tuple[Spectrum, ...] = ()
+    magnification: float = 0.0
+    falloff: Falloff | None = None
     prnu: Prnu | None = None
+    defects: Defects | None = None
+    crosstalk: Crosstalk | None = None
     dark_current: DarkCurrent | None = None
+    shot_noise: ShotNoise | None = ShotNoise()  # noqa: RUF009 (frozen, without fields)
     full_well: FullWell | None = None
+    blooming: Blooming | None = None
+    nonlinearity: Nonlinearity | None = None
+    reset_noise: ResetNoise | None = None
     read_noise: ReadNoise | None = None
+    row_noise: RowNoise | None = None
+    flicker_rows: FlickerRows | None = None
+    column_noise: ColumnNoise | None = None
     dsnu: Dsnu | None = None
+    dual_gain: DualGain | None = None
+    output_noise: OutputNoise | None = None
     adc: Adc
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "filters", tuple(self.filters))
+        working_f_number(self.lens.f_number, self.magnification)
+        if self.blooming is not None and self.full_well is None:
+            raise InvalidValueError("blooming: there is no full_well that charge could spill over; give one")
 
     @classmethod
     def from_yaml(cls, sensor: str | os.PathLike[str], *, lens: Airy) -> Camera:
@@ -76,32 +119,80 @@ class Camera:
         return dataclasses.replace(self, **changes)
 
     @property
+    def working_f_number(self) -> float:
+        """The f-number as the sensor sees it, N·(1 + m)."""
+        return working_f_number(self.lens.f_number, self.magnification)
+
+    @property
     def optics(self) -> OpticalSystem:
-        """Lens, OLPF and photosite as one."""
-        return OpticalSystem(lens=self.lens, olpf=self.olpf, photosite=self.photosite)
+        """Lens (at its working f-number), OLPF and photosite as one."""
+        lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
+        return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite)
 
     def electrons_per_reflectance(self, samples: LightSamples, time_s: float) -> F64:
-        """Return (channels, n) mean electrons of a perfect diffuser at every wavelength of the light."""
+        """Return (channels, n) mean electrons of a perfect diffuser at every wavelength, on the optical axis."""
         return electrons_per_reflectance(
             samples,
-            f_number=self.lens.f_number,
+            f_number=self.working_f_number,
             transmission=self.lens.transmission,
+            filters=self.filters,
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
             photosite_area_um2=self.photosite.area_um2,
             time_s=time_s,
         )
+
+    def full_well_at(self, iso: float) -> FullWell | None:
+        """Return the full well at an ISO setting: a high conversion gain holds less."""
+        dual = self.dual_gain
+        if dual is None or dual.capacity_e is None or iso < dual.from_iso:
+            return self.full_well
+        return FullWell(dual.capacity_e)
+
+    def read_noise_at(self, iso: float) -> ReadNoise | None:
+        """Return the read noise at an ISO setting: a high conversion gain is quieter."""
+        dual = self.dual_gain
+        if dual is None or dual.read_noise_e is None or iso < dual.from_iso:
+            return self.read_noise
+        return ReadNoise(dual.read_noise_e)
+
+    def dark_noise_e(self, iso: float) -> float:
+        """Return all temporal noise of the read-out at an ISO setting as one standard deviation, electrons."""
+        read = self.read_noise_at(iso)
+        output_e = self.output_noise.sigma_e(self.adc.electrons_per_dn_at(iso)) if self.output_noise else 0.0
+        stages = (self.reset_noise, read, self.row_noise, self.flicker_rows)
+        return math.hypot(output_e, *(stage.sigma_e for stage in stages if stage is not None))
+
+    def well_as_read_e(self, iso: float) -> float | None:
+        """Return the full well as the converter sees it, after the non-linearity; None without a full well."""
+        well = self.full_well_at(iso)
+        if well is None:
+            return None
+        if self.nonlinearity is None:
+            return well.capacity_e
+        return float(self.nonlinearity.apply(np.array([well.capacity_e]))[0])
 
     def exposure_time_s(self, light: Light, exposure: Exposure) -> float:
         """Return the exposure time; "auto" puts the most responsive channel's white at 80 % of black..white."""
         if not isinstance(exposure.time_s, str):
             return exposure.time_s
         per_second = self.electrons_per_reflectance(light.samples(), 1.0).sum(axis=1)
-        return auto_time_s(per_second, saturation_e=self.adc.saturation_e(exposure.iso, self._full_well_e))
+        return auto_time_s(
+            per_second, saturation_e=self.adc.saturation_e(exposure.iso, self.well_as_read_e(exposure.iso))
+        )
 
-    def expose(
+    def expose(self, scene: Scene, *, frame_number: int = 0, **how: Any) -> Frame:
+        """Take a picture; ``how`` and what it means: ``expose_frames``.
+
+        frame_number : another number is another exposure of the same scene with the same sensor: the same fixed
+                       patterns, fresh temporal noise
+        """
+        return next(self.expose_frames(scene, frame_numbers=(frame_number,), **how))
+
+    def expose_frames(
         self,
         scene: Scene,
         *,
+        frame_numbers: Iterable[int],
         light: Light,
         exposure: Exposure,
         seed: int = 0,
@@ -112,59 +203,131 @@ class Camera:
         colour_matrix: MatrixOf = "standard",
         scene_name: str = "scene",
         progress: Callable[[str, float], None] | None = None,
-    ) -> Frame:
-        """Take a picture.
+    ) -> Iterator[Frame]:
+        """Take pictures of one scene, rendered once.
 
-        seed      : of the temporal noise; the same seed gives the same frame, bit for bit
+        seed      : of the temporal noise; the same seed and frame number give the same frame, bit for bit
         region    : a window of the frame; None takes all of it
         products  : "truth" fills ``Frame.truth``; everything else is there anyway
         tolerance : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
         noise     : False leaves out every noise and the dark current
-        colour_matrix : of the DNG, "standard" (illuminants A and D65) or "scene" (fitted to this light)
+        colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
         """
         clock = _Clock()
         grid = self._grid(region)
         samples = light.samples()
         time_s = self.exposure_time_s(light, exposure)
-        channel = self.cfa.channel_index(grid.rows, grid.cols, grid.origin)
         response = self.electrons_per_reflectance(samples, time_s)
         clock.lap("light")
+        # Crosstalk brings in what the window's neighbours see.
+        wide = grid if self.crosstalk is None else _widened(grid)
         rendering = render_channels(
             scene,
             self.optics,
-            grid,
+            wide,
             response=response,
             wavelength_nm=samples.wavelength_nm,
-            channel=channel,
+            channel=self.cfa.channel_index(wide.rows, wide.cols, wide.origin),
             tolerance=tolerance,
             every_channel="truth" in products,
             progress=progress,
         )
-        mean = np.maximum(rendering.image, 0.0)  # an error of the tolerance may lie below black
+        mean, truth = self._with_falloff(rendering, wide)
         clock.lap("render")
-        electrons = record(
+        for frame_number in frame_numbers:
+            recorded = self._record(mean, grid, exposure, time_s, seed, frame_number, noise)
+            clock.lap("noise")
+            mosaic = self.adc.quantise(recorded, iso=exposure.iso)
+            clock.lap("adc")
+            yield self._frame(
+                mosaic=mosaic,
+                electrons=recorded,
+                mean=mean if self.crosstalk is None else mixed(mean, self.crosstalk),
+                truth=truth if truth is None or wide is grid else truth[1:-1, 1:-1],
+                grid=grid,
+                rendering=rendering,
+                samples=samples,
+                time_s=time_s,
+                seconds=clock.seconds,
+                scene_name=scene_name,
+                asked={
+                    "camera": self,
+                    "scene": scene,
+                    "light": light,
+                    "exposure": exposure,
+                    "region": region,
+                    "seed": seed,
+                    "frame_number": frame_number,
+                    "tolerance": tolerance,
+                    "noise": noise,
+                    "colour_matrix": colour_matrix,
+                },
+            )
+
+    def _with_falloff(self, rendering: Rendering, grid: Grid) -> tuple[F64, F32 | None]:
+        """Return the mean electrons and the truth, dimmed towards the corners."""
+        mean = np.maximum(rendering.image, 0.0)  # an error of the tolerance may lie below black
+        truth = _truth(rendering)
+        if self.falloff is None:
+            return mean, truth
+        dimmed = falloff_at(self.falloff, shape=mean.shape, first_centre=grid.first_centre, pitch_um=self.pitch_um)
+        return mean * dimmed, None if truth is None else (truth * dimmed[..., None]).astype(np.float32)
+
+    def _record(
+        self, mean: F64, grid: Grid, exposure: Exposure, time_s: float, seed: int, frame_number: int, noise: bool
+    ) -> F64:
+        """Return the electrons that are read, every electronic stage applied."""
+        return record(
             mean,
             prnu=self.prnu,
+            defects=self.defects,
+            crosstalk=self.crosstalk,
             dark_current=self.dark_current,
-            full_well=self.full_well,
-            read_noise=self.read_noise,
+            shot_noise=self.shot_noise,
+            full_well=self.full_well_at(exposure.iso),
+            blooming=self.blooming,
+            nonlinearity=self.nonlinearity,
+            reset_noise=self.reset_noise,
+            read_noise=self.read_noise_at(exposure.iso),
+            row_noise=self.row_noise,
+            flicker_rows=self.flicker_rows,
+            column_noise=self.column_noise,
             dsnu=self.dsnu,
+            output_noise=self.output_noise,
             time_s=time_s,
+            temperature_c=exposure.temperature_c,
+            electrons_per_dn=self.adc.electrons_per_dn_at(exposure.iso),
             seed=seed,
             serial=self.serial,
             origin=grid.origin,
             frame_cols=self.cols,
+            frame_number=frame_number,
             noise=noise,
         )
-        clock.lap("noise")
-        mosaic = self.adc.quantise(electrons, iso=exposure.iso)
-        white = self.adc.white_level_dn(exposure.iso, self._full_well_e)
-        clock.lap("adc")
+
+    def _frame(
+        self,
+        *,
+        mosaic: U16,
+        electrons: F64,
+        mean: F64,
+        truth: F32 | None,
+        grid: Grid,
+        rendering: Rendering,
+        samples: LightSamples,
+        time_s: float,
+        seconds: Mapping[str, float],
+        scene_name: str,
+        asked: Mapping[str, Any],
+    ) -> Frame:
+        exposure: Exposure = asked["exposure"]
+        channel = self.cfa.channel_index(grid.rows, grid.cols, grid.origin)
+        white = self.adc.white_level_dn(exposure.iso, self.well_as_read_e(exposure.iso))
         return Frame(
             mosaic=mosaic,
             mean_electrons=mean,
             electrons=electrons,
-            truth=_truth(rendering),
+            truth=truth,
             channel_index=channel,
             channels=self.cfa.channels,
             cfa_pattern=self.cfa.window_pattern(grid.origin),
@@ -173,45 +336,42 @@ class Camera:
             black_level_dn=self.adc.black_level_dn,
             white_level_dn=white,
             electrons_per_dn=self.adc.electrons_per_dn_at(exposure.iso),
-            read_noise_e=self.read_noise.sigma_e if noise and self.read_noise else 0.0,
+            read_noise_e=self.dark_noise_e(exposure.iso) if asked["noise"] else 0.0,
             camera_name=self.name,
             serial=self.serial,
             f_number=self.lens.f_number,
             time_s=time_s,
             iso=exposure.iso,
             datetime=exposure.datetime,
-            seed=seed,
-            colour=self._colour(samples, colour_matrix),
-            description=describe(
-                {
-                    "camera": self,
-                    "scene": scene,
-                    "light": light,
-                    "exposure": exposure,
-                    "region": region,
-                    "seed": seed,
-                    "tolerance": tolerance,
-                    "noise": noise,
-                    "colour_matrix": colour_matrix,
-                }
-            ),
+            seed=asked["seed"],
+            frame_number=asked["frame_number"],
+            colour=self._colour(samples, asked["colour_matrix"]),
+            description=describe(asked),
             report=Report(
                 scene=scene_name,
                 optics=tuple(_sentence(stage) for stage in self.optics.stages),
                 wavelengths=_wavelengths(samples, rendering),
                 method=rendering.method,
-                tolerance=tolerance,
+                tolerance=rendering.tolerance,
                 error_estimate=rendering.error_estimate,
                 truth_error_estimate=rendering.planes_error,
                 checked_photosites=rendering.checked_photosites,
-                seconds=clock.seconds,
+                seconds=dict(seconds),
                 signal=_signal(self.cfa.channels, channel, mean, mosaic, white),
+                notes=self._notes(exposure),
             ),
         )
 
-    @property
-    def _full_well_e(self) -> float | None:
-        return self.full_well.capacity_e if self.full_well else None
+    def _notes(self, exposure: Exposure) -> tuple[str, ...]:
+        """Return what is worth knowing about this exposure and is no mistake."""
+        well_e, adc = self.well_as_read_e(exposure.iso), self.adc
+        reach_e = (adc.largest_dn - adc.black_level_dn) * adc.electrons_per_dn_at(exposure.iso)
+        if well_e is not None and exposure.iso <= adc.base_iso and well_e > reach_e * _WORTH_A_NOTE:
+            return (
+                f"the converter ends at {reach_e:.0f} e⁻, below the full well of {well_e:.0f} e⁻: the well is never "
+                "seen full; more electrons_per_dn or bits would show it",
+            )
+        return ()
 
     def _grid(self, region: Region | None) -> Grid:
         if region is None:
@@ -240,10 +400,28 @@ class Camera:
         return ColourResponse(
             channels=self.cfa.channels,
             wavelength_nm=wavelength_nm,
-            sensitivity=efficiency * wavelength_nm * spectrum_at(self.lens.transmission, wavelength_nm),
+            sensitivity=efficiency * wavelength_nm * self._transmission(samples.on_sensor, wavelength_nm),
             light=light,
             matrix=matrix,
         )
+
+    def _transmission(self, on_sensor: bool, wavelength_nm: F64) -> F64:
+        """Return what lens and filters let through (light that is given on the sensor passes no lens)."""
+        passed = spectrum_at(1.0 if on_sensor else self.lens.transmission, wavelength_nm)
+        for filter_ in self.filters:
+            passed = passed * spectrum_at(filter_, wavelength_nm)
+        return passed
+
+
+def _widened(grid: Grid) -> Grid:
+    """Return a grid with one photosite more on every side; beyond the frame's edge the scene goes on."""
+    return Grid(
+        rows=grid.rows + 2,
+        cols=grid.cols + 2,
+        pitch_um=grid.pitch_um,
+        origin=(grid.origin[0] - 1, grid.origin[1] - 1),
+        frame=grid.frame or (grid.rows, grid.cols),
+    )
 
 
 class _Clock:

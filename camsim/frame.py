@@ -51,6 +51,8 @@ class Frame:
     channels            names such as ("R", "G", "B") or ("Y",)
     cfa_pattern         letters of the window's own (0,0) (0,1) … , one string per row, such as ("RG", "GB")
     electrons_per_dn    at the ISO that was used
+    read_noise_e        all temporal noise of the read-out, one standard deviation
+    frame_number        which of several exposures of one scene
     colour              spectral response of the channels and the light, for colour matrices and white balance
     description         plain tree (dicts, lists, numbers, strings) of all stages: what was computed
     """
@@ -75,6 +77,7 @@ class Frame:
     iso: float
     datetime: str
     seed: int
+    frame_number: int = 0
     colour: ColourResponse
     description: Mapping[str, Any]
     report: Report

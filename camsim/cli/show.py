@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from camsim.config import library, yaml_source
 from camsim.config.library import Kind, Located
 from camsim.errors import CamsimError, ConfigError, UnknownNameError
+
+if TYPE_CHECKING:
+    from camsim.camera import Camera
 
 Row = tuple[str, str]
 
@@ -78,12 +82,10 @@ def _figures_of_sensor(located: Located) -> list[Row]:
     # None of the figures depends on the lens.
     camera = load_camera(located.path, lens=Airy(f_number=8.0))
     adc, pitch_um = camera.adc, camera.pitch_um
-    well_e = camera.full_well.capacity_e if camera.full_well else None
+    well_e = camera.well_as_read_e(adc.base_iso)
     saturation_e = adc.saturation_e(adc.base_iso, well_e)
-    step_e = adc.electrons_per_dn
-    read_e = camera.read_noise.sigma_e if camera.read_noise else 0.0
-    # The smallest signal: read noise and the rounding of a code, as standard deviations.
-    dark_e = math.hypot(read_e, step_e / math.sqrt(12.0))
+    # The smallest signal: noise of the read-out and the rounding of a code, as standard deviations.
+    dark_e = math.hypot(camera.dark_noise_e(adc.base_iso), adc.electrons_per_dn / math.sqrt(12.0))
     ratio = saturation_e / dark_e
     width_mm, height_mm = camera.cols * pitch_um / 1e3, camera.rows * pitch_um / 1e3
     rows = [
@@ -97,10 +99,9 @@ def _figures_of_sensor(located: Located) -> list[Row]:
         rows.append(("OLPF null", f"{null:.5g} cycles/µm along x and y, {share:.2f} of Nyquist"))
     rows += [
         ("white level", f"{adc.white_level_dn(adc.base_iso, well_e)} DN at ISO {adc.base_iso:g}"),
-        (
-            "saturation",
-            f"{saturation_e:.0f} e⁻ at ISO {adc.base_iso:g}, SNR there {math.sqrt(saturation_e):.0f}",
-        ),
+        ("saturation", f"{saturation_e:.0f} e⁻ at ISO {adc.base_iso:g}"),
+        ("SNR maximum", _snr_maximum(camera, saturation_e, dark_e)),
+        *_saturation_exposures(camera, saturation_e),
         ("dark noise", f"{dark_e:.2f} e⁻ (read noise and rounding)"),
         (
             "dynamic range",
@@ -110,6 +111,26 @@ def _figures_of_sensor(located: Located) -> list[Row]:
     return rows
 
 
+def _snr_maximum(camera: Camera, saturation_e: float, dark_e: float) -> str:
+    """Return signal over temporal noise just below saturation, in numbers that people compare."""
+    photons = saturation_e if camera.shot_noise is not None else 0.0
+    snr = saturation_e / math.hypot(dark_e, math.sqrt(photons))
+    return f"{snr:.0f}, {20.0 * math.log10(snr):.1f} dB, {math.log2(snr):.1f} bits"
+
+
+def _saturation_exposures(camera: Camera, saturation_e: float) -> list[Row]:
+    """Return how many lux·s on the sensor saturate each channel."""
+    from camsim.spectra.light import Light
+
+    light = Light("D55", illuminance_lux=1.0, at="sensor")
+    per_lux_s = camera.electrons_per_reflectance(light.samples(), 1.0).sum(axis=1)
+    shown = [
+        f"{channel} {saturation_e / electrons:.3g}" if electrons > 0.0 else f"{channel} never"
+        for channel, electrons in zip(camera.cfa.channels, per_lux_s, strict=True)
+    ]
+    return [("saturation exposure", f"{', '.join(shown)} lux·s of D55 on the sensor")]
+
+
 def _figures_of_scene(located: Located) -> list[Row]:
     from camsim.capturing import load
 
@@ -117,8 +138,9 @@ def _figures_of_scene(located: Located) -> list[Row]:
     camera, light = setup.camera, setup.light
     rows, cols = (setup.region.rows, setup.region.cols) if setup.region else (camera.rows, camera.cols)
     wavelength_nm = light.line_nm or 550.0
-    scale_um = camera.lens.lambda_n_um(wavelength_nm)
-    lux = light.illuminance_lux / (4.0 * camera.lens.f_number**2)
+    scale_um = camera.optics.lens.lambda_n_um(wavelength_nm)
+    electrons = camera.electrons_per_reflectance(light.samples(), setup.exposure_time_s).sum(axis=1)
+    white = ", ".join(f"{c} {e:.5g}" for c, e in zip(camera.cfa.channels, electrons, strict=True))
     return [
         ("camera", camera.name),
         (
@@ -127,11 +149,9 @@ def _figures_of_scene(located: Located) -> list[Row]:
             f"{cols * camera.pitch_um / 1e3:.3f} mm on the sensor",
         ),
         ("shapes", str(len(setup.scene.shapes))),
-        (
-            "light",
-            f"{light.name}, {light.illuminance_lux:g} lx on the scene, {lux:.4g} lx on the sensor from white"
-            " through a clear lens",
-        ),
+        ("light", f"{light.name}, {light.level} on the {light.at}"),
+        ("exposure", f"{setup.exposure_time_s:.6g} s at a working f-number of {camera.working_f_number:g}"),
+        ("white", f"mean electrons of a perfect diffuser on the axis: {white}"),
         (
             "diffraction",
             f"λN = {scale_um:.4g} µm at {wavelength_nm:g} nm, {scale_um / camera.pitch_um:.3g} pitches; "

@@ -47,6 +47,11 @@ class Setup:
     seed: int
     colour_matrix: MatrixOf = "standard"
 
+    @property
+    def exposure_time_s(self) -> float:
+        """The exposure time, found when it is "auto"."""
+        return self.camera.exposure_time_s(self.light, self.exposure)
+
     def expose(self, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None) -> Frame:
         """Take the picture."""
         return self.camera.expose(

@@ -41,9 +41,7 @@ class Adc:
                 f"below the largest code of {self.bit_depth} bits"
             )
         if not (math.isfinite(self.electrons_per_dn) and self.electrons_per_dn > 0.0):
-            raise InvalidValueError(
-                f"adc: electrons_per_dn {self.electrons_per_dn}; must be above 0 and finite"
-            )
+            raise InvalidValueError(f"adc: electrons_per_dn {self.electrons_per_dn}; must be above 0 and finite")
         if not (math.isfinite(self.base_iso) and self.base_iso > 0.0):
             raise InvalidValueError(f"adc: base_iso {self.base_iso}; must be above 0 and finite")
 

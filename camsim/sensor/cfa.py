@@ -32,19 +32,13 @@ class Cfa:
     def __post_init__(self) -> None:
         object.__setattr__(self, "pattern", tuple(self.pattern))
         if not self.pattern or not self.pattern[0]:
-            raise InvalidValueError(
-                "cfa: the pattern is empty; give one string of letters per row, such as RG, GB"
-            )
+            raise InvalidValueError("cfa: the pattern is empty; give one string of letters per row, such as RG, GB")
         widths = {len(row) for row in self.pattern}
         if len(widths) > 1:
-            raise InvalidValueError(
-                f"cfa: rows of {sorted(widths)} letters; all rows of a pattern are equally long"
-            )
+            raise InvalidValueError(f"cfa: rows of {sorted(widths)} letters; all rows of a pattern are equally long")
         strange = sorted({c for row in self.pattern for c in row if not c.isalpha()})
         if strange:
-            raise InvalidValueError(
-                f"cfa: {', '.join(map(repr, strange))} in the pattern; only letters name channels"
-            )
+            raise InvalidValueError(f"cfa: {', '.join(map(repr, strange))} in the pattern; only letters name channels")
 
     @classmethod
     def bayer(cls, pattern: str = "RGGB") -> Cfa:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
@@ -11,6 +12,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.sensor.noise import check_temperature
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
@@ -26,11 +28,13 @@ class Exposure:
     time_s   : above 0, or "auto": a perfect diffuser puts the most responsive channel at 80 % of black..white
     iso      : sensitivity setting; data numbers per electron grow in proportion to it
     datetime : date of the capture that files carry, "YYYY-MM-DD hh:mm:ss"
+    temperature_c : of the sensor, °C; None: the temperature that its dark current is given for
     """
 
     time_s: float | Literal["auto"]
     iso: float
     datetime: str = "2000-01-01 00:00:00"
+    temperature_c: float | None = None
 
     def __post_init__(self) -> None:
         if self.time_s != "auto" and not (
@@ -39,6 +43,8 @@ class Exposure:
             raise InvalidValueError(f"exposure: time_s {self.time_s}; must be above 0 and finite, or 'auto'")
         if not (math.isfinite(self.iso) and self.iso > 0.0):
             raise InvalidValueError(f"exposure: iso {self.iso}; must be above 0 and finite")
+        if self.temperature_c is not None:
+            check_temperature("exposure", "temperature_c", self.temperature_c)
         try:
             datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")
         except ValueError:
@@ -48,7 +54,7 @@ class Exposure:
 
 
 def sensor_irradiance_w_per_m2_nm(samples: LightSamples, *, f_number: float, transmission: Spectrum) -> F64:
-    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²).
+    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²), or the light's own if it is there.
 
     A diffuser of irradiance E has radiance E/π, and an aplanatic lens of working f-number N focused far away
     turns a radiance L into π·L/(4·N²) on the axis (the scene is given as it falls on the sensor, so the
@@ -58,10 +64,10 @@ def sensor_irradiance_w_per_m2_nm(samples: LightSamples, *, f_number: float, tra
     f_number     : working f-number N·(1 + m)
     transmission : of the lens, a fraction
     """
+    if samples.on_sensor:
+        return samples.irradiance_w_per_m2_nm
     irradiance: F64 = (
-        spectrum_at(transmission, samples.wavelength_nm)
-        * samples.irradiance_w_per_m2_nm
-        / (4.0 * f_number**2)
+        spectrum_at(transmission, samples.wavelength_nm) * samples.irradiance_w_per_m2_nm / (4.0 * f_number**2)
     )
     return irradiance
 
@@ -74,6 +80,7 @@ def electrons_per_reflectance(
     quantum_efficiency: QuantumEfficiency,
     photosite_area_um2: float,
     time_s: float,
+    filters: Sequence[Spectrum] = (),
 ) -> F64:
     """Return (channels, n) mean electrons per photosite and reflectance 1, quadrature weights included.
 
@@ -81,6 +88,7 @@ def electrons_per_reflectance(
     sees nothing but that surface.
 
     photosite_area_um2 : light-sensitive area, pitch² × fill factor
+    filters            : in front of the sensor, fractions that pass; all of them multiply
     """
     photons_per_um2 = (
         sensor_irradiance_w_per_m2_nm(samples, f_number=f_number, transmission=transmission)
@@ -88,6 +96,8 @@ def electrons_per_reflectance(
         * samples.weight_nm
         * time_s
     )
+    for filter_ in filters:
+        photons_per_um2 = photons_per_um2 * spectrum_at(filter_, samples.wavelength_nm)
     electrons: F64 = quantum_efficiency.at(samples.wavelength_nm) * (photons_per_um2 * photosite_area_um2)
     return electrons
 

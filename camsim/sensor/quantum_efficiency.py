@@ -46,13 +46,9 @@ class QuantumEfficiency:
             raise InvalidValueError("quantum_efficiency: no curves; every channel needs one")
         for letter, _ in self.curves:
             if not (len(letter) == 1 and letter.isalpha()):
-                raise InvalidValueError(
-                    f"quantum_efficiency: channel {letter!r}; a channel is one letter, such as 'R'"
-                )
+                raise InvalidValueError(f"quantum_efficiency: channel {letter!r}; a channel is one letter, such as 'R'")
         if len(set(self.channels)) != len(self.channels):
-            raise InvalidValueError(
-                f"quantum_efficiency: channels {''.join(self.channels)} name a letter twice"
-            )
+            raise InvalidValueError(f"quantum_efficiency: channels {''.join(self.channels)} name a letter twice")
         if self.per not in ("energy", "photon"):
             raise InvalidValueError(f"quantum_efficiency: per {self.per!r}; must be 'energy' or 'photon'")
         if not 0.0 < self.peak <= 1.0:

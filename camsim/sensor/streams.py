@@ -7,11 +7,12 @@ serial number, for blocks of the *full frame*, and a window cuts its part out.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import IntEnum
 
 import numpy as np
 
-from camsim.arrays import F32
+from camsim.arrays import F32, F64
 from camsim.errors import InvalidValueError
 
 BLOCK_ROWS = 64
@@ -24,6 +25,13 @@ class Stream(IntEnum):
     SHOT = 2
     READ = 3
     DSNU = 4
+    DCNU = 5
+    RESET = 6
+    ROW = 7
+    COLUMN = 8
+    OUTPUT = 9
+    DEFECTS = 10
+    FLICKER = 11
 
 
 def generator(seed: int, stream: int, *, block: int, frame_number: int = 0) -> np.random.Generator:
@@ -38,27 +46,59 @@ def generator(seed: int, stream: int, *, block: int, frame_number: int = 0) -> n
     return np.random.Generator(np.random.Philox(np.random.SeedSequence(words)))
 
 
-def fixed_normals(
-    serial: int, stream: int, *, rows: int, cols: int, origin: tuple[int, int], frame_cols: int
-) -> F32:
+def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tuple[int, int], frame_cols: int) -> F32:
     """Return (rows, cols) standard normals that belong to the sensor's photosites from ``origin`` on.
 
     origin     : (row, col) of the first photosite in the full frame
     frame_cols : width of the full frame
 
     A window's normals are that slice of the full frame's, exactly. 24 bits of a normal are plenty: they are
-    multiplied by a spread and added to a number that is rounded far more coarsely.
+    multiplied by a spread and added to a number that is rounded far more coarsely. Beyond the frame's left, right
+    and upper edges, where no photosite has a pattern, they are 0.
     """
-    first_row, first_col = origin
-    normals = np.empty((rows, cols), dtype=np.float32)
-    row = first_row
-    while row < first_row + rows:
-        block, skipped = divmod(row, BLOCK_ROWS)
-        stop = min((block + 1) * BLOCK_ROWS, first_row + rows)
-        # A block's numbers come row by row, so the rows below the window need not be drawn.
-        drawn = generator(serial, stream, block=block).standard_normal(
-            (stop - block * BLOCK_ROWS, frame_cols), dtype=np.float32
-        )
-        normals[row - first_row : stop - first_row] = drawn[skipped:, first_col : first_col + cols]
-        row = stop
+    normals = np.zeros((rows, cols), dtype=np.float32)
+    _fill(
+        normals,
+        serial,
+        stream,
+        origin,
+        frame_cols,
+        lambda rng, shape: rng.standard_normal(shape, dtype=np.float32),
+    )
     return normals
+
+
+def fixed_uniforms(serial: int, stream: int, *, rows: int, cols: int, origin: tuple[int, int], frame_cols: int) -> F64:
+    """Return (rows, cols) numbers in 0..1 that belong to the photosites, as ``fixed_normals``; outside 0.5."""
+    uniforms = np.full((rows, cols), 0.5)
+    _fill(uniforms, serial, stream, origin, frame_cols, lambda rng, shape: rng.random(shape))
+    return uniforms
+
+
+def column_normals(serial: int, *, first_col: int, cols: int, frame_cols: int) -> F32:
+    """Return (cols,) standard normals that belong to the sensor's columns."""
+    drawn = generator(serial, Stream.COLUMN, block=0).standard_normal(frame_cols, dtype=np.float32)
+    return drawn[first_col : first_col + cols]
+
+
+def _fill(
+    target: np.ndarray,
+    serial: int,
+    stream: int,
+    origin: tuple[int, int],
+    frame_cols: int,
+    draw: Callable[[np.random.Generator, tuple[int, int]], np.ndarray],
+) -> None:
+    first_row, first_col = origin
+    stop_row, stop_col = first_row + target.shape[0], min(first_col + target.shape[1], frame_cols)
+    left = max(first_col, 0)
+    row = max(first_row, 0)
+    while row < stop_row:
+        block, skipped = divmod(row, BLOCK_ROWS)
+        stop = min((block + 1) * BLOCK_ROWS, stop_row)
+        # A block's numbers come row by row, so the rows below the window need not be drawn.
+        drawn = draw(generator(serial, stream, block=block), (stop - block * BLOCK_ROWS, frame_cols))
+        target[row - first_row : stop - first_row, left - first_col : stop_col - first_col] = drawn[
+            skipped:, left:stop_col
+        ]
+        row = stop

@@ -47,9 +47,7 @@ class Curve:
             if not (math.isfinite(wavelength) and wavelength > 0.0):
                 raise InvalidValueError(f"{what}: wavelength {wavelength} nm; must be above 0 and finite")
             if not (math.isfinite(value) and value >= 0.0):
-                raise InvalidValueError(
-                    f"{what}: value {value} at {wavelength:g} nm; must be finite and not negative"
-                )
+                raise InvalidValueError(f"{what}: value {value} at {wavelength:g} nm; must be finite and not negative")
         for before, after in pairwise(self.wavelength_nm):
             if after <= before:
                 raise InvalidValueError(

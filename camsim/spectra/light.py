@@ -1,10 +1,11 @@
-"""Light: what falls on the scene, from a spectrum and an illuminance to W/m² per nm."""
+"""Light: what falls on the scene (or on the sensor itself), from a spectrum and a level to W/m² per nm."""
 
 from __future__ import annotations
 
 import functools
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -16,10 +17,19 @@ from camsim.spectra.named import illuminant, photopic_observer
 # CODATA 2018; all three are exact in the SI of 2019.
 PLANCK_J_S = 6.62607015e-34
 LIGHT_SPEED_M_PER_S = 299_792_458.0
+BOLTZMANN_J_PER_K = 1.380649e-23
 # K_m for V(λ) in standard air: 683 lm/W is exact at 540 THz, which is 555.016 nm and not 555 nm (CIE S 010).
 LUMINOUS_EFFICACY_LM_PER_W = 683.002
 
 VISIBLE_NM = (360.0, 830.0)
+
+# What silicon sees; a thermal radiator is tabulated here.
+_SILICON_NM = (300.0, 1100.0)
+# A Gaussian line is cut where its skirts hold 6e-5 of it.
+_LINE_SIGMAS, _LINE_STEPS = 4.0, 64
+
+_SPECTRA = ("spectrum", "line_nm", "blackbody_k")
+_LEVELS = ("illuminance_lux", "irradiance_w_per_m2", "luminance_cd_per_m2")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +38,8 @@ class LightSamples:
 
     wavelength_nm           (n,) increasing
     weight_nm               (n,) positive
-    irradiance_w_per_m2_nm  (n,) on the scene
+    irradiance_w_per_m2_nm  (n,) on the scene, or on the sensor
+    on_sensor               the irradiance is that behind the lens, from a reflectance of 1
 
     A line is one node of weight 1 nm that carries the whole irradiance.
     """
@@ -36,51 +47,98 @@ class LightSamples:
     wavelength_nm: F64
     weight_nm: F64
     irradiance_w_per_m2_nm: F64
+    on_sensor: bool = False
 
     @property
     def photons_per_um2_s_nm(self) -> F64:
-        """(n,) photons per µm², second and nm that fall on the scene."""
+        """(n,) photons per µm², second and nm that fall on the scene (or the sensor)."""
         return self.irradiance_w_per_m2_nm * photons_per_um2_per_j_m2(self.wavelength_nm)
 
 
 @dataclass(frozen=True, slots=True)
 class Light:
-    """The light on the scene: an illuminant, a line or a table, scaled to an illuminance.
+    """One spectrum, scaled to one level.
 
-    spectrum        : an illuminant's name ("D55") or a Curve of relative power per nm
-    line_nm         : instead of a spectrum, one wavelength
-    illuminance_lux : on the scene, above 0
+    spectrum            : an illuminant's name ("D55") or a Curve of relative power per nm
+    line_nm             : instead, one wavelength (a laser, say)
+    width_nm            : of the line, full width at half maximum of a Gaussian; 0: none
+    blackbody_k         : instead, a thermal radiator's temperature, tabulated from 300 to 1100 nm
+    illuminance_lux     : level, lux
+    irradiance_w_per_m2 : instead, W/m² over the whole table
+    luminance_cd_per_m2 : instead, of a perfect diffuser in the scene, cd/m² (its illuminance is π times that)
+    at                  : where the level holds: on the "scene", or on the "sensor" behind the lens for a reflectance
+                          of 1 (then f-number, magnification and transmission of the lens dim nothing)
 
     >>> Light("D55", illuminance_lux=5000.0).samples().wavelength_nm[[0, -1]]
-    array([300., 780.])
+    array([300., 830.])
     >>> Light(line_nm=555.0, illuminance_lux=1.0).samples().photons_per_um2_s_nm.round(1)
     array([4090.7])
+    >>> Light(line_nm=850.0, irradiance_w_per_m2=0.2).samples().irradiance_w_per_m2_nm
+    array([0.2])
     """
 
     spectrum: str | Curve | None = None
     line_nm: float | None = field(default=None, kw_only=True)
-    illuminance_lux: float = field(kw_only=True)
+    width_nm: float = field(default=0.0, kw_only=True)
+    blackbody_k: float | None = field(default=None, kw_only=True)
+    illuminance_lux: float | None = field(default=None, kw_only=True)
+    irradiance_w_per_m2: float | None = field(default=None, kw_only=True)
+    luminance_cd_per_m2: float | None = field(default=None, kw_only=True)
+    at: Literal["scene", "sensor"] = field(default="scene", kw_only=True)
 
     def __post_init__(self) -> None:
-        if (self.spectrum is None) == (self.line_nm is None):
-            raise InvalidValueError("a light is either a spectrum or a line_nm: give exactly one of the two")
-        if not (math.isfinite(self.illuminance_lux) and self.illuminance_lux > 0.0):
-            raise InvalidValueError(f"illuminance_lux {self.illuminance_lux}; must be above 0 and finite")
-        if self.line_nm is not None and not (VISIBLE_NM[0] <= self.line_nm <= VISIBLE_NM[1]):
+        if sum(getattr(self, key) is not None for key in _SPECTRA) != 1:
+            raise InvalidValueError("a light is a spectrum, a line_nm or a blackbody_k: give exactly one of them")
+        if sum(getattr(self, key) is not None for key in _LEVELS) != 1:
+            raise InvalidValueError(f"a light has one level: give exactly one of {', '.join(_LEVELS)}")
+        for key in _LEVELS:
+            level = getattr(self, key)
+            if level is not None and not (math.isfinite(level) and level > 0.0):
+                raise InvalidValueError(f"{key} {level}; must be above 0 and finite")
+        if self.line_nm is not None:
+            self._check_line(self.line_nm)
+        elif self.width_nm != 0.0:
+            raise InvalidValueError("width_nm is a line's width; this light is no line")
+        if self.blackbody_k is not None and not 500.0 <= self.blackbody_k <= 1e6:
+            raise InvalidValueError(f"blackbody_k {self.blackbody_k}; must be 500..1000000 K")
+        if self.at not in ("scene", "sensor"):
+            raise InvalidValueError(f"at {self.at!r}; must be 'scene' or 'sensor'")
+        if self.at == "sensor" and self.luminance_cd_per_m2 is not None:
             raise InvalidValueError(
-                f"line_nm {self.line_nm}; must be {VISIBLE_NM[0]:g}..{VISIBLE_NM[1]:g} nm, "
-                "because a line that the eye does not see has no illuminance"
+                "luminance_cd_per_m2 is a surface's in the scene; on the sensor give illuminance_lux"
             )
+
+    def _check_line(self, line_nm: float) -> None:
+        visible = self.irradiance_w_per_m2 is None
+        low, high = VISIBLE_NM if visible else (100.0, 20_000.0)
+        if not low <= line_nm <= high:
+            why = ", because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
+            raise InvalidValueError(f"line_nm {line_nm}; must be {low:g}..{high:g} nm{why if visible else ''}")
+        if not (math.isfinite(self.width_nm) and 0.0 <= self.width_nm <= 0.2 * line_nm):
+            raise InvalidValueError(f"width_nm {self.width_nm}; must be 0..{0.2 * line_nm:g}, a fifth of line_nm")
 
     @property
     def name(self) -> str:
-        """What to call it in reports: "D55", "line of 550 nm", the curve's own name."""
+        """What to call it in reports: "D55", "line of 550 nm", "blackbody of 3000 K", the curve's own name."""
         if isinstance(self.spectrum, Curve):
             return self.spectrum.name or "table"
-        return self.spectrum if self.spectrum is not None else f"line of {self.line_nm:g} nm"
+        if self.spectrum is not None:
+            return self.spectrum
+        if self.blackbody_k is not None:
+            return f"blackbody of {self.blackbody_k:g} K"
+        return f"line of {self.line_nm:g} nm" + (f", {self.width_nm:g} nm wide" if self.width_nm else "")
+
+    @property
+    def level(self) -> str:
+        """The level with its unit: "5000 lx", "0.2 W/m²", "80 cd/m²"."""
+        if self.irradiance_w_per_m2 is not None:
+            return f"{self.irradiance_w_per_m2:g} W/m²"
+        if self.luminance_cd_per_m2 is not None:
+            return f"{self.luminance_cd_per_m2:g} cd/m²"
+        return f"{self.illuminance_lux:g} lx"
 
     def samples(self) -> LightSamples:
-        """Return the spectral irradiance on the scene at quadrature nodes (arrays are read-only)."""
+        """Return the spectral irradiance at quadrature nodes (arrays are read-only)."""
         return _samples(self)
 
 
@@ -94,26 +152,57 @@ def photons_per_um2_per_j_m2(wavelength_nm: F64) -> F64:
     return photons
 
 
+def planck(wavelength_nm: F64, temperature_k: float) -> F64:
+    """Return a thermal radiator's relative power per nm, 1 at 560 nm (Planck's law, vacuum wavelengths).
+
+    >>> planck(np.array([560.0, 1120.0]), 2.897771955e6 / 560.0).round(4)
+    array([1.    , 0.4054])
+    """
+    c2_nm = PLANCK_J_S * LIGHT_SPEED_M_PER_S / BOLTZMANN_J_PER_K * 1e9 / temperature_k
+    power: F64 = (560.0 / wavelength_nm) ** 5 * (np.expm1(c2_nm / 560.0) / np.expm1(c2_nm / wavelength_nm))
+    return power
+
+
 @functools.lru_cache(maxsize=32)
 def _samples(light: Light) -> LightSamples:
-    if light.line_nm is not None:
-        wavelength_nm, weight_nm, power = np.array([light.line_nm]), np.ones(1), np.ones(1)
+    wavelength_nm, weight_nm, power = _relative(light)
+    whole = float(np.sum(weight_nm * power))
+    if light.irradiance_w_per_m2 is not None:
+        if not whole > 0.0:
+            raise InvalidValueError(f"light {light.name!r} is dark: all of its values are 0")
+        scale = light.irradiance_w_per_m2 / whole
     else:
-        assert light.spectrum is not None
-        curve = light.spectrum if isinstance(light.spectrum, Curve) else illuminant(light.spectrum)
-        wavelength_nm = _nodes_nm(curve)
-        weight_nm = _weights_nm(wavelength_nm)
-        power = curve.at(wavelength_nm)
-    lux = LUMINOUS_EFFICACY_LM_PER_W * np.sum(weight_nm * power * photopic_observer().at(wavelength_nm))
-    if lux <= 0.0:
-        raise InvalidValueError(
-            f"light {light.name!r} holds nothing that the eye sees "
-            f"({VISIBLE_NM[0]:g}..{VISIBLE_NM[1]:g} nm), so it cannot be scaled to an illuminance"
-        )
-    samples = LightSamples(wavelength_nm, weight_nm, power * (light.illuminance_lux / lux))
+        lux = LUMINOUS_EFFICACY_LM_PER_W * np.sum(weight_nm * power * photopic_observer().at(wavelength_nm))
+        if lux <= 0.0:
+            raise InvalidValueError(
+                f"light {light.name!r} holds nothing that the eye sees "
+                f"({VISIBLE_NM[0]:g}..{VISIBLE_NM[1]:g} nm), so it cannot be scaled to an illuminance; "
+                "give irradiance_w_per_m2"
+            )
+        wanted_lux = light.illuminance_lux or math.pi * (light.luminance_cd_per_m2 or 0.0)
+        scale = wanted_lux / lux
+    samples = LightSamples(wavelength_nm, weight_nm, power * scale, light.at == "sensor")
     for array in (samples.wavelength_nm, samples.weight_nm, samples.irradiance_w_per_m2_nm):
         array.setflags(write=False)
     return samples
+
+
+def _relative(light: Light) -> tuple[F64, F64, F64]:
+    """Return nodes, their weights and the relative power there."""
+    if light.line_nm is not None:
+        if light.width_nm == 0.0:
+            return np.array([light.line_nm], np.float64), np.ones(1), np.ones(1)
+        sigma_nm = light.width_nm / math.sqrt(8.0 * math.log(2.0))
+        steps = np.linspace(-_LINE_SIGMAS, _LINE_SIGMAS, _LINE_STEPS + 1)
+        weight_nm = np.full(steps.size, sigma_nm * 2.0 * _LINE_SIGMAS / _LINE_STEPS)
+        return light.line_nm + sigma_nm * steps, weight_nm, np.exp(-0.5 * steps**2)
+    if light.blackbody_k is not None:
+        nodes = np.arange(_SILICON_NM[0], _SILICON_NM[1] + 1.0)
+        return nodes, _weights_nm(nodes), planck(nodes, light.blackbody_k)
+    assert light.spectrum is not None
+    curve = light.spectrum if isinstance(light.spectrum, Curve) else illuminant(light.spectrum)
+    nodes = _nodes_nm(curve)
+    return nodes, _weights_nm(nodes), curve.at(nodes)
 
 
 def _nodes_nm(curve: Curve) -> F64:

@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Literal, TypeVar
 
+import numpy as np
+
+from camsim.arrays import F64
 from camsim.errors import UnknownNameError
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
@@ -18,6 +21,7 @@ from camsim.spectra.curve import Curve
 # the same numbers as ISO 17321-1, so it is left out.
 _BARE_CHART = "ISO 17321-1"
 _CHARTS = (_BARE_CHART, "BabelColor Average", "PMC")
+_DAYLIGHTS = {"D50": 5000.0, "D55": 5500.0, "D60": 6000.0, "D65": 6500.0, "D75": 7500.0}
 _T = TypeVar("_T")
 
 _LETTERS = {"red": "R", "green": "G", "blue": "B"}
@@ -50,6 +54,9 @@ def illuminant_names() -> tuple[str, ...]:
 
 def illuminant(name: str) -> Curve:
     """Return the relative spectral power of a CIE or ISO illuminant; F2 is the same as FL2.
+
+    Tables end at 780 nm mostly. A goes on to 1100 nm by the formula that defines it, D50 to D75 to 830 nm by CIE 15's
+    daylight components, where those end.
 
     >>> float(illuminant("D65").at(560.0))
     100.0
@@ -91,7 +98,48 @@ def _reflectances() -> Mapping[str, Curve]:
 
 @functools.cache
 def _illuminants() -> Mapping[str, Curve]:
-    return {name: _curve(data, name, "zero") for name, data in colour_science().SDS_ILLUMINANTS.items()}
+    curves = {name: _curve(data, name, "zero") for name, data in colour_science().SDS_ILLUMINANTS.items()}
+    curves["A"] = _continued(curves["A"], np.arange(785.0, 1101.0, 5.0), illuminant_a)
+    for name, nominal_k in _DAYLIGHTS.items():
+        curves[name] = _continued(curves[name], np.arange(785.0, 831.0, 5.0), _daylight(nominal_k))
+    return curves
+
+
+def illuminant_a(wavelength_nm: F64) -> F64:
+    """Return CIE standard illuminant A, 100 at 560 nm (CIE 15: c₂ = 1.435e7 nm K at 2848 K).
+
+    >>> illuminant_a(np.array([560.0])).tolist()
+    [100.0]
+    """
+    c2_over_t_nm = 1.435e7 / 2848.0
+    power: F64 = (
+        100.0 * (560.0 / wavelength_nm) ** 5 * (np.expm1(c2_over_t_nm / 560.0) / np.expm1(c2_over_t_nm / wavelength_nm))
+    )
+    return power
+
+
+def _daylight(nominal_k: float) -> Callable[[F64], F64]:
+    """Return the daylight phase of a nominal colour temperature, by CIE 15's components (300 to 830 nm)."""
+    colour = colour_science()
+    # The D illuminants were named before c₂ went from 1.4380 to 1.4388 cm K.
+    data = colour.sd_CIE_illuminant_D_series(colour.temperature.CCT_to_xy_CIE_D(nominal_k * 1.4388 / 1.4380))
+
+    def at(wavelength_nm: F64) -> F64:
+        power: F64 = np.interp(wavelength_nm, data.wavelengths, data.values)
+        return power
+
+    return at
+
+
+def _continued(curve: Curve, wavelength_nm: F64, formula: Callable[[F64], F64]) -> Curve:
+    """Append a formula's values at wavelengths beyond a table's last."""
+    more_nm = wavelength_nm[wavelength_nm > curve.wavelength_nm[-1]]
+    return Curve(
+        (*curve.wavelength_nm, *more_nm.tolist()),
+        (*curve.values, *formula(more_nm).tolist()),
+        curve.name,
+        curve.outside,
+    )
 
 
 @functools.cache

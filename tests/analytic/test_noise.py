@@ -176,9 +176,7 @@ def test_extremes_are_right_or_cut(mean_e: float, full_well_e: float | None) -> 
         assert abs(recorded.mean() - mean_e) < STATISTICAL_SIGMA * error
         assert recorded.std() == pytest.approx(np.sqrt(mean_e), rel=0.01)
     for bits in (1, 16):
-        codes = Adc(bit_depth=bits, black_level_dn=0, electrons_per_dn=0.01, base_iso=1.0).quantise(
-            recorded, iso=1e6
-        )
+        codes = Adc(bit_depth=bits, black_level_dn=0, electrons_per_dn=0.01, base_iso=1.0).quantise(recorded, iso=1e6)
         assert codes.max() <= 2**bits - 1
 
 

@@ -105,6 +105,24 @@ def test_the_sensor_sees_the_solid_angle_of_the_lens(f_number: float) -> None:
     assert on_sensor == pytest.approx(0.8 * radiance * cone, rel=1e-9)
 
 
+def whole_table(light: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """colour-science's table, and what CIE 15 defines beyond its end: Planck's law for A, daylight from published xy."""
+    table = colour.SDS_ILLUMINANTS[light]
+    nm, power = table.wavelengths, table.values
+    if light == "A":
+        more_nm = np.arange(nm[-1] + 5.0, 1101.0, 5.0)
+        planck = more_nm**-5.0 / np.expm1(1.435e7 / 2848 / more_nm)
+        more = power[-1] * planck / (nm[-1] ** -5.0 / np.expm1(1.435e7 / 2848 / nm[-1]))
+    elif light in ("D55", "D65"):
+        xy = {"D55": (0.33243, 0.34744), "D65": (0.31272, 0.32903)}[light]
+        daylight = colour.sd_CIE_illuminant_D_series(np.array(xy))
+        beyond = daylight.wavelengths > nm[-1]
+        more_nm, more = daylight.wavelengths[beyond], daylight.values[beyond]
+    else:
+        return nm, power
+    return np.append(nm, more_nm), np.append(power, more)
+
+
 def independent_electrons(
     light: str,
     efficiency: QuantumEfficiency,
@@ -119,15 +137,15 @@ def independent_electrons(
 
     CIE 15 sums whole nanometres, so the ends of a table stand for half a nanometre more.
     """
-    table = colour.SDS_ILLUMINANTS[light]
+    table_nm, table = whole_table(light)
     x, w = np.polynomial.legendre.leggauss(6)
-    panels = np.concatenate([[table.wavelengths[0] - 0.5], table.wavelengths, [table.wavelengths[-1] + 0.5]])
+    panels = np.concatenate([[table_nm[0] - 0.5], table_nm, [table_nm[-1] + 0.5]])
     nm = (panels[:-1, None] + (x + 1) * np.diff(panels)[:, None] / 2).ravel()
     weight = (w * np.diff(panels)[:, None] / 2).ravel()
     eye = colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
     seen = scipy.interpolate.PchipInterpolator(eye.wavelengths, eye.values, extrapolate=False)(nm)
-    inside = np.clip(nm, table.wavelengths[0], table.wavelengths[-1])
-    power = scipy.interpolate.make_interp_spline(table.wavelengths, table.values, k=1)(inside)
+    inside = np.clip(nm, table_nm[0], table_nm[-1])
+    power = scipy.interpolate.make_interp_spline(table_nm, table, k=1)(inside)
     power *= lux / (683.0 * np.nansum(weight * power * seen))
     joules_per_photon = scipy.constants.h * scipy.constants.c / (nm * 1e-9)
     per_m2 = spectrum_at(surface, nm) * power / (4 * f_number**2) / joules_per_photon
@@ -214,6 +232,14 @@ def test_an_impossible_exposure_is_refused(arguments: dict[str, Any], message: s
     ("arguments", "message"),
     [
         ({"illuminance_lux": 1.0}, "exactly one"),
+        ({"spectrum": "D55"}, "one level"),
+        ({"spectrum": "D55", "illuminance_lux": 1.0, "irradiance_w_per_m2": 1.0}, "one level"),
+        ({"spectrum": "D55", "blackbody_k": 3000.0, "illuminance_lux": 1.0}, "exactly one"),
+        ({"blackbody_k": -5.0, "illuminance_lux": 1.0}, "blackbody_k -5.0; must be 500"),
+        ({"spectrum": "D55", "width_nm": 2.0, "illuminance_lux": 1.0}, "this light is no line"),
+        ({"line_nm": 550.0, "width_nm": 300.0, "illuminance_lux": 1.0}, "a fifth of line_nm"),
+        ({"line_nm": 5.0, "irradiance_w_per_m2": 1.0}, "line_nm 5.0; must be 100..20000 nm"),
+        ({"spectrum": "D55", "luminance_cd_per_m2": 1.0, "at": "sensor"}, "on the sensor give illuminance_lux"),
         ({"spectrum": "D55", "line_nm": 550.0, "illuminance_lux": 1.0}, "exactly one"),
         ({"spectrum": "D55", "illuminance_lux": 0.0}, "illuminance_lux 0.0"),
         ({"spectrum": "D55", "illuminance_lux": float("inf")}, "illuminance_lux inf"),
@@ -233,3 +259,62 @@ def test_a_light_without_anything_visible_cannot_have_lux() -> None:
 def test_an_unknown_illuminant_is_told_the_nearest() -> None:
     with pytest.raises(UnknownNameError, match="did you mean"):
         Light("D555", illuminance_lux=1.0).samples()
+
+
+def test_a_blackbody_has_plancks_spectrum() -> None:
+    """Ratios of photon numbers by the law in frequency, n ~ ν²/(e^(hν/kT) − 1) per Hz, times c/λ² per nm."""
+    samples = Light(blackbody_k=3000.0, illuminance_lux=100.0).samples()
+    nu = scipy.constants.c / (samples.wavelength_nm * 1e-9)
+    photons = nu**2 / np.expm1(scipy.constants.h * nu / (scipy.constants.k * 3000.0)) / samples.wavelength_nm**2
+    ratio = samples.photons_per_um2_s_nm / photons
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
+    assert lux_of(samples, samples.irradiance_w_per_m2_nm) == pytest.approx(100.0, rel=1e-4)
+
+
+def test_irradiance_is_the_watts_of_the_whole_table() -> None:
+    table = Curve((500.0, 600.0, 1000.0), (2.0, 2.0, 2.0))
+    samples = Light(table, irradiance_w_per_m2=3.0).samples()
+    np.testing.assert_allclose(samples.irradiance_w_per_m2_nm, 3.0 / 501.0, rtol=1e-12)
+    laser = Light(line_nm=1064.0, irradiance_w_per_m2=1e-3).samples()
+    # 1 mW/m² over hc/λ = 1.867e-19 J.
+    assert photons_per_um2_s(laser, 1064.0, 1064.0) == pytest.approx(1e-15 / 1.8669e-19, rel=1e-4)
+
+
+def test_a_line_has_its_width() -> None:
+    samples = Light(line_nm=632.8, width_nm=2.0, irradiance_w_per_m2=5.0).samples()
+    power = samples.weight_nm * samples.irradiance_w_per_m2_nm
+    assert power.sum() == pytest.approx(5.0, rel=1e-12)
+    half = samples.wavelength_nm[samples.irradiance_w_per_m2_nm >= 0.5 * samples.irradiance_w_per_m2_nm.max()]
+    assert half[-1] - half[0] == pytest.approx(2.0, abs=0.12)
+
+
+def test_luminance_of_a_perfect_diffuser() -> None:
+    """1000 cd/m² through f/4: π·1000/(4·16) lx on the sensor, by the camera equation in photometric units."""
+    samples = Light("D65", luminance_cd_per_m2=1000.0).samples()
+    on_sensor = sensor_irradiance_w_per_m2_nm(samples, f_number=4.0, transmission=1.0)
+    assert lux_of(samples, on_sensor) == pytest.approx(math.pi * 1000.0 / 64.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("f_number", [1.0, 22.0])
+def test_light_on_the_sensor_passes_no_lens(f_number: float) -> None:
+    samples = Light("A", illuminance_lux=2.0, at="sensor").samples()
+    on_sensor = sensor_irradiance_w_per_m2_nm(samples, f_number=f_number, transmission=0.1)
+    assert lux_of(samples, on_sensor) == pytest.approx(2.0, rel=1e-4)
+
+
+def test_filters_multiply_wavelength_by_wavelength() -> None:
+    """Two ramps: the photons that pass are the integral of their product, done here by hand on a flat light."""
+    flat = Light(Curve((500.0, 600.0), (1.0, 1.0)), irradiance_w_per_m2=1.0)
+    up, down = Curve((500.0, 600.0), (0.0, 1.0)), Curve((500.0, 600.0), (1.0, 0.0))
+    one = QuantumEfficiency((("Y", Curve((400.0, 700.0), (1.0, 1.0))),), per="photon", peak=1.0)
+    settings: dict[str, Any] = {
+        "f_number": 1.0,
+        "transmission": 1.0,
+        "quantum_efficiency": one,
+        "photosite_area_um2": 1.0,
+        "time_s": 1.0,
+    }
+    both = electrons_per_reflectance(flat.samples(), filters=(up, down, 0.5), **settings).sum()
+    per_nm = 1.0 / 101.0 / 4.0 * 1e-21 / (scipy.constants.h * scipy.constants.c)  # × λ in nm: photons per µm²
+    expected, _ = scipy.integrate.quad(lambda nm: 0.5 * (nm - 500) * (600 - nm) / 1e4 * nm * per_nm, 500, 600)
+    assert both == pytest.approx(expected, rel=2e-4)

@@ -54,9 +54,7 @@ def test_the_streams_are_the_documented_ones() -> None:
 
 @pytest.mark.parametrize("origin", [(0, 0), (1, 3), (63, 0), (64, 20), (100, 55), (199, 89)])
 @pytest.mark.parametrize("stage", [{"prnu": Prnu(0.02)}, {"dsnu": Dsnu(3.0)}])
-def test_a_windows_fixed_pattern_is_that_slice_of_the_frame(
-    stage: dict[str, Any], origin: tuple[int, int]
-) -> None:
+def test_a_windows_fixed_pattern_is_that_slice_of_the_frame(stage: dict[str, Any], origin: tuple[int, int]) -> None:
     full = record(np.full((200, 90), 100.0), **stage, **PLACE, **OFF)
     rows, cols = min(70, 200 - origin[0]), min(33, 90 - origin[1])
     window = record(np.full((rows, cols), 100.0), **stage, **OFF, **(PLACE | {"origin": origin}))
@@ -66,9 +64,7 @@ def test_a_windows_fixed_pattern_is_that_slice_of_the_frame(
 
 def test_fixed_patterns_stay_from_frame_to_frame() -> None:
     first, second = (
-        record(
-            np.full((80, 90), 100.0), prnu=EVERY["prnu"], dsnu=EVERY["dsnu"], frame_number=n, **PLACE, **OFF
-        )
+        record(np.full((80, 90), 100.0), prnu=EVERY["prnu"], dsnu=EVERY["dsnu"], frame_number=n, **PLACE, **OFF)
         for n in (0, 1)
     )
     np.testing.assert_array_equal(first, second)

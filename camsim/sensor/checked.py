@@ -1,0 +1,26 @@
+"""What the stages of the sensor refuse, in the words that they share."""
+
+from __future__ import annotations
+
+import math
+
+from camsim.errors import InvalidValueError
+
+
+def check_number(stage: str, key: str, value: float, largest: float = math.inf) -> None:
+    """Refuse a number below 0, above ``largest`` or not finite; up to 1 it is a fraction, and the message says so."""
+    if not (math.isfinite(value) and 0.0 <= value <= largest):
+        if largest == math.inf:
+            allowed = "0 or more"
+        elif largest == 1.0:
+            allowed = "a fraction in 0..1 (0.01 means 1 %)"
+        else:
+            allowed = f"0..{largest:g}"
+        raise InvalidValueError(f"{stage}: {key} {value}; must be {allowed}, and finite")
+
+
+def check_positive(stage: str, key: str, value: float) -> None:
+    """Refuse a number that is 0, below 0 or not finite."""
+    check_number(stage, key, value)
+    if value == 0.0:
+        raise InvalidValueError(f"{stage}: {key} 0; must be above 0")

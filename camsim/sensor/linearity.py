@@ -1,0 +1,97 @@
+"""How charge becomes a voltage that is not quite in proportion to it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.sensor.checked import check_positive
+
+
+@dataclass(frozen=True, slots=True)
+class PolynomialResponse:
+    """Response x·(1 + a₁u + a₂u² + …), u = x/scale_e: relative errors that grow with the charge.
+
+    coefficients : a₁, a₂, …
+    scale_e      : electrons at which u is 1, the full well say; beyond it the curve goes on as its tangent
+
+    The response must rise everywhere from 0 to scale_e.
+
+    >>> PolynomialResponse((-0.02,), scale_e=10_000.0).apply(np.array([0.0, 5000.0, 10_000.0, 11_000.0]))
+    array([    0.,  4950.,  9800., 10760.])
+    """
+
+    coefficients: tuple[float, ...]
+    scale_e: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "coefficients", tuple(float(a) for a in self.coefficients))
+        check_positive("nonlinearity", "scale_e", self.scale_e)
+        if not self.coefficients or not all(math.isfinite(a) for a in self.coefficients):
+            raise InvalidValueError("nonlinearity: coefficients must be one or more finite numbers")
+        u = np.linspace(0.0, 1.0, 1001)
+        slope = np.polynomial.Polynomial(self._of_u).deriv()(u)
+        if slope.min() <= 0.0:
+            raise InvalidValueError(
+                f"nonlinearity: coefficients {list(self.coefficients)} make the response fall at "
+                f"{u[slope.argmin()] * self.scale_e:.4g} e⁻; more charge must give more signal up to scale_e"
+            )
+
+    @property
+    def _of_u(self) -> list[float]:
+        return [0.0, 1.0, *self.coefficients]
+
+    def apply(self, electrons: F64) -> F64:
+        """Return the electrons that a linear read-out would have called this signal."""
+        response = np.polynomial.Polynomial(self._of_u)
+        end_slope = float(response.deriv()(1.0))
+        u = electrons / self.scale_e
+        inside = np.minimum(u, 1.0)
+        bent: F64 = self.scale_e * (response(inside) + end_slope * (u - inside))
+        return bent
+
+
+@dataclass(frozen=True, slots=True)
+class ResponseTable:
+    """Response by a table, straight between its points and beyond them.
+
+    electrons_in  : (n,) charge, increasing, at least two
+    electrons_out : (n,) what a linear read-out would have called it, increasing
+
+    >>> ResponseTable((0.0, 1000.0, 2000.0), (0.0, 1000.0, 1900.0)).apply(np.array([500.0, 1500.0, 3000.0]))
+    array([ 500., 1450., 2800.])
+    """
+
+    electrons_in: tuple[float, ...]
+    electrons_out: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        for key in ("electrons_in", "electrons_out"):
+            values = tuple(float(v) for v in getattr(self, key))
+            object.__setattr__(self, key, values)
+            if len(values) < 2 or not all(math.isfinite(v) for v in values):
+                raise InvalidValueError(f"nonlinearity: {key} must be two or more finite numbers")
+            if any(after <= before for before, after in pairwise(values)):
+                raise InvalidValueError(f"nonlinearity: {key} must increase: more charge gives more signal")
+        if len(self.electrons_in) != len(self.electrons_out):
+            raise InvalidValueError(
+                f"nonlinearity: {len(self.electrons_in)} electrons_in but {len(self.electrons_out)} electrons_out"
+            )
+
+    def apply(self, electrons: F64) -> F64:
+        """Return the electrons that a linear read-out would have called this signal."""
+        x, y = np.array(self.electrons_in), np.array(self.electrons_out)
+        bent: F64 = np.interp(electrons, x, y)
+        first, last = ((y[b] - y[a]) / (x[b] - x[a]) for a, b in ((0, 1), (-2, -1)))
+        bent += first * np.minimum(electrons - x[0], 0.0)
+        bent += last * np.maximum(electrons - x[-1], 0.0)
+        return bent
+
+
+Nonlinearity: TypeAlias = PolynomialResponse | ResponseTable

@@ -1,0 +1,148 @@
+"""What photosites do to their neighbours: crosstalk and blooming; and the photosites that are broken."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.sensor.checked import check_number
+
+
+@dataclass(frozen=True, slots=True)
+class Crosstalk:
+    """Light and charge that end in a neighbour, on the mean.
+
+    kernel : 3 × 3 fractions; kernel[1 + i][1 + j] of a photosite's charge ends in the photosite i rows below and
+             j columns to the right of it. Together at most 1 (what is missing is lost).
+
+    >>> one = np.zeros((5, 5))
+    >>> one[2, 2] = 100.0
+    >>> Crosstalk(((0, 0, 0), (0, 0.9, 0.1), (0, 0, 0))).apply(one)[1]
+    array([ 0., 90., 10.])
+    """
+
+    kernel: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+
+    def __post_init__(self) -> None:
+        kernel: object = tuple(tuple(float(f) for f in row) for row in self.kernel)
+        object.__setattr__(self, "kernel", kernel)
+        if len(self.kernel) != 3 or any(len(row) != 3 for row in self.kernel):
+            raise InvalidValueError("crosstalk: kernel must be 3 rows of 3 fractions")
+        for fraction in (f for row in self.kernel for f in row):
+            check_number("crosstalk", "kernel", fraction, largest=1.0)
+        total = math.fsum(f for row in self.kernel for f in row)
+        if total > 1.0 + 1e-9:
+            raise InvalidValueError(
+                f"crosstalk: kernel adds up to {total:.6g}; a photosite cannot give away more than it gets, at most 1"
+            )
+
+    def apply(self, electrons: F64) -> F64:
+        """Return (rows, cols) mean charge of (rows + 2, cols + 2): the window with one photosite more all round."""
+        rows, cols = electrons.shape[0] - 2, electrons.shape[1] - 2
+        mixed = np.zeros((rows, cols))
+        for i, row in enumerate(self.kernel):
+            for j, fraction in enumerate(row):
+                if fraction:
+                    # What comes from above left was sent to below right.
+                    mixed += fraction * electrons[2 - i : 2 - i + rows, 2 - j : 2 - j + cols]
+        return mixed
+
+
+@dataclass(frozen=True, slots=True)
+class Blooming:
+    """Charge above the full well that runs up and down its column, as in a CCD without drains.
+
+    spill : the fraction of it that runs on, half of it upwards; the rest is drained. 0..1
+
+    Charge that leaves the window is lost, and none comes in from outside.
+    """
+
+    spill: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_number("blooming", "spill", self.spill, largest=1.0)
+
+    def apply(self, electrons: F64, *, capacity_e: float) -> F64:
+        """Return the charge of a whole window (rows, cols), nowhere above ``capacity_e``.
+
+        >>> Blooming().apply(np.array([[0.0], [150.0], [30.0]]), capacity_e=100.0).ravel()
+        array([ 25., 100.,  55.])
+        """
+        held = np.minimum(electrons, capacity_e)
+        running = (0.5 * self.spill) * (electrons - held)
+        if not running.any():
+            return held
+        for order in (range(len(held)), range(len(held) - 1, -1, -1)):
+            carried = np.zeros(held.shape[1])
+            for row in order:
+                taken = np.minimum(carried, capacity_e - held[row])
+                held[row] += taken
+                carried += running[row] - taken
+        return held
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Defects:
+    """Hot photosites (with a dark current of their own) and dead ones (blind), by share and by list.
+
+    hot_fraction  : share of all photosites that are hot, drawn from the sensor's serial number
+    hot_e_per_s   : their mean dark current; it is distributed exponentially
+    dead_fraction : share that sees no light
+    hot           : (row, col, e_per_s) of the full frame, besides those drawn
+    dead          : (row, col) of the full frame, besides those drawn
+    """
+
+    hot_fraction: float = 0.0
+    hot_e_per_s: float = 0.0
+    dead_fraction: float = 0.0
+    hot: tuple[tuple[int, int, float], ...] = ()
+    dead: tuple[tuple[int, int], ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "hot", tuple((int(r), int(c), float(e)) for r, c, e in self.hot))
+        object.__setattr__(self, "dead", tuple((int(r), int(c)) for r, c in self.dead))
+        check_number("defects", "hot_fraction", self.hot_fraction, largest=1.0)
+        check_number("defects", "dead_fraction", self.dead_fraction, largest=1.0)
+        check_number("defects", "hot_e_per_s", self.hot_e_per_s)
+        if self.hot_fraction + self.dead_fraction > 1.0:
+            raise InvalidValueError("defects: hot_fraction and dead_fraction are more than 1 together")
+        for row, col, e_per_s in self.hot:
+            check_number("defects", f"hot e_per_s of ({row}, {col})", e_per_s)
+        for row, col in (*((r, c) for r, c, _ in self.hot), *self.dead):
+            if row < 0 or col < 0:
+                raise InvalidValueError(f"defects: photosite ({row}, {col}); rows and columns count from 0")
+
+    @property
+    def drawn(self) -> bool:
+        """Whether any are drawn, so that numbers are needed."""
+        return self.hot_fraction > 0.0 or self.dead_fraction > 0.0
+
+    def dead_at(self, shape: tuple[int, int], origin: tuple[int, int], uniforms: F64 | None) -> np.ndarray:
+        """Return which photosites of a window are blind; ``uniforms`` in 0..1 are the sensor's own."""
+        dead = np.zeros(shape, dtype=bool)
+        if uniforms is not None and self.dead_fraction:
+            dead |= uniforms >= 1.0 - self.dead_fraction
+        for row, col in self.dead:
+            if _inside(row, col, shape, origin):
+                dead[row - origin[0], col - origin[1]] = True
+        return dead
+
+    def hot_at_e_per_s(self, shape: tuple[int, int], origin: tuple[int, int], uniforms: F64 | None) -> F64:
+        """Return the additional dark current of every photosite of a window."""
+        current = np.zeros(shape)
+        if uniforms is not None and self.hot_fraction:
+            hot = uniforms < self.hot_fraction
+            # Below the share, a uniform number is uniform again: its logarithm is an exponential one.
+            current[hot] = -self.hot_e_per_s * np.log1p(-uniforms[hot] / self.hot_fraction)
+        for row, col, e_per_s in self.hot:
+            if _inside(row, col, shape, origin):
+                current[row - origin[0], col - origin[1]] += e_per_s
+        return current
+
+
+def _inside(row: int, col: int, shape: tuple[int, int], origin: tuple[int, int]) -> bool:
+    return 0 <= row - origin[0] < shape[0] and 0 <= col - origin[1] < shape[1]
