@@ -1,0 +1,180 @@
+"""The house over its syntax trees: who imports whom, who may know which library, how long a file is."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[2] / "camsim"
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+
+# From the ground up; a layer may use those before it.
+LAYERS = (
+    "errors",
+    "arrays",
+    "spectra",
+    "optics",
+    "scene",
+    "rendering",
+    "sensor",
+    "frame",
+    "description",
+    "camera",
+    "files",
+    "measure",
+    "revive",
+    "config",
+    "capturing",
+    "bench",
+    "cli",
+)
+# The one door upward: the name that users look for is on the camera. The package's own __init__ is all doors.
+EXCEPTIONS = {("camsim.camera", "camsim.capturing")}
+LIBRARIES = {
+    "pydantic": ("camsim.config",),
+    "pydantic_core": ("camsim.config",),
+    "yaml": ("camsim.config",),
+    "colour": ("camsim.spectra.colour_science",),
+    "numba": ("camsim.rendering", "camsim.measure"),
+    "shapely": ("camsim.scene", "camsim.measure"),
+    "tifffile": ("camsim.files",),
+    "OpenEXR": ("camsim.files",),
+    "PIL": ("camsim.files",),
+    "typer": ("camsim.cli",),
+    "rich": ("camsim.cli",),
+    "platformdirs": ("camsim",),
+}
+COLOUR_DATA = ("camsim.spectra", "camsim.sensor.colour_matrix", "camsim.measure")
+SPEAKS = ("camsim.cli",)
+OBJECTS = ("camsim.scene", "camsim.optics", "camsim.sensor", "camsim.spectra")
+
+
+def module_of(path):
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports(path):
+    """Every module that a file imports, also inside functions."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            yield node.module
+            if node.module == "camsim":
+                yield from (f"camsim.{alias.name}" for alias in node.names)
+
+
+def layer(module):
+    return LAYERS.index(module.split(".")[1])
+
+
+def within(module, packages):
+    return any(module == package or module.startswith(package + ".") for package in packages)
+
+
+def test_every_module_has_a_layer():
+    found = {module_of(path).split(".")[1] for path in SOURCES if module_of(path) != "camsim"}
+    assert found <= set(LAYERS)
+    assert len(SOURCES) > 50
+
+
+def test_lower_never_imports_upper():
+    wrong = [
+        f"{module_of(path)} imports {imported}"
+        for path in SOURCES
+        if module_of(path) != "camsim"
+        for imported in imports(path)
+        if imported.startswith("camsim.")
+        and layer(imported) > layer(module_of(path))
+        and (module_of(path), imported) not in EXCEPTIONS
+    ]
+    assert not wrong
+
+
+def test_the_package_itself_loads_nothing():
+    """In ``__init__`` everything of camsim's is for type checkers or inside functions."""
+    names = []
+    for node in ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ImportFrom):
+            names.append(node.module)
+        elif isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+    assert set(names) <= {"__future__", "importlib", "typing"}
+
+
+def test_libraries_stay_in_their_rooms():
+    wrong = [
+        f"{module_of(path)} imports {imported}"
+        for path in SOURCES
+        for imported in imports(path)
+        if not within(module_of(path), LIBRARIES.get(imported.split(".")[0], ("camsim",)))
+    ]
+    assert not wrong
+
+
+def test_colour_science_stays_with_spectra_and_colour():
+    users = {module_of(path) for path in SOURCES if "camsim.spectra.colour_science" in imports(path)}
+    assert users
+    assert all(within(user, COLOUR_DATA) for user in users), users
+
+
+def test_only_the_command_line_prints_or_exits():
+    speech = {"print", "input", "exit", "quit", "sys.exit", "os._exit"}
+    wrong = [
+        f"{path.relative_to(PACKAGE)}:{node.lineno}: {ast.unparse(node.func)}"
+        for path in SOURCES
+        if not within(module_of(path), SPEAKS)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in speech
+    ]
+    assert not wrong
+
+
+def test_kernels_know_arrays_only():
+    """A compiled function names nothing of a scene, an optical stage or a sensor: arrays in, arrays out."""
+    kernels, wrong = 0, []
+    for path in SOURCES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        objects = set()
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and within(node.module, OBJECTS):
+                objects |= {alias.asname or alias.name for alias in node.names}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef) and any("njit" in ast.unparse(mark) for mark in node.decorator_list):
+                kernels += 1
+                named = {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}
+                wrong += [f"{module_of(path)}.{node.name}: {name}" for name in named & objects]
+    assert kernels > 10
+    assert not wrong
+
+
+def test_no_file_is_two_files():
+    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in SOURCES}
+    assert not {str(path.relative_to(PACKAGE)): count for path, count in lines.items() if count > 400}
+
+
+def test_nothing_is_unfinished():
+    words = ("TODO", "FIXME", "XXX", "NotImplementedError")
+    assert not [path for path in SOURCES if any(word in path.read_text(encoding="utf-8") for word in words)]
+
+
+def test_import_camsim_is_nearly_free():
+    heavy = (
+        "{'numba', 'shapely', 'pydantic', 'colour', 'scipy', 'numpy', 'yaml', 'typer', 'OpenEXR', 'tifffile', 'PIL'}"
+    )
+    code = f"import camsim, sys; loaded = {heavy} & set(sys.modules); assert not loaded, loaded"
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, timeout=60)
+
+
+def test_what_is_not_needed_is_not_loaded():
+    """Stages and a flat scene, made in Python: no compiler, no geometry, no YAML."""
+    code = """
+import camsim, sys
+camsim.Airy(f_number=8.0), camsim.FourSpotOlpf(split_um=3.0), camsim.SquarePhotosite(side_um=4.0)
+camsim.Scene(background=0.2), camsim.Curve((1.0, 2.0), (0.0, 1.0)), camsim.ReadNoise(3.0)
+loaded = {'numba', 'shapely', 'pydantic', 'colour', 'yaml', 'typer', 'OpenEXR', 'tifffile', 'PIL'} & set(sys.modules)
+assert not loaded, loaded
+"""
+    subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, timeout=60)
