@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from camsim.frame import Frame as Frame
     from camsim.optics import Airy as Airy
     from camsim.optics import FourSpotOlpf as FourSpotOlpf
+    from camsim.optics import Gaussian as Gaussian
     from camsim.optics import SquarePhotosite as SquarePhotosite
     from camsim.rendering import Grid as Grid
     from camsim.rendering import Rendering as Rendering
@@ -58,7 +59,7 @@ _HOME = {
     "camsim.errors": ("CamsimError",),
     "camsim.files": ("save",),
     "camsim.frame": ("Frame",),
-    "camsim.optics": ("Airy", "FourSpotOlpf", "SquarePhotosite"),
+    "camsim.optics": ("Airy", "FourSpotOlpf", "Gaussian", "SquarePhotosite"),
     "camsim.rendering": ("Grid", "Rendering", "render"),
     "camsim.scene": ("Disc", "Polygon", "Rectangle", "Scene"),
     "camsim.sensor.adc": ("Adc",),

@@ -61,8 +61,8 @@ class Airy:
         if not (math.isfinite(self.f_number) and self.f_number > 0):
             raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
 
-    def lambda_n_um(self, wavelength_nm: float) -> float:
-        """Wavelength × f-number: the scale of the pattern and the inverse of the cut-off frequency, µm."""
+    def blur_um(self, wavelength_nm: float) -> float:
+        """The pattern's own length, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""
         return self.f_number * wavelength_nm / NM_PER_UM
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:

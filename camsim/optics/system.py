@@ -11,6 +11,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics.airy import Airy
+from camsim.optics.gaussian import Gaussian
 from camsim.optics.olpf import FourSpotOlpf
 from camsim.optics.photosite import SquarePhotosite
 
@@ -32,7 +33,7 @@ class OpticalSystem:
     1.0
     """
 
-    lens: Airy
+    lens: Airy | Gaussian
     olpf: FourSpotOlpf | None = None
     photosite: SquarePhotosite = field(default_factory=lambda: SquarePhotosite(side_um=0.0))
 
@@ -40,7 +41,7 @@ class OpticalSystem:
     def of(cls, stages: Sequence[OpticalStage]) -> OpticalSystem:
         """Sort a list of stages into their places; each place holds one at the most."""
         places: dict[str, OpticalStage] = {}
-        kinds = {Airy: "lens", FourSpotOlpf: "olpf", SquarePhotosite: "photosite"}
+        kinds = {Airy: "lens", Gaussian: "lens", FourSpotOlpf: "olpf", SquarePhotosite: "photosite"}
         for stage in stages:
             place = kinds.get(type(stage))
             if place is None:

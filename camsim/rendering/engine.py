@@ -13,6 +13,7 @@ from camsim.rendering.edge import Edges, Numbers, Tables
 from camsim.rendering.far import far_moments
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import Settings
 from camsim.rendering.quadrature import gauss_legendre
 from camsim.rendering.tables import edge_responses, field_tables
@@ -72,7 +73,8 @@ def boundary_image(
     pair: I64,
     weights: F64,
     base: F64,
-    lambda_n: F64,
+    pattern: Pattern,
+    blur: F64,
     system: OpticalSystem,
     pitch_um: float,
     footprint: Footprint,
@@ -107,7 +109,8 @@ def boundary_image(
         response=response,
     )
     field = field_tables(
-        lambda_n,
+        pattern,
+        blur,
         flat,
         side=footprint.side,
         shifts=footprint.shifts,
@@ -116,12 +119,12 @@ def boundary_image(
     )
     if len(normals):
         responses = edge_responses(
-            system, pitch_um, lambda_n, flat, normals, distance=settings.reach, step=settings.response_step
+            system, pattern, pitch_um, blur, flat, normals, distance=settings.reach, step=settings.response_step
         )
     else:
         responses = np.empty((0, flat.shape[0], 1, 6))
     tables = Tables(
-        far=far_moments(lambda_n, flat).reshape(pairs, channels, 4),
+        far=far_moments(pattern, blur, flat).reshape(pairs, channels, 4),
         field=field.reshape(pairs, channels, *field.shape[1:]),
         response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
         base=base,

@@ -23,19 +23,16 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.rendering.patterns import Pattern
 
 TWO_PI = 2.0 * math.pi
 
 
-def far_moments(lambda_n: F64, weights: F64) -> F64:
-    """Return (k, 4): Σw, Σw·c1, Σw·c3, Σw·c5 over 2π for (k, j) weights.
-
-    1 − E = (2/πx)(1 + 1/8x² − 9/128x⁴ + …), x = πr/λN (DLMF 10.18.17), hence c1 = 2λN/π², c3 = c1(λN/π)²/8, …
-    """
-    c1 = 2.0 * lambda_n / math.pi**2
-    c3 = c1 * (lambda_n / math.pi) ** 2 / 8.0
-    c5 = -c1 * (lambda_n / math.pi) ** 4 * (9.0 / 128.0)
-    moments: F64 = weights @ np.stack([np.ones_like(c1), c1, c3, c5], axis=1) / TWO_PI
+def far_moments(pattern: Pattern, blur: F64, weights: F64) -> F64:
+    """Return (k, 4): Σw, Σw·c1, Σw·c3, Σw·c5 over 2π for (k, j) weights at (j,) blurs."""
+    c1, c3, c5 = pattern.powers
+    terms = np.stack([np.ones_like(blur), c1 * blur, c3 * blur**3, c5 * blur**5], axis=1)
+    moments: F64 = weights @ terms / TWO_PI
     return moments
 
 

@@ -14,7 +14,7 @@ MOST_EDGES = 256  # looked at for a hard tile; more are thinned out
 SHARE_OF_TIME = 0.1
 
 
-def predict_seconds(edges: int, photosites: int, settings: Settings, lambda_n: F64, tables: int) -> float:
+def predict_seconds(edges: int, photosites: int, settings: Settings, blur: F64, tables: int) -> float:
     """Predict a rendering's wall time on two cores (a model fitted once: no clock enters)."""
     near_nodes = settings.near / settings.panel * settings.panel_nodes
     table_size = (settings.near / settings.field_step) ** 2
@@ -22,12 +22,12 @@ def predict_seconds(edges: int, photosites: int, settings: Settings, lambda_n: F
         2e-3
         + photosites * 6e-9
         + edges * min(np.pi * settings.near**2, photosites) * 0.5 * near_nodes * 40e-9 / 2.0
-        + tables * table_size * (60e-9 + 4e-9 * lambda_n.size / settings.near)
+        + tables * table_size * (60e-9 + 4e-9 * blur.size / settings.near)
     )
 
 
 def hardest_photosites(
-    start: F64, end: F64, grid: Grid, settings: Settings, check: Check, lambda_n: F64, tables: int
+    start: F64, end: F64, grid: Grid, settings: Settings, check: Check, blur: F64, tables: int
 ) -> tuple[I64, I64]:
     """Return rows and columns of the photosites to check, at least four (all of a smaller grid), none twice.
 
@@ -37,8 +37,8 @@ def hardest_photosites(
     from everything. As many as a tenth of the predicted time pays for.
     """
     photosites = grid.rows * grid.cols
-    budget = SHARE_OF_TIME * predict_seconds(len(start), photosites, settings, lambda_n, tables)
-    count = min(photosites, MOST, max(FEWEST, int(budget / check.seconds(lambda_n, 2.0, len(start)))))
+    budget = SHARE_OF_TIME * predict_seconds(len(start), photosites, settings, blur, tables)
+    count = min(photosites, MOST, max(FEWEST, int(budget / check.seconds(blur, 2.0, len(start)))))
     x0, y0 = grid.first_centre
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):

@@ -20,9 +20,10 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.rendering.footprint import Footprint
+from camsim.rendering.patterns import Pattern
 
 COARSEST, FINEST = 1e-2, 1e-9
-FEWEST_LAMBDA_N = 5.0  # no far form is used closer than this
+NEAREST = 5.0  # blurs: where the search for quiet begins
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
 
@@ -49,22 +50,22 @@ def check_tolerance(tolerance: float) -> None:
         raise InvalidValueError(f"tolerance: {tolerance:g} is outside {FINEST:g} … {COARSEST:g} (boundary engine)")
 
 
-def plan_boundary(lambda_n: F64, shares: F64, footprint: Footprint, tolerance: float) -> Settings:
+def plan_boundary(pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, tolerance: float) -> Settings:
     """Choose the settings.
 
-    lambda_n : (j,) λN in pitches
+    pattern, blur : of the lens; blur is (j,), pitches
     shares   : (k, j) weights of every weight set, relative to that channel's full scale
     """
     check_tolerance(tolerance)
-    shortest, longest = float(lambda_n.min()), float(lambda_n.max())
+    shortest, longest = float(blur.min()), float(blur.max())
     near = max(
-        FEWEST_LAMBDA_N * longest,
-        quiet_distance(lambda_n, shares, footprint, 0.25 * tolerance, end=True),
-        _moment_distance(longest, footprint, 0.125 * tolerance),
+        pattern.quiet(tolerance) * longest,
+        quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance, end=True),
+        _moment_distance(pattern.powers[0] * longest, footprint, 0.125 * tolerance),
     )
-    reach = max(near, quiet_distance(lambda_n, shares, footprint, tolerance / 6.0, end=False))
-    field_step = shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
-    response_step = shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
+    reach = max(near, quiet_distance(pattern, blur, shares, footprint, tolerance / 6.0, end=False))
+    field_step = pattern.grain * shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
+    response_step = pattern.grain * shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
     digits = -math.log10(tolerance)
     return Settings(
         tolerance=tolerance,
@@ -78,25 +79,28 @@ def plan_boundary(lambda_n: F64, shares: F64, footprint: Footprint, tolerance: f
     )
 
 
-def quiet_distance(lambda_n: F64, shares: F64, footprint: Footprint, allowed: float, *, end: bool) -> float:
+def quiet_distance(
+    pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, allowed: float, *, end: bool
+) -> float:
     """Distance beyond which what oscillates at an edge's end (else: across a whole line) stays below ``allowed``."""
-    amplitude = 1.0 / ((4.0 if end else 2.0) * math.pi**4)
-    shortest, longest = float(lambda_n.min()), float(lambda_n.max())
-    phasor = shares[None] * (lambda_n**2.5 * footprint.transfer(1.0 / lambda_n))[:, None]
-    phasor = phasor.reshape(-1, lambda_n.size)
+    if pattern.ring == 0.0:
+        return 0.0
+    amplitude = pattern.ring * (1.0 if end else 2.0)
+    shortest, longest = float(blur.min()), float(blur.max())
+    phasor = shares[None] * (blur**2.5 * footprint.transfer(pattern.cutoff / blur))[:, None]
+    phasor = phasor.reshape(-1, blur.size)
     farthest: float = float(np.abs(phasor).sum(axis=1).max() * amplitude / allowed) ** 0.4
-    if shortest == longest or farthest <= FEWEST_LAMBDA_N * longest:
+    if shortest == longest or farthest <= NEAREST * longest:
         return farthest
-    distance = np.arange(FEWEST_LAMBDA_N * longest, farthest + longest, 0.25 * longest)
-    wave = np.exp(2j * np.pi * distance[:, None] / lambda_n)
+    distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
+    wave = np.exp(2j * np.pi * distance[:, None] / blur)
     loudest = DULL * np.abs(wave @ phasor.T).max(axis=1) * amplitude * distance**-2.5
     loud = np.flatnonzero(loudest > allowed)
     return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
 
 
-def _moment_distance(longest: float, footprint: Footprint, allowed: float) -> float:
+def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
     """Distance beyond which the footprint's moments past the fourth stay below ``allowed``."""
     eighth: float = (footprint.m8 / (16.0 * math.pi * allowed)) ** (1.0 / 8.0)
-    c1 = 2.0 * longest / math.pi**2
     sixth: float = (3.0 * c1 * footprint.m6 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
     return max(eighth, sixth)

@@ -1,6 +1,6 @@
 """The radial potential Φ of a lens, Φ'(r) = E(r)/2πr: its gradient is the field whose flux through edges is light.
 
-For the Airy pattern Φ depends on ρ = r/λN alone, so one table serves every f-number and every wavelength.
+For a pattern that depends on ρ = r/blur alone so does Φ: one table serves every f-number and every wavelength.
 """
 
 from __future__ import annotations
@@ -11,33 +11,32 @@ import threading
 
 import numba as nb
 import numpy as np
-from scipy import special
 
 from camsim.arrays import F64
+from camsim.rendering.patterns import Pattern
 from camsim.rendering.quadrature import gauss_legendre
 
-STEP_PER_LAMBDA_N = 1.0 / 32.0
+STEP_PER_BLUR = 1.0 / 32.0
 ORDER = 10  # points of the Lagrange rule; with the step above its error is below 1e-12
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
 _lock = threading.Lock()
 
 
-def airy_potential(rho_max: float) -> F64:
-    """Return Φ(i·step) for the Airy pattern, i = 0, 1, … past ``rho_max`` (in λN); Φ(0) = 0."""
+def potential(pattern: Pattern, rho_max: float) -> F64:
+    """Return Φ(i·step), i = 0, 1, … past ``rho_max``; Φ(0) = 0."""
     cells = 2048
-    while cells * STEP_PER_LAMBDA_N < rho_max + ORDER * STEP_PER_LAMBDA_N:
+    while cells * STEP_PER_BLUR < rho_max + ORDER * STEP_PER_BLUR:
         cells *= 2
     with _lock:
-        return _airy_potential(cells)
+        return _potential(pattern, cells)
 
 
 @functools.cache
-def _airy_potential(cells: int) -> F64:
-    edge = np.arange(cells) * STEP_PER_LAMBDA_N
-    rho = edge[:, None] + 0.5 * STEP_PER_LAMBDA_N * (1.0 + _GAUSS_X)
-    x = math.pi * rho
-    slope = (1.0 - special.j0(x) ** 2 - special.j1(x) ** 2) / (2.0 * math.pi * rho)
-    phi = np.concatenate([[0.0], np.cumsum(slope @ _GAUSS_W * (0.5 * STEP_PER_LAMBDA_N))])
+def _potential(pattern: Pattern, cells: int) -> F64:
+    edge = np.arange(cells) * STEP_PER_BLUR
+    rho = edge[:, None] + 0.5 * STEP_PER_BLUR * (1.0 + _GAUSS_X)
+    slope = pattern.energy(rho) / (2.0 * math.pi * rho)
+    phi = np.concatenate([[0.0], np.cumsum(slope @ _GAUSS_W * (0.5 * STEP_PER_BLUR))])
     phi.flags.writeable = False
     return phi
 
@@ -81,12 +80,12 @@ def at_radius(radial: F64, u: float, weights: F64) -> float:
 
 
 @nb.njit(cache=True)
-def contract(phi: F64, lambda_n: F64, weights: F64, step: float, count: int) -> F64:
-    """Return Σ_j weights[k, j]·Φ(m·step/lambda_n[j]) as (k, m): the potential of a polychromatic pattern."""
+def contract(phi: F64, blur: F64, weights: F64, step: float, count: int) -> F64:
+    """Return Σ_j weights[k, j]·Φ(m·step/blur[j]) as (k, m): the potential of a polychromatic pattern."""
     out = np.zeros((weights.shape[0], count))
     scratch = np.empty(ORDER)
-    for j in range(lambda_n.size):
-        scale = step / (lambda_n[j] * STEP_PER_LAMBDA_N)
+    for j in range(blur.size):
+        scale = step / (blur[j] * STEP_PER_BLUR)
         for m in range(count):
             value = at_radius(phi, m * scale, scratch)
             for k in range(weights.shape[0]):

@@ -16,8 +16,9 @@ from camsim.rendering.engine import boundary_image
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.hardest import hardest_photosites
+from camsim.rendering.patterns import Pattern, pattern_of
 from camsim.rendering.plan import Settings, check_tolerance, plan_boundary
-from camsim.rendering.spectral import Signals, fuse, lambda_n
+from camsim.rendering.spectral import Signals, blur_of, fuse
 from camsim.rendering.spotcheck import SHARE, Check, reference_values
 from camsim.scene import Scene, arrange
 
@@ -161,7 +162,7 @@ def render_channels(
         seconds=time.perf_counter() - begin,
         method="boundary",
         tolerance=tolerance,
-        wavelengths=job.lambda_n.size,
+        wavelengths=job.blur.size,
         planes=planes,
         planes_error=planes_error,
     )
@@ -180,13 +181,14 @@ class _Job:
     pair: np.ndarray
     weights: F64
     base: F64
-    lambda_n: F64
+    blur: F64
     check_weights: F64
-    check_lambda_n: F64
+    check_blur: F64
     signals: Signals
     shares: F64
-    fine_lambda_n: F64
+    fine_blur: F64
     system: OpticalSystem
+    pattern: Pattern
     footprint: Footprint
     settings: Settings
     grid: Grid
@@ -201,7 +203,8 @@ class _Job:
             pair=self.pair,
             weights=self.weights,
             base=self.base,
-            lambda_n=self.lambda_n,
+            pattern=self.pattern,
+            blur=self.blur,
             system=self.system,
             pitch_um=self.grid.pitch_um,
             footprint=self.footprint,
@@ -214,9 +217,9 @@ class _Job:
         """Return the worst error found and the number of photosites it was looked for at."""
         if not len(self.start):
             return 0.0, image.size
-        check = Check.planned(self.fine_lambda_n, self.shares, self.footprint, self.settings.tolerance)
+        check = Check.planned(self.pattern, self.fine_blur, self.shares, self.footprint, self.settings.tolerance)
         rows, cols = hardest_photosites(
-            self.start, self.end, self.grid, self.settings, check, self.lambda_n, self.weights.shape[0]
+            self.start, self.end, self.grid, self.settings, check, self.blur, self.weights.shape[0]
         )
         x0, y0 = self.grid.first_centre
         reference = reference_values(
@@ -227,7 +230,8 @@ class _Job:
             pair=self.pair,
             weights=self.check_weights,
             base=self.base,
-            lambda_n=self.check_lambda_n,
+            pattern=self.pattern,
+            blur=self.check_blur,
             check=check,
         )
         return float(np.abs(image[rows, cols] - reference).max()), rows.size
@@ -238,15 +242,16 @@ def _prepare(
 ) -> _Job:
     """Resolve the scene, choose nodes and settings."""
     pitch_um = grid.pitch_um
-    shortest_um = system.lens.lambda_n_um(float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf)))
+    pattern = pattern_of(system.lens)
+    shortest_um = system.lens.blur_um(float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf)))
     arrangement = arrange(scene, max_segment_um=shortest_um)
     signals = Signals.of(arrangement, response, wavelength_nm)
     footprint = Footprint.of(system, pitch_um)
     sides, pair = np.unique(np.stack([arrangement.left, arrangement.right], axis=1), axis=0, return_inverse=True)
-    fine = signals.lambda_n(system, pitch_um)
+    fine = signals.blur(system, pitch_um)
     density = signals.density[sides[:, 0]] - signals.density[sides[:, 1]]
     shares = density.reshape(-1, fine.size) if len(sides) else np.zeros((1, fine.size))
-    settings = plan_boundary(fine, shares, footprint, tolerance)
+    settings = plan_boundary(pattern, fine, shares, footprint, tolerance)
     phase = 2.0 * math.pi * settings.reach * float(1.0 / fine.min() - 1.0 / fine.max())
     nodes, by_spectrum = fuse(signals, phase=phase, tolerance=tolerance)
     check_nodes, check_by_spectrum = fuse(signals, phase=phase, tolerance=SHARE * tolerance)
@@ -256,13 +261,14 @@ def _prepare(
         pair=pair.ravel(),
         weights=by_spectrum[sides[:, 0]] - by_spectrum[sides[:, 1]],
         base=signals.density[0].sum(axis=1),
-        lambda_n=lambda_n(system, nodes, pitch_um),
+        blur=blur_of(system, nodes, pitch_um),
         check_weights=check_by_spectrum[sides[:, 0]] - check_by_spectrum[sides[:, 1]],
-        check_lambda_n=lambda_n(system, check_nodes, pitch_um),
+        check_blur=blur_of(system, check_nodes, pitch_um),
         signals=signals,
         shares=shares,
-        fine_lambda_n=fine,
+        fine_blur=fine,
         system=system,
+        pattern=pattern,
         footprint=footprint,
         settings=settings,
         grid=grid,

@@ -40,14 +40,14 @@ class Signals:
         scale = np.where(scale > 0.0, scale, 1.0)
         return cls(wavelength_nm=wavelength_nm, density=density / scale[:, None], scale=scale)
 
-    def lambda_n(self, system: OpticalSystem, pitch_um: float) -> F64:
-        """Return λN at every wavelength, in pitches."""
-        return lambda_n(system, self.wavelength_nm, pitch_um)
+    def blur(self, system: OpticalSystem, pitch_um: float) -> F64:
+        """Return the lens's own length at every wavelength, in pitches."""
+        return blur_of(system, self.wavelength_nm, pitch_um)
 
 
-def lambda_n(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
-    """Return λN in pitches."""
-    values: F64 = np.array([system.lens.lambda_n_um(w) for w in wavelength_nm]) / pitch_um
+def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
+    """Return the lens's own length at each wavelength, in pitches."""
+    values: F64 = np.array([system.lens.blur_um(w) for w in wavelength_nm]) / pitch_um
     return values
 
 

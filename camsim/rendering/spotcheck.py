@@ -1,9 +1,10 @@
 """Every rendering is checked: hard photosites are computed again by a path of its own.
 
 The check averages point samples over the footprint by a Gauss product rule (the rendering uses filtered tables and
-moments), integrates E(r)·h/(h² + s²) along each edge from a table of E/r² made directly from Bessel functions (the
-rendering interpolates the field of the potential), and changes to the far form of a *point* about three times further
-out. It shares no radius, table, far form or wavelength node with the rendering; its settings come from a fortieth of the tolerance.
+moments), integrates E(r)·h/(h² + s²) along each edge from a table of E/r² made directly from its formula (the
+rendering interpolates the field of the potential), and changes to the far form of a *point* about three times
+further out. It shares no radius, table, far form or wavelength node with the rendering; its settings come from a
+fortieth of the tolerance.
 """
 
 from __future__ import annotations
@@ -14,18 +15,18 @@ from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
-from scipy import special
 
 from camsim.arrays import F64, I64
 from camsim.rendering.far import far_moments
 from camsim.rendering.footprint import Footprint, footprint_rule
 from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import quiet_distance
 from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
-CELLS_PER_LAMBDA_N = 32
+CELLS_PER_BLUR = 32
 PANEL_NODES = 20
-PANEL_LAMBDA_N = 4.0
+PANEL_BLUR = 4.0
 SHARE = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
 
 
@@ -38,19 +39,23 @@ class Check:
     weights: F64
 
     @classmethod
-    def planned(cls, lambda_n: F64, shares: F64, footprint: Footprint, tolerance: float) -> Check:
+    def planned(cls, pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, tolerance: float) -> Check:
         """Choose settings for a fortieth of ``tolerance``; arguments as in ``plan_boundary``."""
-        longest, shortest = float(lambda_n.max()), float(lambda_n.min())
+        longest, shortest = float(blur.max()), float(blur.min())
         allowed = SHARE * tolerance
-        radius = max(12.0 * longest, quiet_distance(lambda_n, shares, footprint, 0.25 * allowed, end=True))
+        radius = max(
+            12.0 * longest,
+            pattern.quiet(allowed) * longest,
+            quiet_distance(pattern, blur, shares, footprint, 0.25 * allowed, end=True),
+        )
         nodes, weights = footprint_rule(
             footprint.side, footprint.spots, _rule_order(math.pi * footprint.side / shortest, allowed)
         )
         return cls(radius=radius + float(np.abs(nodes).max()), nodes=nodes, weights=weights)
 
-    def seconds(self, lambda_n: F64, near_edges: float, edges: int) -> float:
+    def seconds(self, blur: F64, near_edges: float, edges: int) -> float:
         """Predict what one photosite costs (a model fitted once, not a measurement)."""
-        per_edge = 2.0 * self.radius / float(lambda_n.min()) * PANEL_NODES / PANEL_LAMBDA_N
+        per_edge = 2.0 * self.radius / float(blur.min()) * PANEL_NODES / PANEL_BLUR
         return len(self.weights) * (near_edges * per_edge * 8e-9 + edges * 40e-9) + 2e-4
 
 
@@ -80,21 +85,22 @@ def reference_values(
     pair: I64,
     weights: F64,
     base: F64,
-    lambda_n: F64,
+    pattern: Pattern,
+    blur: F64,
     check: Check,
 ) -> F64:
     """Return the light at ``points`` (m, 2), each in its channel ``sets`` (m,); the rest as in ``boundary_image``."""
-    step = float(lambda_n.min()) / CELLS_PER_LAMBDA_N
+    step = float(blur.min()) / CELLS_PER_BLUR
     cells = math.ceil(check.radius / step) + 1
-    profile = _airy_profile(1 << (cells + 3).bit_length())  # its last cells are read three further on
+    profile = _profile(pattern, 1 << (cells + 3).bit_length())  # its last cells are read three further on
     pairs, channels = weights.shape[:2]
     table_of = np.full((pairs, channels), -1)
     for point, channel in zip(points, sets, strict=True):
         table_of[pair[_distance(point, start, end) <= check.radius], channel] = 0
     used = table_of == 0
     table_of[used] = np.arange(np.count_nonzero(used))
-    tables = quintic_cells(_contract_profile(profile, lambda_n, weights[used], step, cells))
-    far = far_moments(lambda_n, weights.reshape(pairs * channels, -1)).reshape(pairs, channels, 4)
+    tables = quintic_cells(_contract_profile(profile, blur, weights[used], step, cells))
+    far = far_moments(pattern, blur, weights.reshape(pairs * channels, -1)).reshape(pairs, channels, 4)
     gauss_x, gauss_w = gauss_legendre(PANEL_NODES)
     with ONE_AT_A_TIME:
         samples = _point_samples(
@@ -109,7 +115,7 @@ def reference_values(
             far,
             check.radius,
             check.nodes,
-            PANEL_LAMBDA_N * float(lambda_n.min()),
+            PANEL_BLUR * float(blur.min()),
             gauss_x,
             gauss_w,
         )
@@ -126,24 +132,23 @@ def _distance(point: F64, start: F64, end: F64) -> F64:
 
 
 @functools.cache
-def _airy_profile(cells: int) -> F64:
-    """E/ρ² of the Airy pattern as a quintic per cell (cells, 6); ρ = r/λN, even in ρ, π²/4 at 0."""
-    rho = np.arange(-2, cells + 3) / CELLS_PER_LAMBDA_N
-    x = np.pi * np.where(rho == 0.0, 1.0, rho)
-    values = (1.0 - special.j0(x) ** 2 - special.j1(x) ** 2) / np.where(rho == 0.0, 1.0, rho) ** 2
-    values[rho == 0.0] = math.pi**2 / 4.0
+def _profile(pattern: Pattern, cells: int) -> F64:
+    """E/ρ² as a quintic per cell (cells, 6), even in ρ."""
+    rho = np.arange(-2, cells + 3) / CELLS_PER_BLUR
+    safe = np.where(rho == 0.0, 1.0, np.abs(rho))
+    values = np.where(rho == 0.0, pattern.core, pattern.energy(safe) / safe**2)
     profile = quintic_cells(values)
     profile.flags.writeable = False
     return profile
 
 
 @nb.njit(cache=True)
-def _contract_profile(profile: F64, lambda_n: F64, weights: F64, step: float, cells: int) -> F64:
+def _contract_profile(profile: F64, blur: F64, weights: F64, step: float, cells: int) -> F64:
     """Σ_j w[k, j]·E/r² of λ_j at multiples −2 … cells + 2 of ``step``."""
     values = np.zeros((weights.shape[0], cells + 5))
-    for j in range(lambda_n.size):
-        scale = step * CELLS_PER_LAMBDA_N / lambda_n[j]
-        inverse_square = 1.0 / (lambda_n[j] * lambda_n[j])
+    for j in range(blur.size):
+        scale = step * CELLS_PER_BLUR / blur[j]
+        inverse_square = 1.0 / (blur[j] * blur[j])
         for m in range(cells + 5):
             u = abs(m - 2) * scale
             c = profile[int(u)]

@@ -15,17 +15,20 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.kernels import ONE_AT_A_TIME
-from camsim.rendering.potential import ORDER, SCALE, airy_potential, at_radius, contract, lagrange_weights
+from camsim.rendering.patterns import Pattern
+from camsim.rendering.potential import ORDER, SCALE, at_radius, contract, lagrange_weights, potential
 from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
 
 
-def field_tables(lambda_n: F64, weights: F64, *, side: float, shifts: F64, radius: float, step: float) -> F64:
+def field_tables(
+    pattern: Pattern, blur: F64, weights: F64, *, side: float, shifts: F64, radius: float, step: float
+) -> F64:
     """Field V = ∇Φ averaged over the footprint, on a square grid over one quadrant.
 
-    lambda_n : (j,) λN
+    pattern, blur : of the lens; blur is (j,)
     weights  : (k, j) weight sets
     side     : side of the square photosite; shifts: offsets of the OLPF's spots along one axis
     radius   : the table covers 0 … radius in x and y, with a margin for the look-up's stencil
@@ -43,8 +46,8 @@ def field_tables(lambda_n: F64, weights: F64, *, side: float, shifts: F64, radiu
     count = rows - margin + reach
     radial_step = 0.5 * step
     samples = math.ceil(math.sqrt(2.0) * count * step / radial_step) + ORDER
-    phi = airy_potential(samples * radial_step / float(lambda_n.min()))
-    radial = contract(phi, lambda_n, weights, radial_step, samples)
+    phi = potential(pattern, samples * radial_step / float(blur.min()))
+    radial = contract(phi, blur, weights, radial_step, samples)
     with ONE_AT_A_TIME:
         return _filtered(radial, step / radial_step, average, slope, rows, margin, count)
 
@@ -119,8 +122,9 @@ def _add_point(taps: F64, reach: int, position: float, amount: float) -> None:
 
 def edge_responses(
     system: OpticalSystem,
+    pattern: Pattern,
     pitch_um: float,
-    lambda_n: F64,
+    blur: F64,
     weights: F64,
     normals: F64,
     *,
@@ -132,7 +136,7 @@ def edge_responses(
     normals  : (o, 2) unit normals of the edges
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance
 
-    ESF(h) − ½ = ∫_0^{1/λN} OTF(f·normal)·sin(2πfh)/(πf) df. Between two cut-offs 1/λN the summed OTF is smooth
+    ESF(h) − ½ = ∫_0^{cut-off} OTF(f·normal)·sin(2πfh)/(πf) df. Between two cut-offs the summed OTF is smooth
     but for a 3/2 power at the upper end, which f = top − (top − bottom)·t² turns into a polynomial. A Gauss rule of n
     nodes then follows a phase of 2n radians; the phase is 2πf times the distance and the footprint's extent.
     """
@@ -143,7 +147,7 @@ def edge_responses(
         * (0.5 * system.photosite.side_um + float(np.abs(system.spots_um()).max()))
         / pitch_um
     )
-    cutoffs = np.unique(1.0 / lambda_n)
+    cutoffs = np.unique(pattern.cutoff / blur)
     bottom, nodes, node_weights = 0.0, [], []
     for top in cutoffs:
         count = 14 + math.ceil(1.1 * math.pi * extent * (top - bottom))
@@ -153,8 +157,7 @@ def edge_responses(
         node_weights.append((top - bottom) * t * w)
         bottom = top
     f, df = np.concatenate(nodes), np.concatenate(node_weights)
-    u = np.minimum(f[None, :] * lambda_n[:, None], 1.0)
-    lens = (2.0 / np.pi) * (np.arccos(u) - u * np.sqrt((1.0 - u) * (1.0 + u)))
+    lens = pattern.otf(f[None, :] * blur[:, None])
     spectrum = (weights @ lens) * (df / (np.pi * f))
     footprint = np.stack([system.footprint_otf(f * n[0] / pitch_um, f * n[1] / pitch_um) for n in normals])
     h = step * np.arange(-2, cells + 4)

@@ -8,6 +8,7 @@ import shapely
 
 import camsim
 from camsim.rendering.far import far_edge, far_moments
+from camsim.rendering.patterns import pattern_of
 from tests import truth
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
@@ -37,14 +38,10 @@ def test_square_photosite_with_olpf_is_the_mean_of_rays(point):
     lambda_n, side, split = 0.9, 1.0, 0.75
 
     def point_sample(offset):
-        return truth.coverage_by_rays(
-            TRIANGLE, np.array(point) + offset, lambda r: truth.rayleigh_energy(r, lambda_n)
-        )
+        return truth.coverage_by_rays(TRIANGLE, np.array(point) + offset, lambda r: truth.rayleigh_energy(r, lambda_n))
 
     spots = [np.array([sx, sy]) * split / 2 for sx in (-1, 1) for sy in (-1, 1)]
-    expected = np.mean(
-        [truth.box_average(lambda u, s=s: point_sample(u + s), side, order=8) for s in spots]
-    )
+    expected = np.mean([truth.box_average(lambda u, s=s: point_sample(u + s), side, order=8) for s in spots])
     assert one_photosite(TRIANGLE, point, lambda_n, side=side, split=split) == pytest.approx(expected, abs=1e-6)
 
 
@@ -73,12 +70,14 @@ def test_sharp_limit_is_the_clipped_area():
     assert np.abs(image - expected).max() < 0.01
 
 
-@pytest.mark.parametrize(("h", "s1", "s2"), [(9.0, -4.0, 13.0), (3.0, 9.0, 30.0), (-0.5, -40.0, -10.0), (12.0, 0.0, 5.0)])
+@pytest.mark.parametrize(
+    ("h", "s1", "s2"), [(9.0, -4.0, 13.0), (3.0, 9.0, 30.0), (-0.5, -40.0, -10.0), (12.0, 0.0, 5.0)]
+)
 @pytest.mark.parametrize("turn", [0.0, 0.3])
 def test_far_form_with_moments_equals_the_averaged_smooth_integral(h, s1, s2, turn):
     """Average the non-oscillating 1/r, 1/r³, 1/r⁵ series over a turned footprint by quadrature."""
     lambda_n, side, split = 0.8, 1.0, 0.75
-    far = far_moments(np.array([lambda_n]), np.ones((1, 1)))[0]
+    far = far_moments(pattern_of(camsim.Airy(f_number=8.0)), np.array([lambda_n]), np.ones((1, 1)))[0]
     x, w = np.polynomial.legendre.leggauss(8)
     along_x, along_w = np.polynomial.legendre.leggauss(400)
     s = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * along_x

@@ -10,6 +10,7 @@ import pytest
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering.footprint import Footprint
+from camsim.rendering.patterns import pattern_of
 from camsim.rendering.spotcheck import Check, reference_values
 from camsim.scene import arrange
 
@@ -39,7 +40,8 @@ def random_case(rng):
 def judged(scene, optics, lambda_n):
     edges = arrange(scene, max_segment_um=1.0)
     scales, weights = np.array([lambda_n]), np.ones((1, 1, 1))
-    check = Check.planned(scales, weights[0], Footprint.of(OpticalSystem.of(optics), 1.0), 2e-7)
+    pattern = pattern_of(optics[0])
+    check = Check.planned(pattern, scales, weights[0], Footprint.of(OpticalSystem.of(optics), 1.0), 2e-7)
     pair = np.zeros(len(edges.left), np.int64)
     return reference_values(
         np.zeros((1, 2)),
@@ -49,7 +51,8 @@ def judged(scene, optics, lambda_n):
         pair=pair,
         weights=weights,
         base=np.zeros(1),
-        lambda_n=scales,
+        pattern=pattern,
+        blur=scales,
         check=check,
     )[0]
 
