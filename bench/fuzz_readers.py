@@ -61,7 +61,7 @@ def samples(folder: Path) -> list[Path]:
         products=("mosaic", "truth"),
     )
     written = []
-    for name in ("a.dng", "a.exr", "electrons.exr", "a.tiff", "a.png"):
+    for name in ("a.dng", "a.exr", "electrons.exr", "a.tiff", "a.png", "a.npz"):
         product = "electrons" if name == "electrons.exr" else None
         camsim.save(frame, folder / name, product=product)
         written.append(folder / name)

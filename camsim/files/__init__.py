@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.errors import OutputError, did_you_mean
-from camsim.files import dng, exr, npy, png, tiff
+from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
 from camsim.frame import Frame
 
@@ -31,22 +32,28 @@ PRODUCTS: Mapping[str, str] = {
     "electrons": "each photosite's own electrons",
     "truth": "mean electrons of every channel at every photosite, before noise",
     "preview": "developed sRGB, to look at",
+    "frame": "mosaic, electrons and, when captured, truth, with the record, as numpy arrays",
 }
 
-_TIFF = Format("TIFF", {"mosaic": tiff.write_tiff})
+_TIFF = Format("TIFF", {"mosaic": tiff.write_mosaic, "truth": tiff.write_truth})
 
 SUFFIXES: Mapping[str, Format] = {
-    ".dng": Format("DNG", {"mosaic": dng.write_dng}),
+    ".dng": Format("DNG", {"mosaic": dng.write_dng, "truth": dng.write_truth}),
     ".exr": Format("OpenEXR", {"truth": exr.write_truth, "electrons": exr.write_electrons}),
     ".tiff": _TIFF,
     ".tif": _TIFF,
     ".png": Format("PNG", {"preview": png.write_preview, "mosaic": png.write_mosaic}),
     ".npy": Format("NPY", {"mosaic": npy.write_mosaic, "electrons": npy.write_electrons, "truth": npy.write_truth}),
+    ".npz": Format("NPZ", {"frame": npz.write_frame}),
 }
 
 
-def save(frame: Frame, path: str | os.PathLike[str], *, product: str | None = None) -> None:
+def save(
+    frame: Frame, path: str | os.PathLike[str], *, product: str | None = None, allow_odd_cfa: bool = False
+) -> None:
     """Write one product of the frame; the suffix of ``path`` chooses the format.
+
+    allow_odd_cfa : write a DNG even of a colour filter array that raw developers misread (`odd_cfa` names them)
 
     The file is written beside its place and moved there when it is whole: whatever goes wrong, an older file
     of that name is still there as it was. Equal frames give equal bytes. Raises OutputError in one sentence.
@@ -56,6 +63,8 @@ def save(frame: Frame, path: str | os.PathLike[str], *, product: str | None = No
         raise OutputError(f"cannot write {str(path)!r}: the capture holds no truth; ask for products=('truth',)")
     target = Path(path)
     writer = SUFFIXES[target.suffix.lower()].writers[chosen]
+    if allow_odd_cfa and writer is dng.write_dng:
+        writer = functools.partial(dng.write_dng, allow_odd_cfa=True)
     with replacing(target) as beside:
         writer(frame, beside)
 

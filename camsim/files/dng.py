@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import html
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -40,27 +43,103 @@ from camsim.files.tiff_ifd import (
 from camsim.frame import Frame
 from camsim.sensor.colour_matrix import as_shot_neutral, fit, fit_to_scene
 
-_CFA_CODES = {"R": 0, "G": 1, "B": 2}
+_CFA_CODES = {"R": 0, "G": 1, "B": 2, "C": 3, "M": 4, "Y": 5, "W": 6}
+"""Of TIFF/EP and the DNG specification."""
+
 _BAYER = (("RG", "GB"), ("BG", "GR"), ("GR", "BG"), ("GB", "RG"))
+_RGB = ("R", "G", "B")
 _CFA, _LINEAR_RAW = 32803, 34892
 _STANDARD_LIGHT_A, _D65 = 17, 21
 _RECOMMENDED_EXPOSURE_INDEX = 2
 _MAKE = "camsim"
 
+TRUTH_WHITE_DN = 65535
+"""Code of the truth at which the camera itself would clip."""
 
-def write_dng(frame: Frame, path: Path) -> None:
-    """Write the mosaic as an uncompressed DNG; raises OutputError for an array that developers misread."""
-    refuse_over_4_gib(2 * frame.mosaic.size)
+_STRIP_ROWS = 256
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Content:
+    """What goes into the one image of a file.
+
+    product, photometric, samples : what it is, and how many numbers a pixel has
+    black_dn, white_dn            : code of no light, and the code at which the signal clips
+    noise                         : (S, O) of the noise profile
+    raw                           : bytes that identify the numbers
+    strips                        : the codes, little-endian, row after row; sizes are known beforehand
+    """
+
+    product: str
+    photometric: int
+    samples: int
+    black_dn: int
+    white_dn: int
+    noise: tuple[float, float]
+    raw: memoryview
+    strip_bytes: tuple[int, ...]
+    strips: Iterable[memoryview]
+
+
+def write_dng(frame: Frame, path: Path, *, allow_odd_cfa: bool = False) -> None:
+    """Write the mosaic as an uncompressed DNG; raises OutputError for an array that developers misread.
+
+    allow_odd_cfa : write such an array all the same; :func:`odd_cfa` says which programs fail
+    """
+    why = odd_cfa(frame.cfa_pattern)
+    if why and not allow_odd_cfa:
+        raise OutputError(why)
     codes = np.ascontiguousarray(frame.mosaic, dtype="<u2")
     image = codes.data.cast("B")
-    tags = (
-        *_image_tags(frame),
-        *_level_tags(frame),
-        *_identity_tags(frame, image),
-        *_rendering_tags(),
-        *(() if is_mono(frame) else _colour_tags(frame)),
+    content = _Content(
+        product="mosaic",
+        photometric=_LINEAR_RAW if is_mono(frame) else _CFA,
+        samples=1,
+        black_dn=frame.black_level_dn,
+        white_dn=frame.white_level_dn,
+        noise=noise_profile(frame),
+        raw=image,
+        strip_bytes=(image.nbytes,),
+        strips=(image,),
     )
-    write_chunks(path, (directory(tags, _exif_tags(frame), [image.nbytes]), image))
+    _write(frame, content, path)
+
+
+def write_truth(frame: Frame, path: Path) -> None:
+    """Write the truth as linear raw, 16 bits a channel, never demosaiced: black 0, white where the camera clips.
+
+    A developer treats it as it treats the mosaic, so that the two can be compared after development. What is
+    brighter than the camera's white is cut there; the exact electrons are for .exr and .npy.
+    """
+    truth = frame.truth
+    assert truth is not None
+    if len(frame.channels) > 1 and frame.channels != _RGB:
+        raise OutputError(
+            f"a DNG of the truth holds red, green and blue, and this camera has {', '.join(frame.channels)}; "
+            "write an .exr or .npy instead"
+        )
+    rows, cols, samples = truth.shape
+    saturation_e = (frame.white_level_dn - frame.black_level_dn) * frame.electrons_per_dn
+    codes_per_e = np.float32(TRUTH_WHITE_DN / saturation_e)
+
+    def strips() -> Iterator[memoryview]:
+        for first in range(0, rows, _STRIP_ROWS):
+            codes = np.rint(np.clip(truth[first : first + _STRIP_ROWS] * codes_per_e, 0, TRUTH_WHITE_DN))
+            yield np.ascontiguousarray(codes, dtype="<u2").data.cast("B")
+
+    content = _Content(
+        product="truth",
+        photometric=_LINEAR_RAW,
+        samples=samples,
+        black_dn=0,
+        white_dn=TRUTH_WHITE_DN,
+        # No noise but the rounding's.
+        noise=(0.0, 1 / 12 / TRUTH_WHITE_DN**2),
+        raw=np.ascontiguousarray(truth).data.cast("B"),
+        strip_bytes=tuple(2 * samples * cols * min(_STRIP_ROWS, rows - first) for first in range(0, rows, _STRIP_ROWS)),
+        strips=strips(),
+    )
+    _write(frame, content, path)
 
 
 def is_mono(frame: Frame) -> bool:
@@ -68,56 +147,89 @@ def is_mono(frame: Frame) -> bool:
     return len(frame.channels) == 1
 
 
-def _image_tags(frame: Frame) -> tuple[Tag, ...]:
+def odd_cfa(pattern: tuple[str, ...]) -> str | None:
+    """Say which programs misread a DNG of a colour filter array; None for those that all of them read.
+
+    >>> odd_cfa(("GB", "RG")) is None
+    True
+    >>> odd_cfa(("RGBW",))[:82]
+    'raw developers misread a DNG of the colour filter array RGBW: dcraw, LibRaw, RawTh'
+    """
+    letters = set("".join(pattern))
+    period = len(pattern), len(pattern[0])
+    if len(letters) == 1 or pattern in _BAYER or (period == (6, 6) and letters == set(_RGB)):
+        return None
+    shown = " / ".join(pattern)
+    unknown = sorted(letters - set(_CFA_CODES))
+    if unknown or max(period) > 255:
+        return f"a DNG cannot hold the colour filter array {shown}; write a .tiff, .exr or .npy instead"
+    return (
+        f"raw developers misread a DNG of the colour filter array {shown}: dcraw, LibRaw, RawTherapee and darktable "
+        "take it for another one and Adobe's SDK does not interpolate it; write a .tiff, .exr or .npy instead"
+    )
+
+
+def _write(frame: Frame, content: _Content, path: Path) -> None:
+    refuse_over_4_gib(sum(content.strip_bytes))
+    tags = (
+        *_image_tags(frame, content),
+        *_level_tags(frame, content),
+        *_identity_tags(frame, content),
+        *_rendering_tags(),
+        *(() if is_mono(frame) else _colour_tags(frame)),
+    )
+    write_chunks(path, chain((directory(tags, _exif_tags(frame), content.strip_bytes),), content.strips))
+
+
+def _image_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
     rows, cols = frame.mosaic.shape
+    rows_per_strip = rows if len(content.strip_bytes) == 1 else _STRIP_ROWS
     return (
         long(254, 0),  # NewSubfileType: the main image
         long(256, cols),
         long(257, rows),
-        short(258, 16),  # BitsPerSample
+        short(258, *[16] * content.samples),  # BitsPerSample
         short(259, 1),  # Compression: none
-        short(262, _LINEAR_RAW if is_mono(frame) else _CFA),
+        short(262, content.photometric),
         short(274, 1),  # Orientation: row 0 at the top, column 0 at the left
-        short(277, 1),  # SamplesPerPixel
-        long(278, rows),  # RowsPerStrip
+        short(277, content.samples),  # SamplesPerPixel
+        long(278, rows_per_strip),
         short(284, 1),  # PlanarConfiguration
-        *(() if is_mono(frame) else _cfa_tags(frame)),
+        *(_cfa_tags(frame) if content.photometric == _CFA else ()),
     )
 
 
 def _cfa_tags(frame: Frame) -> tuple[Tag, ...]:
     pattern = frame.cfa_pattern
-    period = len(pattern), len(pattern[0])
-    known = pattern in _BAYER or (period == (6, 6) and set("".join(pattern)) == set(_CFA_CODES))
-    if not known:
+    if unknown := [letter for letter in frame.channels if letter not in _CFA_CODES]:
         raise OutputError(
-            f"raw developers misread a DNG of the colour filter array {' / '.join(pattern)}; "
-            "write a .tiff, .exr or .npy instead"
+            f"a DNG has no code for the colour filters {', '.join(unknown)}; write a .tiff, .exr or .npy instead"
         )
     return (
-        short(33421, *period),  # CFARepeatPatternDim
+        short(33421, len(pattern), len(pattern[0])),  # CFARepeatPatternDim
         byte(33422, [_CFA_CODES[letter] for row in pattern for letter in row]),  # CFAPattern
-        byte(50710, [0, 1, 2]),  # CFAPlaneColor
+        byte(50710, [_CFA_CODES[letter] for letter in frame.channels]),  # CFAPlaneColor
         short(50711, 1),  # CFALayout: rectangular
     )
 
 
-def _level_tags(frame: Frame) -> tuple[Tag, ...]:
+def _level_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
     rows, cols = frame.mosaic.shape
-    # Demosaicing needs neighbours, two at least; a crop keeps whole periods of the array (2 or 6).
+    # Demosaicing needs neighbours, two at least; a crop keeps whole periods of the array (2 or 6). The truth is
+    # cropped as its mosaic is, so that the two lie on one another when developed.
     usual, smallest = (6, 6) if len(frame.cfa_pattern) == 6 else (4, 2)
     shortest = min(rows, cols)
     margin = usual if shortest >= 24 else smallest if shortest > 2 * smallest else 0
     return (
         short(50713, 1, 1),  # BlackLevelRepeatDim
-        rational(50714, frame.black_level_dn),
-        long(50717, frame.white_level_dn),
+        rational(50714, *[content.black_dn] * content.samples),
+        long(50717, *[content.white_dn] * content.samples),
         rational(50718, 1, 1),  # DefaultScale
         rational(50719, margin, margin),  # DefaultCropOrigin: column, row
         rational(50720, cols - 2 * margin, rows - 2 * margin),  # DefaultCropSize
         rational(50780, 1),  # BestQualityScale
         long(50829, 0, 0, rows, cols),  # ActiveArea: top, left, bottom, right
-        double(51041, *noise_profile(frame) * (1 if is_mono(frame) else 3)),
+        double(51041, *content.noise * len(frame.channels)),
     )
 
 
@@ -132,23 +244,23 @@ def noise_profile(frame: Frame) -> tuple[float, float]:
     return shot, floor_dn2 / span_dn**2
 
 
-def _identity_tags(frame: Frame, image: memoryview) -> tuple[Tag, ...]:
-    record = record_json(frame, "mosaic")
-    content = hashlib.blake2b(image, digest_size=16)
-    content.update(record.encode("ascii"))
+def _identity_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
+    record = record_json(frame, content.product)
+    identity = hashlib.blake2b(content.raw, digest_size=16)
+    identity.update(record.encode("ascii"))
     model = ascii_text(frame.camera_name) or "camera"
     return (
         ascii_string(271, _MAKE),
         ascii_string(272, model),
         ascii_string(305, software()),
         ascii_string(306, exif_datetime(frame)),
-        byte(700, _xmp(frame, record)),
+        byte(700, _xmp(frame, content.product, record)),
         byte(50706, [1, 4, 0, 0]),  # DNGVersion
         byte(50707, [1, 1, 0, 0]),  # DNGBackwardVersion
         # Our make in front: of a real camera's exact name readers have tables of their own.
         ascii_string(50708, f"{_MAKE} {model}"),
         ascii_string(50735, str(frame.serial)),
-        byte(50781, content.digest()),  # RawDataUniqueID
+        byte(50781, identity.digest()),  # RawDataUniqueID
     )
 
 
@@ -215,11 +327,11 @@ def _exif_tags(frame: Frame) -> tuple[Tag, ...]:
     )
 
 
-def _xmp(frame: Frame, record: str) -> bytes:
+def _xmp(frame: Frame, product: str, record: str) -> bytes:
     properties = {
         "Seed": str(frame.seed),
         "DescriptionSHA256": description_hash(frame),
-        "ErrorEstimate": error_text(frame, "mosaic"),
+        "ErrorEstimate": error_text(frame, product),
         "Tolerance": f"{frame.report.tolerance:g}",
     }
     attributes = "".join(f'\n   camsim:{name}="{html.escape(value)}"' for name, value in properties.items())

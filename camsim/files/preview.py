@@ -24,8 +24,8 @@ def develop(frame: Frame) -> U8:
     """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is the sensor's white level.
 
     Black level, as-shot white balance, bilinear demosaicing, the D65 forward matrix (or the scene's own) and the
-    sRGB curve. No brightness is added: an underexposed capture looks dark. All channels are clipped at the balanced white,
-    so that what is clipped looks white and not coloured. A camera without a colour matrix gives grey.
+    sRGB curve. No brightness is added: an underexposed capture looks dark. All channels are clipped at the
+    balanced white, so that what is clipped looks white and not coloured. A camera without a colour matrix gives grey.
     """
     span = frame.white_level_dn - frame.black_level_dn
     signal = (frame.mosaic.astype(np.float32) - frame.black_level_dn) / np.float32(span)

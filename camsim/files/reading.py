@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import json
 import os
+import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 from xml.parsers import expat
 
+import numpy as np
+
 from camsim.errors import InputError
 from camsim.files import exr_reader, png_reader, tiff_reader
 from camsim.files.describe import RECORD_FORMAT, canonical, checksum
+from camsim.files.npz import RECORD_NAME
 
 XMP_NAMESPACE = "urn:camsim:frame/1/"
 """XML namespace of our own properties in XMP."""
@@ -29,7 +34,7 @@ LONGEST_RECORD = 16 << 20
 class Held:
     """What one file holds.
 
-    form       : "DNG", "OpenEXR", "TIFF" or "PNG"
+    form       : "DNG", "OpenEXR", "TIFF", "PNG" or "NPZ"
     suffix     : of such files, with its dot
     rows, cols : of the image
     size_bytes : of the file
@@ -63,7 +68,7 @@ class _Found:
 
 
 def read_file(path: str | os.PathLike[str]) -> Held:
-    """Read what a DNG, EXR, TIFF or PNG of ours says about itself; the image is left alone.
+    """Read what a DNG, EXR, TIFF, PNG or NPZ of ours says about itself; the image is left alone.
 
     Raises InputError, in one sentence, for what is no such file, was cut short or has been changed.
     """
@@ -124,7 +129,9 @@ def _reader(begin: bytes) -> Callable[[BinaryIO, int], _Found]:
         return _exr
     if begin.startswith(png_reader.MAGIC):
         return _png
-    raise InputError("it is no DNG, OpenEXR, TIFF or PNG of camsim")
+    if begin.startswith(b"PK\x03\x04"):
+        return _npz
+    raise InputError("it is no DNG, OpenEXR, TIFF, PNG or NPZ of camsim")
 
 
 def _tiff(file: BinaryIO, size: int) -> _Found:
@@ -153,6 +160,25 @@ def _exr(file: BinaryIO, size: int) -> _Found:
 def _png(file: BinaryIO, size: int) -> _Found:
     rows, cols, text = png_reader.read_png(file, size, LONGEST_RECORD)
     return _Found("PNG", ".png", rows, cols, text)
+
+
+def _npz(file: BinaryIO, size: int) -> _Found:
+    try:
+        with zipfile.ZipFile(file) as archive:
+            if RECORD_NAME not in archive.namelist():
+                return _Found("NPZ", ".npz", 0, 0, None)
+            with archive.open(RECORD_NAME) as member:
+                words = member.read(LONGEST_RECORD + 1)
+            with archive.open("mosaic.npy") as member:
+                version = np.lib.format.read_magic(member)
+                shape, _, _ = np.lib.format.read_array_header_1_0(member)
+    except (zipfile.BadZipFile, zlib.error, KeyError, NotImplementedError, RuntimeError, EOFError) as error:
+        raise InputError(f"it is cut short or damaged ({error})") from None
+    except ValueError:
+        raise InputError("its mosaic is no array of numpy's") from None
+    if version != (1, 0) or len(shape) != 2:
+        raise InputError("its mosaic is no array of ours")
+    return _Found("NPZ", ".npz", shape[0], shape[1], words.decode("ascii", "replace"))
 
 
 def _record_in_xmp(xmp: bytes) -> str | None:

@@ -19,18 +19,14 @@ X_TRANS = "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line(
-        "markers", "clients: needs other people's programs (make test-clients installs them)"
-    )
+    config.addinivalue_line("markers", "clients: needs other people's programs (make test-clients installs them)")
 
 
 def bell(centre_nm: float, width_nm: float) -> np.ndarray:
     return np.exp(-0.5 * ((WAVELENGTH_NM - centre_nm) / width_nm) ** 2)
 
 
-def build_frame(
-    rows: int = 48, cols: int = 66, pattern: str = "RG GB", seed: int = 5, **changes: Any
-) -> Frame:
+def build_frame(rows: int = 48, cols: int = 66, pattern: str = "RG GB", seed: int = 5, **changes: Any) -> Frame:
     """Return a frame of an L of three squares, the lower one red, on noise; one square is clipped.
 
     None of the eight ways to turn or mirror it looks like another. ``pattern`` is "Y" for mono.

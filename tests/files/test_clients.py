@@ -37,9 +37,7 @@ KINDS: dict[str, dict[str, Any]] = {
 
 
 @pytest.fixture(params=KINDS)
-def case(
-    request: pytest.FixtureRequest, tmp_path: Path, make_frame: Callable[..., Frame]
-) -> tuple[Frame, Path]:
+def case(request: pytest.FixtureRequest, tmp_path: Path, make_frame: Callable[..., Frame]) -> tuple[Frame, Path]:
     frame = make_frame(**{"rows": 446, "cols": 446, **KINDS[request.param]})
     save(frame, tmp_path / "a.dng")
     return frame, tmp_path / "a.dng"
@@ -67,9 +65,7 @@ def test_exiftool_validates_the_dng(case: tuple[Frame, Path]) -> None:
 def test_exiftool_validates_tiff_and_png(tmp_path: Path, frame: Frame) -> None:
     for suffix, product in ((".tiff", "mosaic"), (".png", "mosaic"), (".png", "preview")):
         save(frame, tmp_path / f"a{suffix}", product=product)
-        answer = run(
-            "exiftool", "-validate", "-warning", "-error", "-a", "-s", tmp_path / f"a{suffix}"
-        ).stdout
+        answer = run("exiftool", "-validate", "-warning", "-error", "-a", "-s", tmp_path / f"a{suffix}").stdout
         assert answer.decode().split() == ["Validate", ":", "OK"], suffix
 
 
@@ -111,9 +107,7 @@ def test_adobes_library_reads_the_codes_without_a_warning(case: tuple[Frame, Pat
     np.testing.assert_allclose([float(red), float(green), float(blue)], seen / seen.max(), rtol=1e-5)
 
 
-def test_less_than_22_photosites_open_in_adobes_library_only(
-    tmp_path: Path, make_frame: Callable[..., Frame]
-) -> None:
+def test_less_than_22_photosites_open_in_adobes_library_only(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
     for size in (5, 21):
         frame = make_frame(size, size)
         save(frame, tmp_path / "a.dng")

@@ -89,10 +89,7 @@ def response_to(frame: Frame, light: str) -> np.ndarray:
     shape = colour.SpectralShape(380, 780, 5)
     power = colour.SDS_ILLUMINANTS[light].copy().align(shape).values
     nodes = shape.range()
-    sums = [
-        (power * np.interp(nodes, frame.colour.wavelength_nm, curve)).sum()
-        for curve in frame.colour.sensitivity
-    ]
+    sums = [(power * np.interp(nodes, frame.colour.wavelength_nm, curve)).sum() for curve in frame.colour.sensitivity]
     return np.array(sums) / max(sums)
 
 
@@ -201,6 +198,75 @@ def test_names_beyond_ascii_are_written_in_ascii(tmp_path: Path, make_frame: Cal
     assert tags[271] == "camsim"
     assert tags[272] == "Groe 4.88 um"
     assert tags[50708] == "camsim Groe 4.88 um"
+
+
+@pytest.mark.parametrize("size", [(48, 66), (49, 67), (700, 30)])
+def test_the_truth_is_linear_raw_of_16_bits(
+    tmp_path: Path, make_frame: Callable[..., Frame], size: tuple[int, int]
+) -> None:
+    frame = make_frame(*size)
+    save(frame, tmp_path / "a.dng", product="truth")
+    expected = np.minimum(frame.truth.astype(np.float64) / ((4023 - 128) * 10) * 65535, 65535)
+    assert (expected == 65535).any()
+    read = tifffile.imread(tmp_path / "a.dng")
+    assert read.dtype == np.uint16
+    # Half a code, and what single precision rounds.
+    assert np.abs(read - expected).max() <= 0.51
+    tags = tags_of(tmp_path / "a.dng")
+    assert (tags[262], tags[277], tags[50714], tags[50717]) == (34892, 3, (0, 1) * 3, (65535,) * 3)
+
+
+def test_libraw_develops_the_truth_as_it_does_the_mosaic(
+    tmp_path: Path, frame: Frame, develop_with_rawpy: Callable[[Path], np.ndarray]
+) -> None:
+    flat = np.broadcast_to(np.array([9000.0, 16000.0, 11000.0], np.float32), (48, 66, 3))
+    codes = np.rint(128 + np.take_along_axis(flat, frame.channel_index[:, :, None].astype(int), axis=2) / 10)
+    even = dataclasses.replace(frame, truth=flat, mosaic=codes[:, :, 0].astype(np.uint16))
+    save(even, tmp_path / "mosaic.dng")
+    save(even, tmp_path / "truth.dng", product="truth")
+    one, other = (develop_with_rawpy(tmp_path / f"{name}.dng") for name in ("mosaic", "truth"))
+    # The mosaic's codes are whole numbers of 3895.
+    np.testing.assert_allclose(one, other, atol=1e-3)
+
+
+def test_the_truth_of_mono_is_grey(tmp_path: Path, mono_frame: Frame) -> None:
+    save(mono_frame, tmp_path / "a.dng", product="truth")
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        codes = np.minimum(mono_frame.truth[:, :, 0] / 38950 * 65535, 65535)
+        assert np.abs(raw.raw_image_visible - codes).max() <= 0.51
+
+
+def test_the_truth_of_other_channels_is_no_dng(tmp_path: Path, frame: Frame) -> None:
+    four = dataclasses.replace(frame, channels=("R", "G", "B", "W"), truth=np.zeros((48, 66, 4), np.float32))
+    with pytest.raises(OutputError, match="holds red, green and blue, and this camera has R, G, B, W"):
+        save(four, tmp_path / "a.dng", product="truth")
+
+
+@pytest.mark.parametrize("pattern", ["RRGG RRGG GGBB GGBB", "RG BG", "RGB"])
+def test_odd_arrays_are_written_when_insisted_on(
+    tmp_path: Path, make_frame: Callable[..., Frame], pattern: str
+) -> None:
+    frame = make_frame(48, 66, pattern)
+    save(frame, tmp_path / "a.dng", allow_odd_cfa=True)
+    tags = tags_of(tmp_path / "a.dng")
+    rows = pattern.split()
+    assert tags[33421] == (len(rows), len(rows[0]))
+    assert list(bytes(tags[33422])) == ["RGB".index(letter) for letter in "".join(rows)]
+    np.testing.assert_array_equal(tifffile.imread(tmp_path / "a.dng"), frame.mosaic)
+
+
+def test_white_and_complementary_filters_have_their_codes(tmp_path: Path, frame: Frame) -> None:
+    curves = np.vstack([frame.colour.sensitivity, frame.colour.sensitivity.sum(axis=0) ** 2])
+    colour = dataclasses.replace(frame.colour, channels=("R", "G", "B", "W"), sensitivity=curves)
+    four = dataclasses.replace(frame, channels=("R", "G", "B", "W"), cfa_pattern=("RG", "WB"), colour=colour)
+    save(four, tmp_path / "a.dng", allow_odd_cfa=True)
+    tags = tags_of(tmp_path / "a.dng")
+    assert list(bytes(tags[33422])) == [0, 1, 6, 2]
+    assert list(bytes(tags[50710])) == [0, 1, 2, 6]
+    assert len(tags[50722]) == 2 * 12
+    strange = dataclasses.replace(four, channels=("R", "G", "B", "K"), cfa_pattern=("RG", "KB"))
+    with pytest.raises(OutputError, match="no code for the colour filters K"):
+        save(strange, tmp_path / "b.dng", allow_odd_cfa=True)
 
 
 @pytest.mark.parametrize("pattern", ["RRGG RRGG GGBB GGBB", "RG BG", "RG GW", "RY YB", "RGB"])

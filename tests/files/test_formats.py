@@ -78,9 +78,7 @@ def test_tiff_holds_the_codes(tmp_path: Path, frame: Frame, suffix: str) -> None
 
 
 @pytest.mark.parametrize("pattern", ["GB RG", "Y"])
-def test_png_holds_the_codes_when_asked(
-    tmp_path: Path, make_frame: Callable[..., Frame], pattern: str
-) -> None:
+def test_png_holds_the_codes_when_asked(tmp_path: Path, make_frame: Callable[..., Frame], pattern: str) -> None:
     frame = make_frame(pattern=pattern)
     save(frame, tmp_path / "a.png", product="mosaic")
     with Image.open(tmp_path / "a.png") as image:
@@ -136,3 +134,24 @@ def test_the_way_a_frame_took_is_not_in_its_files(tmp_path: Path, frame: Frame) 
         save(frame, tmp_path / f"a{suffix}", product=product)
         save(slow, tmp_path / f"b{suffix}", product=product)
         assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+
+
+@pytest.mark.parametrize("pattern", ["RG GB", "Y"])
+def test_tiff_holds_the_truth_in_electrons(tmp_path: Path, make_frame: Callable[..., Frame], pattern: str) -> None:
+    frame = make_frame(pattern=pattern)
+    save(frame, tmp_path / "a.tiff", product="truth")
+    read = tifffile.imread(tmp_path / "a.tiff")
+    assert frame.truth is not None
+    np.testing.assert_array_equal(read, frame.truth if frame.truth.shape[2] == 3 else frame.truth[:, :, 0])
+    assert read.dtype == np.float32
+
+
+def test_npz_holds_everything(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz", allow_pickle=False) as arrays:
+        for name in ("mosaic", "electrons", "mean_electrons", "channel_index", "truth"):
+            np.testing.assert_array_equal(arrays[name], getattr(frame, name))
+        assert json.loads(arrays["record.json"])["description"] == frame.description
+    save(dataclasses.replace(frame, truth=None), tmp_path / "a.npz")
+    with np.load(tmp_path / "a.npz", allow_pickle=False) as arrays:
+        assert "truth" not in arrays

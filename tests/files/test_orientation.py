@@ -25,9 +25,7 @@ def eight_ways(image: np.ndarray) -> list[np.ndarray]:
 def assert_upright(found: np.ndarray, truth: np.ndarray) -> None:
     """The picture is nearest to the truth as it is; turned or mirrored it is far off."""
     scaled = np.minimum(truth, 38950)
-    misfits = [
-        np.abs(found - way).mean() if way.shape == found.shape else np.inf for way in eight_ways(scaled)
-    ]
+    misfits = [np.abs(found - way).mean() if way.shape == found.shape else np.inf for way in eight_ways(scaled)]
     assert np.argmin(misfits) == 0
     assert misfits[0] < 0.5 * min(misfits[1:])
 
@@ -52,9 +50,7 @@ def test_dng_as_developed(
 
 
 @pytest.mark.parametrize("pattern", PHASES)
-def test_png_preview(
-    tmp_path: Path, make_frame: Callable[..., Frame], pattern: str, size: tuple[int, int]
-) -> None:
+def test_png_preview(tmp_path: Path, make_frame: Callable[..., Frame], pattern: str, size: tuple[int, int]) -> None:
     save(make_frame(*size, pattern), tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as image:
         assert_colours((np.asarray(image) / 255.0) ** 2.2, size)

@@ -36,7 +36,7 @@ def test_every_writer_is_of_a_known_product() -> None:
     assert {product for form in SUFFIXES.values() for product in form.writers} == set(PRODUCTS)
 
 
-KNOWN = "(known: .dng, .exr, .tiff, .tif, .png, .npy)"
+KNOWN = "(known: .dng, .exr, .tiff, .tif, .png, .npy, .npz)"
 
 
 @pytest.mark.parametrize(
@@ -49,9 +49,9 @@ KNOWN = "(known: .dng, .exr, .tiff, .tif, .png, .npy)"
         (
             "a.dng",
             "mosiac",
-            "unknown product 'mosiac'; did you mean 'mosaic'? (known: mosaic, electrons, truth, preview)",
+            "unknown product 'mosiac'; did you mean 'mosaic'? (known: mosaic, electrons, truth, preview, frame)",
         ),
-        ("a.dng", "truth", "DNG holds mosaic and not truth; truth goes into .exr or .npy"),
+        ("a.dng", "electrons", "DNG holds mosaic or truth and not electrons; electrons goes into .exr or .npy"),
         (
             "a.png",
             "electrons",
@@ -61,8 +61,7 @@ KNOWN = "(known: .dng, .exr, .tiff, .tif, .png, .npy)"
         (
             "a.exr",
             "mosaic",
-            "OpenEXR holds truth or electrons and not mosaic; "
-            "mosaic goes into .dng, .tiff, .tif, .png or .npy",
+            "OpenEXR holds truth or electrons and not mosaic; mosaic goes into .dng, .tiff, .tif, .png or .npy",
         ),
         ("a\0b.dng", None, "embedded null byte"),
         ("a" * 300 + ".dng", None, "the name is too long"),

@@ -38,9 +38,7 @@ def test_it_looks_like_libraws_development(
     assert difference.max() < 0.006
 
 
-@pytest.mark.parametrize(
-    "pattern", [*PATTERNS, "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG", "RRGG RRGG GGBB GGBB"]
-)
+@pytest.mark.parametrize("pattern", [*PATTERNS, "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG", "RRGG RRGG GGBB GGBB"])
 @pytest.mark.parametrize("size", [(48, 66), (13, 17)])
 def test_demosaicing_keeps_what_was_recorded_and_is_exact_on_flats(
     make_frame: Callable[..., Frame], pattern: str, size: tuple[int, int]

@@ -85,9 +85,7 @@ except OutputError as error:
     ("suffix", "product"),
     [(suffix, product) for suffix, form in SUFFIXES.items() for product in form.writers],
 )
-def test_every_writer_notices_a_full_disk(
-    make_frame: Callable[..., Frame], suffix: str, product: str
-) -> None:
+def test_every_writer_notices_a_full_disk(make_frame: Callable[..., Frame], suffix: str, product: str) -> None:
     for size in ((6, 6), (48, 66), (300, 300)):
         with pytest.raises(OSError, match=r"No space left") as caught:
             SUFFIXES[suffix].writers[product](make_frame(*size), Path("/dev/full"))
