@@ -129,6 +129,9 @@ def capture(
             help="A file to write; the suffix chooses its format. Repeatable; NAME.dng when left out.",
         ),
     ] = None,
+    allow_odd_cfa: Annotated[
+        bool, typer.Option("--allow-odd-cfa", help="Write a DNG even of a filter array that raw developers misread.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON on stdout.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
@@ -144,6 +147,7 @@ def capture(
             changes=tuple(changes or ()),
             seed=seed,
             outputs=tuple(outputs or ()),
+            allow_odd_cfa=allow_odd_cfa,
             force=force,
             as_json=as_json,
             quiet=quiet,

@@ -33,9 +33,10 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
 
     gc.enable()
     with Bar(shown=not quiet) as bar:
-        frame = frame_of(held, {output.product for output in outputs}, bar)
+        products = {output.product for output in outputs} | ({"truth"} if held.has_truth else set())
+        frame = frame_of(held, products, bar)
         for output in outputs:
-            save(frame, output.path, product=output.product)
+            save(frame, output.path, product=output.product, allow_odd_cfa=True)
     if not quiet:
         for output in outputs:
             print(f"{output.path}: {_compared(held, output)}", file=sys.stderr)

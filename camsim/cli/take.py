@@ -6,6 +6,7 @@ import gc
 import json
 import sys
 import time
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
-from camsim.errors import CamsimError
+from camsim.errors import CamsimError, OutputError
 
 if TYPE_CHECKING:
     from camsim.frame import Frame
@@ -28,6 +29,7 @@ class Request:
     changes: tuple[str, ...]
     seed: int | None
     outputs: tuple[str, ...]
+    allow_odd_cfa: bool
     force: bool
     as_json: bool
     quiet: bool
@@ -50,10 +52,13 @@ def take(request: Request) -> None:
             seed=request.seed,
             products=products,
         )
+        warning = odd_cfa_of(setup.camera.cfa.pattern, outputs, allowed=request.allow_odd_cfa)
     except CamsimError as error:
         errors.insert(0, error)
     if errors:
         raise CamsimError("\n".join(str(error) for error in errors))
+    if warning:
+        print(f"camsim: warning: {warning}", file=sys.stderr)
     if not request.quiet:
         _say_that_it_compiles()
     gc.freeze()
@@ -62,7 +67,7 @@ def take(request: Request) -> None:
     with Bar(shown=not request.quiet) as bar:
         frame = setup.expose(products=products, progress=bar.update)
         writing_s = time.perf_counter()
-        _write(frame, outputs, bar)
+        _write(frame, outputs, bar, allow_odd_cfa=request.allow_odd_cfa)
     done_s = time.perf_counter()
     set_up = {"set up": ready_s - request.began_s}
     seconds = {**set_up, **frame.report.seconds, "write": done_s - writing_s}
@@ -75,6 +80,17 @@ def take(request: Request) -> None:
         print(json.dumps(_as_json(frame, outputs, seconds, total_s), indent=2, ensure_ascii=False))
 
 
+def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: bool) -> str | None:
+    """Return a warning about DNGs of an array that developers misread; raises OutputError unless allowed."""
+    from camsim.files.dng import odd_cfa
+
+    file = next((o.path for o in outputs if o.product == "mosaic" and o.path.lower().endswith(".dng")), None)
+    why = odd_cfa(pattern) if file else None
+    if why and not allowed:
+        raise OutputError(f"cannot write {file!r}: {why}, or insist with --allow-odd-cfa")
+    return f"{file}: {why}" if why else None
+
+
 def _say_that_it_compiles() -> None:
     from camsim.rendering import kernels_compiled
 
@@ -82,12 +98,12 @@ def _say_that_it_compiles() -> None:
         print("camsim: compiling its kernels, once on this machine (about half a minute)", file=sys.stderr)
 
 
-def _write(frame: Frame, outputs: list[Output], bar: Bar) -> None:
+def _write(frame: Frame, outputs: list[Output], bar: Bar, *, allow_odd_cfa: bool) -> None:
     from camsim.files import save
 
     for number, output in enumerate(outputs):
         bar.update("write", number / len(outputs))
-        save(frame, output.path, product=output.product)
+        save(frame, output.path, product=output.product, allow_odd_cfa=allow_odd_cfa)
 
 
 def _as_json(frame: Frame, outputs: list[Output], seconds: dict[str, float], total_s: float) -> dict[str, Any]:

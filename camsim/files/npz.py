@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from camsim.files.describe import record_json
 from camsim.frame import Frame
@@ -18,7 +20,7 @@ _EARLIEST = (1980, 1, 1, 0, 0, 0)
 
 def write_frame(frame: Frame, path: Path) -> None:
     """Write mosaic, electrons, mean_electrons, channel_index and truth (when captured), stored and not packed."""
-    arrays = {
+    arrays: dict[str, npt.NDArray[Any]] = {
         "mosaic": frame.mosaic,
         "electrons": frame.electrons,
         "mean_electrons": frame.mean_electrons,

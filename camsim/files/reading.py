@@ -39,6 +39,7 @@ class Held:
     rows, cols : of the image
     size_bytes : of the file
     product    : which of the frame's products it is
+    has_truth  : whether the truth is in it
     record     : the figures that explain its numbers, and ``description``: all stages with all parameters
     """
 
@@ -49,6 +50,7 @@ class Held:
     cols: int
     size_bytes: int
     product: str
+    has_truth: bool
     record: Mapping[str, Any]
 
     @property
@@ -65,6 +67,7 @@ class _Found:
     rows: int
     cols: int
     text: str | None
+    has_truth: bool = False
 
 
 def read_file(path: str | os.PathLike[str]) -> Held:
@@ -94,6 +97,7 @@ def read_file(path: str | os.PathLike[str]) -> Held:
         cols=found.cols,
         size_bytes=size,
         product=str(record["product"]),
+        has_truth=found.has_truth or record["product"] == "truth",
         record=record,
     )
 
@@ -165,7 +169,8 @@ def _png(file: BinaryIO, size: int) -> _Found:
 def _npz(file: BinaryIO, size: int) -> _Found:
     try:
         with zipfile.ZipFile(file) as archive:
-            if RECORD_NAME not in archive.namelist():
+            names = archive.namelist()
+            if RECORD_NAME not in names:
                 return _Found("NPZ", ".npz", 0, 0, None)
             with archive.open(RECORD_NAME) as member:
                 words = member.read(LONGEST_RECORD + 1)
@@ -178,7 +183,7 @@ def _npz(file: BinaryIO, size: int) -> _Found:
         raise InputError("its mosaic is no array of numpy's") from None
     if version != (1, 0) or len(shape) != 2:
         raise InputError("its mosaic is no array of ours")
-    return _Found("NPZ", ".npz", shape[0], shape[1], words.decode("ascii", "replace"))
+    return _Found("NPZ", ".npz", shape[0], shape[1], words.decode("ascii", "replace"), "truth.npy" in names)
 
 
 def _record_in_xmp(xmp: bytes) -> str | None:
