@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from camsim.camera import Camera
-from camsim.config import build, library, memory, overrides, schema, yaml_source
-from camsim.config.build import Progress, SceneDocument, SensorDocument, Setup
+from camsim.config import build, build_sensor, coverage, library, memory, overrides, schema, yaml_source
+from camsim.config.build import Progress, SceneDocument, Setup
+from camsim.config.build_sensor import SensorDocument
 from camsim.config.judged import Judged
 from camsim.config.overrides import Override
 from camsim.errors import CamsimError, ConfigError, Fault
@@ -73,7 +74,7 @@ def load_camera(sensor: PathOrName, *, lens: Airy, overrides: Iterable[str] = ()
     """Make a camera of a sensor file (a path or a shipped name) and a lens."""
     changes, faults = _parsed(overrides)
     judged = _collected(faults, lambda: _sensor(os.fspath(sensor), changes))
-    camera = judged and build.camera(judged, lens)
+    camera = judged and build_sensor.camera(judged, lens)
     faults += judged.faults if judged else []
     if faults or not camera:
         raise ConfigError(_in_order(faults))
@@ -89,12 +90,16 @@ def _setup(
 ) -> Setup | None:
     """Build every part, so that every fault is found; None when there is any."""
     frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
-    lens, light, exposure = build.lens(scene), build.light(scene), build.exposure(scene)
+    mount, light, exposure = build.mount(scene), build.light(scene), build.exposure(scene)
     region = build.region(scene, frame)
     content = build.scene_content(scene, frame.pitch_um if frame else None)
-    camera = build.camera(sensor, lens) if sensor else None
+    camera = build_sensor.camera(sensor, mount.lens if mount else None) if sensor else None
+    if mount and camera:
+        camera = mount.on(camera)
     if sensor and camera and not scene.faults:
         _refuse_what_does_not_fit(scene, sensor, camera, products)
+        if light is not None:
+            coverage.refuse_what_light_lies_beyond(scene, sensor, camera, light)
     model = scene.model
     if not (model and camera and content and light and exposure):
         return None
@@ -108,6 +113,7 @@ def _setup(
         tolerance=model.render.tolerance,
         noise=model.noise.enabled,
         seed=model.noise.seed if seed is None else seed,
+        frame_number=model.noise.frame_number,
         colour_matrix=model.files.colour_matrix,
     )
 

@@ -138,7 +138,7 @@ def _figures_of_scene(located: Located) -> list[Row]:
     camera, light = setup.camera, setup.light
     rows, cols = (setup.region.rows, setup.region.cols) if setup.region else (camera.rows, camera.cols)
     wavelength_nm = light.line_nm or 550.0
-    scale_um = camera.optics.lens.lambda_n_um(wavelength_nm)
+    scale_um = camera.optics.lens.blur_um(wavelength_nm)
     electrons = camera.electrons_per_reflectance(light.samples(), setup.exposure_time_s).sum(axis=1)
     white = ", ".join(f"{c} {e:.5g}" for c, e in zip(camera.cfa.channels, electrons, strict=True))
     return [

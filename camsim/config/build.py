@@ -1,31 +1,28 @@
-"""Schema to stages: the one place that knows both."""
+"""Scene files to stages: with ``build_sensor`` the one place that knows both schema and stages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from camsim.camera import Camera, Region
 from camsim.config import schema
+from camsim.config.build_sensor import curve_of, filters_at
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
 from camsim.errors import InvalidValueError
 from camsim.frame import Frame
-from camsim.optics import Airy, FourSpotOlpf, SquarePhotosite
+from camsim.optics import Airy
 from camsim.scene import Disc, Polygon, Rectangle, Scene
-from camsim.sensor.adc import Adc
-from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
-from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise
-from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.sensor.falloff import Cos4Falloff, Falloff, RadialFalloff
 from camsim.spectra import named
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.light import Light
 
 SceneDocument: TypeAlias = Judged[schema.SceneFile]
-SensorDocument: TypeAlias = Judged[schema.SensorFile]
 Progress: TypeAlias = Callable[[str, float], None]
 
 # What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
@@ -45,6 +42,7 @@ class Setup:
     tolerance: float
     noise: bool
     seed: int
+    frame_number: int = 0
     colour_matrix: MatrixOf = "standard"
 
     @property
@@ -54,8 +52,15 @@ class Setup:
 
     def expose(self, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None) -> Frame:
         """Take the picture."""
-        return self.camera.expose(
+        return next(self.expose_frames(1, products=products, progress=progress))
+
+    def expose_frames(
+        self, count: int, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None
+    ) -> Iterator[Frame]:
+        """Take ``count`` pictures, one after the other: the same fixed patterns, fresh temporal noise."""
+        return self.camera.expose_frames(
             self.scene,
+            frame_numbers=range(self.frame_number, self.frame_number + count),
             light=self.light,
             exposure=self.exposure,
             seed=self.seed,
@@ -69,61 +74,46 @@ class Setup:
         )
 
 
-def camera(sensor: SensorDocument, lens: Airy | None) -> Camera | None:
-    """Make the camera of a sensor file; None when a part of it is wrong (the document has the faults)."""
-    cfa = _cfa(sensor)
-    quantum_efficiency = _quantum_efficiency(sensor, cfa)
-    readout = sensor.part(("readout",), schema.Readout)
-    adc = None
-    if readout is not None:
-        adc = sensor.build(
-            ("readout",),
-            lambda: Adc(
-                bit_depth=readout.bit_depth,
-                black_level_dn=readout.black_level_dn,
-                electrons_per_dn=readout.electrons_per_dn,
-                base_iso=readout.base_iso,
-            ),
+@dataclass(frozen=True, kw_only=True)
+class Mount:
+    """What a scene file puts in front of a sensor."""
+
+    lens: Airy
+    magnification: float
+    filters: tuple[Spectrum, ...]
+    falloff: Falloff | None
+
+    def on(self, camera: Camera) -> Camera:
+        """Return the camera with this in front of it; its own filters stay, behind these."""
+        return camera.replace(
+            lens=self.lens,
+            magnification=self.magnification,
+            filters=(*self.filters, *camera.filters),
+            falloff=self.falloff,
         )
-    model = sensor.model
-    if model is None or lens is None or cfa is None or quantum_efficiency is None or adc is None:
-        return None
-    charge, read_noise_e = model.charge, model.readout.read_noise_e
-    return sensor.build(
-        (),
-        lambda: Camera(
-            name=model.name,
-            serial=model.serial,
-            rows=model.frame.rows,
-            cols=model.frame.cols,
-            pitch_um=model.frame.pitch_um,
-            lens=lens,
-            olpf=None if model.olpf is None else FourSpotOlpf(split_um=model.olpf.split_um),
-            photosite=SquarePhotosite.from_fill_factor(
-                pitch_um=model.frame.pitch_um, fill_factor=model.photosite.fill_factor
-            ),
-            cfa=cfa,
-            quantum_efficiency=quantum_efficiency,
-            prnu=None if charge.prnu is None else Prnu(charge.prnu),
-            dark_current=(
-                None if charge.dark_current_e_per_s is None else DarkCurrent(charge.dark_current_e_per_s)
-            ),
-            full_well=None if charge.full_well_e is None else FullWell(charge.full_well_e),
-            dsnu=None if charge.dsnu_e is None else Dsnu(charge.dsnu_e),
-            read_noise=None if read_noise_e is None else ReadNoise(read_noise_e),
-            adc=adc,
-        ),
-    )
 
 
-def lens(scene: SceneDocument) -> Airy | None:
-    """Make the lens of a scene file."""
+def mount(scene: SceneDocument) -> Mount | None:
+    """Make the lens of a scene file and everything that is on it."""
     transmission = _spectrum(scene, ("lens", "transmission"), names=False)
+    filters = filters_at(scene, ("lens", "filters"))
     table = scene.part(("lens",), schema.AiryLens)
-    if table is None:
+    if table is None or filters is None:
         return None
     whole = 1.0 if transmission is None else transmission
-    return scene.build(("lens",), lambda: Airy(f_number=table.f_number, transmission=whole))
+    lens = scene.build(("lens",), lambda: Airy(f_number=table.f_number, transmission=whole))
+    falloff = scene.build(("lens", "falloff"), lambda: _falloff(table.falloff))
+    if lens is None or (table.falloff is not None and falloff is None):
+        return None
+    return Mount(lens=lens, magnification=table.magnification, filters=filters, falloff=falloff)
+
+
+def _falloff(table: schema.Cos4Falloff | schema.RadialFalloff | None) -> Falloff | None:
+    if table is None:
+        return None
+    if isinstance(table, schema.Cos4Falloff):
+        return Cos4Falloff(exit_pupil_mm=table.exit_pupil_mm)
+    return RadialFalloff(radius_mm=tuple(table.radius_mm), values=tuple(table.values))
 
 
 def light(scene: SceneDocument) -> Light | None:
@@ -132,11 +122,25 @@ def light(scene: SceneDocument) -> Light | None:
     if isinstance(name, str):
         scene.build(("light", "illuminant"), lambda: named.illuminant(name))
     table = scene.part(("light",), schema.Light)
-    if table is None or (table.illuminant is None) == (table.line_nm is None):
+    if table is None or any(schema.Light.contradictions(scene.value(("light",)))):
         return None
+    curve: Curve | None = None
+    if (own := table.table) is not None:
+        curve = scene.build(("light", "table"), lambda: Curve(tuple(own.wavelength_nm), tuple(own.values), "table"))
+        if curve is None:
+            return None
     return scene.build(
         ("light",),
-        lambda: Light(table.illuminant, line_nm=table.line_nm, illuminance_lux=table.illuminance_lux),
+        lambda: Light(
+            table.illuminant if curve is None else curve,
+            line_nm=table.line_nm,
+            width_nm=table.width_nm,
+            blackbody_k=table.blackbody_k,
+            illuminance_lux=table.illuminance_lux,
+            irradiance_w_per_m2=table.irradiance_w_per_m2,
+            luminance_cd_per_m2=table.luminance_cd_per_m2,
+            at=table.at,
+        ),
     )
 
 
@@ -146,7 +150,10 @@ def exposure(scene: SceneDocument) -> Exposure | None:
     if table is None:
         return None
     return scene.build(
-        ("exposure",), lambda: Exposure(time_s=table.time_s, iso=table.iso, datetime=table.datetime)
+        ("exposure",),
+        lambda: Exposure(
+            time_s=table.time_s, iso=table.iso, datetime=table.datetime, temperature_c=table.temperature_c
+        ),
     )
 
 
@@ -223,51 +230,5 @@ def _spectrum(scene: SceneDocument, path: KeyPath, *, names: bool = True) -> Spe
         return scene.build(path, lambda: named.reflectance(value))
     if isinstance(value, dict):
         table = scene.part(path, schema.Fractions)
-        return None if table is None else scene.build(path, lambda: _curve(table))
+        return None if table is None else scene.build(path, lambda: curve_of(table))
     return float(value) if isinstance(value, int | float) else None
-
-
-def _curve(table: schema.Curve | schema.Fractions, name: str = "") -> Curve:
-    return Curve(tuple(table.wavelength_nm), tuple(table.values), name, table.outside)
-
-
-def _cfa(sensor: SensorDocument) -> Cfa | None:
-    bayer = sensor.part(("cfa",), schema.BayerCfa)
-    if bayer is not None:
-        return sensor.build(("cfa",), lambda: Cfa.bayer(bayer.pattern))
-    return None if sensor.part(("cfa",), schema.MonoCfa) is None else Cfa.mono()
-
-
-def _quantum_efficiency(sensor: SensorDocument, cfa: Cfa | None) -> QuantumEfficiency | None:
-    path: KeyPath = ("quantum_efficiency",)
-    curves = _curves(sensor, (*path, "curves"))
-    if curves is None:
-        return None
-    if cfa is not None and (missing := [letter for letter in cfa.channels if letter not in curves]):
-        there = ", ".join(curves)
-        sensor.refuse((*path, "curves"), f"no curve for {', '.join(missing)} of the cfa; there are {there}")
-        return None
-    table = sensor.part(path, schema.QuantumEfficiency)
-    if table is None:
-        return None
-    return sensor.build(
-        path,
-        lambda: QuantumEfficiency(tuple(curves.items()), table.per, table.peak, table.source or ""),
-    )
-
-
-def _curves(sensor: SensorDocument, path: KeyPath) -> dict[str, Curve] | None:
-    """Make the curves by letter; None when one of them is wrong or none is there."""
-    given = sensor.value(path)
-    if isinstance(given, str):
-        return sensor.build(path, lambda: named.sensitivities(given))
-    if not isinstance(given, dict):
-        return None
-    curves = {letter: _letter_curve(sensor, (*path, letter)) for letter in given}
-    whole = {letter: curve for letter, curve in curves.items() if curve is not None}
-    return whole if whole and len(whole) == len(curves) else None
-
-
-def _letter_curve(sensor: SensorDocument, path: KeyPath) -> Curve | None:
-    table = sensor.part(path, schema.Curve)
-    return None if table is None else sensor.build(path, lambda: _curve(table))

@@ -102,9 +102,7 @@ class Expected:
 
     def literals(self) -> list[str]:
         """Return the words that may stand here, where they are a fixed few."""
-        return [
-            str(v) for a in self.alternatives() if get_origin(a.kind) is Literal for v in get_args(a.kind)
-        ]
+        return [str(v) for a in self.alternatives() if get_origin(a.kind) is Literal for v in get_args(a.kind)]
 
     def is_fraction(self) -> bool:
         """Whether a number may stand here that is at most 1."""

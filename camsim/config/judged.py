@@ -19,7 +19,27 @@ P = TypeVar("P", bound=Table)
 T = TypeVar("T")
 
 # Names that stages put before their messages and that stand in no file.
-_STAGES = ("adc", "curve", "dark_current", "dsnu", "full_well", "prnu", "read_noise")
+_STAGES = (
+    "adc",
+    "blooming",
+    "cfa",
+    "column_noise",
+    "crosstalk",
+    "curve",
+    "dark_current",
+    "defects",
+    "dsnu",
+    "dual_gain",
+    "falloff",
+    "flicker_rows",
+    "full_well",
+    "nonlinearity",
+    "output_noise",
+    "prnu",
+    "read_noise",
+    "reset_noise",
+    "row_noise",
+)
 
 _LISTS = {
     "illuminant": "; see camsim list illuminants",

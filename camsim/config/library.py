@@ -68,9 +68,7 @@ def _looks_like_path(name: str) -> bool:
 def _shipped(kind: Kind, name: str) -> Located:
     known = shipped(kind)
     if name not in known:
-        raise UnknownNameError(
-            kind, name, known, hint="; a file of your own needs its path, such as ./my.yaml"
-        )
+        raise UnknownNameError(kind, name, known, hint="; a file of your own needs its path, such as ./my.yaml")
     return Located(known[name], f"{kind}s/{name}.yaml")
 
 

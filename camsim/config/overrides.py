@@ -70,9 +70,7 @@ def apply(document: Document, overrides: Iterable[Override], model: type[Table])
     return replace(document, root=root, faults=tuple(faults), removed=removed)
 
 
-def _changed(
-    node: Node, rest: tuple[str, ...], override: Override, expected: Expected | None, done: KeyPath
-) -> Node:
+def _changed(node: Node, rest: tuple[str, ...], override: Override, expected: Expected | None, done: KeyPath) -> Node:
     """Return ``node`` with the value at ``rest`` set or removed."""
     key: str | int = rest[0]
     if node.content is None:

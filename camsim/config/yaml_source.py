@@ -66,9 +66,7 @@ def read(path: Path, shown: str) -> Document:
 def parse(data: bytes, shown: str, folder: Path) -> Document:
     """Make a document of the bytes of a file; see ``read``."""
     if len(data) > MAX_BYTES:
-        raise ConfigError(
-            [Fault(shown, 0, 0, "", f"larger than {MAX_BYTES // 2**20} MB, the most that is read")]
-        )
+        raise ConfigError([Fault(shown, 0, 0, "", f"larger than {MAX_BYTES // 2**20} MB, the most that is read")])
     reader = _Reader(shown)
     root = reader.document(_decode(data, shown))
     return Document(shown, folder, root, tuple(reader.faults))
@@ -171,9 +169,7 @@ class _Reader:
         refused = self._refuse_decorations(event, path)
         if isinstance(event, yaml.ScalarEvent):
             if bad := _FORBIDDEN_CHARACTER.search(event.value):
-                self._refuse(
-                    event, path, f"the character U+{ord(bad[0]):04X} has no place here; leave it out"
-                )
+                self._refuse(event, path, f"the character U+{ord(bad[0]):04X} has no place here; leave it out")
                 refused = True
             # A style marks quotes or a block (| >): those are words, whatever they look like.
             content = resolve(event.value) if not event.style else event.value

@@ -2,14 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import U8
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, UnknownNameError
 
 _FIRST = "RGB"
+
+BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
+
+PATTERNS: Mapping[str, tuple[str, ...]] = {
+    # Fujifilm's 6 × 6, in the phase that LibRaw calls its first.
+    "x-trans": ("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG"),
+    # Kodak's TrueSense: half of the photosites see all colours.
+    "rgbw": ("WBWG", "BWGW", "WGWR", "GWRW"),
+    # Huawei's phones of 2019: yellow where Bayer has green.
+    "ryyb": ("RY", "YB"),
+    # Complementary colours of early digital cameras.
+    "cygm": ("CY", "GM"),
+    "mono": ("Y",),
+}
+"""Arrays that go by a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +59,32 @@ class Cfa:
     @classmethod
     def bayer(cls, pattern: str = "RGGB") -> Cfa:
         """Return a Bayer array from the letters of (0,0) (0,1) (1,0) (1,1)."""
-        phases = ("RGGB", "BGGR", "GRBG", "GBRG")
-        if pattern not in phases:
-            raise InvalidValueError(f"cfa: Bayer pattern {pattern!r}; must be one of {', '.join(phases)}")
+        if pattern not in BAYER:
+            raise InvalidValueError(f"cfa: Bayer pattern {pattern!r}; must be one of {', '.join(BAYER)}")
         return cls((pattern[:2], pattern[2:]))
+
+    @classmethod
+    def quad_bayer(cls, pattern: str = "RGGB", group: int = 2) -> Cfa:
+        """Return a Bayer array whose every letter is a square of ``group`` × ``group`` photosites.
+
+        >>> Cfa.quad_bayer("RGGB").pattern
+        ('RRGG', 'RRGG', 'GGBB', 'GGBB')
+        """
+        if not 1 <= group <= 16:
+            raise InvalidValueError(f"cfa: group {group}; must be 1..16 photosites")
+        return cls(tuple("".join(c * group for c in row) for row in cls.bayer(pattern).pattern for _ in range(group)))
+
+    @classmethod
+    def named(cls, name: str) -> Cfa:
+        """Return an array that goes by a name: x-trans, rgbw, ryyb, cygm, mono."""
+        if name not in PATTERNS:
+            raise UnknownNameError("cfa", name, PATTERNS)
+        return cls(PATTERNS[name])
 
     @classmethod
     def mono(cls) -> Cfa:
         """Return the array of a sensor without colour filters: one channel, Y."""
-        return cls(("Y",))
+        return cls.named("mono")
 
     @property
     def period(self) -> tuple[int, int]:

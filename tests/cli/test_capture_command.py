@@ -96,7 +96,7 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines() == [
-        "--sensor: unknown sensor 'd40like'; did you mean 'd40-like'? (known: d40-like, mono-345); "
+        "--sensor: unknown sensor 'd40like'; did you mean 'd40-like'? (known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, phone-080, pi-155, x-trans-376); "
         "a file of your own needs its path, such as ./my.yaml",
         "--set iso: unknown key here; did you mean 'exposure.iso'?",
         "bad.yaml:4:1: light.illuminant: missing; "

@@ -56,7 +56,7 @@ FAULTS = {
     "missing table": (
         "lens: {kind: airy, f_number: 8}\n",
         "",
-        ["scene.yaml:1:1: lens: missing; a table {kind, f_number, transmission} (the lens)"],
+        ["scene.yaml:1:1: lens: missing; a table {kind, f_number, magnification, transmission, filters, falloff} (the lens)"],
     ),
     "missing in a list": (
         "kind: disc, radius: 3",
@@ -94,7 +94,7 @@ FAULTS = {
         "f_number: '5,6'",
         [
             "scene.yaml:3:30: lens.f_number: must be a number above 0, not '5,6' "
-            "(working f-number, focal length over aperture)"
+            "(focal length over aperture, as engraved on the lens)"
         ],
     ),
     "quoted number": (

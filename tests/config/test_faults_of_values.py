@@ -87,7 +87,7 @@ FAULTS = {
     "negative light": (
         "illuminance_lux: 5000",
         "illuminance_lux: -1",
-        ["scene.yaml:4:43: light.illuminance_lux: must be a number above 0, not -1 (on the scene, lux)"],
+        ["scene.yaml:4:43: light.illuminance_lux: must be a number above 0, not -1 (level, lux)"],
     ),
     "two spectra": (
         "illuminant: D55",
@@ -110,7 +110,7 @@ FAULTS = {
         "line_nm: 1064",
         [
             "scene.yaml:4:18: light.line_nm: is 1064.0; must be 360..830 nm, "
-            "because a line that the eye does not see has no illuminance"
+            "because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
         ],
     ),
     "unknown illuminant": (
@@ -239,7 +239,7 @@ FAULTS = {
         "sensor: d40like",
         [
             "scene.yaml:2:9: sensor: unknown sensor 'd40like'; did you mean 'd40-like'? "
-            "(known: d40-like, mono-345); a file of your own needs its path, such as ./my.yaml"
+            "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, phone-080, pi-155, x-trans-376); a file of your own needs its path, such as ./my.yaml"
         ],
     ),
     "missing sensor file": (

@@ -49,8 +49,9 @@ class Curve(Table):
 
     wavelength_nm: list[Positive] = Field(min_length=2, description="increasing, nm")
     values: list[NonNegative] = Field(min_length=2, description="one for each wavelength")
-    outside: Literal["zero", "hold"] = Field(
-        default="zero", description="beyond the table: 0, or the value at its nearer end"
+    outside: Literal["zero", "hold"] | None = Field(
+        default=None,
+        description="beyond the table: 0, or the value at its nearer end; must be said when light lies there, else 0",
     )
 
 
@@ -64,11 +65,28 @@ class Fractions(Table):
     )
 
 
+class FilterCurve(Table):
+    """The fraction that a filter lets through, straight between its points."""
+
+    wavelength_nm: list[Positive] = Field(min_length=2, description="increasing, nm")
+    values: list[Fraction] = Field(min_length=2, description="fractions, one for each wavelength")
+    outside: Literal["zero", "hold"] | None = Field(
+        default=None,
+        description="beyond the table: 0, or the value at its nearer end; must be said when light lies there, else 0",
+    )
+
+
+class LightTable(Table):
+    """A tabulated spectrum of a light, straight between its points and dark beyond them."""
+
+    wavelength_nm: list[Positive] = Field(min_length=2, description="increasing, nm")
+    values: list[NonNegative] = Field(min_length=2, description="relative power per nm, one for each wavelength")
+
+
 Name: TypeAlias = Annotated[str, Field(min_length=1), Called("a name")]
 Reflectance: TypeAlias = Annotated[
     Annotated[Fraction, Tag("number")] | Annotated[Name, Tag("word")] | Annotated[Fractions, Tag("table")],
     by_form,
 ]
-Transmission: TypeAlias = Annotated[
-    Annotated[Fraction, Tag("number")] | Annotated[Fractions, Tag("table")], by_form
-]
+Transmission: TypeAlias = Annotated[Annotated[Fraction, Tag("number")] | Annotated[Fractions, Tag("table")], by_form]
+Filter: TypeAlias = Annotated[Annotated[Fraction, Tag("number")] | Annotated[FilterCurve, Tag("table")], by_form]

@@ -9,39 +9,91 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from camsim.config.schema.base import Called, Name, Positive, Reflectance, Table, Transmission, by_form
+from camsim.config.schema.base import (
+    Called,
+    Filter,
+    Fraction,
+    LightTable,
+    Name,
+    NonNegative,
+    Positive,
+    Reflectance,
+    Table,
+    Transmission,
+    by_form,
+)
+
+
+class Cos4Falloff(Table):
+    """The natural fall-off of a lens: cos⁴ of the angle of its rays."""
+
+    kind: Literal["cos4"] = Field(description="how the light falls off towards the corners")
+    exit_pupil_mm: float = Field(gt=0, description="from the sensor to the exit pupil, mm; about the focal length")
+
+
+class RadialFalloff(Table):
+    """A measured fall-off, straight between its points."""
+
+    kind: Literal["radial"] = Field(description="how the light falls off towards the corners")
+    radius_mm: list[NonNegative] = Field(min_length=2, description="from the optical axis, increasing from 0, mm")
+    values: list[Fraction] = Field(min_length=2, description="light there relative to the axis, the first 1")
+
+
+Falloff: TypeAlias = Annotated[Cos4Falloff | RadialFalloff, Field(discriminator="kind")]
 
 
 class AiryLens(Table):
     """A diffraction-limited lens."""
 
     kind: Literal["airy"] = Field(description="what blurs the image")
-    f_number: float = Field(gt=0, description="working f-number, focal length over aperture")
+    f_number: float = Field(gt=0, description="focal length over aperture, as engraved on the lens")
+    magnification: float = Field(
+        default=0.0,
+        ge=0,
+        le=100,
+        description="image size over object size; the working f-number is f_number · (1 + magnification)",
+    )
     transmission: Transmission = Field(default=1.0, description="fraction of the light that passes")
+    filters: list[Filter] = Field(default=[], description="in front of the lens, fractions that pass; all multiply")
+    falloff: Falloff | None = Field(default=None, description="light towards the corners; leave out for even light")
 
 
 class Light(Table):
-    """The light that falls on the scene."""
+    """The light that falls on the scene: one spectrum, one level."""
 
-    illuminant: Name | None = Field(
-        default=None, description="its spectrum by name (camsim list illuminants)"
+    illuminant: Name | None = Field(default=None, description="its spectrum by name (camsim list illuminants)")
+    table: LightTable | None = Field(default=None, description="instead: a spectrum of one's own")
+    blackbody_k: float | None = Field(
+        default=None, ge=500, le=1e6, description="instead: a thermal radiator's temperature, kelvin"
     )
-    line_nm: float | None = Field(
-        default=None, gt=0, description="instead of an illuminant: a single wavelength, nm"
+    line_nm: float | None = Field(default=None, gt=0, description="instead: a single wavelength (a laser, say), nm")
+    width_nm: float = Field(default=0.0, ge=0, description="full width of the line at half its height, nm")
+    illuminance_lux: float | None = Field(default=None, gt=0, description="level, lux")
+    irradiance_w_per_m2: float | None = Field(default=None, gt=0, description="instead: W/m² of the whole spectrum")
+    luminance_cd_per_m2: float | None = Field(
+        default=None, gt=0, description="instead: luminance of a perfect diffuser in the scene, cd/m²"
     )
-    illuminance_lux: float = Field(gt=0, description="on the scene, lux")
+    at: Literal["scene", "sensor"] = Field(
+        default="scene", description="where the level holds; on the sensor: behind the lens, for a reflectance of 1"
+    )
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One spectrum, not none and not two."""
-        given = [key for key in ("illuminant", "line_nm") if table.get(key) is not None]
+        """One spectrum and one level, not none and not two."""
+        spectra = ("illuminant", "table", "blackbody_k", "line_nm")
+        given = [key for key in spectra if table.get(key) is not None]
         if not given:
             yield "illuminant", "missing; give an illuminant such as D55, or line_nm for a single wavelength"
-        if len(given) == 2:
-            yield (
-                "line_nm",
-                "given together with 'illuminant'; a light has one spectrum, leave one of the two out",
-            )
+        for key in given[1:]:
+            yield key, f"given together with '{given[0]}'; a light has one spectrum, leave one of the two out"
+        levels = ("illuminance_lux", "irradiance_w_per_m2", "luminance_cd_per_m2")
+        given = [key for key in levels if table.get(key) is not None]
+        if not given:
+            yield "illuminance_lux", "missing; give illuminance_lux, irradiance_w_per_m2 or luminance_cd_per_m2"
+        for key in given[1:]:
+            yield key, f"given together with '{given[0]}'; a light has one level, leave one of the two out"
+        if table.get("width_nm") and table.get("line_nm") is None:
+            yield "width_nm", "is a line's; there is no line_nm here"
 
 
 def _date(text: str) -> str:
@@ -52,9 +104,7 @@ def _date(text: str) -> str:
     return text
 
 
-Seconds: TypeAlias = Annotated[
-    Annotated[Positive, Tag("number")] | Annotated[Literal["auto"], Tag("word")], by_form
-]
+Seconds: TypeAlias = Annotated[Annotated[Positive, Tag("number")] | Annotated[Literal["auto"], Tag("word")], by_form]
 
 
 class Exposure(Table):
@@ -62,8 +112,11 @@ class Exposure(Table):
 
     time_s: Seconds = Field(description="seconds; auto puts a perfect diffuser at 80 % of black..white")
     iso: float = Field(gt=0, description="ISO setting; the sensor's electrons_per_dn holds at its base_iso")
-    datetime: Annotated[str, AfterValidator(_date), Called("a date and time such as 2000-01-31 23:59:59")] = (
-        Field(default="2000-01-01 00:00:00", description="what files carry as their date")
+    datetime: Annotated[str, AfterValidator(_date), Called("a date and time such as 2000-01-31 23:59:59")] = Field(
+        default="2000-01-01 00:00:00", description="what files carry as their date"
+    )
+    temperature_c: float | None = Field(
+        default=None, ge=-273.15, le=1000, description="of the sensor, °C; the one of its dark current when left out"
     )
 
 
@@ -128,9 +181,7 @@ class Background(Table):
 class SceneContent(Table):
     """What is in front of the camera, as it falls on the sensor: x right, y down, from the optical axis."""
 
-    unit: Literal["pixel", "um", "mm"] = Field(
-        description="of all lengths in the scene; pixel is the sensor's pitch"
-    )
+    unit: Literal["pixel", "um", "mm"] = Field(description="of all lengths in the scene; pixel is the sensor's pitch")
     background: Background = Field(description="everything that no shape covers")
     shapes: list[Shape] = Field(default=[], description="later ones cover earlier ones")
 
@@ -151,6 +202,9 @@ class Noise(Table):
 
     enabled: bool = Field(default=True, description="false records the mean signal")
     seed: int = Field(default=0, ge=0, le=2**63 - 1, description="same seed, same noise")
+    frame_number: int = Field(
+        default=0, ge=0, le=2**31 - 1, description="another exposure of the scene: same patterns, fresh noise"
+    )
 
 
 class Files(Table):
@@ -173,9 +227,7 @@ class SceneFile(Table):
     lens: AiryLens = Field(description="the lens")
     light: Light = Field(description="the light that falls on the scene")
     exposure: Exposure = Field(description="how long, and how much the signal is amplified")
-    region: Region | None = Field(
-        default=None, description="a window of the full frame; leave out for all of it"
-    )
+    region: Region | None = Field(default=None, description="a window of the full frame; leave out for all of it")
     scene: SceneContent = Field(description="what is in front of the camera")
     render: Render = Field(default=Render(), description="how accurately the image is computed")
     noise: Noise = Field(default=Noise(), description="the noise of this capture")

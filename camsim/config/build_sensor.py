@@ -1,0 +1,237 @@
+"""Sensor files to stages: with ``build`` the one place that knows both schema and stages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias, TypeVar
+
+from camsim.camera import Camera
+from camsim.config import schema
+from camsim.config.judged import Judged
+from camsim.config.tree import KeyPath
+from camsim.optics import Airy, FourSpotOlpf, SquarePhotosite
+from camsim.sensor.adc import Adc
+from camsim.sensor.cfa import Cfa
+from camsim.sensor.conversion_gain import DualGain
+from camsim.sensor.linearity import Nonlinearity, PolynomialResponse, ResponseTable
+from camsim.sensor.neighbours import Blooming, Crosstalk, Defects
+from camsim.sensor.noise import (
+    ColumnNoise,
+    DarkCurrent,
+    Dsnu,
+    FlickerRows,
+    FullWell,
+    OutputNoise,
+    Prnu,
+    ReadNoise,
+    ResetNoise,
+    RowNoise,
+    ShotNoise,
+)
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra import named
+from camsim.spectra.curve import Curve, Spectrum
+
+SensorDocument: TypeAlias = Judged[schema.SensorFile]
+T = TypeVar("T")
+
+
+def camera(sensor: SensorDocument, lens: Airy | None) -> Camera | None:
+    """Make the camera of a sensor file; None when a part of it is wrong (the document has the faults)."""
+    cfa = _cfa(sensor)
+    quantum_efficiency = _quantum_efficiency(sensor, cfa)
+    filters = filters_at(sensor, ("filters",))
+    adc = _adc(sensor)
+    charge, readout = _charge(sensor), _readout(sensor)
+    model = sensor.model
+    if model is None or lens is None or cfa is None or quantum_efficiency is None or adc is None:
+        return None
+    if filters is None or charge is None or readout is None:
+        return None
+    return sensor.build(
+        (),
+        lambda: Camera(
+            name=model.name,
+            serial=model.serial,
+            rows=model.frame.rows,
+            cols=model.frame.cols,
+            pitch_um=model.frame.pitch_um,
+            lens=lens,
+            olpf=None if model.olpf is None else FourSpotOlpf(split_um=model.olpf.split_um),
+            photosite=SquarePhotosite.from_fill_factor(
+                pitch_um=model.frame.pitch_um, fill_factor=model.photosite.fill_factor
+            ),
+            cfa=cfa,
+            quantum_efficiency=quantum_efficiency,
+            filters=filters,
+            adc=adc,
+            **charge,
+            **readout,
+        ),
+    )
+
+
+def filters_at(document: Judged[Any], path: KeyPath) -> tuple[Spectrum, ...] | None:
+    """Make the list of filters at ``path``; None when one of them is wrong."""
+    given = document.value(path)
+    made = [_filter(document, (*path, index)) for index in range(len(given) if isinstance(given, list) else 0)]
+    whole = tuple(spectrum for spectrum in made if spectrum is not None)
+    return whole if len(whole) == len(made) else None
+
+
+def _filter(document: Judged[Any], path: KeyPath) -> Spectrum | None:
+    value = document.value(path)
+    if isinstance(value, dict):
+        table = document.part(path, schema.FilterCurve)
+        return None if table is None else document.build(path, lambda: curve_of(table))
+    return float(value) if isinstance(value, int | float) else None
+
+
+def curve_of(table: schema.Curve | schema.Fractions | schema.FilterCurve) -> Curve:
+    """Make a curve; where it does not say what lies beyond its table, that is 0."""
+    return Curve(tuple(table.wavelength_nm), tuple(table.values), "", table.outside or "zero")
+
+
+def _adc(sensor: SensorDocument) -> Adc | None:
+    readout = sensor.part(("readout",), schema.Readout)
+    if readout is None:
+        return None
+    return sensor.build(
+        ("readout",),
+        lambda: Adc(
+            bit_depth=readout.bit_depth,
+            black_level_dn=readout.black_level_dn,
+            electrons_per_dn=readout.electrons_per_dn,
+            base_iso=readout.base_iso,
+        ),
+    )
+
+
+def _charge(sensor: SensorDocument) -> Mapping[str, Any] | None:
+    """Make the stages of the table "charge" by the camera's names; None when one of them is wrong."""
+    path: KeyPath = ("charge",)
+    if sensor.value(path) is None:
+        return {}
+    table = sensor.part(path, schema.Charge)
+    if table is None:
+        return None
+    return {
+        "prnu": _stage(sensor, path, table.prnu, Prnu),
+        "defects": _stage(sensor, (*path, "defects"), table.defects, _defects),
+        "crosstalk": _stage(sensor, (*path, "crosstalk"), table.crosstalk, _crosstalk),
+        "dark_current": _stage(
+            sensor,
+            path,
+            table.dark_current_e_per_s,
+            lambda e_per_s: DarkCurrent(
+                e_per_s, table.dcnu, table.dark_current_at_c, table.dark_current_doubles_every_c
+            ),
+        ),
+        "shot_noise": ShotNoise() if table.shot_noise else None,
+        "full_well": _stage(sensor, path, table.full_well_e, FullWell),
+        "blooming": _stage(sensor, path, table.blooming, Blooming),
+        "nonlinearity": _stage(sensor, (*path, "nonlinearity"), table.nonlinearity, _nonlinearity),
+        "dsnu": _stage(sensor, path, table.dsnu_e, Dsnu),
+    }
+
+
+def _readout(sensor: SensorDocument) -> Mapping[str, Any] | None:
+    """Make the stages of the table "readout" by the camera's names; None when one of them is wrong."""
+    path: KeyPath = ("readout",)
+    table = sensor.part(path, schema.Readout)
+    if table is None:
+        return None
+    return {
+        "reset_noise": _stage(sensor, path, table.reset_noise_e, ResetNoise),
+        "read_noise": _stage(sensor, path, table.read_noise_e, ReadNoise),
+        "row_noise": _stage(sensor, path, table.row_noise_e, RowNoise),
+        "flicker_rows": _stage(sensor, path, table.flicker_rows, lambda rows: FlickerRows(rows.sigma_e, rows.exponent)),
+        "column_noise": _stage(sensor, path, table.column_noise_e, ColumnNoise),
+        "dual_gain": _stage(
+            sensor,
+            path,
+            table.dual_gain,
+            lambda dual: DualGain(from_iso=dual.from_iso, capacity_e=dual.full_well_e, read_noise_e=dual.read_noise_e),
+        ),
+        "output_noise": _stage(sensor, path, table.output_noise_dn, OutputNoise),
+    }
+
+
+P = TypeVar("P")
+
+
+def _stage(sensor: SensorDocument, path: KeyPath, value: P | None, make: Callable[[P], T]) -> T | None:
+    return None if value is None else sensor.build(path, lambda: make(value))
+
+
+def _defects(table: schema.Defects) -> Defects:
+    return Defects(
+        hot_fraction=table.hot_fraction,
+        hot_e_per_s=table.hot_e_per_s,
+        dead_fraction=table.dead_fraction,
+        hot=tuple((one.row, one.col, one.e_per_s) for one in table.hot),
+        dead=tuple(table.dead),
+    )
+
+
+def _crosstalk(rows: list[list[float]]) -> Crosstalk:
+    return Crosstalk(tuple(tuple(row) for row in rows))  # type: ignore[arg-type]
+
+
+def _nonlinearity(table: schema.Table) -> Nonlinearity:
+    if isinstance(table, schema.Polynomial):
+        return PolynomialResponse(tuple(table.coefficients), table.scale_e)
+    assert isinstance(table, schema.ResponseTable)
+    return ResponseTable(tuple(table.electrons_in), tuple(table.electrons_out))
+
+
+def _cfa(sensor: SensorDocument) -> Cfa | None:
+    path: KeyPath = ("cfa",)
+    table = sensor.part(path, schema.Table)
+    return None if table is None else sensor.build(path, lambda: _array(table))
+
+
+def _array(table: schema.Table) -> Cfa:
+    if isinstance(table, schema.BayerCfa):
+        return Cfa.bayer(table.pattern)
+    if isinstance(table, schema.QuadBayerCfa):
+        return Cfa.quad_bayer(table.pattern, table.group)
+    if isinstance(table, schema.NamedCfa):
+        return Cfa.named(table.kind)
+    assert isinstance(table, schema.LetterCfa)
+    return Cfa(tuple(table.pattern))
+
+
+def _quantum_efficiency(sensor: SensorDocument, cfa: Cfa | None) -> QuantumEfficiency | None:
+    path: KeyPath = ("quantum_efficiency",)
+    curves = _curves(sensor, (*path, "curves"))
+    if curves is None:
+        return None
+    if cfa is not None and (missing := [letter for letter in cfa.channels if letter not in curves]):
+        there = ", ".join(curves)
+        sensor.refuse((*path, "curves"), f"no curve for {', '.join(missing)} of the cfa; there are {there}")
+        return None
+    table = sensor.part(path, schema.QuantumEfficiency)
+    if table is None:
+        return None
+    return sensor.build(
+        path,
+        lambda: QuantumEfficiency(tuple(curves.items()), table.per, table.peak, table.source or ""),
+    )
+
+
+def _curves(sensor: SensorDocument, path: KeyPath) -> dict[str, Curve] | None:
+    """Make the curves by letter; None when one of them is wrong or none is there."""
+    given = sensor.value(path)
+    if isinstance(given, str):
+        return sensor.build(path, lambda: named.sensitivities(given))
+    if not isinstance(given, dict):
+        return None
+    curves = {letter: _letter_curve(sensor, (*path, letter)) for letter in given}
+    whole = {letter: curve for letter, curve in curves.items() if curve is not None}
+    return whole if whole and len(whole) == len(curves) else None
+
+
+def _letter_curve(sensor: SensorDocument, path: KeyPath) -> Curve | None:
+    table = sensor.part(path, schema.Curve)
+    return None if table is None else sensor.build(path, lambda: curve_of(table))
