@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, U8
-from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.optics import OpticalStage, OpticalSystem
+from camsim.rendering import sampled
 from camsim.rendering.engine import boundary_image
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
@@ -22,7 +23,7 @@ from camsim.rendering.spectral import Signals, blur_of, fuse
 from camsim.rendering.spotcheck import SHARE, Check, reference_values
 from camsim.scene import Scene, arrange
 
-METHODS = ("auto", "boundary")
+METHODS = ("auto", "boundary", *sampled.METHODS)
 Progress = Callable[[str, float], None]
 
 
@@ -60,12 +61,15 @@ def render(
     wavelength_nm: float | Sequence[float] | F64,
     tolerance: float = 1e-6,
     method: str = "auto",
+    samples: int | None = None,
 ) -> Rendering:
     """Render a scene at one wavelength or at several, each on its own.
 
     wavelength_nm : nm, a number or a sequence of n
     tolerance     : largest absolute error of any photosite, 1.0 being a reflectance of 1 everywhere
-    method        : "auto" or "boundary"
+    method        : "auto" (today always "boundary"), or one of the paper's: area, uniform-pixel, uniform, importance,
+                    strips (see sampled.py). Those have the error they have; ``error_estimate`` says how much
+    samples       : of ``importance``, 2025 by default
 
     The lens's transmission is left out: a reflectance of 1 everywhere gives exactly 1.
 
@@ -88,6 +92,8 @@ def render(
             wavelength_nm=np.array([w]),
             channel=channel,
             tolerance=tolerance,
+            method=method,
+            samples=samples,
         )
         for w in np.atleast_1d(np.asarray(wavelength_nm, float))
     ]
@@ -119,6 +125,8 @@ def render_channels(
     wavelength_nm: F64,
     channel: U8,
     tolerance: float,
+    method: str = "auto",
+    samples: int | None = None,
     every_channel: bool = False,
     progress: Progress | None = None,
 ) -> Rendering:
@@ -136,7 +144,16 @@ def render_channels(
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
             raise InvalidValueError(f"wavelength_nm: {w!r} is not a wavelength; give nm above 0")
-    job = _prepare(scene, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance)
+    job = _prepare(
+        scene,
+        system,
+        grid,
+        response=response,
+        wavelength_nm=wavelength_nm,
+        tolerance=tolerance,
+        method="boundary" if method == "auto" else method,
+        samples=samples,
+    )
     report = progress or _silent
     report("render", 0.0)
     scale = job.signals.scale
@@ -160,7 +177,7 @@ def render_channels(
         error_estimate=error,
         checked_photosites=checked,
         seconds=time.perf_counter() - begin,
-        method="boundary",
+        method=job.method,
         tolerance=tolerance,
         wavelengths=job.blur.size,
         planes=planes,
@@ -192,11 +209,15 @@ class _Job:
     footprint: Footprint
     settings: Settings
     grid: Grid
+    method: str
+    samples: int | None
 
     def image(self, channel: U8) -> F64:
         """Render the whole grid."""
         if not len(self.start):
             return self.base[channel]
+        if self.method in sampled.METHODS:
+            return self._sampled(channel)
         return boundary_image(
             start=self.start,
             end=self.end,
@@ -211,6 +232,24 @@ class _Job:
             settings=self.settings,
             origin=self.grid.first_centre,
             channel=channel,
+        )
+
+    def _sampled(self, channel: U8) -> F64:
+        if self.weights.shape[1:] != (1, 1):
+            raise UnsupportedError(f"{self.method} renders one wavelength at a time: use boundary, or camsim.render")
+        return sampled.sampled_image(
+            self.method,
+            samples=self.samples,
+            start=self.start,
+            end=self.end,
+            contrast=self.weights[self.pair, 0, 0],
+            background=float(self.base[0]),
+            system=self.system,
+            blur=float(self.blur[0]),
+            side=self.footprint.side,
+            spots=self.footprint.spots,
+            origin=self.grid.first_centre,
+            shape=(channel.shape[0], channel.shape[1]),
         )
 
     def check(self, image: F64, channel: U8) -> tuple[float, int]:
@@ -238,7 +277,15 @@ class _Job:
 
 
 def _prepare(
-    scene: Scene, system: OpticalSystem, grid: Grid, *, response: F64, wavelength_nm: F64, tolerance: float
+    scene: Scene,
+    system: OpticalSystem,
+    grid: Grid,
+    *,
+    response: F64,
+    wavelength_nm: F64,
+    tolerance: float,
+    method: str,
+    samples: int | None,
 ) -> _Job:
     """Resolve the scene, choose nodes and settings."""
     pitch_um = grid.pitch_um
@@ -272,4 +319,6 @@ def _prepare(
         footprint=footprint,
         settings=settings,
         grid=grid,
+        method=method,
+        samples=samples,
     )
