@@ -128,7 +128,7 @@ def _saturation_exposures(camera: Camera, saturation_e: float) -> list[Row]:
         f"{channel} {saturation_e / electrons:.3g}" if electrons > 0.0 else f"{channel} never"
         for channel, electrons in zip(camera.cfa.channels, per_lux_s, strict=True)
     ]
-    return [("saturation exposure", f"{', '.join(shown)} lux·s of D55 on the sensor")]
+    return [("lux·s to white", f"{', '.join(shown)}, of D55 on the sensor")]
 
 
 def _figures_of_scene(located: Located) -> list[Row]:
@@ -141,6 +141,10 @@ def _figures_of_scene(located: Located) -> list[Row]:
     scale_um = camera.optics.lens.blur_um(wavelength_nm)
     electrons = camera.electrons_per_reflectance(light.samples(), setup.exposure_time_s).sum(axis=1)
     white = ", ".join(f"{c} {e:.5g}" for c, e in zip(camera.cfa.channels, electrons, strict=True))
+    on_sensor = ""
+    if light.at == "scene" and light.illuminance_lux is not None:
+        lux = light.illuminance_lux / (4.0 * camera.working_f_number**2)
+        on_sensor = f", {lux:.4g} lx on the sensor from white through a clear lens"
     return [
         ("camera", camera.name),
         (
@@ -149,7 +153,7 @@ def _figures_of_scene(located: Located) -> list[Row]:
             f"{cols * camera.pitch_um / 1e3:.3f} mm on the sensor",
         ),
         ("shapes", str(len(setup.scene.shapes))),
-        ("light", f"{light.name}, {light.level} on the {light.at}"),
+        ("light", f"{light.name}, {light.level} on the {light.at}{on_sensor}"),
         ("exposure", f"{setup.exposure_time_s:.6g} s at a working f-number of {camera.working_f_number:g}"),
         ("white", f"mean electrons of a perfect diffuser on the axis: {white}"),
         (

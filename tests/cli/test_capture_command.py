@@ -96,13 +96,15 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines() == [
-        "--sensor: unknown sensor 'd40like'; did you mean 'd40-like'? (known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, phone-080, pi-155, x-trans-376); "
+        "--sensor: unknown sensor 'd40like'; did you mean 'd40-like'? "
+        "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, "
+        "phone-080, pi-155, x-trans-376); "
         "a file of your own needs its path, such as ./my.yaml",
         "--set iso: unknown key here; did you mean 'exposure.iso'?",
         "bad.yaml:4:1: light.illuminant: missing; "
         "give an illuminant such as D55, or line_nm for a single wavelength",
         "bad.yaml:4:9: light.line: unknown key; did you mean 'line_nm'? "
-        "(instead of an illuminant: a single wavelength, nm)",
+        "(instead: a single wavelength (a laser, say), nm)",
         "bad.yaml:11:32: scene.shapes.0.width: must be a finite number above 0, not .nan "
         "(side along x before it is turned, in the scene's unit)",
         "cannot write 'x.foo': unknown suffix '.foo' (known: .dng, .exr, .tiff, .tif, .png, .npy)",

@@ -78,7 +78,7 @@ def test_no_arguments_is_a_call_for_help(camsim: Run) -> None:
 @pytest.mark.parametrize(
     ("what", "one"),
     [
-        ("sensors", "d40-like  A 6-megapixel"),
+        ("sensors", "d40-like            A 6-megapixel"),
         ("scenes", "slanted-edge  A dark square"),
         ("illuminants", "D65"),
         ("reflectances", "dark skin"),
@@ -104,7 +104,10 @@ def test_show_a_sensor(camsim: Run) -> None:
     assert told["Nyquist frequency"] == "0.10246 cycles/µm (102.5 line pairs/mm)"
     assert told["OLPF null"] == "0.13661 cycles/µm along x and y, 1.33 of Nyquist"
     # 4095 − 128 codes of 10 e⁻ are less than the full well of 40 000 e⁻.
-    assert told["saturation"] == "39670 e⁻ at ISO 200, SNR there 199"
+    assert told["saturation"] == "39670 e⁻ at ISO 200"
+    # 39670/√(39670 + 9.4516²).
+    assert told["SNR maximum"] == "199, 46.0 dB, 7.6 bits"
+    assert told["lux·s to white"].endswith("of D55 on the sensor")
     # √(9² + 10²/12) e⁻; 20·log10(39670/9.4516) dB.
     assert told["dark noise"] == "9.45 e⁻ (read noise and rounding)"
     assert told["dynamic range"] == "72.5 dB, 12.0 stops, at ISO 200"

@@ -40,10 +40,7 @@ FAULTS = {
     "key of another shape": (
         "radius: 3,",
         "radius: 3, width: 4,",
-        [
-            "scene.yaml:15:31: scene.shapes.2.width: unknown key; known here: kind, radius, centre, "
-            "reflectance"
-        ],
+        ["scene.yaml:15:31: scene.shapes.2.width: unknown key; known here: kind, radius, centre, reflectance"],
     ),
     "missing key": (
         "{time_s: 0.01, iso: 200}",
@@ -56,7 +53,10 @@ FAULTS = {
     "missing table": (
         "lens: {kind: airy, f_number: 8}\n",
         "",
-        ["scene.yaml:1:1: lens: missing; a table {kind, f_number, magnification, transmission, filters, falloff} (the lens)"],
+        [
+            "scene.yaml:1:1: lens: missing; "
+            "a table {kind, f_number, magnification, transmission, filters, falloff} (the lens)"
+        ],
     ),
     "missing in a list": (
         "kind: disc, radius: 3",
@@ -71,10 +71,7 @@ FAULTS = {
     "unknown kind": (
         "kind: disc",
         "kind: disk",
-        [
-            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'disk'; "
-            "did you mean 'disc'?"
-        ],
+        ["scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'disk'; did you mean 'disc'?"],
     ),
     "unknown kind of lens": (
         "kind: airy",
@@ -100,18 +97,12 @@ FAULTS = {
     "quoted number": (
         "seed: 1",
         "seed: '1'",
-        [
-            "scene.yaml:17:30: noise.seed: must be a whole number from 0 to 2^63 − 1, not '1' "
-            "(same seed, same noise)"
-        ],
+        ["scene.yaml:17:30: noise.seed: must be a whole number from 0 to 2^63 − 1, not '1' (same seed, same noise)"],
     ),
     "fraction for a whole number": (
         "rows: 20",
         "rows: 20.5",
-        [
-            "scene.yaml:6:16: region.rows: must be a whole number of 1 or more, not 20.5 "
-            "(photosites from top to bottom)"
-        ],
+        ["scene.yaml:6:16: region.rows: must be a whole number of 1 or more, not 20.5 (photosites from top to bottom)"],
     ),
     "yes for true": (
         "enabled: true",
@@ -121,10 +112,7 @@ FAULTS = {
     "true for a number": (
         "seed: 1",
         "seed: true",
-        [
-            "scene.yaml:17:30: noise.seed: must be a whole number from 0 to 2^63 − 1, not true "
-            "(same seed, same noise)"
-        ],
+        ["scene.yaml:17:30: noise.seed: must be a whole number from 0 to 2^63 − 1, not true (same seed, same noise)"],
     ),
     "list for a table": (
         "{tolerance: 1e-3}",
@@ -145,10 +133,7 @@ FAULTS = {
     "nothing for a table": (
         "{tolerance: 1e-3}",
         "",
-        [
-            "scene.yaml:16:8: render: must be a table {tolerance}, not empty "
-            "(how accurately the image is computed)"
-        ],
+        ["scene.yaml:16:8: render: must be a table {tolerance}, not empty (how accurately the image is computed)"],
     ),
 }
 

@@ -239,7 +239,9 @@ FAULTS = {
         "sensor: d40like",
         [
             "scene.yaml:2:9: sensor: unknown sensor 'd40like'; did you mean 'd40-like'? "
-            "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, phone-080, pi-155, x-trans-376); a file of your own needs its path, such as ./my.yaml"
+            ""
+        "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, "
+        "phone-080, pi-155, x-trans-376); a file of your own needs its path, such as ./my.yaml"
         ],
     ),
     "missing sensor file": (

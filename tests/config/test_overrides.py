@@ -112,7 +112,8 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
         ("scene.shapes.3=null", "--set scene.shapes.3: no item 3 in scene.shapes; there are 0 to 2"),
         ("scene.shapes.last.radius=1",
          "--set scene.shapes.last.radius: no item last in scene.shapes; there are 0 to 2"),
-        ("lens=null", "--set lens: missing; a table {kind, f_number, magnification, transmission, filters, falloff} (the lens)"),
+        ("lens=null",
+         "--set lens: missing; a table {kind, f_number, magnification, transmission, filters, falloff} (the lens)"),
         ("nose=null", "--set nose: unknown key; did you mean 'noise'? (the noise of this capture)"),
         ("readout.bit_depth=8",
          "--set readout.bit_depth: unknown key; the sensor's begin with 'sensor.': "
@@ -124,7 +125,9 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
          "--set sensor.quantum_efficiency.curves: unknown sensitivity 'Canon' "
          "(known: Nikon 5100 (NPL), Sigma SDMerill (NPL)); see camsim list sensitivities"),
         ("sensor=nobody",
-         "--set sensor: unknown sensor 'nobody' (known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, phone-080, pi-155, x-trans-376); "
+         "--set sensor: unknown sensor 'nobody' "
+        "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, "
+        "phone-080, pi-155, x-trans-376); "
          "a file of your own needs its path, such as ./my.yaml"),
         ("sensor=3", "--set sensor: must be a name, not 3 "
                      "(a shipped sensor (camsim list sensors) or a file in this scene's folder)"),

@@ -212,7 +212,7 @@ def test_two_python_threads_at_a_time():
     names = ["slanted-edge", "paper-square", "slanted-edge", "paper-square"]
 
     def taken(name):
-        return camsim.capture(name, overrides=SMALL, seed=9).mosaic.tobytes()
+        return camsim.capture(name, sensor="d40-like", overrides=SMALL, seed=9).mosaic.tobytes()
 
     one_by_one = {name: taken(name) for name in set(names)}
     found = [None] * len(names)
