@@ -25,6 +25,19 @@ def with_time(stage, electrons, rng):
     return stage.apply(electrons, time_s=TIME_S)
 
 
+def with_column_normals(stage, electrons, rng):
+    # A column's offset, once for each photosite: the laws below count them as independent.
+    return stage.apply(electrons, normals=rng.standard_normal(electrons.shape, dtype=np.float32))
+
+
+def with_step(stage, electrons, rng):
+    return stage.apply(electrons, electrons_per_dn=4.0, rng=rng)
+
+
+def with_capacity(stage, electrons, rng):
+    return stage.apply(electrons, capacity_e=900.0)
+
+
 def alone(stage, electrons, rng):
     return stage.apply(electrons)
 
@@ -54,7 +67,37 @@ ELECTRONIC_STAGES = {
         lambda m: m,
         lambda m: 3.5**2,
     ),
+    "blooming": (
+        camsim.Blooming(0.0),
+        with_capacity,
+        None,
+        lambda m: min(m, 900.0),
+        lambda m: 0.0,
+    ),
+    "polynomial response": (
+        camsim.PolynomialResponse((-0.05, 0.01), 5000.0),
+        alone,
+        camsim.PolynomialResponse((0.0,), 5000.0),
+        lambda m: m * (1 - 0.05 * m / 5000.0 + 0.01 * (m / 5000.0) ** 2),
+        lambda m: 0.0,
+    ),
+    "response table": (
+        camsim.ResponseTable((0.0, 5000.0), (0.0, 4500.0)),
+        alone,
+        camsim.ResponseTable((0.0, 1.0), (0.0, 1.0)),
+        lambda m: 0.9 * m,
+        lambda m: 0.0,
+    ),
+    "reset noise": (camsim.ResetNoise(16.0), with_generator, camsim.ResetNoise(0.0), lambda m: m, lambda m: 16.0**2),
+    "column noise": (
+        camsim.ColumnNoise(2.0),
+        with_column_normals,
+        camsim.ColumnNoise(0.0),
+        lambda m: m,
+        lambda m: 2.0**2,
+    ),
     "DSNU": (camsim.Dsnu(1.5), with_normals, camsim.Dsnu(0.0), lambda m: m, lambda m: 1.5**2),
+    "output noise": (camsim.OutputNoise(0.7), with_step, camsim.OutputNoise(0.0), lambda m: m, lambda m: 2.8**2),
 }
 SHAPES = [(1, 1), (1, 7), (9, 1), (12, 17)]
 
@@ -88,7 +131,7 @@ def test_the_input_is_not_touched(law, rng):
 def test_the_generator_decides(law, rng):
     electrons = rng.uniform(100, 800, (20, 30))
     np.testing.assert_array_equal(applied(law, electrons), applied(law, electrons))
-    random = law[1] in (with_normals, with_generator)
+    random = law[1] in (with_normals, with_generator, with_column_normals, with_step)
     assert np.array_equal(applied(law, electrons, 3), applied(law, electrons, 4)) != random
 
 
@@ -116,7 +159,7 @@ def test_a_stage_of_no_strength_does_nothing(law, rng):
     _, apply, idle, *_ = law
     electrons = rng.uniform(0, 2000, (20, 30))
     if idle is not None:
-        np.testing.assert_array_equal(apply(idle, electrons, rng), electrons)
+        np.testing.assert_allclose(apply(idle, electrons, rng), electrons, rtol=1e-15)
     # There is no weak shot noise; but no charge makes none.
     assert (applied(law, np.zeros((5, 5))) >= 0.0).all() or law[3](0.0) == 0.0
 

@@ -1,0 +1,312 @@
+"""Stages of the sensor beyond the basic ones: each against sums done by hand, another route, or its statistics."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.signal
+import scipy.stats
+
+from camsim.errors import InvalidValueError
+from camsim.sensor.chain import mixed, record
+from camsim.sensor.conversion_gain import DualGain
+from camsim.sensor.falloff import Cos4Falloff, RadialFalloff, falloff_at, working_f_number
+from camsim.sensor.linearity import PolynomialResponse, ResponseTable
+from camsim.sensor.neighbours import Blooming, Crosstalk, Defects
+from camsim.sensor.noise import (
+    ColumnNoise,
+    DarkCurrent,
+    Dsnu,
+    FlickerRows,
+    FullWell,
+    OutputNoise,
+    Prnu,
+    ReadNoise,
+    ResetNoise,
+    RowNoise,
+)
+
+SIGMA = 4.0
+PLACE: dict[str, Any] = {"time_s": 2.0, "seed": 7, "serial": 3, "origin": (0, 0), "frame_cols": 300}
+QUIET: dict[str, Any] = {**PLACE, "shot_noise": None}
+KERNEL = ((0.01, 0.02, 0.0), (0.03, 0.9, 0.015), (0.0, 0.02, 0.005))
+
+
+def ramp(rows: int, cols: int) -> Any:
+    return np.random.default_rng(1).uniform(0.0, 2000.0, (rows, cols))
+
+
+@pytest.mark.parametrize("rows", [1, 63, 64, 65, 200])
+def test_crosstalk_is_a_convolution_across_blocks(rows: int) -> None:
+    wide = ramp(rows + 2, 42)
+    expected = scipy.signal.convolve2d(wide, np.array(KERNEL), mode="valid")
+    np.testing.assert_allclose(record(wide, crosstalk=Crosstalk(KERNEL), **QUIET), expected, rtol=1e-13)
+    np.testing.assert_allclose(mixed(wide, Crosstalk(KERNEL)), expected, rtol=1e-13)
+
+
+def test_crosstalk_mixes_what_the_pattern_has_made_of_the_light() -> None:
+    """PRNU first: its contrast is softened by the kernel, √Σk² on independent gains."""
+    recorded = record(np.full((402, 302), 1e6), prnu=Prnu(0.01), crosstalk=Crosstalk(KERNEL), **QUIET)
+    softened = 0.01 * 1e6 * np.sqrt(np.sum(np.square(KERNEL)))
+    assert recorded[:, 1:-1].std() == pytest.approx(softened, rel=0.02)
+    dark = record(
+        np.zeros((402, 302)), crosstalk=Crosstalk(KERNEL), dark_current=DarkCurrent(50.0, nonuniformity=0.2), **QUIET
+    )
+    assert dark.std() == pytest.approx(0.2 * 100.0, rel=0.02)
+
+
+@pytest.mark.parametrize("origin", [(0, 0), (5, 9), (64, 100), (150, 240)])
+def test_a_window_with_crosstalk_is_that_slice_of_the_frame(origin: tuple[int, int]) -> None:
+    """The neighbours' pattern counts too, whether they lie in the window or not."""
+    stages: dict[str, Any] = {
+        "prnu": Prnu(0.02),
+        "crosstalk": Crosstalk(KERNEL),
+        "dark_current": DarkCurrent(30.0, nonuniformity=0.3),
+        "defects": Defects(
+            hot_fraction=0.01, hot_e_per_s=100.0, dead_fraction=0.01, hot=((70, 105, 5e3),), dead=((6, 9),)
+        ),
+        "column_noise": ColumnNoise(5.0),
+        "dsnu": Dsnu(2.0),
+    }
+    wide = ramp(202, 302)
+    full = record(wide, **stages, **QUIET)
+    r, c = origin
+    window = record(wide[r : r + 42, c : c + 32], **stages, **(QUIET | {"origin": origin}))
+    np.testing.assert_allclose(window, full[r : r + 40, c : c + 30], rtol=1e-13)
+
+
+def test_dark_current_doubles_with_warmth() -> None:
+    current = DarkCurrent(3.0, at_c=20.0, doubling_c=6.0)
+    nothing = np.zeros((4, 4))
+    for temperature_c, factor in ((20.0, 1.0), (26.0, 2.0), (14.0, 0.5), (80.0, 1024.0), (-40.0, 1 / 1024)):
+        warm = record(nothing, dark_current=current, temperature_c=temperature_c, **QUIET)
+        np.testing.assert_allclose(warm, 6.0 * factor, rtol=1e-12)
+
+
+def test_photosites_have_dark_currents_of_their_own() -> None:
+    dark = record(np.zeros((400, 300)), dark_current=DarkCurrent(50.0, nonuniformity=0.1), **QUIET)
+    n = dark.size
+    assert abs(dark.mean() - 100.0) < SIGMA * 10.0 / np.sqrt(n)
+    assert abs(dark.std() - 10.0) < SIGMA * 10.0 / np.sqrt(2 * n)
+    later = record(
+        np.zeros((400, 300)), dark_current=DarkCurrent(50.0, nonuniformity=0.1), **(QUIET | {"time_s": 20.0})
+    )
+    np.testing.assert_allclose(later, 10.0 * dark, rtol=1e-12)
+
+
+def test_hot_and_dead_photosites() -> None:
+    defects = Defects(hot_fraction=0.02, hot_e_per_s=500.0, dead_fraction=0.01, hot=((3, 4, 1e4),), dead=((7, 8),))
+    light = np.full((400, 300), 100.0)
+    recorded = record(light, defects=defects, **QUIET)
+    n = light.size
+    hot, dead = recorded > 100.0, recorded < 100.0
+    assert abs(np.count_nonzero(hot) - 0.02 * n) < SIGMA * np.sqrt(0.02 * n) + 1
+    assert abs(np.count_nonzero(dead) - 0.01 * n) < SIGMA * np.sqrt(0.01 * n) + 1
+    assert recorded[3, 4] == 2.0 * 1e4 + 100.0
+    assert recorded[7, 8] == 0.0
+    drawn = np.delete((recorded[hot] - 100.0) / 2.0, np.flatnonzero(recorded[hot] == recorded[3, 4]))
+    assert scipy.stats.kstest(drawn, "expon", args=(0.0, 500.0)).pvalue > 1e-3
+    # They are the sensor's: the same in every frame, hotter when it is warm.
+    again = record(light, defects=defects, dark_current=DarkCurrent(0.0), temperature_c=32.0, **(QUIET | {"seed": 8}))
+    np.testing.assert_allclose(again[hot] - 100.0, 2.0 * (recorded[hot] - 100.0), rtol=1e-12)
+
+
+def bloomed_one_by_one(electrons: Any, capacity_e: float, spill: float) -> Any:
+    """Every photosite's excess walks its own way, half up and half down, and fills what it finds."""
+    held = np.minimum(electrons, capacity_e)
+    for step in (1, -1):
+        order = range(len(held)) if step == 1 else range(len(held) - 1, -1, -1)
+        for row in order:
+            for col in range(held.shape[1]):
+                excess = 0.5 * spill * max(0.0, electrons[row, col] - capacity_e)
+                place = row + step
+                while excess > 0.0 and 0 <= place < len(held):
+                    taken = min(excess, capacity_e - held[place, col])
+                    held[place, col] += taken
+                    excess -= taken
+                    place += step
+    return held
+
+
+@pytest.mark.parametrize("spill", [0.0, 0.3, 1.0])
+def test_blooming_against_one_walk_after_another(spill: float) -> None:
+    electrons = np.random.default_rng(5).uniform(0.0, 130.0, (40, 6))
+    electrons[12, 3] = 900.0
+    held = Blooming(spill).apply(electrons, capacity_e=100.0)
+    # The amount in each column is the same whoever walks first.
+    expected = bloomed_one_by_one(electrons, 100.0, spill)
+    np.testing.assert_allclose(held.sum(axis=0), expected.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(held, expected, atol=1e-9)
+    assert held.max() <= 100.0
+
+
+def test_blooming_keeps_all_charge_that_has_room() -> None:
+    electrons = np.full((101, 3), 10.0)
+    electrons[50] = 1010.0
+    recorded = record(electrons, full_well=FullWell(100.0), blooming=Blooming(), **QUIET)
+    np.testing.assert_allclose(recorded.sum(axis=0), electrons.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(recorded[45:56, 0], 100.0, rtol=1e-12)
+    np.testing.assert_allclose(recorded, recorded[::-1], rtol=1e-12)
+
+
+def test_noise_comes_after_the_bent_response() -> None:
+    """A response with slope ½ halves what is in the well; the noise of the read-out stays whole."""
+    bent = ResponseTable((0.0, 1000.0), (0.0, 500.0))
+    recorded = record(np.full((400, 300), 1000.0), nonlinearity=bent, read_noise=ReadNoise(6.0), **QUIET)
+    assert recorded.mean() == pytest.approx(500.0, abs=SIGMA * 6.0 / np.sqrt(recorded.size))
+    assert recorded.std() == pytest.approx(6.0, rel=SIGMA / np.sqrt(2 * recorded.size))
+
+
+def test_full_wells_are_bent_too() -> None:
+    polynomial = PolynomialResponse((-0.1,), 1000.0)
+    recorded = record(np.full((4, 4), 5e3), nonlinearity=polynomial, full_well=FullWell(1000.0), noise=False, **PLACE)
+    np.testing.assert_allclose(recorded, 900.0, rtol=1e-12)
+
+
+def test_reset_noise_of_a_capacitor() -> None:
+    """By equipartition: ½CV² = ½kT, so the charge's variance is kTC. 1 pF at 300 K: 402 e⁻ (Janesick)."""
+    assert ResetNoise.of_capacitance(1000.0, 26.85).sigma_e == pytest.approx(402.0, abs=0.5)
+
+
+def test_rows_have_offsets_of_their_own_that_last_one_frame() -> None:
+    first, second = (record(np.zeros((400, 300)), row_noise=RowNoise(3.0), frame_number=n, **QUIET) for n in (0, 1))
+    assert np.ptp(first, axis=1).max() == 0.0
+    assert first[:, 0].std() == pytest.approx(3.0, rel=SIGMA / np.sqrt(800))
+    assert abs(np.corrcoef(first[:, 0], second[:, 0])[0, 1]) < SIGMA / np.sqrt(400)
+    # Neighbours know nothing of one another.
+    assert abs(np.corrcoef(first[:-1, 0], first[1:, 0])[0, 1]) < SIGMA / np.sqrt(400)
+
+
+def test_columns_have_offsets_that_stay() -> None:
+    first, second = (
+        record(np.zeros((70, 300)), column_noise=ColumnNoise(3.0), frame_number=n, **QUIET) for n in (0, 1)
+    )
+    np.testing.assert_array_equal(first, second)
+    assert np.ptp(first, axis=0).max() == 0.0
+    assert first[0].std() == pytest.approx(3.0, rel=SIGMA / np.sqrt(600))
+
+
+@pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
+def test_flicker_rows_have_their_spectrum(exponent: float) -> None:
+    """Averaged over many frames: the variance asked for, and power that falls as 1/f^exponent."""
+    stage = FlickerRows(2.0, exponent)
+    rng = np.random.default_rng(4)
+    frames = np.stack([stage.offsets_e(512, rng) for _ in range(400)])
+    assert np.mean(frames**2) == pytest.approx(4.0, rel=0.15)
+    frequency, power = scipy.signal.welch(frames, nperseg=256, axis=1, detrend=False)
+    middle = (frequency > 0.02) & (frequency < 0.4)
+    slope = np.polyfit(np.log(frequency[middle]), np.log(power.mean(axis=0)[middle]), 1)[0]
+    assert slope == pytest.approx(-exponent, abs=0.1)
+
+
+def test_noise_after_the_gain_is_the_same_in_data_numbers() -> None:
+    for electrons_per_dn in (0.5, 8.0):
+        recorded = record(
+            np.zeros((400, 300)), output_noise=OutputNoise(1.5), electrons_per_dn=electrons_per_dn, **QUIET
+        )
+        assert (recorded / electrons_per_dn).std() == pytest.approx(1.5, rel=SIGMA / np.sqrt(2 * recorded.size))
+
+
+EVERY: dict[str, Any] = {
+    "prnu": Prnu(0.01),
+    "defects": Defects(hot_fraction=0.01, hot_e_per_s=50.0, dead_fraction=0.01),
+    "dark_current": DarkCurrent(5.0, nonuniformity=0.1),
+    "full_well": FullWell(1500.0),
+    "blooming": Blooming(0.5),
+    "nonlinearity": PolynomialResponse((-0.02,), 1500.0),
+    "reset_noise": ResetNoise(2.0),
+    "read_noise": ReadNoise(4.0),
+    "row_noise": RowNoise(1.0),
+    "flicker_rows": FlickerRows(1.0),
+    "column_noise": ColumnNoise(1.0),
+    "dsnu": Dsnu(1.5),
+    "output_noise": OutputNoise(0.5),
+}
+
+
+def test_threads_change_no_byte_of_the_whole_chain() -> None:
+    wide = ramp(302, 302)
+    one, two = (record(wide, crosstalk=Crosstalk(KERNEL), **EVERY, **PLACE, threads=n).tobytes() for n in (1, 2))
+    assert one == two
+
+
+ADDITIVE = ("reset_noise", "read_noise", "row_noise", "flicker_rows", "column_noise", "dsnu", "output_noise")
+
+
+@pytest.mark.parametrize("left_out", ADDITIVE)
+def test_switching_an_additive_stage_off_takes_away_its_own_draws_alone(left_out: str) -> None:
+    """On a mean of nothing everything is a sum of what each stage adds by itself."""
+    nothing = np.zeros((130, 300))
+    alone = {name: record(nothing, **{name: EVERY[name]}, **QUIET) for name in ADDITIVE}
+    others = [name for name in ADDITIVE if name != left_out]
+    together = record(nothing, **{name: EVERY[name] for name in others}, **QUIET)
+    total = nothing
+    for name in others:
+        total = total + alone[name]
+    np.testing.assert_allclose(together, total, atol=1e-12)
+    for a in range(len(ADDITIVE)):
+        for b in range(a):
+            one, other = alone[ADDITIVE[a]], alone[ADDITIVE[b]]
+            # Offsets of whole rows or columns are few numbers; photosites are many.
+            few = {"row_noise", "flicker_rows", "column_noise"} & {ADDITIVE[a], ADDITIVE[b]}
+            assert abs(np.corrcoef(one.ravel(), other.ravel())[0, 1]) < SIGMA / np.sqrt(130 if few else nothing.size)
+
+
+def test_with_everything_there_and_noise_off_no_generator_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    def forbidden(*_: object, **__: object) -> None:
+        raise AssertionError("a generator was made")
+
+    for name in ("Generator", "Philox", "SeedSequence", "default_rng"):
+        monkeypatch.setattr(np.random, name, forbidden)
+    wide = np.linspace(0.0, 1000.0, 102 * 32).reshape(102, 32)
+    recorded = record(wide, noise=False, crosstalk=Crosstalk(KERNEL), **EVERY, **PLACE)
+    mean = scipy.signal.convolve2d(wide, np.array(KERNEL), mode="valid")
+    np.testing.assert_allclose(recorded, mean * (1.0 - 0.02 * mean / 1500.0), rtol=1e-12)
+
+
+def test_cosine_to_the_fourth() -> None:
+    """A full frame's corner 21.6 mm from the axis, seen from 50 mm: cos⁴(23.4°) = 0.71."""
+    corner = Cos4Falloff(exit_pupil_mm=50.0).relative(np.array([21.633]))
+    assert corner[0] == pytest.approx(np.cos(np.arctan(21.633 / 50.0)) ** 4, rel=1e-12)
+    field = falloff_at(Cos4Falloff(exit_pupil_mm=1.0), shape=(3, 5), first_centre=(-2.0, -1.0), pitch_um=100.0)
+    np.testing.assert_allclose(field, field[::-1, ::-1], rtol=1e-15)
+    assert field[1, 2] == 1.0
+    assert field[0, 0] == pytest.approx((1.0 + 0.05) ** -2, rel=1e-12)
+
+
+def test_a_measured_falloff_is_held_beyond_its_table() -> None:
+    falloff = RadialFalloff(radius_mm=(0.0, 10.0), values=(1.0, 0.4))
+    np.testing.assert_allclose(falloff.relative(np.array([0.0, 5.0, 20.0])), [1.0, 0.7, 0.4], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Crosstalk(((0.5, 0, 0), (0, 0.9, 0), (0, 0, 0))), "adds up to 1.4"),
+        (lambda: Crosstalk(((0, 0), (0, 1))), "3 rows of 3"),
+        (lambda: Crosstalk(((0, 0, 0), (0, -1, 0), (0, 0, 0))), "crosstalk: kernel -1.0"),
+        (lambda: Blooming(2.0), "blooming: spill 2.0; must be a fraction"),
+        (lambda: Defects(hot_fraction=0.7, dead_fraction=0.7), "more than 1 together"),
+        (lambda: Defects(dead=((-1, 0),)), "count from 0"),
+        (lambda: PolynomialResponse((-0.6,), 1e4), "make the response fall at"),
+        (lambda: PolynomialResponse((), 1e4), "one or more"),
+        (lambda: ResponseTable((0.0, 1.0), (1.0, 0.5)), "electrons_out must increase"),
+        (lambda: ResponseTable((0.0, 1.0, 2.0), (0.0, 0.5)), "3 electrons_in but 2"),
+        (lambda: DarkCurrent(1.0, at_c=-300.0), "below absolute zero"),
+        (lambda: DarkCurrent(1.0).warming(-300.0), "temperature_c -300.0; is below absolute zero"),
+        (lambda: DarkCurrent(1.0, doubling_c=0.0), "doubling_c 0.0"),
+        (lambda: DarkCurrent(1.0, nonuniformity=30.0), "0.01 means 1 %"),
+        (lambda: FlickerRows(1.0, 3.0), "flicker_rows: exponent 3.0; must be 0..2"),
+        (lambda: DualGain(from_iso=0.0), "from_iso 0.0"),
+        (lambda: Cos4Falloff(exit_pupil_mm=0.0), "must be above 0"),
+        (lambda: RadialFalloff(radius_mm=(1.0, 2.0), values=(1.0, 0.5)), "begin at 0"),
+        (lambda: RadialFalloff(radius_mm=(0.0, 2.0), values=(0.9, 0.5)), "on the axis the light is 1"),
+        (lambda: working_f_number(2.0, -1.0), "magnification -1.0"),
+        (lambda: record(np.zeros((3, 3)), blooming=Blooming(), **PLACE), "no full_well"),
+    ],
+)
+def test_an_impossible_stage_is_refused(make: Any, message: str) -> None:
+    with pytest.raises(InvalidValueError, match=message):
+        make()
