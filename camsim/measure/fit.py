@@ -13,10 +13,10 @@ from camsim.errors import UnsupportedError
 from camsim.measure import spline
 from camsim.measure.geometry import EdgeLine, longest_gap
 from camsim.measure.locate import Guess
-from camsim.measure.spline import ALONG, BEND, EXTRAS, TAIL, TURN, Model
+from camsim.measure.spline import ACROSS, BEND, EXTRAS, TAIL, TURN, Model
 
-FINEST_SPACING, COARSEST_SPACING = 0.125, 1.0
-SAMPLES_PER_KNOT = 4.0
+FINEST_SPACING, COARSEST_SPACING = 0.1, 1.0
+SAMPLES_PER_KNOT = 1.5
 LARGEST_GAP = 0.4
 _RIDGE = 1e-9
 _OUTLIER = 8.0
@@ -32,6 +32,7 @@ class EdgeFit:
     residual_rms : of a photosite about the fit, in units of ``scale``
     noise        : the same on the dark and on the bright side, away from the edge
     gap_pixel    : longest stretch across the edge without a photosite
+    turn_rad     : what the last fit would still turn the edge by, a fraction of its error turn_error_rad
     left_out     : photosites that were far from the fit (defects)
     """
 
@@ -46,6 +47,7 @@ class EdgeFit:
     gap_pixel: float
     left_out: int
     photosites: int
+    turn_rad: float
     turn_error_rad: float
 
 
@@ -62,32 +64,32 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
 
     # First with what any edge allows; what the fit says of its width then sets the model for good.
     half_width = min(0.75 * reach, 8.0 * pitch)
-    line, rise = _settle(x, y, v, line, half_width, max(0.5, 0.25 * pitch), dark, length, passes=3, what=what)
-    half_width = min(0.75 * reach, max(2.0 + 3.0 * rise, 6.0))
+    line, rise, _ = _settle(x, y, v, line, half_width, max(0.5, 0.25 * pitch), dark, length, passes=4, what=what)
+    half_width = min(0.75 * reach, max(1.5 + 2.5 * rise, 5.0))
     density = np.count_nonzero(np.abs(line.across_and_along(x, y)[0]) < half_width) / (2.0 * half_width)
     d = line.across_and_along(x, y)[0]
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
     spacing = max(FINEST_SPACING, rise / 16.0, SAMPLES_PER_KNOT / density, gap)
     spacing = min(spacing, COARSEST_SPACING)
-    line, rise = _settle(x, y, v, line, half_width, spacing, dark, length, passes=4, what=what)
+    # Where the edge lies is told by its slope, and a slope is only as good as it is smooth.
+    smoother = max(spacing, 0.3 * rise)
+    line, rise, smooth = _settle(x, y, v, line, half_width, smoother, dark, length, passes=6, what=what)
 
     d, s = line.across_and_along(x, y)
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
     _refuse_gap(gap, line, length, pitch, what)
+    slope = spline.slopes(d, *smooth)
     model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
-    # The slope for the columns of turn and bend comes from a fit without them.
-    straight, _ = _solve(d, s, v, model, geometry=False)
-    model = model._replace(slope=straight)
-    coefficients, inverse = _solve(d, s, v, model, geometry=True)
-    r = spline.residuals(d, s, v, model, coefficients)
+    coefficients, inverse = _solve(d, s, slope, v, model)
+    r = spline.residuals(d, s, slope, v, model, coefficients)
     keep = _ordinary(d, r, half_width)
     left_out = int(np.count_nonzero(~keep))
     if left_out:
-        d, s, v = d[keep], s[keep], v[keep]
-        coefficients, inverse = _solve(d, s, v, model, geometry=True)
-        r = spline.residuals(d, s, v, model, coefficients)
+        d, s, slope, v = d[keep], s[keep], slope[keep], v[keep]
+        coefficients, inverse = _solve(d, s, slope, v, model)
+        r = spline.residuals(d, s, slope, v, model, coefficients)
     free = max(1, d.size - coefficients.size)
-    covariance = inverse @ spline.scatter(d, s, r, model) @ inverse * (d.size / free)
+    covariance = inverse @ spline.scatter(d, s, slope, r, model, inverse) @ inverse
     away = min(2.0 + rise, 0.5 * half_width)
     noise = tuple(
         float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away)
@@ -105,6 +107,7 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
         gap_pixel=gap,
         left_out=left_out,
         photosites=int(d.size),
+        turn_rad=float(coefficients[n + TURN]) / model.scale,
         turn_error_rad=math.sqrt(max(float(covariance[n + TURN, n + TURN]), 0.0)) / model.scale,
     )
 
@@ -121,18 +124,17 @@ def _settle(
     *,
     passes: int,
     what: str,
-) -> tuple[EdgeLine, float]:
-    """Move the edge to where the model fits best; return it with its 10–90 % rise."""
+) -> tuple[EdgeLine, float, tuple[Model, F64]]:
+    """Move the edge to where the model fits best; return it with its 10–90 % rise and the last fit."""
     rise = 1.0
+    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
     for _ in range(passes):
         d, s = line.across_and_along(x, y)
         # Only photosites near the edge know where it is.
         near = np.abs(d) <= 1.25 * half_width
-        model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
         dn, sn, vn = d[near], s[near], v[near]
-        straight, _ = _solve(dn, sn, vn, model, geometry=False, tail=False)
-        model = model._replace(slope=straight)
-        full, _ = _solve(dn, sn, vn, model, geometry=True, tail=False)
+        straight, _ = _solve(dn, sn, np.zeros(dn.size), vn, model, tail=False)
+        full, _ = _solve(dn, sn, spline.slopes(dn, model, straight), vn, model, tail=False)
         n = model.columns
         turn, bend = full[n + TURN] / model.scale, full[n + BEND] / model.scale**2
         middle, rise = _middle_and_rise(straight, model)
@@ -145,7 +147,7 @@ def _settle(
         line = moved
         if settled:
             break
-    return line, rise
+    return line, rise, (model, straight)
 
 
 def _middle_and_rise(coefficients: F64, model: Model) -> tuple[float, float]:
@@ -172,19 +174,14 @@ def crossing(d: F64, esf: F64, level: float) -> float:
     return float(d[i] + (level - esf[i]) / (esf[i + 1] - esf[i]) * (d[i + 1] - d[i]))
 
 
-def _solve(
-    d: F64, s: F64, v: F64, model: Model, *, geometry: bool, tail: bool = True
-) -> tuple[F64, F64]:
+def _solve(d: F64, s: F64, slope: F64, v: F64, model: Model, *, tail: bool = True) -> tuple[F64, F64]:
     """Return the coefficients and the inverse of the normal equations; columns left out are zero in both."""
-    matrix, right = spline.normal_equations(d, s, v, model)
+    matrix, right = spline.normal_equations(d, s, slope, v, model)
     n = model.columns
     used = np.ones(n + EXTRAS, bool)
     used[n + TAIL] = tail
-    used[n + spline.ACROSS] = tail
-    used[n + ALONG] = True
-    used[n + TURN :] = geometry
-    if np.linalg.norm(model.slope) == 0.0:
-        used[n + TURN :] = False
+    used[n + ACROSS] = tail
+    used[n + TURN :] = bool(np.any(slope))
     chosen = np.flatnonzero(used)
     part = matrix[np.ix_(chosen, chosen)]
     # Where no photosite lies the curve goes on smoothly: a trace of a penalty on its third differences.

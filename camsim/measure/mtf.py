@@ -108,7 +108,7 @@ def _result(fit: EdgeFit, plane: Plane, roi: Roi, *, tail: bool, theory: Theoret
             mtf10_cycles_per_pixel=limits[2][0],
             mtf_at_nyquist=float(nyquist_mtf[0]),
             rise_10_90_pixel=rise,
-            angle_deg=fit.line.angle_deg,
+            angle_deg=fit.line.moved(0.0, fit.turn_rad, 0.0).angle_deg,
             contrast=step / (2.0 * dark + step),
             snr=snr,
         ),

@@ -40,14 +40,13 @@ class Model(NamedTuple):
     columns: int
     dark: float
     scale: float
-    slope: F64
 
     @classmethod
     def of(cls, *, half_width: float, spacing: float, dark: float, scale: float) -> Model:
         """Return a model whose knots lie symmetrically about the edge."""
         intervals = 2 * max(3, math.ceil(half_width / spacing))
         columns = intervals - 1
-        return cls(0.5 * intervals * spacing, spacing, columns, dark, scale, np.zeros(columns + EXTRAS))
+        return cls(0.5 * intervals * spacing, spacing, columns, dark, scale)
 
 
 @nb.njit(cache=True, inline="always")
@@ -61,19 +60,12 @@ def _cubic(t: float) -> tuple[float, float, float, float]:
     )
 
 
-@nb.njit(cache=True, inline="always")
-def _cubic_slope(t: float) -> tuple[float, float, float, float]:
-    u = 1.0 - t
-    return -0.5 * u * u, 1.5 * t * t - 2.0 * t, -1.5 * u * u + 2.0 * u, 0.5 * t * t
-
-
 @nb.njit(cache=True)
-def _row(d: float, s: float, model: Model, index: np.ndarray, value: np.ndarray) -> int:
+def _row(d: float, s: float, slope: float, model: Model, index: np.ndarray, value: np.ndarray) -> int:
     """Fill in the non-zero entries of one photosite's row; return how many."""
     n = model.columns
     u = (d + model.half_width) / model.spacing
     count = 0
-    slope = 0.0
     if u <= 0.0:
         index[0], value[0], count = 0, 1.0, 1
     elif u >= n + 1:
@@ -81,18 +73,14 @@ def _row(d: float, s: float, model: Model, index: np.ndarray, value: np.ndarray)
     else:
         i = int(u)
         b = _cubic(u - i)
-        g = _cubic_slope(u - i)
         for k in range(4):
             # The three outermost splines of either end are one column: constant beyond, twice differentiable.
             column = min(max(i + k - 2, 0), n - 1)
-            slope += g[k] * model.slope[column]
             if count and index[count - 1] == column:
                 value[count - 1] += b[k]
             else:
                 index[count], value[count] = column, b[k]
                 count += 1
-        slope /= model.spacing
-    slope += model.slope[n + TAIL] / (1.0 + d * d)
     turn = math.atan(d)
     level = model.dark + 0.5 + turn / math.pi
     along = s / model.scale
@@ -104,13 +92,13 @@ def _row(d: float, s: float, model: Model, index: np.ndarray, value: np.ndarray)
 
 
 @nb.njit(cache=True)
-def normal_equations(d: F64, s: F64, v: F64, model: Model) -> tuple[F64, F64]:
-    """Return the sums of row·rowᵀ and of row·v over photosites (flat arrays d, s, v)."""
+def normal_equations(d: F64, s: F64, slope: F64, v: F64, model: Model) -> tuple[F64, F64]:
+    """Return the sums of row·rowᵀ and of row·v over photosites (flat arrays; slope: ESF′ at each)."""
     size = model.columns + EXTRAS
     matrix, right = np.zeros((size, size)), np.zeros(size)
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     for j in range(d.size):
-        count = _row(d[j], s[j], model, index, value)
+        count = _row(d[j], s[j], slope[j], model, index, value)
         for a in range(count):
             ia, va = index[a], value[a]
             right[ia] += va * v[j]
@@ -123,12 +111,12 @@ def normal_equations(d: F64, s: F64, v: F64, model: Model) -> tuple[F64, F64]:
 
 
 @nb.njit(cache=True)
-def residuals(d: F64, s: F64, v: F64, model: Model, coefficients: F64) -> F64:
+def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F64) -> F64:
     """Return v minus the fit at every photosite."""
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     out = np.empty(d.size)
     for j in range(d.size):
-        count = _row(d[j], s[j], model, index, value)
+        count = _row(d[j], s[j], slope[j], model, index, value)
         fit = 0.0
         for a in range(count):
             fit += value[a] * coefficients[index[a]]
@@ -137,14 +125,22 @@ def residuals(d: F64, s: F64, v: F64, model: Model, coefficients: F64) -> F64:
 
 
 @nb.njit(cache=True)
-def scatter(d: F64, s: F64, r: F64, model: Model) -> F64:
-    """Return the sum of r²·row·rowᵀ: what the photosites' own scatter does to the right-hand side."""
+def scatter(d: F64, s: F64, slope: F64, r: F64, model: Model, inverse: F64) -> F64:
+    """Return the sum of r²/(1 − leverage)·row·rowᵀ: what the photosites' own scatter does to the right-hand side.
+
+    A photosite pulls the fit towards itself by its leverage row·inverse·rowᵀ, and its residual is smaller for it.
+    (MacKinnon and White's HC2: unbiased for even noise, right in the limit for any.)
+    """
     size = model.columns + EXTRAS
     matrix = np.zeros((size, size))
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     for j in range(d.size):
-        count = _row(d[j], s[j], model, index, value)
-        r2 = r[j] * r[j]
+        count = _row(d[j], s[j], slope[j], model, index, value)
+        leverage = 0.0
+        for a in range(count):
+            for b in range(count):
+                leverage += value[a] * inverse[index[a], index[b]] * value[b]
+        r2 = r[j] * r[j] / max(1.0 - leverage, 0.05)
         for a in range(count):
             ia, va = index[a], value[a] * r2
             for b in range(a, count):
@@ -160,10 +156,29 @@ def _rows(d: F64, model: Model) -> F64:
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     rows = np.zeros((d.size, model.columns + EXTRAS))
     for j in range(d.size):
-        count = _row(d[j], 0.0, model, index, value)
+        count = _row(d[j], 0.0, 0.0, model, index, value)
         for a in range(count):
             rows[j, index[a]] = value[a]
     return rows
+
+
+@nb.njit(cache=True)
+def slopes(d: F64, model: Model, coefficients: F64) -> F64:
+    """Return the derivative of the spread function at every photosite."""
+    n, h = model.columns, model.spacing
+    out = np.empty(d.size)
+    for j in range(d.size):
+        total = coefficients[n + TAIL] / (1.0 + d[j] * d[j])
+        u = (d[j] + model.half_width) / h
+        if 0.0 <= u < n + 1:
+            i = int(u)
+            t = u - i
+            w = 1.0 - t
+            rates = (-0.5 * w * w, 1.5 * t * t - 2.0 * t, -1.5 * w * w + 2.0 * w, 0.5 * t * t)
+            for k in range(4):
+                total += rates[k] * coefficients[min(max(i + k - 2, 0), n - 1)] / h
+        out[j] = total
+    return out
 
 
 def spread_rows(d: F64, model: Model) -> F64:
