@@ -126,7 +126,7 @@ def light(scene: SceneDocument) -> Light | None:
         return None
     curve: Curve | None = None
     if (own := table.table) is not None:
-        curve = scene.build(("light", "table"), lambda: Curve(tuple(own.wavelength_nm), tuple(own.values), "table"))
+        curve = scene.build(("light", "table"), lambda: Curve(tuple(own.wavelength_nm), tuple(own.values)))
         if curve is None:
             return None
     return scene.build(

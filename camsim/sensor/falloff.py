@@ -58,11 +58,11 @@ class RadialFalloff:
         for radius in self.radius_mm:
             check_number("falloff", "radius_mm", radius)
         if self.radius_mm[0] != 0.0 or any(after <= before for before, after in pairwise(self.radius_mm)):
-            raise InvalidValueError("falloff: radius_mm must begin at 0 and increase")
+            raise InvalidValueError(f"falloff: radius_mm {list(self.radius_mm)}; must begin at 0 and increase")
         for value in self.values:
             check_number("falloff", "values", value, largest=1.0)
         if self.values[0] != 1.0:
-            raise InvalidValueError(f"falloff: values begin with {self.values[0]:g}; on the axis the light is 1")
+            raise InvalidValueError(f"falloff: values {list(self.values)}; must begin with 1, the light on the axis")
 
     def relative(self, radius_mm: F64) -> F64:
         """Return the light at a distance from the axis, relative to that on the axis."""

@@ -34,13 +34,15 @@ class PolynomialResponse:
         object.__setattr__(self, "coefficients", tuple(float(a) for a in self.coefficients))
         check_positive("nonlinearity", "scale_e", self.scale_e)
         if not self.coefficients or not all(math.isfinite(a) for a in self.coefficients):
-            raise InvalidValueError("nonlinearity: coefficients must be one or more finite numbers")
+            raise InvalidValueError(
+                f"nonlinearity: coefficients {list(self.coefficients)}; must be one or more finite numbers"
+            )
         u = np.linspace(0.0, 1.0, 1001)
         slope = np.polynomial.Polynomial(self._of_u).deriv()(u)
         if slope.min() <= 0.0:
             raise InvalidValueError(
-                f"nonlinearity: coefficients {list(self.coefficients)} make the response fall at "
-                f"{u[slope.argmin()] * self.scale_e:.4g} e⁻; more charge must give more signal up to scale_e"
+                f"nonlinearity: coefficients {list(self.coefficients)}; more charge must give more signal "
+                f"up to scale_e, but the response falls at {u[slope.argmin()] * self.scale_e:g} e⁻"
             )
 
     @property
@@ -76,9 +78,11 @@ class ResponseTable:
             values = tuple(float(v) for v in getattr(self, key))
             object.__setattr__(self, key, values)
             if len(values) < 2 or not all(math.isfinite(v) for v in values):
-                raise InvalidValueError(f"nonlinearity: {key} must be two or more finite numbers")
+                raise InvalidValueError(f"nonlinearity: {key} {list(values)}; must be two or more finite numbers")
             if any(after <= before for before, after in pairwise(values)):
-                raise InvalidValueError(f"nonlinearity: {key} must increase: more charge gives more signal")
+                raise InvalidValueError(
+                    f"nonlinearity: {key} {list(values)}; must increase: more charge gives more signal"
+                )
         if len(self.electrons_in) != len(self.electrons_out):
             raise InvalidValueError(
                 f"nonlinearity: {len(self.electrons_in)} electrons_in but {len(self.electrons_out)} electrons_out"

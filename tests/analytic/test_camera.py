@@ -1,0 +1,218 @@
+"""The camera as a whole: what its stages make of light, exposure by exposure."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.errors import InvalidValueError
+from camsim.revive import revive
+
+FLAT = camsim.Curve((300.0, 1100.0), (1.0, 1.0))
+ADC = camsim.Adc(bit_depth=14, black_level_dn=100, electrons_per_dn=1.0, base_iso=100.0)
+LIGHT = camsim.Light(line_nm=550.0, irradiance_w_per_m2=0.1)
+EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
+SCENE = camsim.Scene(background=0.5, shapes=[camsim.Rectangle(width_um=40.0, height_um=20.0, reflectance=0.1)])
+KERNEL = ((0.0, 0.02, 0.0), (0.03, 0.9, 0.01), (0.0, 0.04, 0.0))
+
+
+def camera_of(letters: str = "Y", **stages: Any) -> camsim.Camera:
+    cfa = camsim.Cfa((letters,))
+    curves = tuple((letter, FLAT) for letter in cfa.channels)
+    return camsim.Camera(
+        rows=60,
+        cols=80,
+        pitch_um=4.0,
+        lens=camsim.Airy(f_number=4.0),
+        photosite=camsim.SquarePhotosite(side_um=4.0),
+        cfa=cfa,
+        quantum_efficiency=camsim.QuantumEfficiency(curves, per="photon", peak=0.5),
+        adc=ADC,
+    ).replace(**stages)
+
+
+def exposed(camera: camsim.Camera, scene: camsim.Scene = SCENE, **how: Any) -> camsim.Frame:
+    return camera.expose(scene, **({"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-4} | how))
+
+
+def test_a_magnified_image_is_dimmer_and_softer() -> None:
+    """At 1:1 the lens works at twice its f-number: a quarter of the light, and the blur of that f-number."""
+    far, near = exposed(camera_of()), exposed(camera_of(magnification=1.0))
+    slow = exposed(camera_of(lens=camsim.Airy(f_number=8.0)))
+    np.testing.assert_array_equal(near.mean_electrons, slow.mean_electrons)
+    corner = (0, 0)
+    assert near.mean_electrons[corner] == pytest.approx(far.mean_electrons[corner] / 4.0, rel=1e-3)
+    assert near.f_number == 4.0
+    assert "f_number=8.0" in near.report.optics[0]
+
+
+def test_light_falls_off_from_the_axis_of_the_frame_not_of_the_window() -> None:
+    falloff = camsim.Cos4Falloff(exit_pupil_mm=0.2)
+    white = camsim.Scene(background=1.0)
+    camera = camera_of("RG", falloff=falloff)
+    whole = exposed(camera, white, noise=False, products=("mosaic", "truth"))
+    window = exposed(camera, white, noise=False, region=camsim.Region(rows=7, cols=9, origin=(3, 51)))
+    np.testing.assert_array_equal(window.mean_electrons, whole.mean_electrons[3:10, 51:60])
+    even = exposed(camera.replace(falloff=None), white, noise=False).mean_electrons[0, 0]
+    x_mm, y_mm = 4e-3 * (60.5 - 40), 4e-3 * (3.5 - 30)
+    angle = math.atan(math.hypot(x_mm, y_mm) / 0.2)
+    assert whole.mean_electrons[3, 60] == pytest.approx(even * math.cos(angle) ** 4, rel=1e-9)
+    assert whole.truth is not None
+    own = np.take_along_axis(whole.truth, whole.channel_index[..., None].astype(int), axis=2)[..., 0]
+    np.testing.assert_allclose(own, whole.mean_electrons, rtol=1e-6)
+
+
+def test_filters_stand_before_the_sensor() -> None:
+    half, ramp = 0.5, camsim.Curve((500.0, 600.0), (0.0, 1.0), outside="hold")
+    plain = exposed(camera_of(), noise=False).mean_electrons
+    filtered = exposed(camera_of(filters=(half, ramp)), noise=False).mean_electrons
+    np.testing.assert_allclose(filtered, 0.25 * plain, rtol=1e-9)
+    on_sensor = camsim.Light(line_nm=550.0, irradiance_w_per_m2=0.1, at="sensor")
+    behind = exposed(camera_of(filters=(half,)), light=on_sensor, noise=False).mean_electrons
+    np.testing.assert_allclose(behind, 0.5 * 4.0 * 4.0**2 * plain, rtol=1e-9)
+
+
+def test_crosstalk_belongs_to_the_mean_and_not_to_the_truth() -> None:
+    camera = camera_of("RGB", crosstalk=camsim.Crosstalk(KERNEL))
+    products = ("mosaic", "truth")
+    mixed = exposed(camera, noise=False, products=products)
+    clean = exposed(camera.replace(crosstalk=None), noise=False, products=products)
+    assert mixed.truth is not None
+    np.testing.assert_allclose(mixed.truth, clean.truth, rtol=1e-3)
+    before, inside = clean.mean_electrons, np.s_[1:-1, 1:-1]
+    expected = 0.9 * before[inside] + 0.02 * before[2:, 1:-1] + 0.04 * before[:-2, 1:-1]
+    expected += 0.03 * before[1:-1, 2:] + 0.01 * before[1:-1, :-2]
+    np.testing.assert_allclose(mixed.mean_electrons[inside], expected, rtol=1e-3)
+    np.testing.assert_array_equal(mixed.electrons, mixed.mean_electrons)
+    # The scene goes on beyond the frame: a flat one has no darker rim.
+    flat = exposed(camera.replace(crosstalk=camsim.Crosstalk(KERNEL)), camsim.Scene(background=1.0), noise=False)
+    assert np.ptp(flat.mean_electrons) < 1e-9 * flat.mean_electrons.max()
+    window = exposed(camera, noise=False, region=camsim.Region(rows=9, cols=12, origin=(20, 33)))
+    np.testing.assert_allclose(window.mean_electrons, mixed.mean_electrons[20:29, 33:45], rtol=1e-3)
+
+
+def test_more_frames_share_patterns_and_nothing_else() -> None:
+    camera = camera_of(prnu=camsim.Prnu(0.05), dsnu=camsim.Dsnu(20.0), read_noise=camsim.ReadNoise(3.0))
+    how: dict[str, Any] = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-3, "seed": 5}
+    frames = list(camera.expose_frames(camsim.Scene(background=0.9), frame_numbers=range(3), **how))
+    assert [frame.frame_number for frame in frames] == [0, 1, 2]
+    alone = camera.expose(camsim.Scene(background=0.9), frame_number=2, **how)
+    np.testing.assert_array_equal(alone.mosaic, frames[2].mosaic)
+    assert alone.description == frames[2].description
+    first, second = (frame.electrons for frame in frames[:2])
+    assert not np.array_equal(first, second)
+    shared = np.cov(first.ravel(), second.ravel())[0, 1]
+    pattern = (0.05 * first.mean()) ** 2 + 20.0**2
+    assert shared == pytest.approx(pattern, rel=0.1)
+
+
+def test_a_second_conversion_gain_takes_over_at_its_setting() -> None:
+    dual = camsim.DualGain(from_iso=400.0, capacity_e=2000.0, read_noise_e=1.0)
+    camera = camera_of(dual_gain=dual, read_noise=camsim.ReadNoise(9.0), full_well=camsim.FullWell(9000.0))
+    low, high = camsim.Exposure(time_s=0.01, iso=399.0), camsim.Exposure(time_s=0.01, iso=400.0)
+    frames = [exposed(camera, exposure=exposure) for exposure in (low, high)]
+    assert [frame.read_noise_e for frame in frames] == [9.0, 1.0]
+    assert camera.full_well_at(399.0) == camsim.FullWell(9000.0)
+    bright = camsim.Light(line_nm=550.0, irradiance_w_per_m2=1e4)
+    full = exposed(camera.replace(read_noise=None), light=bright, exposure=high)
+    assert full.electrons.max() <= 2000.0 + 10.0
+    assert full.white_level_dn == 100 + 8000
+
+
+def test_all_noise_of_the_read_out_is_told() -> None:
+    stages = {
+        "read_noise": camsim.ReadNoise(3.0),
+        "reset_noise": camsim.ResetNoise(4.0),
+        "row_noise": camsim.RowNoise(12.0),
+        "output_noise": camsim.OutputNoise(21.0),
+    }
+    frame = exposed(camera_of(**stages), exposure=camsim.Exposure(time_s=0.01, iso=25.0))
+    # 21 DN of 4 e⁻ each; 3² + 4² + 12² + 84² = 85².
+    assert frame.read_noise_e == pytest.approx(85.0, rel=1e-12)
+    assert exposed(camera_of(**stages), noise=False).read_noise_e == 0.0
+
+
+def test_a_full_well_beyond_the_converter_is_noted() -> None:
+    camera = camera_of(full_well=camsim.FullWell(40_000.0))
+    (note,) = exposed(camera).report.notes
+    assert note.startswith("the converter ends at 16283 e⁻, below the full well of 40000 e⁻")
+    assert exposed(camera.replace(full_well=camsim.FullWell(16_000.0))).report.notes == ()
+
+
+def test_temperature_is_the_exposures() -> None:
+    camera = camera_of(dark_current=camsim.DarkCurrent(100.0, at_c=20.0, doubling_c=10.0), shot_noise=None)
+    dark = camsim.Scene(background=0.0)
+    warm = camsim.Exposure(time_s=10.0, iso=100.0, temperature_c=40.0)
+    assert exposed(camera, dark, exposure=warm).electrons.max() == pytest.approx(4000.0, rel=1e-12)
+
+
+def test_blooming_needs_a_well() -> None:
+    with pytest.raises(InvalidValueError, match="no full_well"):
+        camera_of(blooming=camsim.Blooming())
+
+
+EVERY: dict[str, Any] = {
+    "filters": (0.9, FLAT),
+    "magnification": 0.1,
+    "falloff": camsim.RadialFalloff(radius_mm=(0.0, 1.0), values=(1.0, 0.5)),
+    "prnu": camsim.Prnu(0.01),
+    "defects": camsim.Defects(
+        hot_fraction=0.01, hot_e_per_s=9.0, dead_fraction=0.01, hot=((1, 2, 3.0),), dead=((4, 5),)
+    ),
+    "crosstalk": camsim.Crosstalk(KERNEL),
+    "dark_current": camsim.DarkCurrent(5.0, 0.1, 20.0, 6.0),
+    "full_well": camsim.FullWell(9e3),
+    "blooming": camsim.Blooming(0.5),
+    "nonlinearity": camsim.PolynomialResponse((-0.01, 0.002), 9e3),
+    "reset_noise": camsim.ResetNoise(2.0),
+    "read_noise": camsim.ReadNoise(3.0),
+    "row_noise": camsim.RowNoise(1.0),
+    "flicker_rows": camsim.FlickerRows(1.0),
+    "column_noise": camsim.ColumnNoise(1.0),
+    "dsnu": camsim.Dsnu(1.0),
+    "dual_gain": camsim.DualGain(from_iso=800.0, capacity_e=1e3, read_noise_e=1.0),
+    "output_noise": camsim.OutputNoise(0.5),
+}
+
+
+def test_every_stage_is_described_and_comes_back() -> None:
+    camera = camera_of("RGB", **EVERY)
+    left_out = {f.name for f in dataclasses.fields(camera) if getattr(camera, f.name) is None}
+    assert left_out == {"olpf"}
+    how: dict[str, Any] = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-3, "seed": 3, "frame_number": 4}
+    frame = camera.expose(SCENE, **how)
+    parts = revive(frame.description)
+    assert parts["camera"] == camera
+    again = parts.pop("camera").expose(parts.pop("scene"), **parts)
+    np.testing.assert_array_equal(again.mosaic, frame.mosaic)
+    table = camera.replace(nonlinearity=camsim.ResponseTable((0.0, 9e3), (0.0, 8e3)))
+    assert revive(exposed(table).description)["camera"] == table
+
+
+@pytest.mark.parametrize(
+    ("light", "exposure"),
+    [
+        (camsim.Light(line_nm=550.0, irradiance_w_per_m2=1e-12), camsim.Exposure(time_s=1e-6, iso=100.0)),
+        (camsim.Light(line_nm=550.0, irradiance_w_per_m2=1e6), camsim.Exposure(time_s=3600.0, iso=1e6)),
+        (LIGHT, camsim.Exposure(time_s=3600.0, iso=100.0, temperature_c=80.0)),
+        (LIGHT, camsim.Exposure(time_s=3600.0, iso=100.0, temperature_c=-40.0)),
+    ],
+    ids=["nothing", "everything", "hot", "cold"],
+)
+@pytest.mark.parametrize("bit_depth", [1, 16])
+@pytest.mark.parametrize("full_well_e", [1.0, 9e3])
+def test_extremes_are_right_or_clipped(light: Any, exposure: Any, bit_depth: int, full_well_e: float) -> None:
+    adc = camsim.Adc(bit_depth=bit_depth, black_level_dn=0, electrons_per_dn=0.01, base_iso=100.0)
+    well = {"full_well": camsim.FullWell(full_well_e), "read_noise": camsim.ReadNoise(0.0), "dual_gain": None}
+    frame = exposed(camera_of(**(EVERY | well), adc=adc), light=light, exposure=exposure)
+    assert np.isfinite(frame.electrons).all()
+    assert np.isfinite(frame.mean_electrons).all()
+    assert frame.mean_electrons.min() >= 0.0
+    # Only the noise of the read-out lies beyond the well.
+    assert frame.electrons.max() < full_well_e + 30.0
+    assert frame.mosaic.max() <= (1 << bit_depth) - 1
