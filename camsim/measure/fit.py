@@ -20,6 +20,7 @@ SAMPLES_PER_KNOT = 1.5
 LARGEST_GAP = 0.4
 _RIDGE = 1e-9
 _OUTLIER = 8.0
+_NOISY = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,9 +72,13 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
     spacing = max(FINEST_SPACING, rise / 16.0, SAMPLES_PER_KNOT / density, gap)
     spacing = min(spacing, COARSEST_SPACING)
-    # Where the edge lies is told by its slope, and a slope is only as good as it is smooth.
+    # Where the edge lies is told by its slope: with noise a smooth one does best, without noise the true one.
     smoother = max(spacing, 0.3 * rise)
     line, rise, smooth = _settle(x, y, v, line, half_width, smoother, dark, length, passes=6, what=what)
+    scatter = _scatter_near(x, y, v, line, half_width, spacing, dark, length)
+    finer = max(spacing, smoother * min(1.0, scatter / _NOISY))
+    if finer < smoother:
+        line, rise, smooth = _settle(x, y, v, line, half_width, finer, dark, length, passes=6, what=what)
 
     d, s = line.across_and_along(x, y)
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
@@ -148,6 +153,20 @@ def _settle(
         if settled:
             break
     return line, rise, (model, straight)
+
+
+def _scatter_near(
+    x: F64, y: F64, v: F64, line: EdgeLine, half_width: float, spacing: float, dark: float, length: float
+) -> float:
+    """Return how far photosites near the edge scatter about a fit that can follow it."""
+    d, s = line.across_and_along(x, y)
+    near = np.abs(d) <= 1.25 * half_width
+    d, s, v = d[near], s[near], v[near]
+    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
+    flat = np.zeros(d.size)
+    coefficients, _ = _solve(d, s, flat, v, model, tail=False)
+    r = spline.residuals(d, s, flat, v, model, coefficients)
+    return math.sqrt(float(r @ r) / max(1, d.size - model.columns))
 
 
 def _middle_and_rise(coefficients: F64, model: Model) -> tuple[float, float]:
