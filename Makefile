@@ -20,9 +20,11 @@ test: $(READY)
 	$(BIN)/python -m pytest
 
 test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing one is a failure, never a skip
-	command -v exiftool >/dev/null && command -v dcraw >/dev/null || \
-	  { apt-get update -qq && apt-get install -y -qq --no-install-recommends libimage-exiftool-perl dcraw; }
-	$(BIN)/python -m pip install --quiet dngpy
+	(for program in exiftool dcraw dcraw_emu rawtherapee-cli darktable-cli exrheader; do \
+	  command -v $$program >/dev/null || exit 1; done) || \
+	  { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
+	    libimage-exiftool-perl dcraw libraw-bin rawtherapee darktable openexr >/dev/null; }
+	$(BIN)/python -m pip install --quiet --editable '.[clients]'
 	$(BIN)/python -m pytest -m clients
 
 test-bounds: $(READY)  ## the kernels with every array index checked (compiled apart, a minute)

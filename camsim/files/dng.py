@@ -65,7 +65,7 @@ class _Content:
 
     product, photometric, samples : what it is, and how many numbers a pixel has
     black_dn, white_dn            : code of no light, and the code at which the signal clips
-    noise                         : (S, O) of the noise profile
+    noise                         : (S, O) of the noise profile; None for what has no noise
     raw                           : bytes that identify the numbers
     strips                        : the codes, little-endian, row after row; sizes are known beforehand
     """
@@ -75,7 +75,7 @@ class _Content:
     samples: int
     black_dn: int
     white_dn: int
-    noise: tuple[float, float]
+    noise: tuple[float, float] | None
     raw: memoryview
     strip_bytes: tuple[int, ...]
     strips: Iterable[memoryview]
@@ -133,8 +133,7 @@ def write_truth(frame: Frame, path: Path) -> None:
         samples=samples,
         black_dn=0,
         white_dn=TRUTH_WHITE_DN,
-        # No noise but the rounding's.
-        noise=(0.0, 1 / 12 / TRUTH_WHITE_DN**2),
+        noise=None,
         raw=np.ascontiguousarray(truth).data.cast("B"),
         strip_bytes=tuple(2 * samples * cols * min(_STRIP_ROWS, rows - first) for first in range(0, rows, _STRIP_ROWS)),
         strips=strips(),
@@ -229,7 +228,7 @@ def _level_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
         rational(50720, cols - 2 * margin, rows - 2 * margin),  # DefaultCropSize
         rational(50780, 1),  # BestQualityScale
         long(50829, 0, 0, rows, cols),  # ActiveArea: top, left, bottom, right
-        double(51041, *content.noise * len(frame.channels)),
+        *((double(51041, *content.noise * len(frame.channels)),) if content.noise else ()),
     )
 
 

@@ -18,10 +18,6 @@ WAVELENGTH_NM = np.arange(360.0, 831.0)
 X_TRANS = "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG"
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "clients: needs other people's programs (make test-clients installs them)")
-
-
 def bell(centre_nm: float, width_nm: float) -> np.ndarray:
     return np.exp(-0.5 * ((WAVELENGTH_NM - centre_nm) / width_nm) ** 2)
 
