@@ -69,7 +69,8 @@ def arrange(scene: Scene, *, max_segment_um: float) -> Arrangement:
         none = np.empty(0, np.int64)
         return Arrangement(start_um=nothing, end_um=nothing, left=none, right=none, spectra=tuple(spectra))
     start, end, left = np.concatenate(starts), np.concatenate(ends), np.concatenate(lefts)
-    keep = np.any(start != end, axis=1)
+    # An edge whose squared length is no longer a number above 0 contributes nothing.
+    keep = np.sum((end - start) ** 2, axis=1) > 0.0
     start, end, left = start[keep], end[keep], left[keep]
     start, end, left, right = _merge_shared(start, end, left)
     return Arrangement(start_um=start, end_um=end, left=left, right=right, spectra=tuple(spectra))

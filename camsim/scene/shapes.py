@@ -15,6 +15,7 @@ from camsim.errors import InvalidValueError
 from camsim.spectra.curve import Curve, Spectrum
 
 Point: TypeAlias = tuple[float, float]
+FARTHEST_UM = 1e15  # farther than the moon; products of such numbers are far from overflow
 
 
 def check_reflectance(reflectance: Spectrum, name: str = "reflectance") -> None:
@@ -29,7 +30,16 @@ def check_finite(name: str, values: Iterable[float]) -> None:
     """Refuse NaN and infinity by name and value."""
     for value in values:
         if not math.isfinite(value):
+            raise InvalidValueError(f"{name}: {value!r} is not finite; give ordinary numbers")
+
+
+def check_place(name: str, values: Iterable[float]) -> None:
+    """Refuse coordinates that are no numbers, or that arithmetic could not follow."""
+    for value in values:
+        if not math.isfinite(value):
             raise InvalidValueError(f"{name}: {value!r} is not finite; give ordinary numbers in µm")
+        if abs(value) > FARTHEST_UM:
+            raise InvalidValueError(f"{name}: {value!r} lies farther out than {FARTHEST_UM:g} µm; give less")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +61,7 @@ class Polygon:
         points = tuple((float(x), float(y)) for x, y in self.points_um)
         object.__setattr__(self, "points_um", points)
         check_reflectance(self.reflectance)
-        check_finite("points", (v for point in points for v in point))
+        check_place("points", (v for point in points for v in point))
         if len(set(points)) < 3:
             raise InvalidValueError(f"points: {len(set(points))} different points make no polygon; give at least 3")
         crossing = _self_crossing(points)
@@ -79,11 +89,12 @@ class Rectangle:
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre_um", (float(self.centre_um[0]), float(self.centre_um[1])))
         check_reflectance(self.reflectance)
-        check_finite("centre", self.centre_um)
+        check_place("centre", self.centre_um)
         check_finite("rotate_deg", (self.rotate_deg,))
         for name, side in (("width", self.width_um), ("height", self.height_um)):
             if not (math.isfinite(side) and side > 0):
                 raise InvalidValueError(f"{name}: {side!r} is not a side; give a finite number above 0")
+            check_place(name, (side,))
 
     def outline_um(self, max_segment_um: float) -> F64:
         """Return the four corners (4, 2), µm."""
@@ -107,9 +118,10 @@ class Disc:
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre_um", (float(self.centre_um[0]), float(self.centre_um[1])))
         check_reflectance(self.reflectance)
-        check_finite("centre", self.centre_um)
+        check_place("centre", self.centre_um)
         if not (math.isfinite(self.radius_um) and self.radius_um > 0):
             raise InvalidValueError(f"radius: {self.radius_um!r} is not a radius; give a finite number above 0")
+        check_place("radius", (self.radius_um,))
 
     def outline_um(self, max_segment_um: float) -> F64:
         """Return an equal-area polygon (n, 2), µm: its corners lie on radius R·√(θ/sin θ), θ = 2π/n."""
