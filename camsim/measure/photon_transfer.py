@@ -1,0 +1,254 @@
+"""Photon transfer: gain, read noise, full well, dark current, non-uniformities and linearity from flats and darks.
+
+The quantities and regressions are those of EMVA Standard 1288, Release 4.0 Linear, from stacks of more than two
+frames: temporal variance is the mean over photosites of the variance over frames. Every figure comes with the
+standard deviation of its own estimate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, U16
+from camsim.errors import InvalidValueError
+
+LEAST_NOISE_DN = 0.5
+"""Below this the rounding of codes is no longer noise of 1/12 DN² (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
+
+# EMVA 1288 R4.0: the gain from 0 to 70 % of saturation, linearity from 5 to 95 %.
+_GAIN_UPTO, _LINEAR_FROM, _LINEAR_UPTO = 0.7, 0.05, 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A measured figure and the standard deviation of its estimate; or why there is none."""
+
+    value: float
+    sigma: float
+    why_not: str = ""
+
+    @property
+    def measurable(self) -> bool:
+        """Whether there is a figure."""
+        return not self.why_not
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stack:
+    """What is kept of several frames taken alike, over the photosites of one channel.
+
+    mean_dn, mean_sigma_dn : mean code and the standard deviation of its estimate
+    variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, likewise
+    pattern_dn2, pattern_sigma_dn2   : spatial variance of what stays, likewise
+    clipped_low, clipped_high : fractions of codes at the converter's ends
+    """
+
+    mean_dn: float
+    mean_sigma_dn: float
+    variance_dn2: float
+    variance_sigma_dn2: float
+    pattern_dn2: float
+    pattern_sigma_dn2: float
+    clipped_low: float
+    clipped_high: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PhotonTransfer:
+    """The figures of one channel; gain in data numbers per electron, the rest in electrons or fractions."""
+
+    gain_dn_per_e: Estimate
+    read_noise_e: Estimate
+    full_well_e: Estimate
+    dark_current_e_per_s: Estimate
+    dsnu_e: Estimate
+    prnu: Estimate
+    linearity_error: Estimate
+
+
+def stack(frames: Iterable[U16], channel: np.ndarray, *, largest_dn: int) -> Stack:
+    """Reduce frames (rows, cols) to their statistics over the photosites where ``channel`` (rows, cols) is true.
+
+    The scatter of rows and columns enters the standard deviations, so that offsets common to a row or a column are
+    not taken for many independent numbers.
+    """
+    total, squares, count = np.zeros(channel.shape), np.zeros(channel.shape), 0
+    means, low, high = [], 0, 0
+    for frame in frames:
+        codes = frame.astype(np.float64)
+        total += codes
+        squares += codes * codes
+        seen = frame[channel]
+        means.append(float(seen.mean()))
+        low += int(np.count_nonzero(seen == 0))
+        high += int(np.count_nonzero(seen == largest_dn))
+        count += 1
+    if count < 2:
+        raise InvalidValueError(f"photon transfer: {count} frames; two or more show what changes")
+    photosites = int(np.count_nonzero(channel))
+    mean = total / count
+    variance = (squares - count * mean * mean) / (count - 1)
+    temporal = float(variance[channel].mean())
+    average = mean[channel]
+    spatial = float(average.var(ddof=1))
+    pattern = spatial - temporal / count
+    columns = _variance_of_lines(mean, channel, axis=0)
+    rows = _variance_of_lines(mean, channel, axis=1)
+    pattern_sigma = math.sqrt(
+        2.0 / photosites * spatial**2 + 2.0 / channel.shape[1] * columns**2 + 2.0 / channel.shape[0] * rows**2
+    )
+    return Stack(
+        mean_dn=float(np.mean(means)),
+        mean_sigma_dn=math.sqrt(max(temporal / photosites, float(np.var(means, ddof=1))) / count),
+        variance_dn2=temporal,
+        variance_sigma_dn2=max(_error_by_rows(variance, channel), temporal * math.sqrt(2.0 / (count - 1) / photosites)),
+        pattern_dn2=pattern,
+        pattern_sigma_dn2=pattern_sigma,
+        clipped_low=low / (count * photosites),
+        clipped_high=high / (count * photosites),
+    )
+
+
+def photon_transfer(
+    *,
+    flats: Sequence[tuple[float, Stack]],
+    dark: Stack,
+    darks: Sequence[tuple[float, Stack]],
+    clipped: Stack,
+    largest_dn: int,
+) -> PhotonTransfer:
+    """Return the figures of one channel.
+
+    flats      : (exposure in any unit, stack), ten or more levels of light at one exposure time
+    dark       : the stack without light at that exposure time
+    darks      : (exposure time in s, stack) without light
+    clipped    : flats so bright that every photosite is full
+    largest_dn : the converter's last code
+    """
+    reason = _why_no_noise(dark)
+    if reason:
+        nothing = Estimate(math.nan, math.nan, reason)
+        return PhotonTransfer(
+            gain_dn_per_e=nothing,
+            read_noise_e=nothing,
+            full_well_e=nothing,
+            dark_current_e_per_s=nothing,
+            dsnu_e=nothing,
+            prnu=nothing,
+            linearity_error=_linearity(flats, dark, clipped),
+        )
+    gain = _gain(flats, dark, clipped)
+    return PhotonTransfer(
+        gain_dn_per_e=gain,
+        read_noise_e=_read_noise(darks[0][1], gain),
+        full_well_e=_full_well(clipped, dark, gain, largest_dn),
+        dark_current_e_per_s=_dark_current(darks, gain),
+        dsnu_e=_root(dark.pattern_dn2, dark.pattern_sigma_dn2, gain),
+        prnu=_prnu(flats, dark, clipped),
+        linearity_error=_linearity(flats, dark, clipped),
+    )
+
+
+def _why_no_noise(dark: Stack) -> str:
+    if dark.clipped_low > 1e-4:
+        return f"black is clipped: {100.0 * dark.clipped_low:.2g} % of dark codes are 0"
+    noise_dn = math.sqrt(max(dark.variance_dn2, 0.0))
+    if noise_dn < LEAST_NOISE_DN:
+        return f"the dark noise of {noise_dn:.2g} DN is under {LEAST_NOISE_DN} DN: rounding hides it"
+    return ""
+
+
+def _gain(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> Estimate:
+    """Regress variance on signal through the origin, 0 to 70 % of saturation, each level by its own error."""
+    most_dn = _GAIN_UPTO * (clipped.mean_dn - dark.mean_dn)
+    levels = [level for _, level in flats if level.mean_dn - dark.mean_dn <= most_dn]
+    signal = np.array([level.mean_dn - dark.mean_dn for level in levels])
+    variance = np.array([level.variance_dn2 - dark.variance_dn2 for level in levels])
+    error = np.array([math.hypot(level.variance_sigma_dn2, dark.variance_sigma_dn2) for level in levels])
+    weight = 1.0 / error**2
+    information = float(np.sum(weight * signal**2))
+    return Estimate(float(np.sum(weight * signal * variance)) / information, 1.0 / math.sqrt(information))
+
+
+def _read_noise(dark: Stack, gain: Estimate) -> Estimate:
+    """Return the noise of the shortest dark; the converter's rounding, a twelfth of a squared code, is taken off."""
+    return _root(dark.variance_dn2 - 1.0 / 12.0, dark.variance_sigma_dn2, gain)
+
+
+def _full_well(clipped: Stack, dark: Stack, gain: Estimate, largest_dn: int) -> Estimate:
+    if clipped.clipped_high > 1e-4:
+        reach_e = (largest_dn - dark.mean_dn) / gain.value
+        return Estimate(math.nan, math.nan, f"the converter ends at {reach_e:.0f} e⁻, before the well is full")
+    return _over(clipped.mean_dn - dark.mean_dn, math.hypot(clipped.mean_sigma_dn, dark.mean_sigma_dn), gain)
+
+
+def _dark_current(darks: Sequence[tuple[float, Stack]], gain: Estimate) -> Estimate:
+    time_s = np.array([time for time, _ in darks])
+    mean = np.array([level.mean_dn for _, level in darks])
+    weight = np.array([level.mean_sigma_dn for _, level in darks]) ** -2.0
+    centre = np.sum(weight * time_s) / np.sum(weight)
+    information = float(np.sum(weight * (time_s - centre) ** 2))
+    slope = float(np.sum(weight * (time_s - centre) * mean)) / information
+    return _over(slope, 1.0 / math.sqrt(information), gain)
+
+
+def _prnu(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> Estimate:
+    """Return the pattern at half of saturation, less that of the dark, over the signal."""
+    half_dn = 0.5 * (clipped.mean_dn - dark.mean_dn)
+    _, level = min(flats, key=lambda flat: abs(flat[1].mean_dn - dark.mean_dn - half_dn))
+    signal = level.mean_dn - dark.mean_dn
+    squared = (level.pattern_dn2 - dark.pattern_dn2) / signal**2
+    sigma = math.hypot(level.pattern_sigma_dn2, dark.pattern_sigma_dn2) / signal**2
+    return _root(squared, sigma, Estimate(1.0, 0.0))
+
+
+def _linearity(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> Estimate:
+    """Return the mean absolute deviation from a straight line whose relative deviations are least, a fraction."""
+    full_dn = clipped.mean_dn - dark.mean_dn
+    used = [
+        (exposure, level)
+        for exposure, level in flats
+        if _LINEAR_FROM * full_dn <= level.mean_dn - dark.mean_dn <= _LINEAR_UPTO * full_dn
+    ]
+    if len(used) < 3:
+        return Estimate(math.nan, math.nan, f"{len(used)} levels lie within 5 to 95 % of saturation")
+    exposure = np.array([e for e, _ in used])
+    signal = np.array([level.mean_dn - dark.mean_dn for _, level in used])
+    line = np.stack([np.ones_like(exposure), exposure], axis=1)
+    fitted = line @ np.linalg.lstsq(line / signal[:, None], np.ones_like(signal), rcond=None)[0]
+    errors = [math.hypot(level.mean_sigma_dn, dark.mean_sigma_dn) for _, level in used]
+    return Estimate(float(np.mean(np.abs(signal / fitted - 1.0))), float(np.mean(np.array(errors) / signal)))
+
+
+def _over(value_dn: float, sigma_dn: float, gain: Estimate) -> Estimate:
+    value = value_dn / gain.value
+    return Estimate(value, math.hypot(sigma_dn / gain.value, value * gain.sigma / gain.value))
+
+
+def _root(squared_dn2: float, sigma_dn2: float, gain: Estimate) -> Estimate:
+    """Return the root of a variance in electrons, 0 where chance has made it negative."""
+    root_dn = math.sqrt(max(squared_dn2, 0.0))
+    # Near zero the root's error is that of a variance within one of its own errors.
+    sigma_dn = 0.5 * sigma_dn2 / max(root_dn, 0.5 * math.sqrt(sigma_dn2))
+    return _over(root_dn, sigma_dn, gain)
+
+
+def _error_by_rows(values: F64, channel: np.ndarray) -> float:
+    """Return the standard deviation of a mean over photosites, from the scatter of its rows."""
+    rows = [values[r][channel[r]].mean() for r in range(len(values)) if channel[r].any()]
+    return float(np.std(rows, ddof=1)) / math.sqrt(len(rows)) if len(rows) > 1 else 0.0
+
+
+def _variance_of_lines(mean: F64, channel: np.ndarray, axis: int) -> float:
+    """Return the variance that columns (axis 0) or rows (axis 1) have in common, beyond what chance gives."""
+    count = channel.sum(axis=axis)
+    there = count > 0
+    if np.count_nonzero(there) < 2:
+        return 0.0
+    lines = np.sum(np.where(channel, mean, 0.0), axis=axis)[there] / count[there]
+    chance = float(mean[channel].var()) / float(count[there].mean())
+    return max(0.0, float(lines.var(ddof=1)) - chance)
