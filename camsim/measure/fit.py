@@ -96,9 +96,7 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
     free = max(1, d.size - coefficients.size)
     covariance = inverse @ spline.scatter(d, s, slope, r, model, inverse) @ inverse
     away = min(2.0 + rise, 0.5 * half_width)
-    noise = tuple(
-        float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away)
-    )
+    noise = tuple(float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away))
     n = model.columns
     return EdgeFit(
         line=line,
@@ -215,11 +213,11 @@ def _solve(d: F64, s: F64, slope: F64, v: F64, model: Model, *, tail: bool = Tru
 
 def _ordinary(d: F64, r: F64, half_width: float) -> np.ndarray:
     """Return which photosites are not defects: none of those is far from its side's scatter and from the fit."""
-    keep = np.ones(d.size, bool)
-    for side in (d < 0.0, d >= 0.0):
-        size = np.abs(r[side])
-        if size.size:
-            keep[side] = size <= max(_OUTLIER * 1.4826 * float(np.median(size)), 0.02)
+    size = np.abs(r)
+    usual = [float(np.median(size[side])) if np.any(side) else 0.0 for side in (d < 0.0, d >= 0.0)]
+    # Light and noise change near the edge, where the noisier side's measure holds.
+    limit = np.where(np.abs(d) < half_width, max(usual), np.where(d < 0.0, *usual))
+    keep: np.ndarray = size <= np.maximum(_OUTLIER * 1.4826 * limit, 0.02)
     return keep
 
 
@@ -230,8 +228,8 @@ def _refuse_gap(gap: float, line: EdgeLine, length: float, pitch: float, what: s
     if abs(angle) < 5.0:
         need = math.ceil(pitch / math.tan(math.radians(max(abs(angle), 0.05))) * 1.05)
         raise UnsupportedError(
-            f"{what}: an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling phases "
-            f"are missing (a gap of {gap:.2f} px); take a region {need} px long, or turn the edge to 2° or more"
+            f"{what}: an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling "
+            f"phases are missing (a gap of {gap:.2f} px); take a region {need} px long, or turn the edge to 2° or more"
         )
     raise UnsupportedError(
         f"{what}: at {angle:.2f}° the sampling phases repeat (a gap of {gap:.2f} px across the edge is never sampled), "

@@ -34,14 +34,18 @@ class Roi:
         try:
             row, col, rows, cols = (int(part) for part in text.split(","))
         except ValueError:
-            raise InvalidValueError(f"roi {text!r}: give row,col,rows,cols in whole pixels, such as 100,200,64,64") from None
+            raise InvalidValueError(
+                f"roi {text!r}: give row,col,rows,cols in whole pixels, such as 100,200,64,64"
+            ) from None
         return cls(row, col, rows, cols)
 
     def check_inside(self, shape: tuple[int, int]) -> None:
         """Refuse a region that reaches beyond an image of (rows, cols)."""
         rows, cols = shape
         if self.rows < 1 or self.cols < 1:
-            raise InvalidValueError(f"roi {self}: {self.rows} × {self.cols} photosites are no region; give 64 or more each")
+            raise InvalidValueError(
+                f"roi {self}: {self.rows} × {self.cols} photosites are no region; give 64 or more each"
+            )
         if self.row < 0 or self.col < 0 or self.row + self.rows > rows or self.col + self.cols > cols:
             raise InvalidValueError(
                 f"roi {self}: reaches beyond the image of {rows} rows and {cols} columns; "

@@ -49,11 +49,9 @@ def locate(samples: npt.NDArray[Any], x: F64, y: F64, *, roi: Roi, what: str) ->
     return _upright(image, smooth, gx, x, y, upright=upright, roi=roi, what=what)
 
 
-def _upright(
-    image: F64, smooth: F64, gx: F64, x: F64, y: F64, *, upright: bool, roi: Roi, what: str
-) -> Guess:
+def _upright(image: F64, smooth: F64, gx: F64, x: F64, y: F64, *, upright: bool, roi: Roi, what: str) -> Guess:
     """Find an edge that crosses the rows."""
-    lines, size = image.shape
+    lines = len(image)
     step = x[1] - x[0]
     # Which way the edge goes: the steepest places agree about it.
     weight = gx**3
@@ -109,7 +107,11 @@ def _vertex(values: F64, peak: npt.NDArray[np.intp]) -> F64:
     """Return how far the vertex of the parabola through each peak lies from it, in samples."""
     last = values.shape[1] - 1
     row = np.arange(len(values))
-    left, middle, right = values[row, np.maximum(peak - 1, 0)], values[row, peak], values[row, np.minimum(peak + 1, last)]
+    left, middle, right = (
+        values[row, np.maximum(peak - 1, 0)],
+        values[row, peak],
+        values[row, np.minimum(peak + 1, last)],
+    )
     bend = 2.0 * middle - left - right
     shift: F64 = np.where(bend > 0.0, 0.5 * (right - left) / np.where(bend > 0.0, bend, 1.0), 0.0)
     return np.clip(shift, -0.5, 0.5)

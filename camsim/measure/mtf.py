@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from camsim.measure.spline import TAIL
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
 _CLIPPED = 0.002
-_SECOND_PEAK = 0.25
+_Curve: TypeAlias = Callable[[F64], tuple[F64, F64]]
 
 
 class TheoreticalOtf(Protocol):
@@ -54,12 +55,10 @@ def measure_edge(
     pitch = float(max(plane.step))
     if min(widths) < 4.0 * pitch:
         raise UnsupportedError(
-            f"{what}: the region reaches only {min(widths):.1f} px beyond the edge; take at least {8.0 * pitch:g} px on "
-            "either side, 32 for good figures"
+            f"{what}: the region reaches only {min(widths):.1f} px beyond the edge; take at least {8.0 * pitch:g} px "
+            "on either side, 32 for good figures"
         )
-    fit = fit_edge(
-        across.ravel(), down.ravel(), linear.ravel(), guess, reach=min(widths), pitch=pitch, what=what
-    )
+    fit = fit_edge(across.ravel(), down.ravel(), linear.ravel(), guess, reach=min(widths), pitch=pitch, what=what)
     _refuse_several(fit, what)
     return _result(fit, plane, roi, tail=tail, theory=theory)
 
@@ -74,9 +73,7 @@ def _result(fit: EdgeFit, plane: Plane, roi: Roi, *, tail: bool, theory: Theoret
     nyquist = plane.nyquist_cycles_per_pixel
 
     def at(f: F64) -> tuple[F64, F64]:
-        return _mtf_and_gradient(
-            spline.transform_rows(np.atleast_1d(f), model, None if tail else reach), rows[0], c
-        )
+        return _mtf_and_gradient(spline.transform_rows(np.atleast_1d(f), model, None if tail else reach), rows[0], c)
 
     limits = [_limit(frequency, mtf, level, at, fit.covariance) for level in (0.5, 0.3, 0.1)]
     nyquist_mtf, nyquist_gradient = at(np.array([nyquist]))
@@ -85,8 +82,7 @@ def _result(fit: EdgeFit, plane: Plane, roi: Roi, *, tail: bool, theory: Theoret
     rise, rise_error = _rise(fit, ends)
     low_row = np.zeros(c.size)
     low_row[0], low_row[model.columns + TAIL] = 1.0, -0.5 * math.pi
-    dark, bright = fit.dark / fit.scale + float(low_row @ c), 0.0
-    bright = dark + step
+    dark = fit.dark / fit.scale + float(low_row @ c)
     # contrast = step/(2·dark + step)
     slope = (2.0 * dark * ends - 2.0 * step * low_row) / (2.0 * dark + step) ** 2
     freedom = max(fit.photosites - c.size, 1)
@@ -98,8 +94,6 @@ def _result(fit: EdgeFit, plane: Plane, roi: Roi, *, tail: bool, theory: Theoret
         notes.append(f"sampling phases repeat: {fit.gap_pixel:.2f} px across the edge are never sampled")
     whole, inside = (spline.transform_rows(np.zeros(1), model, r)[0].real @ c for r in (None, reach))
     fraction = float(1.0 - inside / whole)
-    if tail:
-        notes.append(f"{100.0 * fraction:.2f} % of the line spread lie beyond the region and were added by a fit of 1/x²")
     distance = np.arange(-math.floor(8.0 * reach[0]), math.floor(8.0 * reach[1]) + 1) / 8.0
     edge = EdgeMtf(
         figures=Figures(
@@ -152,10 +146,12 @@ def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMt
     if otf is None:
         return edge
     mtf = np.abs(otf)
-    fine = np.linspace(0.0, HIGHEST_CYCLES_PER_PIXEL, 20 * (FREQUENCIES - 1) + 1)
-    exact = theory.along_normal(fine, channel=edge.channel, line=line)
-    assert exact is not None
-    half = falls_to(fine, np.abs(exact), 0.5)
+    half = falls_to(frequency, mtf, 0.5)
+    if math.isfinite(half):
+        fine = half + np.linspace(-1.0, 1.0, 81) * frequency[1]
+        exact = theory.along_normal(fine, channel=edge.channel, line=line)
+        assert exact is not None
+        half = falls_to(fine, np.abs(exact), 0.5)
     difference: F64 = edge.mtf - mtf
     return replace(
         edge,
@@ -197,19 +193,18 @@ def _errors(gradient: F64, covariance: F64) -> F64:
     return error
 
 
-def _limit(frequency: F64, mtf: F64, level: float, at: object, covariance: F64) -> tuple[float, float]:
+def _limit(frequency: F64, mtf: F64, level: float, at: _Curve, covariance: F64) -> tuple[float, float]:
     """Return the frequency at which the MTF falls to a level, and its standard error."""
     f = falls_to(frequency, mtf, level)
     if math.isnan(f):
         return math.nan, math.nan
-    slope = gradient = None
     delta = 1e-3
     for _ in range(4):
-        value, gradient = at(np.array([f - delta, f, f + delta]))  # type: ignore[operator]
+        value, gradient = at(np.array([f - delta, f, f + delta]))
         slope = (value[2] - value[0]) / (2.0 * delta)
         if slope >= 0.0:
             break
-        f -= float(np.clip((value[1] - level) / slope, -0.5, 0.5) * 1.0)
+        f -= float(np.clip((value[1] - level) / slope, -0.01, 0.01))
     error = float(_errors(gradient[1:2], covariance)[0])
     return f, error / abs(slope)
 
@@ -247,8 +242,8 @@ def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
         just_above = float(np.mean(samples == plane.lowest + 1))
         if low > _CLIPPED and just_above > 0.1 * low:
             raise UnsupportedError(
-                f"{what}: {100.0 * low:.2g} % of the photosites are clipped shadows (at {plane.lowest:g}); expose more, "
-                "or use a black level above 0"
+                f"{what}: {100.0 * low:.2g} % of the photosites are clipped shadows (at {plane.lowest:g}); expose "
+                "more, or use a black level above 0"
             )
 
 
@@ -262,18 +257,18 @@ def _refuse_several(fit: EdgeFit, what: str) -> None:
     step = high - low
     if step < 0.3:
         raise UnsupportedError(
-            f"{what}: the two sides of the edge have nearly the same signal beyond {model.half_width:.0f} px, as beside "
-            "a line or two edges; make the region narrower, so that it holds one edge"
+            f"{what}: the two sides of the edge have nearly the same signal beyond {model.half_width:.0f} px, as "
+            "beside a line or two edges; make the region narrower, so that it holds one edge"
         )
     over = max(low - esf.min(), esf.max() - high) / step
     if over > 0.3 + rough:
         raise UnsupportedError(
-            f"{what}: the signal overshoots its two sides by {100.0 * over:.0f} %, as beside a line or two edges; make the "
-            "region narrower, so that it holds one edge"
+            f"{what}: the signal overshoots its two sides by {100.0 * over:.0f} %, as beside a line or two edges; make "
+            "the region narrower, so that it holds one edge"
         )
     systematic = fit.residual_rms > 0.05 and fit.residual_rms > 2.5 * max(fit.noise)
     if systematic:
         raise UnsupportedError(
-            f"{what}: photosites miss the fit of one straight edge by {100.0 * fit.residual_rms:.0f} % of the step; the "
-            "region holds a corner, two edges or structure: make it smaller"
+            f"{what}: photosites miss the fit of one straight edge by {100.0 * fit.residual_rms:.0f} % of the step; "
+            "the region holds a corner, two edges or structure: make it smaller"
         )

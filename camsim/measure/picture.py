@@ -98,7 +98,9 @@ def mosaic_planes(
     """
     rows, cols = len(pattern), len(pattern[0])
     letters = sorted({letter for row in pattern for letter in row}, key=lambda s: ("RGB".find(s) % 99, s))
-    places = {letter: [(r, c) for r in range(rows) for c in range(cols) if pattern[r][c] == letter] for letter in letters}
+    places = {
+        letter: [(r, c) for r in range(rows) for c in range(cols) if pattern[r][c] == letter] for letter in letters
+    }
     if rows * cols > 1 and (rows, cols) != (2, 2):
         raise InvalidValueError(
             f"colour filter array {' / '.join(pattern)}: only Bayer-like arrays of 2 × 2 and mono can be measured "

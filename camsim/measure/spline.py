@@ -84,9 +84,7 @@ def _row(d: float, s: float, slope: float, model: Model, index: np.ndarray, valu
     turn = math.atan(d)
     level = model.dark + 0.5 + turn / math.pi
     along = s / model.scale
-    for k, entry in enumerate(
-        (turn, level * d / model.scale, level * along, -slope * along, -slope * along * along)
-    ):
+    for k, entry in enumerate((turn, level * d / model.scale, level * along, -slope * along, -slope * along * along)):
         index[count + k], value[count + k] = n + k, entry
     return count + EXTRAS
 
@@ -197,7 +195,9 @@ def line_rows(d: F64, model: Model) -> F64:
     i = np.floor(u[inside]).astype(np.int64)
     t = u[inside] - i
     where = np.flatnonzero(inside)
-    for k, weight in enumerate((-0.5 * (1 - t) ** 2, 1.5 * t**2 - 2 * t, -1.5 * (1 - t) ** 2 + 2 * (1 - t), 0.5 * t**2)):
+    for k, weight in enumerate(
+        (-0.5 * (1 - t) ** 2, 1.5 * t**2 - 2 * t, -1.5 * (1 - t) ** 2 + 2 * (1 - t), 0.5 * t**2)
+    ):
         np.add.at(rows, (where, np.clip(i + k - 2, 0, n - 1)), weight / h)
     rows[:, n + TAIL] = 1.0 / (1.0 + d * d)
     return rows

@@ -1,0 +1,191 @@
+"""``camsim measure mtf``: read, measure, print, write."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from camsim.errors import CamsimError, InvalidValueError, OutputError
+
+if TYPE_CHECKING:
+    from camsim.measure import MtfReport, Picture, TheoreticalOtf
+
+_CURVES = ("frequency_cycles_per_pixel", "mtf", "mtf_error", "theory_mtf")
+_PLOT_SUFFIXES = (".png", ".svg", ".pdf")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MtfRequest:
+    """What the user asked for."""
+
+    file: str
+    rois: tuple[str, ...]
+    channel: str
+    tail: bool
+    gamma: str | None
+    cfa: str | None
+    layer: str | None
+    as_json: bool
+    csv: str | None
+    plot: str | None
+    force: bool
+
+
+def measure(request: MtfRequest) -> None:
+    """Measure the edges of a file; raises CamsimError with one sentence."""
+    from camsim.measure import Roi, measure_mtf, read_picture
+
+    rois = tuple(Roi.parse(text) for text in request.rois)
+    _check_outputs(request)
+    picture = read_picture(request.file, gamma=_gamma(request.gamma), cfa=request.cfa, layer=request.layer)
+    theory, why_not = _theory(picture)
+    report = measure_mtf(picture, rois=rois, channel=request.channel, tail=request.tail, theory=theory)
+    if request.csv is not None:
+        _write(request.csv, _table(report).encode("utf-8"))
+    if request.plot is not None:
+        from camsim.cli.plot import draw
+
+        _write(request.plot, draw(report, Path(request.plot).suffix.lower()[1:]))
+    if request.as_json:
+        print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
+        return
+    for line in _lines(report, why_not):
+        print(line)
+
+
+def _gamma(text: str | None) -> float | str | None:
+    if text is None or text.lower() == "srgb":
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise InvalidValueError(f"gamma {text!r}: give srgb or an exponent such as 2.2") from None
+
+
+def _check_outputs(request: MtfRequest) -> None:
+    """Refuse outputs that cannot be written, before any work."""
+    for path in (request.csv, request.plot):
+        if path is None:
+            continue
+        if Path(path).exists() and not request.force:
+            raise OutputError(f"{path!r} exists; overwrite it with --force, or write elsewhere")
+        if not Path(path).resolve().parent.is_dir():
+            raise OutputError(f"cannot write {path!r}: its folder does not exist; make it first")
+    if request.plot is not None:
+        if Path(request.plot).suffix.lower() not in _PLOT_SUFFIXES:
+            raise OutputError(f"cannot write {request.plot!r}: a plot is one of {', '.join(_PLOT_SUFFIXES)}")
+        from camsim.cli.plot import check_matplotlib
+
+        check_matplotlib()
+
+
+def _theory(picture: Picture) -> tuple[TheoreticalOtf | None, str]:
+    """Return the transfer function that the file's own description gives, or why there is none."""
+    if picture.description is None:
+        return None, "the file does not say what it was taken with"
+    from camsim.measure import CameraOtf
+    from camsim.revive import revive
+
+    try:
+        return CameraOtf.from_stages(revive(picture.description)), ""
+    except (CamsimError, KeyError) as error:
+        return None, f"what the file says of its stages cannot be used ({error})"
+
+
+def _write(path: str, data: bytes) -> None:
+    try:
+        Path(path).write_bytes(data)
+    except OSError as error:
+        raise OutputError(f"cannot write {path!r}: {error.strerror or error}") from error
+
+
+def _table(report: MtfReport) -> str:
+    """Return one row per edge, channel and frequency."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("edge", "channel", "row", "col", "rows", "cols", "angle_deg", *_CURVES))
+    for number, edge in enumerate(report.edges):
+        roi = edge.roi
+        head = [number, edge.channel, roi.row, roi.col, roi.rows, roi.cols, f"{edge.figures.angle_deg:.6g}"]
+        for k, f in enumerate(edge.frequency_cycles_per_pixel):
+            theory = "" if edge.theory is None else f"{edge.theory.mtf[k]:.8g}"
+            writer.writerow([*head, f"{f:.6g}", f"{edge.mtf[k]:.8g}", f"{edge.mtf_error[k]:.3g}", theory])
+    return text.getvalue()
+
+
+def _lines(report: MtfReport, why_not: str) -> Iterator[str]:
+    """Return the report for people: a row per edge and channel."""
+    rows: list[tuple[str, ...]] = [
+        (
+            "roi",
+            "channel",
+            "angle °",
+            "MTF50 c/px",
+            "theory",
+            "MTF30",
+            "MTF10",
+            "at Nyquist",
+            "10–90 % px",
+            "contrast",
+            "SNR",
+        )
+    ]
+    for edge in report.edges:
+        f, e = edge.figures, edge.standard_error
+        rows.append(
+            (
+                str(edge.roi),
+                edge.channel,
+                with_error(f.angle_deg, e.angle_deg),
+                with_error(f.mtf50_cycles_per_pixel, e.mtf50_cycles_per_pixel),
+                "–" if edge.theory is None else _number(edge.theory.mtf50_cycles_per_pixel),
+                with_error(f.mtf30_cycles_per_pixel, e.mtf30_cycles_per_pixel),
+                with_error(f.mtf10_cycles_per_pixel, e.mtf10_cycles_per_pixel),
+                with_error(f.mtf_at_nyquist, e.mtf_at_nyquist),
+                with_error(f.rise_10_90_pixel, e.rise_10_90_pixel),
+                _number(f.contrast),
+                f"{f.snr:.3g}",
+            )
+        )
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    count = len({edge.roi for edge in report.edges})
+    pitch = "" if report.pitch_um is None else f", 1 px = {report.pitch_um:g} µm"
+    yield f"{report.file}: {count} edge{'s' if count != 1 else ''}{pitch}"
+    for row in rows:
+        yield "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+    if why_not:
+        yield f"theory: none, {why_not}"
+    if report.edges[0].tail:
+        beyond = [100.0 * edge.tail_fraction for edge in report.edges]
+        yield f"line spread beyond the regions, added by a fit of 1/x²: {min(beyond):.2f}–{max(beyond):.2f} %"
+    else:
+        yield "line spread beyond the regions left out (plain ISO 12233)"
+    for edge in report.edges:
+        for note in edge.notes:
+            yield f"{edge.roi} {edge.channel}: {note}"
+    for sentence in report.refused:
+        yield f"left out: {sentence}"
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "–"
+
+
+def with_error(value: float, error: float) -> str:
+    """Return a figure with its standard error in units of the last digits.
+
+    >>> with_error(0.27058, 0.0031), with_error(0.25, 2e-9), with_error(math.nan, math.nan)
+    ('0.2706(31)', '0.250000(0)', '–')
+    """
+    if not (math.isfinite(value) and math.isfinite(error)):
+        return "–"
+    if error < 1e-6:
+        return f"{value:.6f}(0)"
+    digits = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{digits}f}({round(error * 10**digits)})"

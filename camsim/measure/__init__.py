@@ -1,0 +1,26 @@
+"""A file or Frame in, figures out: what the camera really did. The theory to compare with is an argument."""
+
+from camsim.measure.geometry import EdgeLine, Roi
+from camsim.measure.measuring import measure_mtf
+from camsim.measure.mtf import TheoreticalOtf, measure_edge
+from camsim.measure.picture import Picture, Plane
+from camsim.measure.reading import picture_of_frame, read_picture
+from camsim.measure.result import EdgeMtf, Figures, MtfReport, Theory
+from camsim.measure.theory import CameraOtf
+
+__all__ = [
+    "CameraOtf",
+    "EdgeLine",
+    "EdgeMtf",
+    "Figures",
+    "MtfReport",
+    "Picture",
+    "Plane",
+    "Roi",
+    "TheoreticalOtf",
+    "Theory",
+    "measure_edge",
+    "measure_mtf",
+    "picture_of_frame",
+    "read_picture",
+]

@@ -1,0 +1,214 @@
+"""Edges found without being told where: straight pieces of strong gradient, each with a region of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from scipy import ndimage
+
+from camsim.arrays import F64
+from camsim.measure.geometry import Roi
+from camsim.measure.picture import Picture
+
+_LARGEST = 2000
+_HALF_WIDTH = 32
+_LEAST_HALF_WIDTH = 16
+_LEAST_LENGTH = 40
+_MOST_LENGTH = 256
+_ANGLE_TOLERANCE = math.radians(20.0)
+_LEAST_STEP = 0.03
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Segment:
+    """A straight piece of edge in pixels of the image: centre, unit direction along it, half length, strength."""
+
+    x: float
+    y: float
+    tx: float
+    ty: float
+    half: float
+    strength: float
+
+
+def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
+    """Return regions that each hold one straight slanted edge, the longest first; empty when there are none.
+
+    The picture is brought to one grey plane of cells (a Bayer cell, or larger in large pictures). Cells of strong and
+    equally directed gradient grow together; each group that is straight and long enough gets a region as wide as its
+    neighbours allow, 32 px on either side at the most.
+    """
+    grey, cell = _grey(picture)
+    smooth = ndimage.gaussian_filter(grey, 1.0)
+    gx, gy = ndimage.sobel(smooth, axis=1) / 8.0, ndimage.sobel(smooth, axis=0) / 8.0
+    strength = np.hypot(gx, gy)
+    noise = 1.4826 * float(np.median(np.abs(strength - np.median(strength)))) + float(np.median(strength))
+    low, high = np.percentile(grey[:: max(1, grey.shape[0] // 500), :: max(1, grey.shape[1] // 500)], (1, 99))
+    threshold = max(5.0 * noise, 0.25 * _LEAST_STEP * float(high - low), 1e-12)
+    strong = strength > threshold
+    if not strong.any():
+        return ()
+    segments = _segments(gx, gy, strength, strong, cell)
+    rows, cols = np.nonzero(strong)
+    # Where there is edge, in pixels: regions must not hold any that is not their own.
+    marks = np.stack([(cols + 0.5) * cell, (rows + 0.5) * cell], axis=1)
+    marks = marks[np.argsort(marks[:, 1], kind="stable")]
+    found: list[Roi] = []
+    for segment in sorted(segments, key=lambda s: -s.half):
+        roi = _region(segment, marks, picture.shape, cell)
+        if roi is not None and not any(_overlap(roi, other) for other in found):
+            found.append(roi)
+        if len(found) >= most:
+            break
+    return tuple(found)
+
+
+def _grey(picture: Picture) -> tuple[F64, int]:
+    """Return the picture as one plane, averaged over square cells, and the cell's side in pixels."""
+    planes = picture.planes
+    period = max(max(plane.step) for plane in planes)
+    cell = period * max(1, math.ceil(max(picture.shape) / period / _LARGEST))
+    rows, cols = (size // cell for size in picture.shape)
+    grey = np.zeros((rows, cols))
+    for plane in planes:
+        down, across = cell // plane.step[0], cell // plane.step[1]
+        part = plane.samples[: rows * down, : cols * across]
+        total = np.zeros((rows, cols))
+        for i in range(down):
+            for j in range(across):
+                total += part[i::down, j::across]
+        grey += total / (down * across) - plane.black
+    return grey, cell
+
+
+def _segments(gx: F64, gy: F64, strength: F64, strong: np.ndarray, cell: int) -> list[_Segment]:
+    angle = np.arctan2(gy, gx)
+    rows, cols = np.nonzero(strong)
+    order = np.argsort(-strength[rows, cols], kind="stable")
+    label = _grow(angle, strong, rows[order], cols[order], _ANGLE_TOLERANCE)
+    count = int(label.max())
+    if not count:
+        return []
+    rows, cols = np.nonzero(label)
+    which = label[rows, cols] - 1
+    weight = strength[rows, cols]
+    total = np.bincount(which, weight, count)
+    x = np.bincount(which, weight * cols, count) / total
+    y = np.bincount(which, weight * rows, count) / total
+    dx, dy = cols - x[which], rows - y[which]
+    xx = np.bincount(which, weight * dx * dx, count) / total
+    yy = np.bincount(which, weight * dy * dy, count) / total
+    xy = np.bincount(which, weight * dx * dy, count) / total
+    turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+    tx, ty = np.cos(turn), np.sin(turn)
+    along = dx * tx[which] + dy * ty[which]
+    across = -dx * ty[which] + dy * tx[which]
+    first, last = np.full(count, np.inf), np.full(count, -np.inf)
+    np.minimum.at(first, which, along)
+    np.maximum.at(last, which, along)
+    thick = np.sqrt(np.bincount(which, weight * across**2, count) / total)
+    mean = total / np.bincount(which, minlength=count)
+    segments = []
+    for k in range(count):
+        length = (last[k] - first[k]) * cell
+        if length < _LEAST_LENGTH or thick[k] > 0.15 * (last[k] - first[k]):
+            continue
+        middle = 0.5 * (first[k] + last[k])
+        segments.append(
+            _Segment(
+                x=float((x[k] + middle * tx[k] + 0.5) * cell),
+                y=float((y[k] + middle * ty[k] + 0.5) * cell),
+                tx=float(tx[k]),
+                ty=float(ty[k]),
+                half=0.5 * float(length),
+                strength=float(mean[k]),
+            )
+        )
+    return segments
+
+
+@nb.njit(cache=True)
+def _grow(angle: F64, strong: np.ndarray, rows: np.ndarray, cols: np.ndarray, tolerance: float) -> np.ndarray:
+    """Label groups of neighbouring cells whose gradients point the same way, strongest cells first."""
+    label = np.zeros(strong.shape, np.int32)
+    queue = np.empty((rows.size, 2), np.int32)
+    count = 0
+    for start in range(rows.size):
+        if label[rows[start], cols[start]]:
+            continue
+        count += 1
+        label[rows[start], cols[start]] = count
+        queue[0, 0], queue[0, 1] = rows[start], cols[start]
+        head, tail = 0, 1
+        sum_x, sum_y = math.cos(angle[rows[start], cols[start]]), math.sin(angle[rows[start], cols[start]])
+        while head < tail:
+            r, c = queue[head, 0], queue[head, 1]
+            head += 1
+            mean = math.atan2(sum_y, sum_x)
+            for i in range(max(r - 1, 0), min(r + 2, strong.shape[0])):
+                for j in range(max(c - 1, 0), min(c + 2, strong.shape[1])):
+                    if not strong[i, j] or label[i, j]:
+                        continue
+                    off = abs(angle[i, j] - mean)
+                    if min(off, 2.0 * math.pi - off) <= tolerance:
+                        label[i, j] = count
+                        queue[tail, 0], queue[tail, 1] = i, j
+                        tail += 1
+                        sum_x += math.cos(angle[i, j])
+                        sum_y += math.sin(angle[i, j])
+    return label
+
+
+def _region(segment: _Segment, marks: F64, shape: tuple[int, int], cell: int) -> Roi | None:
+    """Return the largest region about a segment's middle that holds no other edge; None when there is no room."""
+    upright = abs(segment.ty) >= abs(segment.tx)
+    lead = abs(segment.ty) if upright else abs(segment.tx)
+    slant = (segment.tx / segment.ty) if upright else (segment.ty / segment.tx)
+    margin = 3.0 * cell + 4.0
+    longest = min(2.0 * (segment.half - margin) * lead, _MOST_LENGTH)
+    own = 2.5 * cell + 3.0
+    near = marks[np.searchsorted(marks[:, 1], segment.y - 400.0) : np.searchsorted(marks[:, 1], segment.y + 400.0)]
+    dx, dy = near[:, 0] - segment.x, near[:, 1] - segment.y
+    across = np.abs(-dx * segment.ty + dy * segment.tx)
+    along = np.abs(dx * segment.tx + dy * segment.ty)
+    foreign = near[(across > own) | (along > segment.half + own)]
+    best: Roi | None = None
+    for half_width in (_HALF_WIDTH, 24, _LEAST_HALF_WIDTH):
+        for length in np.unique(np.linspace(_LEAST_LENGTH, max(longest, _LEAST_LENGTH), 8).astype(int))[::-1]:
+            if length > longest + 1e-9:
+                continue
+            wide = 2.0 * half_width / lead + abs(slant) * length
+            height, width = (length, wide) if upright else (wide, length)
+            roi = _even(segment.x - 0.5 * width, segment.y - 0.5 * height, width, height, shape)
+            if roi is None:
+                continue
+            inside = (
+                (foreign[:, 0] > roi.col - cell)
+                & (foreign[:, 0] < roi.col + roi.cols + cell)
+                & (foreign[:, 1] > roi.row - cell)
+                & (foreign[:, 1] < roi.row + roi.rows + cell)
+            )
+            if not inside.any() and (best is None or roi.rows * roi.cols > best.rows * best.cols):
+                best = roi
+        if best is not None:
+            return best
+    return None
+
+
+def _even(left: float, top: float, width: float, height: float, shape: tuple[int, int]) -> Roi | None:
+    """Return the region on even rows and columns, None when it reaches beyond the image."""
+    col, row = 2 * round(left / 2.0), 2 * round(top / 2.0)
+    cols, rows = 2 * round(width / 2.0), 2 * round(height / 2.0)
+    if row < 0 or col < 0 or row + rows > shape[0] or col + cols > shape[1]:
+        return None
+    return Roi(row, col, rows, cols)
+
+
+def _overlap(a: Roi, b: Roi) -> bool:
+    """Whether two regions are mostly the same."""
+    rows = min(a.row + a.rows, b.row + b.rows) - max(a.row, b.row)
+    cols = min(a.col + a.cols, b.col + b.cols) - max(a.col, b.col)
+    return min(rows, cols) > 0 and 2 * rows * cols > min(a.rows * a.cols, b.rows * b.cols)

@@ -1,0 +1,52 @@
+"""A picture in, a report out: the regions given, or the edges found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from camsim.errors import UnsupportedError
+from camsim.measure.find import find_edges
+from camsim.measure.geometry import Roi
+from camsim.measure.mtf import TheoreticalOtf, measure_edge
+from camsim.measure.picture import Picture
+from camsim.measure.result import EdgeMtf, MtfReport
+
+
+def measure_mtf(
+    picture: Picture,
+    *,
+    rois: Sequence[Roi] = (),
+    channel: str = "all",
+    tail: bool = True,
+    theory: TheoreticalOtf | None = None,
+) -> MtfReport:
+    """Measure the edges of a picture, in one channel or in all.
+
+    rois   : regions with one edge each; without any the edges are looked for
+    tail   : add the line spread beyond the region (False: the plain ISO 12233 figure)
+    theory : a transfer function to put beside every edge
+
+    A region that was given and cannot be measured raises UnsupportedError; of the edges found, those that cannot are
+    listed in ``refused``.
+    """
+    planes = picture.select(channel)
+    given = bool(rois)
+    for roi in rois:
+        roi.check_inside(picture.shape)
+    edges: list[EdgeMtf] = []
+    refused: list[str] = []
+    for roi in rois or find_edges(picture):
+        for plane in planes:
+            try:
+                edges.append(measure_edge(plane, roi, tail=tail, theory=theory, what=f"{picture.name}: "))
+            except UnsupportedError as error:
+                if given:
+                    raise
+                refused.append(str(error))
+    if not edges:
+        reason = f" (tried: {refused[0]})" if refused else ""
+        raise UnsupportedError(
+            f"{picture.name}: no measurable slanted edge found{reason}; a straight dark-to-bright edge of 40 px or "
+            "more, turned by 2° to 43° and with 20 px free on either side, is needed, or point at one with a roi"
+        )
+    return MtfReport(file=picture.name, pitch_um=picture.pitch_um, edges=tuple(edges), refused=tuple(refused))
