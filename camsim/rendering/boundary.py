@@ -174,7 +174,10 @@ def render_edges(origin_x: float, origin_y: float, channel: U8, edges: Edges, ta
     total = edges.x.size
     channels = tables.far.shape[1]
     order = n.nodes.size
-    for tile in nb.prange(down * across):
+    tiles = down * across
+    for turn in nb.prange(tiles):
+        # Threads take halves of the turns; crossing them spreads a crowded corner of the frame over all threads.
+        tile = 2 * turn if 2 * turn < tiles else 2 * (turn - (tiles + 1) // 2) + 1
         source = np.empty((levels + 1, total), np.int64)
         state = np.empty((levels + 1, total), np.uint8)
         source[0] = np.arange(total)
@@ -208,7 +211,7 @@ def render_edges(origin_x: float, origin_y: float, channel: U8, edges: Edges, ta
                     tables,
                     n,
                 )
-                if whole == 0 or size <= n.leaf:
+                if whole == 0 or size <= n.smallest or (size <= n.leaf and whole <= n.crowded):
                     _finish(
                         row,
                         col,

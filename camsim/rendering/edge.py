@@ -51,8 +51,10 @@ class Numbers(NamedTuple):
     nodes: F64  # (n,) Chebyshev nodes on −1 … 1
     to_children: F64  # (2, n, n)
     to_photosites: F64  # (levels, root, n), level 0 the root
-    root: int
-    leaf: int
+    root: int  # photosites along the largest tile
+    leaf: int  # tiles up to this size are finished when few edges are left
+    smallest: int
+    crowded: int
 
 
 @nb.njit(cache=True, inline="always")

@@ -38,14 +38,21 @@ def interpolation(nodes: F64, points: F64) -> F64:
     return matrix
 
 
-def numbers(settings: Settings, footprint: Footprint) -> Numbers:
-    """Return the settings as the kernels read them."""
+MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
+CROWDED = 6  # edges: with more of them left, quartering a tile is cheaper than visiting its photosites
+
+
+def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) -> Numbers:
+    """Return the settings as the kernels read them, for a grid of ``shape``."""
+    root = settings.leaf
+    while -(-shape[0] // root) * -(-shape[1] // root) > MOST_TILES:
+        root *= 2
     nodes = chebyshev(settings.tile_nodes)
     gauss_x, gauss_w = gauss_legendre(settings.panel_nodes)
-    levels = int(math.log2(settings.root // settings.leaf)) + 1
-    to_photosites = np.zeros((levels, settings.root, nodes.size))
+    levels = int(math.log2(root // settings.smallest)) + 1
+    to_photosites = np.zeros((levels, root, nodes.size))
     for level in range(levels):
-        size = settings.root >> level
+        size = root >> level
         to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
     return Numbers(
         near=settings.near,
@@ -61,8 +68,10 @@ def numbers(settings: Settings, footprint: Footprint) -> Numbers:
         nodes=nodes,
         to_children=np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)]),
         to_photosites=to_photosites,
-        root=settings.root,
+        root=root,
         leaf=settings.leaf,
+        smallest=settings.smallest,
+        crowded=CROWDED,
     )
 
 
@@ -130,7 +139,9 @@ def boundary_image(
         base=base,
     )
     with ONE_AT_A_TIME:
-        return render_edges(*origin, channel, edges, tables, numbers(settings, footprint))
+        return render_edges(
+            *origin, channel, edges, tables, numbers(settings, footprint, (channel.shape[0], channel.shape[1]))
+        )
 
 
 def _directions(tx: F64, ty: F64, wanted: np.ndarray) -> tuple[I64, F64]:

@@ -44,10 +44,10 @@ def weigh(g: tuple[float, float, float, float], far: F64) -> float:
 
 
 @nb.njit(cache=True, inline="always")
-def far_tail(
+def _tail(
     h: float, s: float, sigma2: float, m22: float, m4_re: float, m4_im: float
 ) -> tuple[float, float, float, float]:
-    """Return g of the half line from s ≥ 0 to infinity at signed distance h; not both 0."""
+    """Return g of the half line from s ≥ 0 to infinity, all but the angle itself; h and s are not both 0."""
     r2 = h * h + s * s
     r = math.sqrt(r2)
     inv = 1.0 / r
@@ -63,21 +63,30 @@ def far_tail(
     e4_re, e4_im = e2_re * e2_re - e2_im * e2_im, 2.0 * e2_re * e2_im
     inv2 = inv * inv
     inv4 = inv2 * inv2
-    angle = math.atan2(h, s) - 0.25 * inv4 * (m4_re * e4_im + m4_im * e4_re)
+    shift = -0.25 * inv4 * (m4_re * e4_im + m4_im * e4_re)
     b_re = -5.625 * e2_im + 13.125 * v * e3_re - 1.875 * v * u
     b_im = 5.625 * e2_re + 13.125 * v * e3_im - 0.375 + 1.875 * v * v
     hg7 = h * g7
     quartic = -(m4_re * b_re - m4_im * b_im) * inv4 * inv - 2.8125 * m4_re * hg7
     first = -h * (g3 + 1.5 * sigma2 * g5) - 0.703125 * m22 * hg7 + quartic * (1.0 / 12.0)
     third = -h * g5 - 7.5 * sigma2 * hg7
-    return angle, first, third, -hg7
+    return shift, first, third, -hg7
+
+
+@nb.njit(cache=True, inline="always")
+def far_tail(
+    h: float, s: float, sigma2: float, m22: float, m4_re: float, m4_im: float
+) -> tuple[float, float, float, float]:
+    """Return g of the half line from s ≥ 0 to infinity at signed distance h; not both 0."""
+    a0, a1, a3, a5 = _tail(h, s, sigma2, m22, m4_re, m4_im)
+    return math.atan2(h, s) + a0, a1, a3, a5
 
 
 @nb.njit(cache=True, inline="always")
 def far_line(h: float, sigma2: float, m22: float, m4_re: float) -> tuple[float, float, float, float]:
     """Return g of the whole line at signed distance h ≠ 0."""
-    a0, a1, a3, a5 = far_tail(h, 0.0, sigma2, m22, m4_re, 0.0)
-    return 2.0 * a0, 2.0 * a1, 2.0 * a3, 2.0 * a5
+    a0, a1, a3, a5 = _tail(h, 0.0, sigma2, m22, m4_re, 0.0)
+    return math.copysign(math.pi, h) + 2.0 * a0, 2.0 * a1, 2.0 * a3, 2.0 * a5
 
 
 @nb.njit(cache=True, inline="always")
@@ -88,14 +97,12 @@ def far_edge(
 
     A tail towards −∞ is the mirror image of one towards +∞; mirroring turns M4 into its conjugate.
     """
+    angle = math.atan2(h * (s2 - s1), h * h + s1 * s2)
+    a0, a1, a3, a5 = _tail(h, abs(s1), sigma2, m22, m4_re, m4_im if s1 >= 0.0 else -m4_im)
+    b0, b1, b3, b5 = _tail(h, abs(s2), sigma2, m22, m4_re, m4_im if s2 >= 0.0 else -m4_im)
     if s1 >= 0.0:
-        a0, a1, a3, a5 = far_tail(h, s1, sigma2, m22, m4_re, m4_im)
-        b0, b1, b3, b5 = far_tail(h, s2, sigma2, m22, m4_re, m4_im)
-        return a0 - b0, a1 - b1, a3 - b3, a5 - b5
-    a0, a1, a3, a5 = far_tail(h, -s1, sigma2, m22, m4_re, -m4_im)
+        return angle + a0 - b0, a1 - b1, a3 - b3, a5 - b5
     if s2 <= 0.0:
-        b0, b1, b3, b5 = far_tail(h, -s2, sigma2, m22, m4_re, -m4_im)
-        return b0 - a0, b1 - a1, b3 - a3, b5 - a5
-    b0, b1, b3, b5 = far_tail(h, s2, sigma2, m22, m4_re, m4_im)
-    c0, c1, c3, c5 = far_line(h, sigma2, m22, m4_re)
-    return c0 - a0 - b0, c1 - a1 - b1, c3 - a3 - b3, c5 - a5 - b5
+        return angle + b0 - a0, b1 - a1, b3 - a3, b5 - a5
+    c0, c1, c3, c5 = _tail(h, 0.0, sigma2, m22, m4_re, 0.0)
+    return angle + 2.0 * c0 - a0 - b0, 2.0 * c1 - a1 - b1, 2.0 * c3 - a3 - b3, 2.0 * c5 - a5 - b5

@@ -4,10 +4,11 @@ Sources of error, each given a share of the tolerance (amplitudes are for a cont
 
 * The far form leaves out what oscillates with cos(2πr/λN). Per end at distance R it is at most
   (λN/R)^{5/2}·D/(4π⁴), D the footprint's transfer at 1/λN; a whole line twice that. Over a spectrum the
-  wavelengths are added as the phasors that they are, sign of D included.
+  wavelengths are added as the phasors that they are, sign of D included; many corners in sight of one photosite (or
+  many lines) add up like random phases, so their share falls with the root of their number.
 * The footprint's moments end at the fourth: next come |M8|/(16π R⁸) and about 3·c1·M6/(2π R⁷).
 * The 8-point look-up in the field: 1.1e-3·(2πδ/λN)⁸ of the field's highest frequencies; the panels' Gauss rule.
-* Chebyshev interpolation over a tile: ρ⁻ⁿ with ρ = κ + √(1 + κ²), a source κ half-widths away.
+* Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from camsim.rendering.footprint import Footprint
 from camsim.rendering.patterns import Pattern
 
 COARSEST, FINEST = 1e-2, 1e-9
+SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
+FEW = 4  # corners, or lines, that the shares below were set for
 NEAREST = 5.0  # blurs: where the search for quiet begins
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
@@ -39,9 +42,9 @@ class Settings:
     panel: float
     panel_nodes: int
     tile_nodes: int
-    separation: float = 2.0
-    root: int = 64
+    separation: float = SEPARATION
     leaf: int = 16
+    smallest: int = 4
 
 
 def check_tolerance(tolerance: float) -> None:
@@ -50,20 +53,31 @@ def check_tolerance(tolerance: float) -> None:
         raise InvalidValueError(f"tolerance: {tolerance:g} is outside {FINEST:g} … {COARSEST:g} (boundary engine)")
 
 
-def plan_boundary(pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, tolerance: float) -> Settings:
+def plan_boundary(
+    pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, start: F64, end: F64, tolerance: float
+) -> Settings:
     """Choose the settings.
 
     pattern, blur : of the lens; blur is (j,), pitches
-    shares   : (k, j) weights of every weight set, relative to that channel's full scale
+    shares     : (k, j) weights of every weight set, relative to that channel's full scale
+    start, end : (n, 2) the edges, pitches
     """
     check_tolerance(tolerance)
     shortest, longest = float(blur.min()), float(blur.max())
-    near = max(
+    smooth = max(
         pattern.quiet(tolerance) * longest,
-        quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance, end=True),
         _moment_distance(pattern.powers[0] * longest, footprint, 0.125 * tolerance),
     )
-    reach = max(near, quiet_distance(pattern, blur, shares, footprint, tolerance / 6.0, end=False))
+    near = max(smooth, quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance, end=True))
+    corners = crowding(start, end, 4.0 * near)
+    if corners > FEW:
+        near = max(
+            smooth,
+            quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance * math.sqrt(FEW / corners), end=True),
+        )
+    lines = int(np.count_nonzero(np.hypot(*(end - start).T) >= near))
+    allowed = tolerance / 6.0 * math.sqrt(FEW / max(lines, FEW))
+    reach = max(near, quiet_distance(pattern, blur, shares, footprint, allowed, end=False))
     field_step = pattern.grain * shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
     response_step = pattern.grain * shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
     digits = -math.log10(tolerance)
@@ -75,8 +89,34 @@ def plan_boundary(pattern: Pattern, blur: F64, shares: F64, footprint: Footprint
         response_step=response_step,
         panel=shortest * 1.6,
         panel_nodes=math.ceil(4 + 0.5 * digits),
-        tile_nodes=max(4, math.ceil((digits + 0.5) / math.log10(2.0 + math.sqrt(5.0)))),
+        tile_nodes=_tile_nodes(0.125 * tolerance),
     )
+
+
+def crowding(start: F64, end: F64, window: float) -> float:
+    """Largest number of corners in any square of side ``window``, each counted by the square of how much it turns.
+
+    A corner's strength is the jump of the unit direction, so a smooth outline cut into many edges counts for little.
+    """
+    if not len(start):
+        return 0.0
+    along = end - start
+    along = along / np.hypot(along[:, 0], along[:, 1])[:, None]
+    points, corner = np.unique(np.concatenate([start, end]), axis=0, return_inverse=True)
+    jump = np.zeros_like(points)
+    np.add.at(jump, corner.ravel(), np.concatenate([along, -along]))
+    _, square = np.unique(np.floor((points - points.min(axis=0)) / window), axis=0, return_inverse=True)
+    strength = np.minimum(0.5 * np.sum(jump * jump, axis=1), 1.0)  # a right angle counts as one
+    return float(np.bincount(square.ravel(), weights=strength).max(initial=0.0))
+
+
+def _tile_nodes(allowed: float) -> int:
+    """Chebyshev nodes along a tile: the angle's coefficients fall as ρ⁻ⁿ/n."""
+    rho = SEPARATION + math.sqrt(1.0 + SEPARATION**2)
+    order = 4
+    while rho**-order / (math.pi * order) > allowed:
+        order += 1
+    return order
 
 
 def quiet_distance(

@@ -292,19 +292,20 @@ def _prepare(
     pattern = pattern_of(system.lens)
     shortest_um = system.lens.blur_um(float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf)))
     arrangement = arrange(scene, max_segment_um=shortest_um)
+    start, end = arrangement.start_um / pitch_um, arrangement.end_um / pitch_um
     signals = Signals.of(arrangement, response, wavelength_nm)
     footprint = Footprint.of(system, pitch_um)
     sides, pair = np.unique(np.stack([arrangement.left, arrangement.right], axis=1), axis=0, return_inverse=True)
     fine = signals.blur(system, pitch_um)
     density = signals.density[sides[:, 0]] - signals.density[sides[:, 1]]
     shares = density.reshape(-1, fine.size) if len(sides) else np.zeros((1, fine.size))
-    settings = plan_boundary(pattern, fine, shares, footprint, tolerance)
+    settings = plan_boundary(pattern, fine, shares, footprint, start, end, tolerance)
     phase = 2.0 * math.pi * settings.reach * float(1.0 / fine.min() - 1.0 / fine.max())
     nodes, by_spectrum = fuse(signals, phase=phase, tolerance=tolerance)
     check_nodes, check_by_spectrum = fuse(signals, phase=phase, tolerance=SHARE * tolerance)
     return _Job(
-        start=arrangement.start_um / pitch_um,
-        end=arrangement.end_um / pitch_um,
+        start=start,
+        end=end,
         pair=pair.ravel(),
         weights=by_spectrum[sides[:, 0]] - by_spectrum[sides[:, 1]],
         base=signals.density[0].sum(axis=1),

@@ -45,3 +45,31 @@ def test_error_stays_below_every_tolerance(scene, f_number, optics):
         error = np.abs(rendering.image - exact).max()
         assert error <= tolerance
         assert rendering.error_estimate <= tolerance
+
+
+def test_a_crowd_of_corners_keeps_the_tolerance():
+    """What a hundred corners in sight each leave out adds up; the settings allow for it."""
+    rng = np.random.default_rng(3)
+    shapes = [
+        camsim.Rectangle(
+            width_um=3.9 * PITCH_UM,
+            height_um=3.9 * PITCH_UM,
+            centre_um=((16 * (i % 8) - 56) * PITCH_UM, (16 * (i // 8) - 56) * PITCH_UM),
+            rotate_deg=rng.uniform(0, 90),
+            reflectance=0.0,
+        )
+        for i in range(64)
+    ]
+
+    def many_squares(tolerance):
+        return camsim.render(
+            camsim.Scene(background=1.0, shapes=shapes),
+            [camsim.Airy(f_number=8.0), camsim.SquarePhotosite(side_um=PITCH_UM)],
+            camsim.Grid(rows=128, cols=128, pitch_um=PITCH_UM),
+            wavelength_nm=550.0,
+            tolerance=tolerance,
+        ).image
+
+    exact = many_squares(1e-7)
+    for tolerance in TOLERANCES:
+        assert np.abs(many_squares(tolerance) - exact).max() <= tolerance
