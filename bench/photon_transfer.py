@@ -142,7 +142,7 @@ def measure(name: str, side: int, frames: int, judge: bool) -> Iterator[dict]:
 
 
 def healthy(codes: list[np.ndarray], index: np.ndarray) -> np.ndarray:
-    """Photosites that are no outliers of their channel, 8 robust standard deviations: defects have a list of their own."""
+    """Photosites that are no outliers of their channel (8 robust standard deviations): defects are another list."""
     mean = np.mean(codes, axis=0)
     good = np.ones(mean.shape, dtype=bool)
     for k in np.unique(index):
@@ -184,7 +184,7 @@ def emva(flats: list, dark: list, saturation_photons: float) -> dict[str, float]
     follows Release 3, with other weights.
     """
     if not hasattr(np, "asfarray"):  # version 1.0.2 of the package was written for numpy 1
-        np.asfarray = lambda values: np.asarray(values, dtype=float)
+        vars(np)["asfarray"] = lambda values: np.asarray(values, dtype=float)
     from emva1288.process import routines
     from emva1288.process.data import Data1288
     from emva1288.process.results import Results1288
