@@ -49,14 +49,15 @@ def main() -> None:
         digests = set()
         for threads in (2, 1):
             before = peak_mb()
-            begun = time.perf_counter()
+            begun, cpu = time.perf_counter(), time.process_time()
             electrons = record(
                 mean, **stages, time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=COLS, threads=threads
             )
-            seconds = time.perf_counter() - begun
+            seconds, cpu = time.perf_counter() - begun, time.process_time() - cpu
             digests.add(hashlib.sha256(electrons.tobytes()).hexdigest())
             beyond_mb = peak_mb() - before - electrons.nbytes / 1e6
             line = {"stages": name, "megapixels": ROWS * COLS / 1e6, "threads": threads, "seconds": round(seconds, 2)}
+            line |= {"cpu_seconds": round(cpu, 2)}
             print(json.dumps(line | {"mb_beyond_the_frame": round(max(beyond_mb, 0.0))}), flush=True)
             del electrons
         assert len(digests) == 1, "another number of threads, other bytes"

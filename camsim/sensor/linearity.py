@@ -51,11 +51,18 @@ class PolynomialResponse:
 
     def apply(self, electrons: F64) -> F64:
         """Return the electrons that a linear read-out would have called this signal."""
-        response = np.polynomial.Polynomial(self._of_u)
-        end_slope = float(response.deriv()(1.0))
         u = electrons / self.scale_e
         inside = np.minimum(u, 1.0)
-        bent: F64 = self.scale_e * (response(inside) + end_slope * (u - inside))
+        relative = np.zeros_like(inside)
+        for coefficient in reversed(self.coefficients):
+            relative += coefficient
+            relative *= inside
+        bent: F64 = electrons * (1.0 + relative)
+        beyond = u > 1.0
+        if beyond.any():
+            end_slope = float(np.polynomial.Polynomial(self._of_u).deriv()(1.0))
+            at_end = 1.0 + sum(self.coefficients)
+            bent[beyond] = self.scale_e * (at_end + end_slope * (u[beyond] - 1.0))
         return bent
 
 
