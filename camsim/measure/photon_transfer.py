@@ -141,13 +141,13 @@ def photon_transfer(
             prnu=nothing,
             linearity_error=_linearity(flats, dark, clipped),
         )
-    gain = _gain(flats, dark, clipped)
+    gain_dn_per_e = _gain(flats, dark, clipped)
     return PhotonTransfer(
-        gain_dn_per_e=gain,
-        read_noise_e=_read_noise(darks[0][1], gain),
-        full_well_e=_full_well(clipped, dark, gain, largest_dn),
-        dark_current_e_per_s=_dark_current(darks, gain),
-        dsnu_e=_root(dark.pattern_dn2, dark.pattern_sigma_dn2, gain),
+        gain_dn_per_e=gain_dn_per_e,
+        read_noise_e=_read_noise(darks[0][1], gain_dn_per_e),
+        full_well_e=_full_well(clipped, dark, gain_dn_per_e, largest_dn),
+        dark_current_e_per_s=_dark_current(darks, gain_dn_per_e),
+        dsnu_e=_root(dark.pattern_dn2, dark.pattern_sigma_dn2, gain_dn_per_e),
         prnu=_prnu(flats, dark, clipped),
         linearity_error=_linearity(flats, dark, clipped),
     )
@@ -174,26 +174,26 @@ def _gain(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> 
     return Estimate(float(np.sum(weight * signal * variance)) / information, 1.0 / math.sqrt(information))
 
 
-def _read_noise(dark: Stack, gain: Estimate) -> Estimate:
+def _read_noise(dark: Stack, gain_dn_per_e: Estimate) -> Estimate:
     """Return the noise of the shortest dark; the converter's rounding, a twelfth of a squared code, is taken off."""
-    return _root(dark.variance_dn2 - 1.0 / 12.0, dark.variance_sigma_dn2, gain)
+    return _root(dark.variance_dn2 - 1.0 / 12.0, dark.variance_sigma_dn2, gain_dn_per_e)
 
 
-def _full_well(clipped: Stack, dark: Stack, gain: Estimate, largest_dn: int) -> Estimate:
+def _full_well(clipped: Stack, dark: Stack, gain_dn_per_e: Estimate, largest_dn: int) -> Estimate:
     if clipped.clipped_high > 1e-4:
-        reach_e = (largest_dn - dark.mean_dn) / gain.value
+        reach_e = (largest_dn - dark.mean_dn) / gain_dn_per_e.value
         return Estimate(math.nan, math.nan, f"the converter ends at {reach_e:.0f} e⁻, before the well is full")
-    return _over(clipped.mean_dn - dark.mean_dn, math.hypot(clipped.mean_sigma_dn, dark.mean_sigma_dn), gain)
+    return _over(clipped.mean_dn - dark.mean_dn, math.hypot(clipped.mean_sigma_dn, dark.mean_sigma_dn), gain_dn_per_e)
 
 
-def _dark_current(darks: Sequence[tuple[float, Stack]], gain: Estimate) -> Estimate:
+def _dark_current(darks: Sequence[tuple[float, Stack]], gain_dn_per_e: Estimate) -> Estimate:
     time_s = np.array([time for time, _ in darks])
     mean = np.array([level.mean_dn for _, level in darks])
     weight = np.array([level.mean_sigma_dn for _, level in darks]) ** -2.0
     centre = np.sum(weight * time_s) / np.sum(weight)
     information = float(np.sum(weight * (time_s - centre) ** 2))
     slope = float(np.sum(weight * (time_s - centre) * mean)) / information
-    return _over(slope, 1.0 / math.sqrt(information), gain)
+    return _over(slope, 1.0 / math.sqrt(information), gain_dn_per_e)
 
 
 def _prnu(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> Estimate:
@@ -224,17 +224,17 @@ def _linearity(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack
     return Estimate(float(np.mean(np.abs(signal / fitted - 1.0))), float(np.mean(np.array(errors) / signal)))
 
 
-def _over(value_dn: float, sigma_dn: float, gain: Estimate) -> Estimate:
-    value = value_dn / gain.value
-    return Estimate(value, math.hypot(sigma_dn / gain.value, value * gain.sigma / gain.value))
+def _over(value_dn: float, sigma_dn: float, gain_dn_per_e: Estimate) -> Estimate:
+    value, share = value_dn / gain_dn_per_e.value, gain_dn_per_e.sigma / gain_dn_per_e.value
+    return Estimate(value, math.hypot(sigma_dn / gain_dn_per_e.value, value * share))
 
 
-def _root(squared_dn2: float, sigma_dn2: float, gain: Estimate) -> Estimate:
+def _root(squared_dn2: float, sigma_dn2: float, gain_dn_per_e: Estimate) -> Estimate:
     """Return the root of a variance in electrons, 0 where chance has made it negative."""
     root_dn = math.sqrt(max(squared_dn2, 0.0))
     # Near zero the root's error is that of a variance within one of its own errors.
     sigma_dn = 0.5 * sigma_dn2 / max(root_dn, 0.5 * math.sqrt(sigma_dn2))
-    return _over(root_dn, sigma_dn, gain)
+    return _over(root_dn, sigma_dn, gain_dn_per_e)
 
 
 def _error_by_rows(values: F64, channel: np.ndarray) -> float:
