@@ -17,6 +17,7 @@ from camsim.measure.geometry import EdgeLine, Roi
 LEAST_CONTRAST = 0.05
 _MOST_LINES = 256
 _SMOOTH = 1.2
+_OTHER_EDGE = 0.35
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +91,7 @@ def _upright(image: F64, smooth: F64, gx: F64, x: F64, y: F64, *, upright: bool,
     dark, bright = float(np.median(dark_side)), float(np.median(bright_side))
     noise = _scatter(image, smooth)
     _refuse_flat(dark, bright, noise, what)
-    _refuse_others(image, slope, place, at, some, (slant, offset), y, step, bright - dark, noise, what)
+    _refuse_others(image, gx, slope, x, place, at, some, (slant, offset), y, step, bright - dark, noise, what)
     turn = math.atan2(-slant * rising, rising) if upright else math.atan2(rising, -slant * rising)
     middle = y.mean()
     point = (offset, middle) if upright else (middle, offset)
@@ -167,7 +168,9 @@ def _refuse_flat(dark: float, bright: float, noise: float, what: str) -> None:
 
 def _refuse_others(
     image: F64,
+    gx: F64,
     slope: F64,
+    x: F64,
     place: F64,
     at: F64,
     some: npt.NDArray[np.intp],
@@ -180,11 +183,26 @@ def _refuse_others(
 ) -> None:
     """Raise UnsupportedError when some lines do not have the edge where the others do."""
     slant, offset = line
-    miss = np.abs(place - offset - slant * (at - y.mean()))
+    predicted = offset + slant * (at - y.mean())
+    # What the two sides' medians say is no measure of the step where several surfaces meet.
+    low, high = np.percentile(image, (3, 97))
+    if noise > 0.1 * max(step, float(high - low)):
+        return
+    peak = slope[some].max(axis=1)
+    usual = float(np.median(peak))
+    aside = 4.0 * step_px + 2.0 * float(high - low) / max(usual, 1e-300)
+    elsewhere = np.where(np.abs(x - predicted[:, None]) > aside, np.abs(gx[some]), 0.0).max(axis=1)
+    other = float(np.mean(elsewhere > _OTHER_EDGE * usual))
+    if other > 0.2:
+        raise UnsupportedError(
+            f"{what}: {100.0 * other:.0f} % of its lines cross a second edge; make the region narrower, so that it "
+            "holds one edge, or move it"
+        )
+    miss = np.abs(place - predicted)
     # A slight bend is no other edge; noise may move single lines.
     allowed = 3.0 * step_px + 0.02 * (y[-1] - y[0])
     wrong = float(np.mean(miss > allowed))
-    if noise < 0.1 * step and wrong > 0.04:
+    if wrong > 0.04:
         raise UnsupportedError(
             f"{what}: in {100.0 * wrong:.0f} % of its lines the steepest place is not on the edge; the region holds a "
             "corner, the end of an edge or a second edge: make it smaller, so that one straight edge crosses all of it"

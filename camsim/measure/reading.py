@@ -227,8 +227,8 @@ def _pixels(page: Any, file: Path) -> npt.NDArray[Any]:
     except (ValueError, ImportError) as error:
         name = getattr(page.compression, "name", page.compression)
         raise InputError(
-            f"cannot read {str(file)!r}: its image is stored as {name}, {page.bitspersample} bits ({error}); convert it "
-            "to an uncompressed 16-bit file (Adobe's DNG converter: uncompressed; or: python -m pip install imagecodecs)"
+            f"cannot read {str(file)!r}: its image is stored as {name} of {page.bitspersample} bits ({error}); convert "
+            "it to an uncompressed 16-bit file (Adobe's DNG converter does), or: python -m pip install imagecodecs"
         ) from error
     return pixels
 

@@ -1,0 +1,37 @@
+"""Exact edges in closed form, for judging measurements without the renderer. Imports nothing of camsim."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy import special
+
+
+def gaussian_edge(
+    rows, cols, angle_deg, sigma_px, *, dark=0.1, bright=0.9, shift_px=0.3, step=1, first=(0, 0), bend=0.0
+):
+    """Samples (rows/step, cols/step) of a straight edge blurred by a Gaussian, dark on the left at 0°.
+
+    angle_deg turns the edge clockwise as displayed about the middle; bend is its curvature, 1/px.
+    """
+    y = first[0] + 0.5 + step * np.arange(-(-(rows - first[0]) // step))
+    x = first[1] + 0.5 + step * np.arange(-(-(cols - first[1]) // step))
+    x, y = np.meshgrid(x - 0.5 * cols, y - 0.5 * rows)
+    turn = math.radians(angle_deg)
+    across = x * math.cos(turn) + y * math.sin(turn) - shift_px
+    along = y * math.cos(turn) - x * math.sin(turn)
+    return dark + (bright - dark) * special.ndtr((across - 0.5 * bend * along**2) / sigma_px)
+
+
+def gaussian_mtf(frequency, sigma_px):
+    return np.exp(-2.0 * (np.pi * sigma_px * np.asarray(frequency)) ** 2)
+
+
+def gaussian_limit(level, sigma_px):
+    """Frequency at which the MTF is ``level``."""
+    return math.sqrt(-math.log(level) / 2.0) / (math.pi * sigma_px)
+
+
+def gaussian_sigma(mtf50):
+    return math.sqrt(math.log(2.0) / 2.0) / (math.pi * mtf50)

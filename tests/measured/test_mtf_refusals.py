@@ -1,0 +1,126 @@
+"""What is not one measurable edge is refused, in a sentence that says what is wrong and what would work."""
+
+import warnings
+
+import numpy as np
+import pytest
+from edges import gaussian_edge
+from PIL import Image
+
+from camsim.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
+from camsim.measure import Picture, Plane, Roi, measure_edge, measure_mtf, read_picture
+
+WHOLE = Roi(0, 0, 64, 64)
+
+
+def noisy(image, sigma=0.004, seed=1):
+    return image + np.random.default_rng(seed).normal(0.0, sigma, image.shape)
+
+
+def half_of_corner():
+    y, x = np.mgrid[:64, :64]
+    return np.where((x + 0.1 * y > 33) & (y - 0.1 * x > 25), 0.9, 0.1)
+
+
+def two_edges():
+    return gaussian_edge(64, 64, 5, 0.8, shift_px=-12) - gaussian_edge(64, 64, 5, 0.8, shift_px=12) + 0.1
+
+
+def staircase():
+    return gaussian_edge(64, 64, 5, 0.8, shift_px=-12) + gaussian_edge(64, 64, 5, 0.8, shift_px=12)
+
+
+REFUSED = {
+    "flat": (np.full((64, 64), 0.5), "no edge"),
+    "end of an edge": (
+        np.where(np.arange(64)[:, None] < 40, gaussian_edge(64, 64, 5, 0.8), 0.1),
+        "corner|end of an edge|one straight edge",
+    ),
+    "corner": (half_of_corner(), "corner|one straight edge"),
+    "two edges": (two_edges(), "two edges|second edge|no edge"),
+    "staircase": (staircase(), "two edges|second edge"),
+    "vertical": (gaussian_edge(64, 64, 0.0, 0.8), "too close to a pixel axis.*turn the edge to 2°"),
+    "nearly vertical": (gaussian_edge(64, 64, 0.4, 0.8), "too close to a pixel axis.*px long"),
+    "45 degrees": (gaussian_edge(64, 64, 45.0, 0.8), "phases repeat.*turn the edge"),
+    "atan(1/2)": (gaussian_edge(64, 64, np.degrees(np.arctan(0.5)), 0.8), "phases repeat"),
+    "little contrast": (gaussian_edge(64, 64, 5, 0.8, dark=0.5, bright=0.53), "contrast .* under 5 %"),
+    "highlights": (np.minimum(gaussian_edge(64, 64, 5, 0.8), 0.8), "clipped highlights.*expose less"),
+    "no number": (np.where(np.eye(64) > 0, np.nan, gaussian_edge(64, 64, 5, 0.8)), "no numbers"),
+    "edge at the border": (gaussian_edge(64, 64, 5, 0.8, shift_px=31), "side|beyond the edge|contrast"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+@pytest.mark.parametrize("noise", [0.0, 0.004])
+def test_a_region_without_one_edge_is_refused(name, noise):
+    image, pattern = REFUSED[name]
+    if noise and name != "highlights":
+        image = noisy(image, noise)
+    white = 0.8 if name == "highlights" else None
+    with pytest.raises(UnsupportedError, match=pattern) as caught:
+        measure_edge(Plane(name="Y", samples=image, white=white), WHOLE)
+    assert "roi 0,0,64,64, channel Y" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_noise_alone_is_no_edge():
+    with pytest.raises(UnsupportedError, match="no edge"):
+        measure_edge(Plane(name="Y", samples=noisy(np.full((64, 64), 0.5), 0.05)), WHOLE)
+
+
+def test_clipped_shadows_are_told_from_a_black_that_is_dark():
+    codes = np.rint(np.maximum(noisy(4000 * gaussian_edge(64, 64, 5, 0.8, dark=0.0), 3.0), 0.0)).astype(np.uint16)
+    with pytest.raises(UnsupportedError, match="clipped shadows"):
+        measure_edge(Plane(name="Y", samples=codes, lowest=0.0), WHOLE)
+    quiet = np.rint(4000 * gaussian_edge(64, 64, 5, 0.8, dark=0.0)).astype(np.uint16)
+    assert measure_edge(Plane(name="Y", samples=quiet, lowest=0.0), WHOLE).figures.contrast > 0.99
+
+
+def test_too_few_rows():
+    with pytest.raises(UnsupportedError, match="too few"):
+        measure_edge(Plane(name="Y", samples=gaussian_edge(6, 64, 5, 0.8)), Roi(0, 0, 6, 64))
+
+
+@pytest.mark.parametrize("roi", [Roi(0, 0, 65, 64), Roi(-1, 0, 10, 10), Roi(0, 60, 10, 10), Roi(0, 0, 0, 4)])
+def test_a_region_outside_the_image(roi):
+    picture = Picture(name="x", shape=(64, 64), planes=(Plane(name="Y", samples=np.zeros((64, 64))),))
+    with pytest.raises(InvalidValueError, match="roi"):
+        measure_mtf(picture, rois=[roi])
+
+
+def test_a_picture_without_edges():
+    flat = Picture(name="x", shape=(200, 200), planes=(Plane(name="Y", samples=noisy(np.full((200, 200), 0.5))),))
+    with pytest.raises(UnsupportedError, match="no measurable slanted edge"):
+        measure_mtf(flat)
+
+
+def test_a_channel_that_does_not_exist():
+    picture = Picture(name="x", shape=(64, 64), planes=(Plane(name="Y", samples=np.zeros((64, 64))),))
+    with pytest.raises(CamsimError, match=r"unknown channel 'R'.*known: Y, all"):
+        measure_mtf(picture, channel="R")
+
+
+def test_encoded_data_is_refused_until_someone_says_how_it_is_encoded(tmp_path):
+    linear = gaussian_edge(96, 96, 5, 0.8)
+    codes = np.rint(255 * linear ** (1 / 2.2)).astype(np.uint8)
+    for name in ("a.png", "a.jpg", "a.tiff"):
+        Image.fromarray(codes).save(tmp_path / name)
+        with pytest.raises(InvalidValueError, match=r"linear data is needed.*--gamma"):
+            read_picture(tmp_path / name)
+    with pytest.raises(InvalidValueError, match="gamma"):
+        read_picture(tmp_path / "a.png", gamma="adobe")
+    edge = measure_edge(read_picture(tmp_path / "a.png", gamma=2.2).planes[0], Roi(0, 0, 96, 96))
+    right = measure_edge(Plane(name="Y", samples=linear), Roi(0, 0, 96, 96))
+    assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(right.figures.mtf50_cycles_per_pixel, rel=0.01)
+    wrong = measure_edge(read_picture(tmp_path / "a.png", gamma=1.0).planes[0], Roi(0, 0, 96, 96))
+    assert abs(wrong.figures.mtf50_cycles_per_pixel / right.figures.mtf50_cycles_per_pixel - 1) > 0.01
+
+
+@pytest.mark.parametrize("name", ["gone.dng", "a.cr3", "a.dng", "a.exr", "a.npy", "a.png"])
+def test_files_that_cannot_be_read(tmp_path, name):
+    if name != "gone.dng":
+        (tmp_path / name).write_bytes(b"II*\0 nothing of the kind" * 9)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # Pillow warns of broken Exif before it gives up
+        with pytest.raises(InputError, match="cannot read"):
+            read_picture(tmp_path / name)
