@@ -27,6 +27,7 @@ class Pattern:
     ring    : an edge's end at distance R leaves at most ring·(blur/R)^{5/2} of oscillation in the far form
     grain   : how much coarser than for an Airy pattern a table may be
     quiet   : tolerance → ρ past which the far form's smooth part holds
+    finest  : the smallest tolerance; what oscillates sets the radii, and they grow as its power −0.4
     """
 
     energy: Callable[[F64], F64]
@@ -37,6 +38,7 @@ class Pattern:
     ring: float
     grain: float
     quiet: Callable[[float], float]
+    finest: float
 
 
 def pattern_of(lens: object) -> Pattern:
@@ -63,6 +65,7 @@ PATTERNS: dict[type, Pattern] = {
         ring=1.0 / (4.0 * math.pi**4),
         grain=1.0,
         quiet=lambda tolerance: 5.0,
+        finest=1e-7,
     ),
     Gaussian: Pattern(
         energy=lambda rho: _GAUSSIAN.encircled_energy(rho, _UNIT_NM),
@@ -73,5 +76,6 @@ PATTERNS: dict[type, Pattern] = {
         ring=0.0,
         grain=2.0,
         quiet=lambda tolerance: math.sqrt(2.0 * math.log(20.0 / tolerance)),
+        finest=1e-9,
     ),
 }

@@ -23,7 +23,7 @@ from camsim.errors import InvalidValueError
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.patterns import Pattern
 
-COARSEST, FINEST = 1e-2, 1e-9
+COARSEST = 1e-2
 SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
 FEW = 4  # corners, or lines, that the shares below were set for
 NEAREST = 5.0  # blurs: where the search for quiet begins
@@ -47,10 +47,12 @@ class Settings:
     smallest: int = 4
 
 
-def check_tolerance(tolerance: float) -> None:
+def check_tolerance(tolerance: float, pattern: Pattern) -> None:
     """Refuse what the engine cannot promise."""
-    if not FINEST <= tolerance <= COARSEST:
-        raise InvalidValueError(f"tolerance: {tolerance:g} is outside {FINEST:g} … {COARSEST:g} (boundary engine)")
+    if not pattern.finest <= tolerance <= COARSEST:
+        raise InvalidValueError(
+            f"tolerance: {tolerance:g} is outside {pattern.finest:g} … {COARSEST:g}, what this lens can be rendered to"
+        )
 
 
 def plan_boundary(
@@ -62,7 +64,7 @@ def plan_boundary(
     shares     : (k, j) weights of every weight set, relative to that channel's full scale
     start, end : (n, 2) the edges, pitches
     """
-    check_tolerance(tolerance)
+    check_tolerance(tolerance, pattern)
     shortest, longest = float(blur.min()), float(blur.max())
     smooth = max(
         pattern.quiet(tolerance) * longest,

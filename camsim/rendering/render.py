@@ -140,7 +140,7 @@ def render_channels(
     returns       : image in the unit of ``response``
     """
     begin = time.perf_counter()
-    check_tolerance(tolerance)
+    check_tolerance(tolerance, pattern_of(system.lens))
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
             raise InvalidValueError(f"wavelength_nm: {w!r} is not a wavelength; give nm above 0")

@@ -191,7 +191,7 @@ class Render(Table):
 
     tolerance: float = Field(
         default=1e-6,
-        ge=1e-9,
+        ge=1e-7,
         le=1e-2,
         description="largest error of any photosite, a fraction of the brightest surface",
     )
@@ -213,6 +213,11 @@ class Files(Table):
     colour_matrix: Literal["standard", "scene"] = Field(
         default="standard",
         description="of a DNG: standard fits illuminants A and D65, scene fits this capture's own light",
+    )
+    spectral_nm: list[Positive] | None = Field(
+        default=None,
+        min_length=1,
+        description="wavelengths of the spectral cube, increasing, nm; 400 to 700 every 10 when left out",
     )
 
 
