@@ -65,6 +65,13 @@ class Listed(StrEnum):
     sensitivities = "sensitivities"
 
 
+class SchemaOf(StrEnum):
+    """What ``camsim schema`` can print."""
+
+    scene = "scene"
+    sensor = "sensor"
+
+
 def run() -> None:
     """Run the command line."""
     for stream in (sys.stdout, sys.stderr):
@@ -259,6 +266,16 @@ def show(
     from camsim.cli.show import text_of
 
     print(text_of(name))
+
+
+@app.command()
+def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> None:
+    """Print the JSON Schema of scene or sensor files, for editors that complete and check."""
+    import json
+
+    from camsim.config.reference import json_schema
+
+    print(json.dumps(json_schema(what.value), indent=2, ensure_ascii=False))
 
 
 @app.command()

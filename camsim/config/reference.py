@@ -1,0 +1,101 @@
+"""The schema as JSON Schema for editors, and as a page for people: ``python -m camsim.config.reference``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Literal, TypeAlias, get_args, get_origin
+
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from camsim.config.expect import Expected, expected_of_field, kinds_of
+from camsim.config.faults import format_of
+from camsim.config.schema import SceneFile, SensorFile, Table
+
+Kind: TypeAlias = Literal["scene", "sensor"]
+
+FILES: dict[str, type[Table]] = {"scene": SceneFile, "sensor": SensorFile}
+
+
+def json_schema(kind: Kind) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a scene or sensor file, descriptions and units included."""
+    model = FILES[kind]
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"camsim {format_of(model)}",
+        **{key: value for key, value in model.model_json_schema().items() if key != "title"},
+    }
+
+
+def markdown() -> str:
+    """Return the reference of all keys as a page in Markdown."""
+    lines = [
+        "# YAML reference",
+        "",
+        "Made from the schema by `python -m camsim.config.reference`; do not edit. Every table may also hold `source`,",
+        "a text for people. Numbers follow YAML 1.2; anchors, tags and duplicate keys are refused. All of it is",
+        "also there as JSON Schema for editors: `camsim schema scene`, `camsim schema sensor`.",
+        "",
+    ]
+    for name, model in FILES.items():
+        lines += [f"## {name.capitalize()} files", "", f"{_sentence(model)}", ""]
+        places: dict[type[Table], list[str]] = {}
+        for path, table in _tables(model, ""):
+            places.setdefault(table, []).append(path)
+        for table, paths in places.items():
+            if paths != [""]:
+                lines += [f"### {', '.join(f'`{path}`' for path in paths)}", "", _sentence(table), ""]
+            lines += ["| key | value | default | meaning |", "|---|---|---|---|"]
+            lines += [_row(key, field) for key, field in table.model_fields.items() if key != "source"]
+            lines.append("")
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _tables(table: type[Table], path: str) -> Iterator[tuple[str, type[Table]]]:
+    """Yield a table and all tables inside it, with the paths at which they stand; kinds are told apart."""
+    yield path, table
+    for key, field in table.model_fields.items():
+        inside = f"{path}.{key}" if path else key
+        for member, place in _members(expected_of_field(field), inside):
+            kinds = kinds_of(member)
+            yield from _tables(member, f"{place} (kind {', '.join(kinds)})" if kinds else place)
+
+
+def _members(expected: Expected, path: str) -> Iterator[tuple[type[Table], str]]:
+    """Yield the tables that may stand at a place, in lists (``path[]``) and under letters (``path.LETTER``) too."""
+    for member in expected.alternatives():
+        origin, items = get_origin(member.kind), get_args(member.kind)
+        if origin is list:
+            yield from _members(Expected.of(items[0]), f"{path}[]")
+        elif origin is dict:
+            yield from _members(Expected.of(items[1]), f"{path}.LETTER")
+        elif isinstance(member.kind, type) and issubclass(member.kind, Table):
+            yield member.kind, path
+
+
+def _row(key: str, field: FieldInfo) -> str:
+    words = expected_of_field(field).words()
+    return f"| `{key}` | {words} | {_default(field)} | {field.description or ''} |".replace("||", "| |")
+
+
+def _default(field: FieldInfo) -> str:
+    default = field.default
+    if default is PydanticUndefined:
+        return "required"
+    if default is None or default == []:
+        return "none"
+    if isinstance(default, Table):
+        return "as below"
+    if isinstance(default, bool):
+        return f"`{str(default).lower()}`"
+    if isinstance(default, float):
+        return f"`{default:g}`"
+    return f"`{list(default) if isinstance(default, tuple) else default}`"
+
+
+def _sentence(table: type[Table]) -> str:
+    return (table.__doc__ or "").strip().split("\n\n")[0].replace("\n    ", " ")
+
+
+if __name__ == "__main__":
+    print(markdown(), end="")
