@@ -55,10 +55,10 @@ class CameraOtf:
         per_um = frequency_cycles_per_pixel / self.camera.pitch_um
         fx, fy = per_um * math.cos(line.normal_rad), per_um * math.sin(line.normal_rad)
         system = self.camera.optics
-        otf = np.zeros(fx.shape)
-        for k in used:
-            otf += weight[k] * system.lens.otf(fx, fy, float(samples.wavelength_nm[k]))
-        otf *= system.footprint_otf(fx, fy) / weight.sum()
+        # All wavelengths at once: a transfer function broadcasts like any formula.
+        wavelengths: Any = samples.wavelength_nm[used, None]
+        lens = weight[used] @ system.lens.otf(fx[None], fy[None], wavelengths)
+        otf: F64 = lens * system.footprint_otf(fx, fy) / weight.sum()
         return otf
 
     def _reflectance_beside(self, line: EdgeLine, distance_pixel: float) -> Spectrum:
