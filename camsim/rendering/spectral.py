@@ -33,6 +33,7 @@ class Signals:
     def of(cls, arrangement: Arrangement, response: F64, wavelength_nm: F64) -> Signals:
         """Multiply the channels' response (channels, n) to a perfect diffuser by every reflectance."""
         carries = np.any(response != 0.0, axis=0)
+        carries[0] |= not carries.any()  # light that no channel sees is an image too: a black one
         wavelength_nm, response = wavelength_nm[carries], response[:, carries]
         reflectance = np.stack([spectrum_at(s, wavelength_nm) for s in arrangement.spectra])
         density = reflectance[:, None, :] * response[None]

@@ -11,7 +11,10 @@ import scipy.constants
 import scipy.integrate
 import scipy.interpolate
 
+from camsim.capturing import load_camera
+from camsim.config.library import shipped
 from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.optics import Airy
 from camsim.sensor.adc import Adc
 from camsim.sensor.exposure import (
     Exposure,
@@ -106,7 +109,7 @@ def test_the_sensor_sees_the_solid_angle_of_the_lens(f_number: float) -> None:
 
 
 def whole_table(light: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """colour-science's table, and what CIE 15 defines beyond its end: Planck's law for A, daylight from published xy."""
+    """colour-science's table and, beyond its end, CIE 15: Planck's law for A, daylight from published xy."""
     table = colour.SDS_ILLUMINANTS[light]
     nm, power = table.wavelengths, table.values
     if light == "A":
@@ -175,6 +178,62 @@ def test_electrons_against_an_independent_integration(
         light, efficiency, spectrum, lux=5000.0, f_number=f_number, area_um2=4.88**2, time_s=0.01
     )
     np.testing.assert_allclose(electrons, expected, rtol=1e-3)
+
+
+def efficiency_by_hand(camera: Any, nm: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Electrons per photon from the profile's own tables: straight lines, the highest point of all is the peak."""
+    given = camera.quantum_efficiency
+    tables = {c: (np.array(t.wavelength_nm), np.array(t.values)) for c, t in given.curves}
+    per = (lambda w: w) if given.per == "energy" else (lambda w: 1.0)
+    highest = max(float((v / per(w)).max()) for w, v in tables.values())
+    curves = []
+    for letter in camera.cfa.channels:
+        w, v = tables[letter]
+        line = scipy.interpolate.make_interp_spline(w, v, k=1)
+        curves.append(np.where((nm >= w[0]) & (nm <= w[-1]), line(nm), 0.0) / per(nm) * given.peak / highest)
+    passed = np.ones_like(nm)
+    for table in camera.filters:
+        line = scipy.interpolate.make_interp_spline(table.wavelength_nm, table.values, k=1)
+        passed = passed * np.where((nm >= table.wavelength_nm[0]) & (nm <= table.wavelength_nm[-1]), line(nm), 0.0)
+    return np.array(curves) * passed
+
+
+class ByHand:
+    """Stands in for a QuantumEfficiency."""
+
+    def __init__(self, camera: Any) -> None:
+        self.camera = camera
+
+    def at(self, nm: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        return efficiency_by_hand(self.camera, nm)
+
+
+@pytest.mark.parametrize("sensor", sorted(set(shipped("sensor")) - {"paper-488"}))
+def test_electrons_of_every_profile(sensor: str) -> None:
+    """6 illuminants × 4 f-numbers, 0.1 %, from the pitch in the file to electrons."""
+    for f_number in (1.4, 2.8, 8.0, 16.0):
+        camera = load_camera(sensor, lens=Airy(f_number=f_number))
+        for light in ("D55", "D65", "A", "E", "FL2", "LED-B3"):
+            samples = Light(light, illuminance_lux=320.0).samples()
+            expected = independent_electrons(
+                light,
+                ByHand(camera),  # type: ignore[arg-type]
+                0.5,
+                lux=320.0,
+                f_number=f_number,
+                area_um2=camera.pitch_um**2,
+                time_s=0.02,
+            )
+            electrons = 0.5 * camera.electrons_per_reflectance(samples, 0.02).sum(axis=1)
+            np.testing.assert_allclose(electrons, expected, rtol=1e-3, err_msg=f"{light}, f/{f_number}")
+
+
+def test_the_papers_sensor_sees_one_wavelength() -> None:
+    """Every photon of 550 nm and of no other: 1 nm of a flat light, counted by hand."""
+    camera = load_camera("paper-488", lens=Airy(f_number=2.0))
+    samples = Light(Curve((400.0, 700.0), (1.0, 1.0)), irradiance_w_per_m2=301.0).samples()
+    photons = 1.0 / 16.0 * 550e-9 / (scipy.constants.h * scipy.constants.c) * (4.88e-6) ** 2
+    assert camera.electrons_per_reflectance(samples, 1.0).sum() == pytest.approx(photons, rel=1e-9)
 
 
 def test_a_transmission_curve_works_wavelength_by_wavelength() -> None:
