@@ -6,7 +6,7 @@ import dataclasses
 import math
 import os
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +18,7 @@ from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
 from camsim.rendering import Grid, Rendering, render_channels
+from camsim.rendering.cube import SpectralCube, radiance_cube
 from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
@@ -201,6 +202,7 @@ class Camera:
         tolerance: float = 1e-6,
         noise: bool = True,
         colour_matrix: MatrixOf = "standard",
+        spectral_nm: Sequence[float] | None = None,
         scene_name: str = "scene",
         progress: Callable[[str, float], None] | None = None,
     ) -> Iterator[Frame]:
@@ -208,10 +210,11 @@ class Camera:
 
         seed      : of the temporal noise; the same seed and frame number give the same frame, bit for bit
         region    : a window of the frame; None takes all of it
-        products  : "truth" fills ``Frame.truth``; everything else is there anyway
+        products  : "truth" fills ``Frame.truth``, "spectral" ``Frame.spectral``; everything else is there anyway
         tolerance : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
         noise     : False leaves out every noise and the dark current
         colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
+        spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
         """
         clock = _Clock()
         grid = self._grid(region)
@@ -234,6 +237,11 @@ class Camera:
         )
         mean, truth = self._with_falloff(rendering, wide)
         clock.lap("render")
+        cube = None
+        if "spectral" in products:
+            cube = radiance_cube(
+                scene, self.optics, grid, samples=samples, wavelength_nm=spectral_nm, tolerance=tolerance
+            )
         for frame_number in frame_numbers:
             recorded = self._record(mean, grid, exposure, time_s, seed, frame_number, noise)
             clock.lap("noise")
@@ -244,6 +252,7 @@ class Camera:
                 electrons=recorded,
                 mean=mean if self.crosstalk is None else mixed(mean, self.crosstalk),
                 truth=truth if truth is None or wide is grid else truth[1:-1, 1:-1],
+                spectral=cube,
                 grid=grid,
                 rendering=rendering,
                 samples=samples,
@@ -261,6 +270,7 @@ class Camera:
                     "tolerance": tolerance,
                     "noise": noise,
                     "colour_matrix": colour_matrix,
+                    "spectral_nm": spectral_nm,
                 },
             )
 
@@ -312,6 +322,7 @@ class Camera:
         electrons: F64,
         mean: F64,
         truth: F32 | None,
+        spectral: SpectralCube | None,
         grid: Grid,
         rendering: Rendering,
         samples: LightSamples,
@@ -328,6 +339,7 @@ class Camera:
             mean_electrons=mean,
             electrons=electrons,
             truth=truth,
+            spectral=spectral,
             channel_index=channel,
             channels=self.cfa.channels,
             cfa_pattern=self.cfa.window_pattern(grid.origin),

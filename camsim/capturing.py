@@ -115,6 +115,7 @@ def _setup(
         seed=model.noise.seed if seed is None else seed,
         frame_number=model.noise.frame_number,
         colour_matrix=model.files.colour_matrix,
+        spectral_nm=None if model.files.spectral_nm is None else tuple(model.files.spectral_nm),
     )
 
 

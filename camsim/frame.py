@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from camsim.arrays import F32, F64, U8, U16
 from camsim.sensor.colour_matrix import ColourResponse
+
+if TYPE_CHECKING:
+    from camsim.rendering.cube import SpectralCube
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +56,7 @@ class Frame:
     electrons_per_dn    at the ISO that was used
     read_noise_e        all temporal noise of the read-out, one standard deviation
     frame_number        which of several exposures of one scene
+    spectral            the scene's radiance per wavelength; None unless asked for
     colour              spectral response of the channels and the light, for colour matrices and white balance
     description         plain tree (dicts, lists, numbers, strings) of all stages: what was computed
     """
@@ -78,6 +82,7 @@ class Frame:
     datetime: str
     seed: int
     frame_number: int = 0
+    spectral: SpectralCube | None = None
     colour: ColourResponse
     description: Mapping[str, Any]
     report: Report

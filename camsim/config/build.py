@@ -44,6 +44,7 @@ class Setup:
     seed: int
     frame_number: int = 0
     colour_matrix: MatrixOf = "standard"
+    spectral_nm: tuple[float, ...] | None = None
 
     @property
     def exposure_time_s(self) -> float:
@@ -69,6 +70,7 @@ class Setup:
             tolerance=self.tolerance,
             noise=self.noise,
             colour_matrix=self.colour_matrix,
+            spectral_nm=self.spectral_nm,
             scene_name=self.name,
             progress=progress,
         )

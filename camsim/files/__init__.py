@@ -31,6 +31,7 @@ PRODUCTS: Mapping[str, str] = {
     "mosaic": "the sensor's codes",
     "electrons": "each photosite's own electrons",
     "truth": "mean electrons of every channel at every photosite, before noise",
+    "spectral": "the scene's radiance per wavelength, through the optics",
     "preview": "developed sRGB, to look at",
     "frame": "mosaic, electrons and, when captured, truth, with the record, as numpy arrays",
 }
@@ -39,7 +40,9 @@ _TIFF = Format("TIFF", {"mosaic": tiff.write_mosaic, "truth": tiff.write_truth})
 
 SUFFIXES: Mapping[str, Format] = {
     ".dng": Format("DNG", {"mosaic": dng.write_dng, "truth": dng.write_truth}),
-    ".exr": Format("OpenEXR", {"truth": exr.write_truth, "electrons": exr.write_electrons}),
+    ".exr": Format(
+        "OpenEXR", {"truth": exr.write_truth, "electrons": exr.write_electrons, "spectral": exr.write_spectral}
+    ),
     ".tiff": _TIFF,
     ".tif": _TIFF,
     ".png": Format("PNG", {"preview": png.write_preview, "mosaic": png.write_mosaic}),
@@ -59,8 +62,8 @@ def save(
     of that name is still there as it was. Equal frames give equal bytes. Raises OutputError in one sentence.
     """
     chosen = check_output(path, product)
-    if chosen == "truth" and frame.truth is None:
-        raise OutputError(f"cannot write {str(path)!r}: the capture holds no truth; ask for products=('truth',)")
+    if (chosen == "truth" and frame.truth is None) or (chosen == "spectral" and frame.spectral is None):
+        raise OutputError(f"cannot write {str(path)!r}: the capture holds no {chosen}; ask for products=({chosen!r},)")
     target = Path(path)
     writer = SUFFIXES[target.suffix.lower()].writers[chosen]
     if allow_odd_cfa and writer is dng.write_dng:

@@ -5,8 +5,10 @@ Half floats would not do: they step by 16 e⁻ at 30 000 and end at 65 504.
 
 from __future__ import annotations
 
+import dataclasses
 import errno
 import os
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -16,6 +18,7 @@ from camsim.arrays import F32, F64
 from camsim.errors import InputError
 from camsim.files.describe import description_hash, error_text, exif_datetime, record_json, software
 from camsim.files.exr_reader import end_of_chunks, read_header
+from camsim.files.exr_stream import write_exr
 from camsim.frame import Frame
 
 
@@ -31,12 +34,63 @@ def write_electrons(frame: Frame, path: Path) -> None:
     _write(frame, "electrons", {"mean.Y": frame.mean_electrons, "noisy.Y": frame.electrons}, path)
 
 
-def _write(frame: Frame, product: str, planes: Mapping[str, F32 | F64], path: Path) -> None:
-    import OpenEXR
+def write_spectral(frame: Frame, path: Path) -> None:
+    """Write the scene's radiance, a channel for each wavelength, in the layout of Fichet, Pacanowski and Wilkie (2021).
 
-    header = {
-        "compression": OpenEXR.ZIP_COMPRESSION,
-        "type": OpenEXR.scanlineimage,
+    Each wavelength is rendered and put aside on the disk, in a file without a name that vanishes whatever happens;
+    then all are written scan line by scan line. Memory holds one plane at a time.
+    """
+    cube = frame.spectral
+    assert cube is not None
+    rows, cols = frame.mosaic.shape
+    names = [channel_name(wavelength_nm) for wavelength_nm in cube.wavelength_nm]
+    # By name, as the format asks: 1000 nm comes before 400 nm.
+    order = sorted(range(len(names)), key=names.__getitem__)
+    count, plane_bytes, error = len(names), 4 * rows * cols, 0.0
+    with tempfile.TemporaryFile(dir=path.parent) as aside:
+        for k in range(count):
+            plane, plane_error = cube.plane(k)
+            aside.write(np.ascontiguousarray(plane, dtype="<f4").data)
+            error = max(error, plane_error)
+        aside.flush()
+
+        def block(first: int, height: int) -> F32:
+            lines = np.empty((count, height, cols), dtype="<f4")
+            for line, k in zip(lines, order, strict=True):
+                aside.seek(k * plane_bytes + 4 * first * cols)
+                aside.readinto(line.data.cast("B"))
+            return lines
+
+        write_exr(
+            path,
+            rows=rows,
+            cols=cols,
+            channels=[names[k] for k in order],
+            attributes={
+                "spectralLayoutVersion": "1.0",
+                "emissiveUnits": cube.units,
+                **_attributes(_with_error(frame, error), "spectral", cube.units),
+            },
+            block=block,
+        )
+
+
+def channel_name(wavelength_nm: float) -> str:
+    """Return the layout's name of an emissive channel: first Stokes component, decimal comma.
+
+    >>> channel_name(550.0), channel_name(632.8)
+    ('S0.550,000000nm', 'S0.632,800000nm')
+    """
+    return f"S0.{wavelength_nm:.6f}nm".replace(".", ",").replace("S0,", "S0.")
+
+
+def _with_error(frame: Frame, error: float) -> Frame:
+    report = dataclasses.replace(frame.report, error_estimate=error)
+    return dataclasses.replace(frame, report=report)
+
+
+def _attributes(frame: Frame, product: str, units: str) -> dict[str, str | float]:
+    return {
         "capDate": exif_datetime(frame),
         "expTime": float(frame.time_s),
         "aperture": float(frame.f_number),
@@ -45,10 +99,20 @@ def _write(frame: Frame, product: str, planes: Mapping[str, F32 | F64], path: Pa
         # Text, because OpenEXR's integers have 32 bits and its numbers single precision.
         "camsim:seed": str(frame.seed),
         "camsim:errorEstimate": error_text(frame, product),
-        "camsim:units": "electrons",
+        "camsim:units": units,
         "camsim:product": product,
         "camsim:descriptionSHA256": description_hash(frame),
         "camsim:record": record_json(frame, product),
+    }
+
+
+def _write(frame: Frame, product: str, planes: Mapping[str, F32 | F64], path: Path) -> None:
+    import OpenEXR
+
+    header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        **_attributes(frame, product, "electrons"),
     }
     channels = {name: np.ascontiguousarray(plane, dtype=np.float32) for name, plane in planes.items()}
     try:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import operator
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ import pytest
 import rawpy
 
 from camsim.frame import ChannelSignal, Frame, Report
+from camsim.rendering.cube import SpectralCube
 from camsim.sensor.colour_matrix import ColourResponse
 
 WAVELENGTH_NM = np.arange(360.0, 831.0)
@@ -20,6 +23,12 @@ X_TRANS = "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG"
 
 def bell(centre_nm: float, width_nm: float) -> np.ndarray:
     return np.exp(-0.5 * ((WAVELENGTH_NM - centre_nm) / width_nm) ** 2)
+
+
+def cube_of(planes: list[np.ndarray]) -> SpectralCube:
+    """Return a cube of planes made before, with errors; it can be pickled."""
+    nodes = tuple(500.0 + 100 * k for k in range(len(planes)))
+    return SpectralCube(nodes, "W.m^-2.sr^-1.nm^-1", functools.partial(operator.getitem, [(p, 3.2e-7) for p in planes]))
 
 
 def build_frame(rows: int = 48, cols: int = 66, pattern: str = "RG GB", seed: int = 5, **changes: Any) -> Frame:
@@ -53,6 +62,7 @@ def build_frame(rows: int = 48, cols: int = 66, pattern: str = "RG GB", seed: in
         mean_electrons=mean,
         electrons=electrons,
         truth=truth.astype(np.float32),
+        spectral=cube_of([truth[:, :, 0].astype(np.float32), truth[:, :, -1].astype(np.float32)]),
         channel_index=index,
         channels=channels,
         cfa_pattern=cfa,

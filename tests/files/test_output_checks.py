@@ -11,6 +11,7 @@ import pytest
 from camsim.errors import OutputError
 from camsim.files import PRODUCTS, SUFFIXES, check_output, save
 from camsim.frame import Frame
+from camsim.rendering.cube import SpectralCube
 
 
 @pytest.mark.parametrize(
@@ -49,7 +50,8 @@ KNOWN = "(known: .dng, .exr, .tiff, .tif, .png, .npy, .npz)"
         (
             "a.dng",
             "mosiac",
-            "unknown product 'mosiac'; did you mean 'mosaic'? (known: mosaic, electrons, truth, preview, frame)",
+            "unknown product 'mosiac'; did you mean 'mosaic'? "
+            "(known: mosaic, electrons, truth, spectral, preview, frame)",
         ),
         ("a.dng", "electrons", "DNG holds mosaic or truth and not electrons; electrons goes into .exr or .npy"),
         (
@@ -57,11 +59,12 @@ KNOWN = "(known: .dng, .exr, .tiff, .tif, .png, .npy, .npz)"
             "electrons",
             "PNG holds preview or mosaic and not electrons; electrons goes into .exr or .npy",
         ),
-        ("a.exr", "preview", "OpenEXR holds truth or electrons and not preview; preview goes into .png"),
+        ("a.exr", "preview", "OpenEXR holds truth, electrons or spectral and not preview; preview goes into .png"),
         (
             "a.exr",
             "mosaic",
-            "OpenEXR holds truth or electrons and not mosaic; mosaic goes into .dng, .tiff, .tif, .png or .npy",
+            "OpenEXR holds truth, electrons or spectral and not mosaic; "
+            "mosaic goes into .dng, .tiff, .tif, .png or .npy",
         ),
         ("a\0b.dng", None, "embedded null byte"),
         ("a" * 300 + ".dng", None, "the name is too long"),
@@ -119,6 +122,7 @@ def test_one_by_one_frame_can_be_saved_everywhere(tmp_path: Path, frame: Frame) 
         mean_electrons=frame.mean_electrons[:1, :1],
         channel_index=frame.channel_index[:1, :1],
         truth=None if frame.truth is None else np.ascontiguousarray(frame.truth[:1, :1]),
+        spectral=SpectralCube((500.0,), "W.m^-2.sr^-1", lambda k: (np.ones((1, 1), np.float32), 0.0)),
     )
     for suffix, form in SUFFIXES.items():
         for product in form.writers:

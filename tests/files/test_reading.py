@@ -30,6 +30,7 @@ KINDS = [
     ("a.dng", "mosaic", "DNG"),
     ("a.exr", "truth", "OpenEXR"),
     ("a.exr", "electrons", "OpenEXR"),
+    ("a.exr", "spectral", "OpenEXR"),
     ("a.tiff", "mosaic", "TIFF"),
     ("a.tif", "mosaic", "TIFF"),
     ("a.png", "preview", "PNG"),

@@ -1,0 +1,96 @@
+"""The scene's radiance per wavelength, as the lattice of photosites sees it through the optics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from camsim.arrays import F32
+from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.optics import OpticalSystem
+from camsim.rendering.grid import Grid
+from camsim.rendering.render import render_channels
+from camsim.scene import Scene
+from camsim.spectra.light import LightSamples
+
+USUAL_NM = tuple(float(w) for w in range(400, 701, 10))
+"""Wavelengths of a cube unless others are named."""
+
+MOST_PLANES = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpectralCube:
+    """Radiance at every photosite and wavelength; a plane is computed when it is asked for, and not kept.
+
+    wavelength_nm : (n,) increasing
+    units         : "W.m^-2.sr^-1.nm^-1", or "W.m^-2.sr^-1" of a light of one line
+    plane         : k → radiance at wavelength k, (rows, cols) in ``units``, and the error found in that rendering,
+                    relative to a perfect diffuser
+
+    Blurred by lens, low-pass filter and photosite; what the lens and its filters swallow is not taken off.
+    """
+
+    wavelength_nm: tuple[float, ...]
+    units: str
+    plane: Callable[[int], tuple[F32, float]]
+
+
+def radiance_cube(
+    scene: Scene,
+    system: OpticalSystem,
+    grid: Grid,
+    *,
+    samples: LightSamples,
+    wavelength_nm: Sequence[float] | None,
+    tolerance: float,
+) -> SpectralCube:
+    """Return the cube of a scene of diffusers in a light; ``wavelength_nm`` None: 400 to 700 nm every 10, or the line.
+
+    A diffuser of reflectance ρ under an irradiance E has the radiance ρ·E/π.
+    """
+    if samples.on_sensor:
+        raise UnsupportedError(
+            "spectral: the light's level is given on the sensor, so the scene has no radiance; give it on the scene"
+        )
+    line = samples.wavelength_nm.size == 1
+    if wavelength_nm is None:
+        nodes = tuple(samples.wavelength_nm.tolist()) if line else USUAL_NM
+    else:
+        nodes = _checked(wavelength_nm)
+        if line and nodes != tuple(samples.wavelength_nm.tolist()):
+            raise InvalidValueError(
+                f"spectral_nm: the light has one wavelength, {samples.wavelength_nm[0]:g} nm; leave spectral_nm out"
+            )
+    irradiance = np.interp(nodes, samples.wavelength_nm, samples.irradiance_w_per_m2_nm, left=0.0, right=0.0)
+    everywhere = np.zeros((grid.rows, grid.cols), np.uint8)
+
+    def plane(k: int) -> tuple[F32, float]:
+        rendering = render_channels(
+            scene,
+            system,
+            grid,
+            response=np.ones((1, 1)),
+            wavelength_nm=np.array([nodes[k]]),
+            channel=everywhere,
+            tolerance=tolerance,
+        )
+        # An error of the tolerance may lie below black.
+        image = np.maximum(rendering.image, 0.0)
+        image *= irradiance[k] / math.pi
+        return image.astype(np.float32), rendering.error_estimate
+
+    return SpectralCube(nodes, "W.m^-2.sr^-1" if line else "W.m^-2.sr^-1.nm^-1", plane)
+
+
+def _checked(wavelength_nm: Sequence[float]) -> tuple[float, ...]:
+    nodes = tuple(float(w) for w in wavelength_nm)
+    if not 1 <= len(nodes) <= MOST_PLANES:
+        raise InvalidValueError(f"spectral_nm: {len(nodes)} wavelengths; give 1 to {MOST_PLANES}")
+    if any(not (math.isfinite(w) and w > 0.0) for w in nodes) or any(b <= a for a, b in pairwise(nodes)):
+        raise InvalidValueError("spectral_nm: wavelengths must be above 0 and increasing, nm")
+    return nodes
