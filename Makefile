@@ -33,7 +33,7 @@ test-bounds: $(READY)  ## the kernels with every array index checked (compiled a
 
 bench: $(READY)  ## error and time on the paper's square, beside GalSim
 	$(BIN)/python -m pip install --quiet galsim
-	$(BIN)/python bench/paper_square.py
+	$(BIN)/python -m bench.paper_square
 
 lint: $(READY)
 	$(BIN)/ruff check .
