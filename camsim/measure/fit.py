@@ -15,12 +15,13 @@ from camsim.measure.geometry import EdgeLine, longest_gap
 from camsim.measure.locate import Guess
 from camsim.measure.spline import ACROSS, BEND, EXTRAS, TAIL, TURN, Model
 
-FINEST_SPACING, COARSEST_SPACING = 0.1, 1.0
+FINEST_SPACING, COARSEST_SPACING = 0.08, 1.0
 SAMPLES_PER_KNOT = 1.5
 LARGEST_GAP = 0.4
 _RIDGE = 1e-9
 _OUTLIER = 8.0
 _NOISY = 0.01
+_MOST_BEYOND = 100_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -65,22 +66,29 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
 
     # First with what any edge allows; what the fit says of its width then sets the model for good.
     half_width = min(0.75 * reach, 8.0 * pitch)
-    line, rise, _ = _settle(x, y, v, line, half_width, max(0.5, 0.25 * pitch), dark, length, passes=4, what=what)
+    chosen = _near(x, y, line, 2.5 * half_width)
+    line, rise, _ = _settle(
+        x[chosen], y[chosen], v[chosen], line, half_width, max(0.5, 0.25 * pitch), dark, length, passes=4, what=what
+    )
     half_width = min(0.75 * reach, max(1.5 + 2.5 * rise, 5.0))
-    density = np.count_nonzero(np.abs(line.across_and_along(x, y)[0]) < half_width) / (2.0 * half_width)
-    d = line.across_and_along(x, y)[0]
+    chosen = _near(x, y, line, 2.5 * half_width)
+    xn, yn, vn = x[chosen], y[chosen], v[chosen]
+    d = line.across_and_along(xn, yn)[0]
+    density = np.count_nonzero(np.abs(d) < half_width) / (2.0 * half_width)
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
     spacing = max(FINEST_SPACING, rise / 16.0, SAMPLES_PER_KNOT / density, gap)
     spacing = min(spacing, COARSEST_SPACING)
     # Where the edge lies is told by its slope: with noise a smooth one does best, without noise the true one.
     smoother = max(spacing, 0.3 * rise)
-    line, rise, smooth = _settle(x, y, v, line, half_width, smoother, dark, length, passes=6, what=what)
-    scatter = _scatter_near(x, y, v, line, half_width, spacing, dark, length)
+    line, rise, smooth = _settle(xn, yn, vn, line, half_width, smoother, dark, length, passes=6, what=what)
+    scatter = _scatter_near(xn, yn, vn, line, half_width, spacing, dark, length)
     finer = max(spacing, smoother * min(1.0, scatter / _NOISY))
     if finer < smoother:
-        line, rise, smooth = _settle(x, y, v, line, half_width, finer, dark, length, passes=6, what=what)
+        line, rise, smooth = _settle(xn, yn, vn, line, half_width, finer, dark, length, passes=6, what=what)
 
     d, s = line.across_and_along(x, y)
+    enough = _enough(d, 2.0 * half_width)
+    d, s, v = d[enough], s[enough], v[enough]
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
     _refuse_gap(gap, line, length, pitch, what)
     slope = spline.slopes(d, *smooth)
@@ -115,6 +123,24 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
     )
 
 
+def _near(x: F64, y: F64, line: EdgeLine, distance: float) -> np.ndarray:
+    """Return which photosites are near the edge: only they know where it is."""
+    near: np.ndarray = np.abs(line.across_and_along(x, y)[0]) <= distance
+    return near
+
+
+def _enough(d: F64, distance: float) -> np.ndarray:
+    """Return which photosites to use: all near the edge, and of those beyond as many as a level can need."""
+    near = np.abs(d) <= distance
+    beyond = d.size - int(np.count_nonzero(near))
+    if beyond <= _MOST_BEYOND:
+        return np.ones(d.size, bool)
+    # Knuth's multiplicative hash: spread evenly and in no step with the rows.
+    drawn = (np.arange(d.size, dtype=np.uint64) * np.uint64(2654435761)) % np.uint64(2**32)
+    enough: np.ndarray = near | (drawn < np.uint64(2**32 * _MOST_BEYOND / beyond))
+    return enough
+
+
 def _settle(
     x: F64,
     y: F64,
@@ -133,7 +159,6 @@ def _settle(
     model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
     for _ in range(passes):
         d, s = line.across_and_along(x, y)
-        # Only photosites near the edge know where it is.
         near = np.abs(d) <= 1.25 * half_width
         dn, sn, vn = d[near], s[near], v[near]
         straight, _ = _solve(dn, sn, np.zeros(dn.size), vn, model, tail=False)
