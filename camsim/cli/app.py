@@ -127,6 +127,16 @@ def capture(
         int | None,
         typer.Option("--seed", metavar="N", min=0, help="Seed of the noise, instead of the scene's."),
     ] = None,
+    frames: Annotated[
+        int,
+        typer.Option(
+            "--frames",
+            metavar="N",
+            min=1,
+            max=100_000,
+            help="Exposures of the same scene: the same fixed patterns, fresh noise; FILE-0, FILE-1, … are written.",
+        ),
+    ] = 1,
     outputs: Annotated[
         list[str] | None,
         typer.Option(
@@ -153,6 +163,7 @@ def capture(
             sensor=sensor,
             changes=tuple(changes or ()),
             seed=seed,
+            frames=frames,
             outputs=tuple(outputs or ()),
             allow_odd_cfa=allow_odd_cfa,
             force=force,

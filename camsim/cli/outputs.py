@@ -33,6 +33,25 @@ def parse(text: str) -> tuple[str, str | None]:
     return text, None
 
 
+def numbered(texts: Iterable[str], count: int) -> list[str]:
+    """Return the texts once for each of several frames, with the frame's number before the suffix.
+
+    >>> numbered(["edge.dng", "edge.exr:truth"], 2)
+    ['edge-0.dng', 'edge-0.exr:truth', 'edge-1.dng', 'edge-1.exr:truth']
+    >>> numbered(["edge.dng"], 1)
+    ['edge.dng']
+    """
+    if count == 1:
+        return list(texts)
+    width, named = len(str(count - 1)), []
+    for number in range(count):
+        for text in texts:
+            path, product = parse(text)
+            stem, suffix = os.path.splitext(path)
+            named.append(f"{stem}-{number:0{width}}{suffix}" + (f":{product}" if product else ""))
+    return named
+
+
 def check(texts: Iterable[str], *, force: bool) -> tuple[list[Output], list[CamsimError]]:
     """Return the outputs, and what is wrong with those that cannot be written."""
     outputs: list[Output] = []

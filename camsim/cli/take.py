@@ -28,6 +28,7 @@ class Request:
     sensor: str | None
     changes: tuple[str, ...]
     seed: int | None
+    frames: int
     outputs: tuple[str, ...]
     allow_odd_cfa: bool
     force: bool
@@ -40,7 +41,7 @@ class Request:
 def take(request: Request) -> None:
     """Take the picture; raises CamsimError with every fault of the request before any work is done."""
     texts = request.outputs or (f"{Path(request.scene).stem}.dng",)
-    outputs, errors = outputs_of.check(texts, force=request.force)
+    outputs, errors = outputs_of.check(outputs_of.numbered(texts, request.frames), force=request.force)
     products = {output.product for output in outputs}
     from camsim.capturing import load
 
@@ -65,12 +66,16 @@ def take(request: Request) -> None:
     gc.enable()
     ready_s = time.perf_counter()
     with Bar(shown=not request.quiet) as bar:
-        frame = setup.expose(products=products, progress=bar.update)
-        writing_s = time.perf_counter()
-        _write(frame, outputs, bar, allow_odd_cfa=request.allow_odd_cfa)
+        writing_s = 0.0
+        frames = setup.expose_frames(request.frames, products=products, progress=bar.update)
+        for number, frame in enumerate(frames):
+            began_s = time.perf_counter()
+            of_frame = outputs[number * len(texts) : (number + 1) * len(texts)]
+            _write(frame, of_frame, bar, allow_odd_cfa=request.allow_odd_cfa)
+            writing_s += time.perf_counter() - began_s
     done_s = time.perf_counter()
     set_up = {"set up": ready_s - request.began_s}
-    seconds = {**set_up, **frame.report.seconds, "write": done_s - writing_s}
+    seconds = {**set_up, **frame.report.seconds, "write": writing_s}
     total_s = done_s - request.began_s
     if not request.quiet:
         from camsim.cli.report import print_report

@@ -71,6 +71,20 @@ def test_the_same_seed_gives_the_same_bytes_and_force_overwrites(camsim: Run, fo
     assert (folder / "small.dng").read_bytes() != first
 
 
+def test_several_frames_share_the_patterns_and_can_be_taken_again(camsim: Run, folder: Path) -> None:
+    done = camsim("capture", "small.yaml", "--frames", "3", "-o", "a.tiff", "-q")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    frames = [(folder / f"a-{n}.tiff").read_bytes() for n in range(3)]
+    assert len(set(frames)) == 3
+    assert not (folder / "a.tiff").exists()
+    assert camsim("capture", "small.yaml", "--set", "noise.frame_number=2", "-o", "b.tiff", "-q").returncode == 0
+    assert (folder / "b.tiff").read_bytes() == frames[2]
+    assert camsim("recapture", "a-2.tiff", "-o", "c.tiff", "-q").returncode == 0
+    assert (folder / "c.tiff").read_bytes() == frames[2]
+    done = camsim("capture", "small.yaml", "--frames", "2", "-o", "a.tiff")
+    assert (done.returncode, len(done.stderr.splitlines())) == (2, 2)
+
+
 def test_a_shipped_scene_and_sensor_by_name_in_an_empty_folder(camsim: Run, folder: Path) -> None:
     done = camsim("capture", "flat-field", "--sensor", "mono-345", "--set", "region={rows: 8, cols: 8}")
     assert done.returncode == 0, done.stderr

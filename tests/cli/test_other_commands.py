@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import time
@@ -163,3 +164,11 @@ def test_thousands_of_faults_are_cut_short(camsim: Run, folder: Path) -> None:
     assert done.returncode == 2
     assert len(lines) == 201
     assert lines[-1].startswith("… and ")
+
+
+@pytest.mark.parametrize("kind", ["scene", "sensor"])
+def test_schema(camsim: Run, kind: str) -> None:
+    done = camsim("schema", kind)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["title"] == f"camsim {kind}/1"
+    assert camsim("schema", "camera").returncode == 2
