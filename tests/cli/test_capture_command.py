@@ -106,7 +106,7 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
     before = files_in(folder)
     done = camsim(
         "capture", "bad.yaml", "--sensor", "d40like", "--set", "iso=3", "-o", "good.dng", "-o", "x.foo",
-        "-o", "x.dng:truth", "-o", "x.exr:pixels", "-o", "no/x.dng", "-o", "here/x.dng", "-o", "./good.dng",
+        "-o", "x.dng:preview", "-o", "x.exr:pixels", "-o", "no/x.dng", "-o", "here/x.dng", "-o", "./good.dng",
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines() == [
@@ -121,9 +121,10 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
         "(instead: a single wavelength (a laser, say), nm)",
         "bad.yaml:11:32: scene.shapes.0.width: must be a finite number above 0, not .nan "
         "(side along x before it is turned, in the scene's unit)",
-        "cannot write 'x.foo': unknown suffix '.foo' (known: .dng, .exr, .tiff, .tif, .png, .npy)",
-        "cannot write 'x.dng': DNG holds mosaic and not truth; truth goes into .exr or .npy",
-        "cannot write 'x.exr': unknown product 'pixels' (known: mosaic, electrons, truth, preview)",
+        "cannot write 'x.foo': unknown suffix '.foo' (known: .dng, .exr, .tiff, .tif, .png, .npy, .npz)",
+        "cannot write 'x.dng': DNG holds mosaic or truth and not preview; preview goes into .png",
+        "cannot write 'x.exr': unknown product 'pixels' "
+        "(known: mosaic, electrons, truth, spectral, preview, frame)",
         f"cannot write 'no/x.dng': the folder '{folder}/no' does not exist; make it first",
         f"cannot write 'here/x.dng': '{folder}/here' is a file and not a folder",
         "'./good.dng' is named twice; each product needs a file of its own",
