@@ -80,7 +80,7 @@ def radiance_cube(
             tolerance=tolerance,
         )
         # An error of the tolerance may lie below black.
-        image = np.maximum(rendering.image, 0.0)
+        image = np.maximum(rendering.image, 0.0, out=rendering.image)
         image *= irradiance[k] / math.pi
         return image.astype(np.float32), rendering.error_estimate
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -38,6 +39,7 @@ def interpolation(nodes: F64, points: F64) -> F64:
     return matrix
 
 
+BAND_PHOTOSITES = 2_000_000
 MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
 CROWDED = 6  # edges: with more of them left, quartering a tile is cheaper than visiting its photosites
 
@@ -90,6 +92,7 @@ def boundary_image(
     settings: Settings,
     origin: tuple[float, float],
     channel: U8,
+    progress: Callable[[float], None],
 ) -> F64:
     """Render; lengths in pitches.
 
@@ -97,6 +100,7 @@ def boundary_image(
     weights    : (pairs, channels, j): left minus right of every pair of spectra, per channel and wavelength
     base       : (channels,) the background
     channel    : (rows, cols) channel of each photosite; origin: centre of the first one
+    progress   : told the fraction done
     """
     pairs, channels, count = weights.shape
     flat = weights.reshape(-1, count)
@@ -138,10 +142,18 @@ def boundary_image(
         response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
         base=base,
     )
-    with ONE_AT_A_TIME:
-        return render_edges(
-            *origin, channel, edges, tables, numbers(settings, footprint, (channel.shape[0], channel.shape[1]))
-        )
+    rows, cols = channel.shape
+    n = numbers(settings, footprint, (rows, cols))
+    image = np.empty((rows, cols))
+    # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
+    band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
+    for row in range(0, rows, band):
+        with ONE_AT_A_TIME:
+            image[row : row + band] = render_edges(
+                origin[0], origin[1] + row, np.ascontiguousarray(channel[row : row + band]), edges, tables, n
+            )
+        progress(min(row + band, rows) / rows)
+    return image
 
 
 def _directions(tx: F64, ty: F64, wanted: np.ndarray) -> tuple[I64, F64]:

@@ -155,20 +155,22 @@ def render_channels(
         samples=samples,
     )
     report = progress or _silent
+
+    def part(first: float, share: float) -> Callable[[float], None]:
+        return lambda done: report("render", first + share * done)
+
     report("render", 0.0)
     scale = job.signals.scale
     planes, planes_error = None, None
     if every_channel:
         planes = np.empty((scale.size, *channel.shape))
         for k in range(scale.size):
-            planes[k] = job.image(np.full_like(channel, k))
-            report("render", (k + 0.8) / scale.size)
+            planes[k] = job.image(np.full_like(channel, k), part(0.9 * k / scale.size, 0.9 / scale.size))
         planes_error = max(job.check(plane, np.full_like(channel, k))[0] for k, plane in enumerate(planes))
         image = np.take_along_axis(planes, channel[None].astype(np.intp), axis=0)[0]
         planes *= scale[:, None, None]
     else:
-        image = job.image(channel)
-    report("render", 0.9)
+        image = job.image(channel, part(0.0, 0.9))
     error, checked = job.check(image, channel)
     image *= scale[channel]
     report("render", 1.0)
@@ -212,8 +214,8 @@ class _Job:
     method: str
     samples: int | None
 
-    def image(self, channel: U8) -> F64:
-        """Render the whole grid."""
+    def image(self, channel: U8, progress: Callable[[float], None]) -> F64:
+        """Render the whole grid; ``progress`` is told the fraction done."""
         if not len(self.start):
             return self.base[channel]
         if self.method in sampled.METHODS:
@@ -232,6 +234,7 @@ class _Job:
             settings=self.settings,
             origin=self.grid.first_centre,
             channel=channel,
+            progress=progress,
         )
 
     def _sampled(self, channel: U8) -> F64:
