@@ -276,7 +276,8 @@ class Camera:
 
     def _with_falloff(self, rendering: Rendering, grid: Grid) -> tuple[F64, F32 | None]:
         """Return the mean electrons and the truth, dimmed towards the corners."""
-        mean = np.maximum(rendering.image, 0.0)  # an error of the tolerance may lie below black
+        # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
+        mean = np.maximum(rendering.image, 0.0, out=rendering.image)
         truth = _truth(rendering)
         if self.falloff is None:
             return mean, truth
@@ -362,6 +363,7 @@ class Camera:
             report=Report(
                 scene=scene_name,
                 optics=tuple(_sentence(stage) for stage in self.optics.stages),
+                electronics=self._electronics(exposure.iso, asked["noise"]),
                 wavelengths=_wavelengths(samples, rendering),
                 method=rendering.method,
                 tolerance=rendering.tolerance,
@@ -373,6 +375,22 @@ class Camera:
                 notes=self._notes(exposure),
             ),
         )
+
+    def _electronics(self, iso: float, noise: bool) -> tuple[str, ...]:
+        """Return the electronic stages that act, in their order, as people write them."""
+        stages = (
+            self.prnu if noise else None,
+            self.defects if noise else None,
+            self.crosstalk,
+            self.dark_current if noise else None,
+            self.shot_noise if noise else None,
+            self.full_well_at(iso),
+            self.blooming,
+            self.nonlinearity,
+            *((self.reset_noise, self.read_noise_at(iso), self.row_noise, self.flicker_rows) if noise else ()),
+            *((self.column_noise, self.dsnu, self.output_noise) if noise else ()),
+        )
+        return tuple(_sentence(stage) for stage in stages if stage is not None)
 
     def _notes(self, exposure: Exposure) -> tuple[str, ...]:
         """Return what is worth knowing about this exposure and is no mistake."""
@@ -461,16 +479,16 @@ def _signal(
     signals = []
     for k, name in enumerate(channels):
         here = channel == k
-        electrons, codes = mean_electrons[here], mosaic[here]
-        if electrons.size:
+        photosites = int(np.count_nonzero(here))
+        if photosites:
             signals.append(
                 ChannelSignal(
                     name=name,
-                    mean_e=float(electrons.mean()),
-                    max_e=float(electrons.max()),
-                    mean_dn=float(codes.mean()),
-                    clipped_photosites=int(np.count_nonzero(codes >= white_level_dn)),
-                    photosites=int(electrons.size),
+                    mean_e=float(np.mean(mean_electrons, where=here)),
+                    max_e=float(np.max(mean_electrons, where=here, initial=0.0)),
+                    mean_dn=float(np.mean(mosaic, where=here)),
+                    clipped_photosites=int(np.count_nonzero((mosaic >= white_level_dn) & here)),
+                    photosites=photosites,
                 )
             )
     return tuple(signals)
