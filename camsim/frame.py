@@ -31,6 +31,7 @@ class Report:
 
     scene: str
     optics: tuple[str, ...]
+    electronics: tuple[str, ...] = ()
     wavelengths: str
     method: str
     tolerance: float

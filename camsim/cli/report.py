@@ -34,6 +34,8 @@ def print_report(
     lines.add_row("camera", f"{frame.camera_name}, {frame.bit_depth} bits, {frame.electrons_per_dn:.4g} e⁻ per DN")
     lines.add_row("exposure", f"{frame.time_s:.6g} s, ISO {frame.iso:g}, seed {frame.seed}")
     lines.add_row("optics", " → ".join(report.optics))
+    if report.electronics:
+        lines.add_row("electronics", " → ".join(report.electronics))
     lines.add_row("wavelengths", report.wavelengths)
     lines.add_row("method", f"{report.method}, tolerance {report.tolerance:g}")
     lines.add_row(

@@ -137,6 +137,13 @@ def test_all_noise_of_the_read_out_is_told() -> None:
     assert exposed(camera_of(**stages), noise=False).read_noise_e == 0.0
 
 
+def test_the_report_names_the_stages_that_act() -> None:
+    camera = camera_of(prnu=camsim.Prnu(0.01), full_well=camsim.FullWell(9e3), read_noise=camsim.ReadNoise(3.0))
+    noisy, clean = exposed(camera).report.electronics, exposed(camera, noise=False).report.electronics
+    assert noisy == ("Prnu(fraction=0.01)", "ShotNoise()", "FullWell(capacity_e=9000.0)", "ReadNoise(sigma_e=3.0)")
+    assert clean == ("FullWell(capacity_e=9000.0)",)
+
+
 def test_a_full_well_beyond_the_converter_is_noted() -> None:
     camera = camera_of(full_well=camsim.FullWell(40_000.0))
     (note,) = exposed(camera).report.notes
