@@ -19,10 +19,10 @@ def predict_seconds(edges: int, photosites: int, settings: Settings, blur: F64, 
     near_nodes = settings.near / settings.panel * settings.panel_nodes
     table_size = (settings.near / settings.field_step) ** 2
     return (
-        2e-3
-        + photosites * 6e-9
-        + edges * min(np.pi * settings.near**2, photosites) * 0.5 * near_nodes * 40e-9 / 2.0
-        + tables * table_size * (60e-9 + 4e-9 * blur.size / settings.near)
+        4e-3
+        + photosites * 15e-9
+        + edges * min(np.pi * settings.near**2, photosites) * 0.5 * near_nodes * 40e-9
+        + tables * table_size * (100e-9 + 4e-9 * blur.size / settings.near)
     )
 
 

@@ -56,7 +56,7 @@ class Check:
     def seconds(self, blur: F64, near_edges: float, edges: int) -> float:
         """Predict what one photosite costs (a model fitted once, not a measurement)."""
         per_edge = 2.0 * self.radius / float(blur.min()) * PANEL_NODES / PANEL_BLUR
-        return len(self.weights) * (near_edges * per_edge * 8e-9 + edges * 40e-9) + 2e-4
+        return len(self.weights) * (near_edges * per_edge * 1.6e-9 + edges * 8e-9) + 3e-5
 
 
 def _rule_order(phase: float, allowed: float) -> int:
