@@ -146,6 +146,18 @@ def capture(
             help="A file to write; the suffix chooses its format. Repeatable; NAME.dng when left out.",
         ),
     ] = None,
+    pairs: Annotated[
+        str | None,
+        typer.Option(
+            "--pairs",
+            metavar="FOLDER",
+            help="Write noisy and clean mosaics with their truth, in every phase and at every level, and an index.",
+        ),
+    ] = None,
+    levels: Annotated[
+        str | None,
+        typer.Option("--levels", metavar="A,B,…", help="Light of the pairs relative to the scene's: 1,0.25,0.0625."),
+    ] = None,
     allow_odd_cfa: Annotated[
         bool, typer.Option("--allow-odd-cfa", help="Write a DNG even of a filter array that raw developers misread.")
     ] = False,
@@ -155,9 +167,9 @@ def capture(
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Also print what was computed, in full.")] = False,
 ) -> None:
     """Take a picture of a scene and write it."""
-    from camsim.cli.take import Request, take
+    from camsim.cli.take import Request, take, take_pairs
 
-    take(
+    (take if pairs is None and levels is None else take_pairs)(
         Request(
             scene=scene,
             sensor=sensor,
@@ -165,6 +177,8 @@ def capture(
             seed=seed,
             frames=frames,
             outputs=tuple(outputs or ()),
+            pairs=pairs,
+            levels=levels,
             allow_odd_cfa=allow_odd_cfa,
             force=force,
             as_json=as_json,

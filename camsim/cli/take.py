@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
-from camsim.errors import CamsimError, OutputError
+from camsim.errors import CamsimError, InvalidValueError, OutputError
 
 if TYPE_CHECKING:
     from camsim.frame import Frame
@@ -30,6 +30,8 @@ class Request:
     seed: int | None
     frames: int
     outputs: tuple[str, ...]
+    pairs: str | None
+    levels: str | None
     allow_odd_cfa: bool
     force: bool
     as_json: bool
@@ -83,6 +85,27 @@ def take(request: Request) -> None:
         print_report(frame, outputs, seconds, total_s, verbose=request.verbose)
     if request.as_json:
         print(json.dumps(_as_json(frame, outputs, seconds, total_s), indent=2, ensure_ascii=False))
+
+
+def take_pairs(request: Request) -> None:
+    """Take noisy and clean pictures with their truth; raises CamsimError for options that do not go together."""
+    if request.pairs is None:
+        raise InvalidValueError("--levels is of --pairs: name a folder with --pairs FOLDER")
+    if request.outputs or request.frames != 1 or request.as_json:
+        raise InvalidValueError("--pairs names its files itself: leave out -o, --frames and --json")
+    from camsim.capturing import load
+    from camsim.cli.pairs import check_folder, parse_levels, write_pairs
+
+    levels = parse_levels(request.levels)
+    setup = load(
+        request.scene, sensor=request.sensor, overrides=request.changes, seed=request.seed, products=("mosaic", "truth")
+    )
+    folder = check_folder(request.pairs, force=request.force)
+    if not request.quiet:
+        _say_that_it_compiles()
+    gc.freeze()
+    gc.enable()
+    write_pairs(setup, folder, levels, quiet=request.quiet)
 
 
 def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: bool) -> str | None:

@@ -1,0 +1,159 @@
+"""``camsim capture --pairs``: clean and noisy mosaics with their truth, in every phase, to test demosaicing on."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from camsim.camera import Region
+from camsim.config.build import Setup
+from camsim.errors import CamsimError, InvalidValueError, OutputError
+from camsim.files import save
+from camsim.files.atomic import replacing, write_chunks
+from camsim.files.describe import record
+from camsim.files.dng import odd_cfa
+from camsim.frame import Frame
+from camsim.sensor.cfa import Cfa
+from camsim.sensor.colour_matrix import as_shot_neutral
+
+USUAL_LEVELS = (1.0, 0.25, 0.0625)
+"""Light, relative to the scene's exposure: as it is, and two and four stops less."""
+
+_PHASES = ("RGGB", "GRBG", "GBRG", "BGGR")
+_OFFSETS = ((0, 1), (1, 0), (1, 1))
+
+
+@dataclass(frozen=True, slots=True)
+class _Variant:
+    """One way to lay the colour filters over the scene."""
+
+    name: str
+    setup: Setup
+    origin: tuple[int, int]
+
+
+def parse_levels(text: str | None) -> tuple[float, ...]:
+    """Return the levels of ``1,0.25``.
+
+    >>> parse_levels("1, 0.5"), parse_levels(None)
+    ((1.0, 0.5), (1.0, 0.25, 0.0625))
+    """
+    if text is None:
+        return USUAL_LEVELS
+    try:
+        levels = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise InvalidValueError(f"--levels: {text!r}; give numbers such as 1,0.25,0.0625") from None
+    if not all(0.0 < level < float("inf") for level in levels) or len(set(levels)) < len(levels):
+        raise InvalidValueError(f"--levels: {text!r}; give different numbers above 0, such as 1,0.25,0.0625")
+    return levels
+
+
+def check_folder(path: str, *, force: bool) -> Path:
+    """Make the folder; raises OutputError when it is no folder or holds files already."""
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()) and not force:
+            raise OutputError(f"{path!r} is not empty; overwrite with --force, or name another folder")
+    except OSError as error:
+        raise OutputError(f"cannot write into {path!r}: {error.strerror}") from error
+    return folder
+
+
+def write_pairs(setup: Setup, folder: Path, levels: Sequence[float], *, quiet: bool) -> None:
+    """Write noisy and clean mosaics (.dng) and the truth (.exr) of every variant and level, and the index of all."""
+    rows: list[dict[str, Any]] = []
+    for variant in _variants(setup):
+        for level in levels:
+            rows.append(_write_pair(variant, level, folder, number=len(rows)))
+            if not quiet:
+                print(f"{rows[-1]['noisy']}, {rows[-1]['clean']}, {rows[-1]['truth']}", file=sys.stderr)
+    table = io.StringIO(newline="")
+    writer = csv.DictWriter(table, fieldnames=list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    for name, text in (("index.csv", table.getvalue()), ("index.json", json.dumps(rows, indent=1) + "\n")):
+        with replacing(folder / name) as beside:
+            write_chunks(beside, (text.encode(),))
+
+
+def _variants(setup: Setup) -> Iterator[_Variant]:
+    """Yield the four phases over the same window, then the sensor's own array from windows shifted by one."""
+    camera = setup.camera
+    period = camera.cfa.period
+    region = setup.region or Region(rows=camera.rows - 1, cols=camera.cols - 1, origin=(0, 0))
+    row, col = region.origin or tuple(
+        (whole - size) // 2 // step * step
+        for whole, size, step in zip((camera.rows, camera.cols), (region.rows, region.cols), period, strict=True)
+    )
+    # Room for the shift by one.
+    size = min(region.rows, camera.rows - row - 1), min(region.cols, camera.cols - col - 1)
+    if min(size) < 1:
+        raise InvalidValueError("--pairs: the window fills the frame; make the region smaller by one row and column")
+
+    def windowed(cfa: Cfa, origin: tuple[int, int]) -> Setup:
+        window = Region(rows=size[0], cols=size[1], origin=origin)
+        return dataclasses.replace(setup, camera=camera.replace(cfa=cfa), region=window)
+
+    own = "-".join(camera.cfa.pattern)
+    if "".join(camera.cfa.pattern) in _PHASES and period == (2, 2):
+        for phase in _PHASES:
+            yield _Variant(phase, windowed(Cfa.bayer(phase), (row, col)), (row, col))
+    else:
+        yield _Variant(own, windowed(camera.cfa, (row, col)), (row, col))
+    for down, right in _OFFSETS:
+        origin = row + down, col + right
+        yield _Variant(f"{own}+{down}+{right}", windowed(camera.cfa, origin), origin)
+
+
+def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int) -> dict[str, Any]:
+    setup = variant.setup
+    exposure = dataclasses.replace(setup.exposure, time_s=setup.exposure_time_s * level)
+    noisy = dataclasses.replace(setup, exposure=exposure, noise=True, seed=setup.seed + number)
+    frame = noisy.expose()
+    stem = f"{number:03d}-{variant.name}-x{level:g}"
+    clean = dataclasses.replace(noisy, noise=False).expose(products=("mosaic", "truth"))
+    # What raw developers would misread goes into a plain TIFF.
+    suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
+    names = {"noisy": f"{stem}-noisy{suffix}", "clean": f"{stem}-clean{suffix}", "truth": f"{stem}-truth.exr"}
+    save(frame, folder / names["noisy"])
+    save(clean, folder / names["clean"])
+    save(clean, folder / names["truth"], product="truth")
+    return {**names, **_figures(variant, frame, level)}
+
+
+def _figures(variant: _Variant, frame: Frame, level: float) -> dict[str, Any]:
+    said = record(frame, "mosaic")
+    return {
+        "cfa": "/".join(frame.cfa_pattern),
+        "origin_row": variant.origin[0],
+        "origin_col": variant.origin[1],
+        "rows": frame.mosaic.shape[0],
+        "cols": frame.mosaic.shape[1],
+        "level": level,
+        "time_s": frame.time_s,
+        "iso": frame.iso,
+        "seed": frame.seed,
+        "black_level_dn": frame.black_level_dn,
+        "white_level_dn": frame.white_level_dn,
+        "electrons_per_dn": frame.electrons_per_dn,
+        **_neutral(frame),
+        "description_sha256": said["description_sha256"],
+    }
+
+
+def _neutral(frame: Frame) -> dict[str, float]:
+    """State the white balance: what a perfect diffuser gives each channel, the largest 1."""
+    try:
+        neutral = as_shot_neutral(frame.colour)
+    except CamsimError:
+        return {}
+    return {f"neutral_{name}": round(float(value), 9) for name, value in zip(frame.channels, neutral, strict=True)}

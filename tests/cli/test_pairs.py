@@ -1,0 +1,94 @@
+"""``camsim capture --pairs``: what the index says is in the files, and belongs together."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+import tifffile
+
+from camsim.files.reading import read_file
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+def rows_of(folder: Path) -> list[dict[str, object]]:
+    rows = json.loads((folder / "index.json").read_text())
+    with (folder / "index.csv").open(newline="") as file:
+        assert [{key: str(value) for key, value in row.items()} for row in rows] == list(csv.DictReader(file))
+    return rows
+
+
+def truth_of(path: Path) -> np.ndarray:
+    channels = OpenEXR.File(str(path), separate_channels=True).channels()
+    return np.stack([channels[name].pixels for name in "RGB"], axis=2)
+
+
+def test_pairs_belong_together(folder: Path, camsim: Run) -> None:
+    done = camsim("capture", "small.yaml", "--pairs", "out", "--levels", "1,0.25")
+    assert done.returncode == 0, done.stderr
+    rows = rows_of(folder / "out")
+    # Four phases, then three windows shifted by one, at two levels each.
+    assert [row["cfa"] for row in rows[::2]] == ["RG/GB", "GR/BG", "GB/RG", "BG/GR", "GR/BG", "GB/RG", "BG/GR"]
+    assert {(row["origin_row"] % 2, row["origin_col"] % 2) for row in rows} == {(0, 0), (0, 1), (1, 0), (1, 1)}
+    assert len({row["seed"] for row in rows}) == 14
+    assert sorted(path.name for path in (folder / "out").iterdir()) == sorted(
+        ["index.csv", "index.json", *(str(row[key]) for row in rows for key in ("noisy", "clean", "truth"))]
+    )
+    for row in rows:
+        noisy, clean = (tifffile.imread(folder / "out" / str(row[key])).astype(float) for key in ("noisy", "clean"))
+        truth = truth_of(folder / "out" / str(row["truth"]))
+        letters = str(row["cfa"]).split("/")
+        index = np.array([["RGB".index(letters[r % 2][c % 2]) for c in range(20)] for r in range(16)])
+        own = np.take_along_axis(truth, index[:, :, None], axis=2)[:, :, 0]
+        expected = np.minimum(row["black_level_dn"] + own / row["electrons_per_dn"], 4095)
+        # A clean mosaic is the truth's own channel, rounded.
+        assert np.abs(clean - expected).max() <= 0.5 + 1e-3
+        # 9 e⁻ of read noise are 0.9 DN; the noise is there and its mean is not.
+        assert 0.5 < (noisy - clean).std() < 8
+        assert abs((noisy - clean).mean()) < 5 * (noisy - clean).std() / np.sqrt(noisy.size) + 0.2
+        assert read_file(folder / "out" / str(row["noisy"])).record["description_sha256"] == row["description_sha256"]
+    for bright, dim in zip(rows[::2], rows[1::2], strict=True):
+        assert (bright["level"], dim["level"]) == (1, 0.25)
+        np.testing.assert_allclose(
+            truth_of(folder / "out" / str(bright["truth"])) / 4, truth_of(folder / "out" / str(dim["truth"])), rtol=1e-5
+        )
+
+
+def test_a_shifted_window_sees_the_same_scene(folder: Path, camsim: Run) -> None:
+    assert camsim("capture", "small.yaml", "--pairs", "out", "--levels", "1", "-q").returncode == 0
+    rows = rows_of(folder / "out")
+    still, shifted = truth_of(folder / "out" / str(rows[0]["truth"])), truth_of(folder / "out" / str(rows[-1]["truth"]))
+    np.testing.assert_allclose(still[1:, 1:], shifted[:-1, :-1], atol=2e-4 * still.max())
+
+
+def test_a_pair_can_be_captured_again(folder: Path, camsim: Run) -> None:
+    assert camsim("capture", "small.yaml", "--pairs", "out", "--levels", "0.5", "-q").returncode == 0
+    for path in (folder / "out").glob("005*noisy.dng"):
+        again = camsim("recapture", f"out/{path.name}", "--force")
+        assert "the same bytes as" in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--levels", "1"), "--levels is of --pairs: name a folder with --pairs FOLDER"),
+        (("--pairs", "out", "-o", "a.dng"), "--pairs names its files itself: leave out -o, --frames and --json"),
+        (("--pairs", "out", "--levels", "x"), "--levels: 'x'; give numbers such as 1,0.25,0.0625"),
+        (("--pairs", "out", "--levels", "1,0"), "--levels: '1,0'; give different numbers above 0"),
+        (("--pairs", "out", "--levels", "1,1"), "--levels: '1,1'; give different numbers above 0"),
+        (("--pairs", "."), "'.' is not empty; overwrite with --force, or name another folder"),
+        (("--pairs", "small.yaml"), "cannot write into 'small.yaml': File exists"),
+    ],
+)
+def test_mistakes(camsim: Run, options: tuple[str, ...], message: str) -> None:
+    refused = camsim("capture", "small.yaml", *options)
+    assert refused.returncode == 2
+    assert refused.stderr.startswith(message)
+    assert refused.stderr.count("\n") == 1
