@@ -55,8 +55,10 @@ class Check:
 
     def seconds(self, blur: F64, near_edges: float, edges: int) -> float:
         """Predict what one photosite costs (a model fitted once, not a measurement)."""
-        per_edge = 2.0 * self.radius / float(blur.min()) * PANEL_NODES / PANEL_BLUR
-        return len(self.weights) * (near_edges * per_edge * 1.6e-9 + edges * 8e-9) + 3e-5
+        span = self.radius / float(blur.min())
+        nodes = 2.0 * span * PANEL_NODES / PANEL_BLUR
+        profiles = near_edges * span * CELLS_PER_BLUR * blur.size * 6e-9
+        return len(self.weights) * (near_edges * nodes * 1.6e-9 + edges * 8e-9) + profiles + 3e-5
 
 
 def _rule_order(phase: float, allowed: float) -> int:
