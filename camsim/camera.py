@@ -5,25 +5,26 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F32, F64, U8, U16
+from camsim.arrays import F32, F64, U16
 from camsim.description import describe
 from camsim.errors import InvalidValueError
-from camsim.frame import ChannelSignal, Frame, Report
+from camsim.frame import Frame, Report
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
 from camsim.rendering import Grid, Rendering, render_channels
 from camsim.rendering.cube import SpectralCube, radiance_cube
+from camsim.reporting import Clock, acting, notes, sentence, signal, wavelengths
 from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
-from camsim.sensor.chain import mixed, record
-from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
+from camsim.sensor.chain import STAGES, mixed, record
+from camsim.sensor.colour_matrix import MatrixOf
+from camsim.sensor.colour_response import colour_response
 from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
 from camsim.sensor.falloff import Falloff, falloff_at, working_f_number
@@ -43,11 +44,8 @@ from camsim.sensor.noise import (
     ShotNoise,
 )
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
-from camsim.spectra.curve import Spectrum, spectrum_at
+from camsim.spectra.curve import Spectrum
 from camsim.spectra.light import Light, LightSamples
-
-# A full well that ends a percent beyond the last code is meant to end there.
-_WORTH_A_NOTE = 1.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +214,7 @@ class Camera:
         colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
         spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
         """
-        clock = _Clock()
+        clock = Clock()
         grid = self._grid(region)
         samples = light.samples()
         time_s = self.exposure_time_s(light, exposure)
@@ -284,27 +282,18 @@ class Camera:
         dimmed = falloff_at(self.falloff, shape=mean.shape, first_centre=grid.first_centre, pitch_um=self.pitch_um)
         return mean * dimmed, None if truth is None else (truth * dimmed[..., None]).astype(np.float32)
 
+    def electronics(self, iso: float) -> Mapping[str, Any]:
+        """Return the electronic stages at an ISO setting by the names and in the order of ``sensor.chain.record``."""
+        stages = {name: getattr(self, name) for name in STAGES}
+        return stages | {"full_well": self.full_well_at(iso), "read_noise": self.read_noise_at(iso)}
+
     def _record(
         self, mean: F64, grid: Grid, exposure: Exposure, time_s: float, seed: int, frame_number: int, noise: bool
     ) -> F64:
         """Return the electrons that are read, every electronic stage applied."""
         return record(
             mean,
-            prnu=self.prnu,
-            defects=self.defects,
-            crosstalk=self.crosstalk,
-            dark_current=self.dark_current,
-            shot_noise=self.shot_noise,
-            full_well=self.full_well_at(exposure.iso),
-            blooming=self.blooming,
-            nonlinearity=self.nonlinearity,
-            reset_noise=self.reset_noise,
-            read_noise=self.read_noise_at(exposure.iso),
-            row_noise=self.row_noise,
-            flicker_rows=self.flicker_rows,
-            column_noise=self.column_noise,
-            dsnu=self.dsnu,
-            output_noise=self.output_noise,
+            **self.electronics(exposure.iso),
             time_s=time_s,
             temperature_c=exposure.temperature_c,
             electrons_per_dn=self.adc.electrons_per_dn_at(exposure.iso),
@@ -358,50 +347,28 @@ class Camera:
             datetime=exposure.datetime,
             seed=asked["seed"],
             frame_number=asked["frame_number"],
-            colour=self._colour(samples, asked["colour_matrix"]),
+            colour=colour_response(
+                self.quantum_efficiency.select(self.cfa.channels),
+                samples,
+                passes=self.filters if samples.on_sensor else (self.lens.transmission, *self.filters),
+                matrix=asked["colour_matrix"],
+            ),
             description=describe(asked),
             report=Report(
                 scene=scene_name,
-                optics=tuple(_sentence(stage) for stage in self.optics.stages),
-                electronics=self._electronics(exposure.iso, asked["noise"]),
-                wavelengths=_wavelengths(samples, rendering),
+                optics=tuple(sentence(stage) for stage in self.optics.stages),
+                electronics=acting(self.electronics(exposure.iso), noise=asked["noise"]),
+                wavelengths=wavelengths(samples, rendering.wavelengths),
                 method=rendering.method,
                 tolerance=rendering.tolerance,
                 error_estimate=rendering.error_estimate,
                 truth_error_estimate=rendering.planes_error,
                 checked_photosites=rendering.checked_photosites,
                 seconds=dict(seconds),
-                signal=_signal(self.cfa.channels, channel, mean, mosaic, white),
-                notes=self._notes(exposure),
+                signal=signal(self.cfa.channels, channel, mean, mosaic, white),
+                notes=notes(self.adc, self.well_as_read_e(exposure.iso), exposure.iso),
             ),
         )
-
-    def _electronics(self, iso: float, noise: bool) -> tuple[str, ...]:
-        """Return the electronic stages that act, in their order, as people write them."""
-        stages = (
-            self.prnu if noise else None,
-            self.defects if noise else None,
-            self.crosstalk,
-            self.dark_current if noise else None,
-            self.shot_noise if noise else None,
-            self.full_well_at(iso),
-            self.blooming,
-            self.nonlinearity,
-            *((self.reset_noise, self.read_noise_at(iso), self.row_noise, self.flicker_rows) if noise else ()),
-            *((self.column_noise, self.dsnu, self.output_noise) if noise else ()),
-        )
-        return tuple(_sentence(stage) for stage in stages if stage is not None)
-
-    def _notes(self, exposure: Exposure) -> tuple[str, ...]:
-        """Return what is worth knowing about this exposure and is no mistake."""
-        well_e, adc = self.well_as_read_e(exposure.iso), self.adc
-        reach_e = (adc.largest_dn - adc.black_level_dn) * adc.electrons_per_dn_at(exposure.iso)
-        if well_e is not None and exposure.iso <= adc.base_iso and well_e > reach_e * _WORTH_A_NOTE:
-            return (
-                f"the converter ends at {reach_e:.0f} e⁻, below the full well of {well_e:.0f} e⁻: the well is never "
-                "seen full; more electrons_per_dn or bits would show it",
-            )
-        return ()
 
     def _grid(self, region: Region | None) -> Grid:
         if region is None:
@@ -419,90 +386,14 @@ class Camera:
                 )
         return Grid(rows=region.rows, cols=region.cols, pitch_um=self.pitch_um, origin=(row, col), frame=frame)
 
-    def _colour(self, samples: LightSamples, matrix: MatrixOf) -> ColourResponse:
-        """Return how the channels see light, for colour matrices; not per photon but per energy, hence × λ."""
-        wavelength_nm = np.arange(360.0, 831.0)
-        efficiency = self.quantum_efficiency.select(self.cfa.channels).at(wavelength_nm)
-        if samples.wavelength_nm.size == 1:
-            light = (np.abs(wavelength_nm - samples.wavelength_nm[0]) <= 0.5).astype(float)
-        else:
-            light = np.interp(wavelength_nm, samples.wavelength_nm, samples.irradiance_w_per_m2_nm, left=0.0, right=0.0)
-        return ColourResponse(
-            channels=self.cfa.channels,
-            wavelength_nm=wavelength_nm,
-            sensitivity=efficiency * wavelength_nm * self._transmission(samples.on_sensor, wavelength_nm),
-            light=light,
-            matrix=matrix,
-        )
-
-    def _transmission(self, on_sensor: bool, wavelength_nm: F64) -> F64:
-        """Return what lens and filters let through (light that is given on the sensor passes no lens)."""
-        passed = spectrum_at(1.0 if on_sensor else self.lens.transmission, wavelength_nm)
-        for filter_ in self.filters:
-            passed = passed * spectrum_at(filter_, wavelength_nm)
-        return passed
-
 
 def _widened(grid: Grid) -> Grid:
     """Return a grid with one photosite more on every side; beyond the frame's edge the scene goes on."""
-    return Grid(
-        rows=grid.rows + 2,
-        cols=grid.cols + 2,
-        pitch_um=grid.pitch_um,
-        origin=(grid.origin[0] - 1, grid.origin[1] - 1),
-        frame=grid.frame or (grid.rows, grid.cols),
-    )
-
-
-class _Clock:
-    """Seconds since the last lap, by name."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, name: str) -> None:
-        now = time.perf_counter()
-        self.seconds[name] = now - self._last
-        self._last = now
+    (row, col), frame = grid.origin, grid.frame or (grid.rows, grid.cols)
+    return dataclasses.replace(grid, rows=grid.rows + 2, cols=grid.cols + 2, origin=(row - 1, col - 1), frame=frame)
 
 
 def _truth(rendering: Rendering) -> Any:
     if rendering.planes is None:
         return None
     return np.ascontiguousarray(np.moveaxis(np.maximum(rendering.planes, 0.0), 0, 2), dtype=np.float32)
-
-
-def _signal(
-    channels: tuple[str, ...], channel: U8, mean_electrons: F64, mosaic: U16, white_level_dn: int
-) -> tuple[ChannelSignal, ...]:
-    signals = []
-    for k, name in enumerate(channels):
-        here = channel == k
-        photosites = int(np.count_nonzero(here))
-        if photosites:
-            signals.append(
-                ChannelSignal(
-                    name=name,
-                    mean_e=float(np.mean(mean_electrons, where=here)),
-                    max_e=float(np.max(mean_electrons, where=here, initial=0.0)),
-                    mean_dn=float(np.mean(mosaic, where=here)),
-                    clipped_photosites=int(np.count_nonzero((mosaic >= white_level_dn) & here)),
-                    photosites=photosites,
-                )
-            )
-    return tuple(signals)
-
-
-def _sentence(stage: object) -> str:
-    """Return a stage as people write it: ``Airy(f_number=8.0)``, defaults left out."""
-    fields = dataclasses.fields(stage)  # type: ignore[arg-type]
-    shown = [f"{f.name}={getattr(stage, f.name)!r}" for f in fields if getattr(stage, f.name) != f.default]
-    return f"{type(stage).__name__}({', '.join(shown)})"
-
-
-def _wavelengths(samples: LightSamples, rendering: Rendering) -> str:
-    if samples.wavelength_nm.size == 1:
-        return f"{samples.wavelength_nm[0]:g} nm, one line"
-    low, high = samples.wavelength_nm[0], samples.wavelength_nm[-1]
-    return f"{low:g}–{high:g} nm, {samples.wavelength_nm.size} samples on {rendering.wavelengths} nodes"

@@ -27,6 +27,28 @@ from camsim.sensor.noise import (
 )
 from camsim.sensor.streams import BLOCK_ROWS, Stream, column_normals, fixed_normals, fixed_uniforms, generator
 
+STAGES = (
+    "prnu",
+    "defects",
+    "crosstalk",
+    "dark_current",
+    "shot_noise",
+    "full_well",
+    "blooming",
+    "nonlinearity",
+    "reset_noise",
+    "read_noise",
+    "row_noise",
+    "flicker_rows",
+    "column_noise",
+    "dsnu",
+    "output_noise",
+)
+"""The stages by their names, in the order in which charge meets them."""
+
+STAGES_OF_THE_MEAN = ("crosstalk", "full_well", "blooming", "nonlinearity")
+"""Those that act on a capture without noise too."""
+
 
 def record(
     mean_electrons: F64,

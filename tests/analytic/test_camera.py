@@ -223,3 +223,18 @@ def test_extremes_are_right_or_clipped(light: Any, exposure: Any, bit_depth: int
     # Only the noise of the read-out lies beyond the well.
     assert frame.electrons.max() < full_well_e + 30.0
     assert frame.mosaic.max() <= (1 << bit_depth) - 1
+
+
+def test_with_everything_off_the_mosaic_is_the_rounded_mean(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The paper's sensor has no noise at all, and makes no generator for it."""
+
+    def forbidden(*_: object, **__: object) -> None:
+        raise AssertionError("a generator was made")
+
+    for name in ("Generator", "Philox", "SeedSequence", "default_rng"):
+        monkeypatch.setattr(np.random, name, forbidden)
+    frame = camsim.capture(
+        "paper-square", overrides=["noise.enabled=true", "region={rows: 60, cols: 60, origin: [80, 80]}"]
+    )
+    np.testing.assert_array_equal(frame.mosaic, np.rint(frame.mean_electrons))
+    assert 0.79 < frame.mosaic.max() / 65535 < 0.82

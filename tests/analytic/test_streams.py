@@ -143,3 +143,22 @@ def test_a_seed_that_no_file_can_hold_is_refused(seed: int) -> None:
 
 def test_large_seeds_work() -> None:
     assert generator(2**63 - 1, Stream.SHOT, block=0).random() != generator(2**31 - 1, 2, block=0).random()
+
+
+def test_rows_columns_and_blocks_know_nothing_of_one_another() -> None:
+    """Photon and read noise beside one another, below one another, and on both sides of a block's border."""
+    recorded = record(np.full((256, 90), 100.0), read_noise=ReadNoise(5.0), **PLACE)
+    noise = (recorded - recorded.mean()) / recorded.std()
+    for one, other in (
+        (noise[:, 1:], noise[:, :-1]),
+        (noise[1:], noise[:-1]),
+        (noise[64:128], noise[:64]),
+        (noise[:, 45:], noise[:, :45]),
+    ):
+        assert abs(np.mean(one * other)) < 4.0 / np.sqrt(one.size)
+    at_borders = np.mean(noise[64::64] * noise[63:-1:64])
+    assert abs(at_borders) < 4.0 / np.sqrt(3 * 90)
+    for axis, count in ((0, 90), (1, 256)):
+        means = noise.mean(axis=axis)
+        # As many independent means as there are lines: their variance is a χ².
+        assert abs(np.var(means) * noise.size / count - 1.0) < 4.0 * np.sqrt(2.0 / count)

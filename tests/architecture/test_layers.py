@@ -19,6 +19,7 @@ LAYERS = (
     "sensor",
     "frame",
     "description",
+    "reporting",
     "camera",
     "files",
     "measure",

@@ -1,0 +1,91 @@
+"""What a capture says about itself: stages as people write them, signal, seconds, notes."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64, U8, U16
+from camsim.frame import ChannelSignal
+from camsim.sensor.adc import Adc
+from camsim.sensor.chain import STAGES_OF_THE_MEAN
+from camsim.spectra.light import LightSamples
+
+# A full well that ends a percent beyond the last code is meant to end there.
+_WORTH_A_NOTE = 1.01
+
+
+class Clock:
+    """Seconds since the last lap, by name."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        """Note the seconds since the last lap under a name."""
+        now = time.perf_counter()
+        self.seconds[name] = now - self._last
+        self._last = now
+
+
+def acting(stages: Mapping[str, Any], *, noise: bool) -> tuple[str, ...]:
+    """Return the electronic stages that act, in their order, as people write them."""
+    return tuple(
+        sentence(stage) for name, stage in stages.items() if stage is not None and (noise or name in STAGES_OF_THE_MEAN)
+    )
+
+
+def notes(adc: Adc, well_e: float | None, iso: float) -> tuple[str, ...]:
+    """Return what is worth knowing about an exposure and is no mistake.
+
+    well_e : the full well as the converter sees it
+    """
+    reach_e = (adc.largest_dn - adc.black_level_dn) * adc.electrons_per_dn_at(iso)
+    if well_e is not None and iso <= adc.base_iso and well_e > reach_e * _WORTH_A_NOTE:
+        return (
+            f"the converter ends at {reach_e:.0f} e⁻, below the full well of {well_e:.0f} e⁻: the well is never "
+            "seen full; more electrons_per_dn or bits would show it",
+        )
+    return ()
+
+
+def signal(
+    channels: tuple[str, ...], channel: U8, mean_electrons: F64, mosaic: U16, white_level_dn: int
+) -> tuple[ChannelSignal, ...]:
+    """Return the signal of every channel that has photosites in the window."""
+    signals = []
+    for k, name in enumerate(channels):
+        here = channel == k
+        photosites = int(np.count_nonzero(here))
+        if photosites:
+            signals.append(
+                ChannelSignal(
+                    name=name,
+                    mean_e=float(np.mean(mean_electrons, where=here)),
+                    max_e=float(np.max(mean_electrons, where=here, initial=0.0)),
+                    mean_dn=float(np.mean(mosaic, where=here)),
+                    clipped_photosites=int(np.count_nonzero((mosaic >= white_level_dn) & here)),
+                    photosites=photosites,
+                )
+            )
+    return tuple(signals)
+
+
+def sentence(stage: object) -> str:
+    """Return a stage as people write it: ``Airy(f_number=8.0)``, defaults left out."""
+    fields = dataclasses.fields(stage)  # type: ignore[arg-type]
+    shown = [f"{f.name}={getattr(stage, f.name)!r}" for f in fields if getattr(stage, f.name) != f.default]
+    return f"{type(stage).__name__}({', '.join(shown)})"
+
+
+def wavelengths(samples: LightSamples, nodes: int) -> str:
+    """Return what the light is made of, and on how many nodes the optics were computed."""
+    if samples.wavelength_nm.size == 1:
+        return f"{samples.wavelength_nm[0]:g} nm, one line"
+    low, high = samples.wavelength_nm[0], samples.wavelength_nm[-1]
+    return f"{low:g}–{high:g} nm, {samples.wavelength_nm.size} samples on {nodes} nodes"
