@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,9 +39,6 @@ class MtfRequest:
 
 def measure(request: MtfRequest) -> None:
     """Measure the edges of a file; raises CamsimError with one sentence."""
-    # Hundreds of small systems of equations: a library that splits each over all cores takes ten times as long on a
-    # busy machine. Read when numpy is loaded.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from camsim.measure import Roi, measure_mtf, read_picture
 
     rois = tuple(Roi.parse(text) for text in request.rois)

@@ -21,6 +21,7 @@ LARGEST_GAP = 0.4
 _RIDGE = 1e-9
 _OUTLIER = 8.0
 _NOISY = 0.01
+_GAPS_PER_KNOT = 0.75
 _MOST_BEYOND = 100_000
 
 
@@ -76,7 +77,7 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
     d = line.across_and_along(xn, yn)[0]
     density = np.count_nonzero(np.abs(d) < half_width) / (2.0 * half_width)
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
-    spacing = max(FINEST_SPACING, rise / 16.0, SAMPLES_PER_KNOT / density, gap)
+    spacing = max(FINEST_SPACING, rise / 16.0, SAMPLES_PER_KNOT / density, _GAPS_PER_KNOT * gap)
     spacing = min(spacing, COARSEST_SPACING)
     # Where the edge lies is told by its slope: with noise a smooth one does best, without noise the true one.
     smoother = max(spacing, 0.3 * rise)
@@ -96,11 +97,17 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
     coefficients, inverse = _solve(d, s, slope, v, model)
     r = spline.residuals(d, s, slope, v, model, coefficients)
     keep = _ordinary(d, r, half_width)
-    left_out = int(np.count_nonzero(~keep))
-    if left_out:
-        d, s, slope, v = d[keep], s[keep], slope[keep], v[keep]
-        coefficients, inverse = _solve(d, s, slope, v, model)
+    for _ in range(5):
+        if keep.all():
+            break
+        coefficients, inverse = _solve(d[keep], s[keep], slope[keep], v[keep], model)
         r = spline.residuals(d, s, slope, v, model, coefficients)
+        # A defect pulls the fit towards itself: without it its neighbours may be ordinary.
+        before, keep = keep, _ordinary(d, r, half_width)
+        if np.array_equal(before, keep):
+            break
+    left_out = int(np.count_nonzero(~keep))
+    d, s, slope, v, r = d[keep], s[keep], slope[keep], v[keep], r[keep]
     free = max(1, d.size - coefficients.size)
     covariance = inverse @ spline.scatter(d, s, slope, r, model, inverse) @ inverse
     away = min(2.0 + rise, 0.5 * half_width)

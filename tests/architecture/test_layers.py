@@ -42,6 +42,7 @@ LIBRARIES = {
     "OpenEXR": ("camsim.files", "camsim.measure.reading"),
     "PIL": ("camsim.files", "camsim.measure.reading"),
     "matplotlib": ("camsim.cli",),
+    "threadpoolctl": ("camsim.measure",),
     "typer": ("camsim.cli",),
     "rich": ("camsim.cli",),
     "platformdirs": ("camsim",),

@@ -1,0 +1,196 @@
+"""The MTF measured on edges whose MTF is known: in closed form, and from the optics of a capture."""
+
+import math
+
+import numpy as np
+import pytest
+from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
+
+import camsim
+from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
+
+LIGHT = camsim.Light("D55", illuminance_lux=5000)
+EXPOSURE = camsim.Exposure(time_s=0.01, iso=200)
+
+
+def measured(image, step=1, first=(0, 0), size=64, **options):
+    plane = Plane(name="Y", samples=image, step=(step, step), first=first)
+    return measure_edge(plane, Roi(0, 0, size, size), **options)
+
+
+@pytest.mark.parametrize("angle", [2, 5, 11, 30, 43, -2, -20, -43, 92, 110, 184, -100])
+@pytest.mark.parametrize("step", [1, 2])
+@pytest.mark.parametrize("mtf50", [0.10, 0.25, 0.40])
+def test_an_edge_in_closed_form(angle, step, mtf50):
+    sigma = gaussian_sigma(mtf50)
+    first = (1, 0) if step == 2 else (0, 0)
+    edge = measured(gaussian_edge(64, 64, angle, sigma, step=step, first=first), step, first)
+    f, figures = edge.frequency_cycles_per_pixel, edge.figures
+    nyquist = 0.5 / step
+    assert edge.nyquist_cycles_per_pixel == nyquist
+    assert np.abs(edge.mtf - gaussian_mtf(f, sigma))[f <= nyquist].max() < 2e-4
+    assert figures.mtf50_cycles_per_pixel == pytest.approx(mtf50, rel=5e-4)
+    assert figures.mtf30_cycles_per_pixel == pytest.approx(gaussian_limit(0.3, sigma), rel=5e-4)
+    assert figures.mtf10_cycles_per_pixel == pytest.approx(gaussian_limit(0.1, sigma), rel=2e-3)
+    assert figures.mtf_at_nyquist == pytest.approx(float(gaussian_mtf(nyquist, sigma)), abs=2e-4)
+    # 10 to 90 % of a normal distribution: 2·1.2815515655 standard deviations.
+    assert figures.rise_10_90_pixel == pytest.approx(2.5631031311 * sigma, rel=1e-3)
+    assert figures.contrast == pytest.approx(0.8, abs=1e-4)
+    assert figures.angle_deg == pytest.approx((angle + 45) % 90 - 45, abs=2e-3)
+    assert (edge.normal_deg - angle + 180) % 360 - 180 == pytest.approx(0, abs=2e-3)
+
+
+@pytest.mark.parametrize("sensor", ["mono-345", "d40-like"])
+@pytest.mark.parametrize("f_number", [2.8, 8.0, 32.0])
+@pytest.mark.parametrize("olpf", [True, False])
+def test_a_capture_without_noise_shows_its_optics(sensor, f_number, olpf):
+    """|ΔMTF| ≤ 0.002 up to Nyquist and MTF50 within 0.1 %; bench/mtf_study.py has all angles and f-numbers."""
+    camera = camsim.Camera.from_yaml(sensor, lens=camsim.Airy(f_number=f_number))
+    camera = camera.replace(olpf=camsim.FourSpotOlpf(split_um=0.75 * camera.pitch_um) if olpf else None)
+    region = camsim.Region(rows=64, cols=64)
+    for angle in (2.0, -11.0, 43.0, 97.0):
+        far, turn = 1e5, math.radians(angle)
+        plane = camsim.Rectangle(
+            width_um=far,
+            height_um=4 * far,
+            rotate_deg=angle,
+            centre_um=(0.5 * far * math.cos(turn) + 0.7, 0.5 * far * math.sin(turn)),
+            reflectance=0.9,
+        )
+        scene = camsim.Scene(background=0.05, shapes=[plane])
+        frame = camera.expose(scene, light=LIGHT, exposure=EXPOSURE, region=region, noise=False)
+        theory = CameraOtf(camera=camera, scene=scene, light=LIGHT, region=region)
+        report = measure_mtf(picture_of_frame(frame, "mean_electrons"), rois=[Roi(0, 0, 64, 64)], theory=theory)
+        assert [edge.channel for edge in report.edges] == (["Y"] if sensor == "mono-345" else ["R", "G1", "G2", "B"])
+        for edge in report.edges:
+            assert edge.theory is not None
+            assert edge.theory.difference_to_nyquist < 2e-3
+            assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(edge.theory.mtf50_cycles_per_pixel, rel=1e-3)
+            assert edge.figures.contrast == pytest.approx(0.85 / 0.95, rel=1e-3)
+
+
+def test_the_theory_is_the_product_of_transfers_in_green_light():
+    """At one wavelength: lens by the overlap of two circles, OLPF by its two spots, photosite by its width."""
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
+    scene = camsim.Scene(background=0.9)
+    light = camsim.Light(line_nm=550.0, illuminance_lux=5000)
+    square = camsim.Rectangle(width_um=488.0, height_um=488.0, centre_um=(244.0, 0.0), reflectance=0.05)
+    theory = CameraOtf(camera=camera, scene=camsim.Scene(background=0.9, shapes=[square]), light=light)
+    line = EdgeLine(x_pixel=0.5 * camera.cols, y_pixel=0.5 * camera.rows, normal_rad=math.pi)
+    f = np.array([0.0, 0.1, 0.25, 2.0 / 3.0, 0.9])
+    per_um = f / 4.88
+    u = per_um * 0.55 * 8.0
+    overlap = np.array([1 - 4 / math.pi * _half_lens(x) for x in u])
+    expected = overlap * np.cos(np.pi * 3.66 * per_um) * np.sinc(f)
+    got = theory.along_normal(f, channel="G1", line=line)
+    np.testing.assert_allclose(got, expected, atol=1e-9)
+    assert abs(got[3]) < 1e-12  # the OLPF's null at 1/(2d)
+    flat = CameraOtf(camera=camera, scene=scene, light=light)
+    assert flat.along_normal(f, channel="G1", line=line) is None
+    assert theory.along_normal(f, channel="Y", line=line) is None
+
+
+def _half_lens(u):
+    """∫₀^u √(1 − t²) dt by brute force: what two circles u·diameter apart do not share."""
+    t = (np.arange(200_000) + 0.5) / 200_000 * u
+    return float(np.sqrt(1 - t * t).mean() * u)
+
+
+def test_what_lies_beyond_the_region_is_added_or_left_out():
+    """The plain figure of ±32 px is too high at f/32, and by as much as the line spread beyond says."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=32.0))
+    plane = camsim.Rectangle(width_um=1e5, height_um=4e5, centre_um=(5e4, 0), rotate_deg=0, reflectance=0.9)
+    turned = camsim.Rectangle(
+        width_um=1e5,
+        height_um=4e5,
+        rotate_deg=6.0,
+        centre_um=(5e4 * math.cos(math.radians(6)), 5e4 * math.sin(math.radians(6))),
+        reflectance=plane.reflectance,
+    )
+    scene, region = camsim.Scene(background=0.05, shapes=[turned]), camsim.Region(rows=64, cols=64)
+    frame = camera.expose(scene, light=LIGHT, exposure=EXPOSURE, region=region, noise=False)
+    theory = CameraOtf(camera=camera, scene=scene, light=LIGHT, region=region)
+    plane_y = picture_of_frame(frame, "mean_electrons").planes[0]
+    whole, plain = (measure_edge(plane_y, Roi(0, 0, 64, 64), tail=tail, theory=theory) for tail in (True, False))
+    right = whole.theory.mtf50_cycles_per_pixel
+    assert whole.tail
+    assert not plain.tail
+    assert whole.figures.mtf50_cycles_per_pixel == pytest.approx(right, rel=1e-3)
+    assert 1.01 < plain.figures.mtf50_cycles_per_pixel / right < 1.06
+    # A half-plane at distance h takes 2λN/(π³h) of the light (design of the renderer); both sides at 32 px.
+    lambda_n_px = 32.0 * 0.56 / 3.45
+    assert whole.tail_fraction == pytest.approx(2 * 2 * lambda_n_px / (math.pi**3 * 32), rel=0.1)
+
+
+def test_a_bent_edge_is_followed():
+    sigma = 0.8
+    straight, bent = (measured(gaussian_edge(64, 64, 5, sigma, bend=bend)) for bend in (0.0, 1e-3))
+    assert bent.curvature_per_pixel == pytest.approx(1e-3, rel=0.01)
+    assert bent.figures.mtf50_cycles_per_pixel == pytest.approx(straight.figures.mtf50_cycles_per_pixel, rel=1e-3)
+
+
+@pytest.mark.parametrize("direction", ["across", "along"])
+def test_shading_does_not_count_as_blur(direction):
+    """Light that falls by 10 % over the region."""
+    ramp = np.linspace(1.05, 0.95, 64)
+    image = gaussian_edge(64, 64, 5, 0.8) * (ramp if direction == "across" else ramp[:, None])
+    mtf50 = measured(image).figures.mtf50_cycles_per_pixel
+    assert mtf50 == pytest.approx(gaussian_limit(0.5, 0.8), rel=2e-3)
+
+
+def test_defects_are_left_out(rng):
+    image = gaussian_edge(64, 64, 5, 0.8) + rng.normal(0, 0.002, (64, 64))
+    clean = measured(image).figures.mtf50_cycles_per_pixel
+    image[rng.integers(0, 64, 12), rng.integers(0, 64, 12)] = 2.0
+    edge = measured(image)
+    assert edge.left_out == 12
+    assert "12 photosites" in edge.notes[0]
+    assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(clean, rel=2e-3)
+
+
+@pytest.mark.parametrize(("size", "step", "angle", "mtf50"), [(64, 1, 5, 0.25), (64, 2, -10, 0.2)])
+def test_standard_errors_are_true(rng, size, step, angle, mtf50):
+    """200 draws of even noise at SNR 100: no bias beyond its own error, and errors true to 20 %."""
+    image = gaussian_edge(size, size, angle, gaussian_sigma(mtf50), step=step)
+    values, errors = [], []
+    for _ in range(200):
+        edge = measured(image + rng.normal(0.0, 0.008, image.shape), step)
+        figures, error = edge.figures, edge.standard_error
+        names = ("mtf50_cycles_per_pixel", "rise_10_90_pixel", "angle_deg", "contrast", "snr")
+        at = np.searchsorted(edge.frequency_cycles_per_pixel, 0.1)
+        values.append([getattr(figures, name) for name in names] + [edge.mtf[at]])
+        errors.append([getattr(error, name) for name in names] + [edge.mtf_error[at]])
+    values, errors = np.array(values), np.array(errors)
+    spread = values.std(axis=0, ddof=1)
+    ratio = np.sqrt((errors**2).mean(axis=0)) / spread
+    # The spread of 200 draws is itself known to 5 %.
+    assert np.all(np.abs(ratio - 1.0) < 0.2), ratio
+    assert abs(values[:, 0].mean() - mtf50) < 3.5 * spread[0] / math.sqrt(200)
+    assert values[:, 4].mean() == pytest.approx(100, rel=0.02)
+
+
+def test_a_step_of_several_greys_is_found_everywhere(rng):
+    """Edges found on their own: all twelve sides of three turned squares, none of the frame's border."""
+    image = np.full((420, 900), 0.8)
+    y, x = np.mgrid[:420, :900] + 0.5
+    for centre, angle, level in ((150, 5, 0.1), (450, -12, 0.3), (750, 20, 0.5)):
+        turn = math.radians(angle)
+        u = (x - centre) * math.cos(turn) + (y - 210) * math.sin(turn)
+        v = (y - 210) * math.cos(turn) - (x - centre) * math.sin(turn)
+        inside = _step(u + 85) * _step(85 - u) * _step(v + 85) * _step(85 - v)
+        image += (level - 0.8) * inside
+    image += rng.normal(0, 0.004, image.shape)
+    picture = Picture(name="three squares", shape=image.shape, planes=(Plane(name="Y", samples=image),))
+    report = measure_mtf(picture)
+    assert len(report.edges) == 12
+    assert not report.refused
+    for edge in report.edges:
+        assert min(abs(edge.figures.angle_deg - a) for a in (5, -12, 20)) < 0.1
+        error = edge.figures.mtf50_cycles_per_pixel - gaussian_limit(0.5, 0.7)
+        assert abs(error) < 5 * edge.standard_error.mtf50_cycles_per_pixel
+
+
+def _step(distance):
+    from scipy import special
+
+    return special.ndtr(distance / 0.7)
