@@ -19,6 +19,8 @@ class Adc:
     black_level_dn   : code of no electrons at all
     electrons_per_dn : at ``base_iso``; falls in proportion to the ISO setting
     base_iso         : ISO at which ``electrons_per_dn`` holds
+    black_offsets_dn : a rectangle of whole numbers, repeated over the full frame and added to the black level, as of
+                       sensors that read several photosites at once
 
     >>> adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
     >>> adc.quantise(np.array([-1e9, 0.0, 14.0, 16.0, 1e9]), iso=200.0)
@@ -31,6 +33,7 @@ class Adc:
     black_level_dn: int
     electrons_per_dn: float
     base_iso: float
+    black_offsets_dn: tuple[tuple[int, ...], ...] = ((0,),)
 
     def __post_init__(self) -> None:
         if not 1 <= self.bit_depth <= 16:
@@ -44,6 +47,15 @@ class Adc:
             raise InvalidValueError(f"adc: electrons_per_dn {self.electrons_per_dn}; must be above 0 and finite")
         if not (math.isfinite(self.base_iso) and self.base_iso > 0.0):
             raise InvalidValueError(f"adc: base_iso {self.base_iso}; must be above 0 and finite")
+        object.__setattr__(self, "black_offsets_dn", tuple(tuple(row) for row in self.black_offsets_dn))
+        offsets = [offset for row in self.black_offsets_dn for offset in row]
+        if not offsets or len({len(row) for row in self.black_offsets_dn}) > 1:
+            raise InvalidValueError("adc: black_offsets_dn; give rows of equal length, such as [[0, 2], [1, -1]]")
+        if not all(0 <= self.black_level_dn + offset < self.largest_dn for offset in offsets):
+            raise InvalidValueError(
+                f"adc: black_offsets_dn {min(offsets)}..{max(offsets)} lead from a black level of "
+                f"{self.black_level_dn} beyond 0..{self.largest_dn - 1}"
+            )
 
     @property
     def largest_dn(self) -> int:
@@ -53,6 +65,18 @@ class Adc:
     def electrons_per_dn_at(self, iso: float) -> float:
         """Return electrons per data number at an ISO setting."""
         return self.electrons_per_dn * self.base_iso / iso
+
+    def window_black_offsets_dn(self, origin: tuple[int, int]) -> tuple[tuple[int, ...], ...]:
+        """Return the offsets as seen from photosite ``origin`` of the full frame.
+
+        >>> adc = Adc(
+        ...     bit_depth=12, black_level_dn=9, electrons_per_dn=1.0, base_iso=100.0, black_offsets_dn=((0, 1), (2, 3))
+        ... )
+        >>> adc.window_black_offsets_dn((1, 0)), adc.quantise(np.zeros((2, 3)), iso=100.0).tolist()
+        (((2, 3), (0, 1)), [[9, 10, 9], [11, 12, 11]])
+        """
+        offsets = np.roll(np.array(self.black_offsets_dn), (-origin[0], -origin[1]), axis=(0, 1))
+        return tuple(tuple(int(offset) for offset in row) for row in offsets)
 
     def white_level_dn(self, iso: float, full_well_e: float | None = None) -> int:
         """Return the code at which the signal clips, by the full well or by the largest code.
@@ -73,8 +97,11 @@ class Adc:
         """Return the electrons from black to white at an ISO setting."""
         return (self.white_level_dn(iso, full_well_e) - self.black_level_dn) * self.electrons_per_dn_at(iso)
 
-    def quantise(self, electrons: F64, *, iso: float) -> U16:
-        """Return the codes of ``electrons`` (any shape): rounded, then clipped to 0..2^bits − 1."""
+    def quantise(self, electrons: F64, *, iso: float, origin: tuple[int, int] = (0, 0)) -> U16:
+        """Return the codes of ``electrons`` (any shape): rounded, then clipped to 0..2^bits − 1.
+
+        origin : (row, col) in the full frame of the first photosite; only black offsets depend on it
+        """
         electrons = np.asarray(electrons, dtype=np.float64)
         codes = np.empty(electrons.shape, dtype=np.uint16)
         # In pieces: a large frame needs no second copy in floating point.
@@ -83,6 +110,10 @@ class Adc:
         for start in range(0, len(source), step):
             dn = source[start : start + step] / self.electrons_per_dn_at(iso)
             dn += self.black_level_dn
+            if self.black_offsets_dn != ((0,),):
+                offsets = np.array(self.window_black_offsets_dn((origin[0] + start, origin[1])))
+                tiles = -(-dn.shape[0] // offsets.shape[0]), -(-dn.shape[1] // offsets.shape[1])
+                dn += np.tile(offsets, tiles)[: dn.shape[0], : dn.shape[1]]
             if np.isnan(dn).any():
                 raise ValueError("electrons hold NaN, which has no code")
             np.rint(dn, out=dn)

@@ -11,7 +11,7 @@ import numpy as np
 from camsim.arrays import F32, F64
 from camsim.errors import InvalidValueError
 from camsim.sensor.linearity import Nonlinearity
-from camsim.sensor.neighbours import Blooming, Crosstalk, Defects
+from camsim.sensor.neighbours import Blooming, Crosstalk, Defects, Places
 from camsim.sensor.noise import (
     ColumnNoise,
     DarkCurrent,
@@ -25,7 +25,7 @@ from camsim.sensor.noise import (
     RowNoise,
     ShotNoise,
 )
-from camsim.sensor.streams import BLOCK_ROWS, Stream, column_normals, fixed_normals, fixed_uniforms, generator
+from camsim.sensor.streams import BLOCK_ROWS, Stream, column_normals, fixed_normals, generator
 
 STAGES = (
     "prnu",
@@ -122,11 +122,9 @@ def record(
         where = place(first_row, margin)
         return fixed_normals(serial, stream, rows=shape[0], cols=shape[1], origin=where, frame_cols=frame_cols)
 
-    def broken(first_row: int, shape: tuple[int, int], margin: int = 0) -> F64 | None:
-        if defects is None or not defects.drawn:
-            return None
-        where = place(first_row, margin)
-        return fixed_uniforms(serial, Stream.DEFECTS, rows=shape[0], cols=shape[1], origin=where, frame_cols=frame_cols)
+    def broken(first_row: int, shape: tuple[int, int], margin: int = 0) -> tuple[Places, F64, Places]:
+        assert defects is not None
+        return defects.within(serial=serial, shape=shape, origin=place(first_row, margin), frame_cols=frame_cols)
 
     def light(block: int) -> F64:
         """Return what a block's photosites see (of the array as it came, border included)."""
@@ -139,8 +137,9 @@ def record(
         if noise and prnu is not None:
             electrons = prnu.apply(electrons, normals=fixed(Stream.PRNU, first_row, shape, border))
         if noise and defects is not None:
-            dead = defects.dead_at(shape, place(first_row, border), broken(first_row, shape, border))
-            electrons = np.where(dead, 0.0, electrons)
+            *_, dead = broken(first_row, shape, border)
+            electrons = electrons.copy()
+            electrons[dead] = 0.0
         return electrons
 
     def light_into_lit(block: int) -> None:
@@ -162,8 +161,9 @@ def record(
             electrons = dark_current.apply(electrons, time_s=time_s, temperature_c=temperature_c, normals=normals)
             warming = dark_current.warming(temperature_c)
         if noise and defects is not None:
-            hot = defects.hot_at_e_per_s(shape, place(first_row), broken(first_row, shape))
-            electrons = electrons + (warming * time_s) * hot
+            hot, e_per_s, _ = broken(first_row, shape)
+            electrons = electrons.copy()
+            np.add.at(electrons, hot, (warming * time_s) * e_per_s)
         if noise and shot_noise is not None:
             electrons = shot_noise.apply(electrons, rng=rng_of(Stream.SHOT, block))
         return electrons

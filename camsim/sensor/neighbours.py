@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
 from camsim.sensor.checked import check_number
+from camsim.sensor.streams import BLOCK_ROWS, Stream, generator
+
+Places: TypeAlias = tuple[I64, I64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,33 +121,41 @@ class Defects:
             if row < 0 or col < 0:
                 raise InvalidValueError(f"defects: photosite ({row}, {col}); rows and columns count from 0")
 
-    @property
-    def drawn(self) -> bool:
-        """Whether any are drawn, so that numbers are needed."""
-        return self.hot_fraction > 0.0 or self.dead_fraction > 0.0
+    def within(
+        self, *, serial: int, shape: tuple[int, int], origin: tuple[int, int], frame_cols: int
+    ) -> tuple[Places, F64, Places]:
+        """Return the hot photosites of a window, their currents in e⁻/s, and the dead ones: rows and columns in it.
 
-    def dead_at(self, shape: tuple[int, int], origin: tuple[int, int], uniforms: F64 | None) -> np.ndarray:
-        """Return which photosites of a window are blind; ``uniforms`` in 0..1 are the sensor's own."""
-        dead = np.zeros(shape, dtype=bool)
-        if uniforms is not None and self.dead_fraction:
-            dead |= uniforms >= 1.0 - self.dead_fraction
-        for row, col in self.dead:
-            if _inside(row, col, shape, origin):
-                dead[row - origin[0], col - origin[1]] = True
-        return dead
+        serial     : of the sensor, which says where they are
+        origin     : (row, col) of the window's first photosite in the full frame
+        frame_cols : width of the full frame
+        """
+        hot = [np.array(self.hot, dtype=np.float64).reshape(-1, 3)]
+        dead = [np.array(self.dead, dtype=np.int64).reshape(-1, 2)]
+        if self.hot_fraction or self.dead_fraction:
+            for block in range(max(origin[0], 0) // BLOCK_ROWS, (origin[0] + shape[0] - 1) // BLOCK_ROWS + 1):
+                drawn_hot, drawn_dead = self._drawn(serial, block, frame_cols)
+                hot.append(drawn_hot)
+                dead.append(drawn_dead)
+        all_hot, all_dead = np.concatenate(hot), np.concatenate(dead)
+        hot_places, current = _inside(all_hot[:, :2].astype(np.int64), shape, origin), all_hot[:, 2]
+        dead_places = _inside(all_dead, shape, origin)
+        return hot_places[1], current[hot_places[0]], dead_places[1]
 
-    def hot_at_e_per_s(self, shape: tuple[int, int], origin: tuple[int, int], uniforms: F64 | None) -> F64:
-        """Return the additional dark current of every photosite of a window."""
-        current = np.zeros(shape)
-        if uniforms is not None and self.hot_fraction:
-            hot = uniforms < self.hot_fraction
-            # Below the share, a uniform number is uniform again: its logarithm is an exponential one.
-            current[hot] = -self.hot_e_per_s * np.log1p(-uniforms[hot] / self.hot_fraction)
-        for row, col, e_per_s in self.hot:
-            if _inside(row, col, shape, origin):
-                current[row - origin[0], col - origin[1]] += e_per_s
-        return current
+    def _drawn(self, serial: int, block: int, frame_cols: int) -> tuple[F64, I64]:
+        """Return (row, col, e_per_s) and (row, col) of a block of rows: how many, then where, then how hot."""
+        rng = generator(serial, Stream.DEFECTS, block=block)
+        photosites = BLOCK_ROWS * frame_cols
+        hot_count = int(rng.binomial(photosites, self.hot_fraction))
+        dead_count = min(int(rng.binomial(photosites, self.dead_fraction)), photosites - hot_count)
+        index = rng.choice(photosites, hot_count + dead_count, replace=False)
+        places = np.stack([block * BLOCK_ROWS + index // frame_cols, index % frame_cols], axis=1)
+        current = rng.exponential(1.0, hot_count) * self.hot_e_per_s
+        return np.column_stack([places[:hot_count], current]), places[hot_count:]
 
 
-def _inside(row: int, col: int, shape: tuple[int, int], origin: tuple[int, int]) -> bool:
-    return 0 <= row - origin[0] < shape[0] and 0 <= col - origin[1] < shape[1]
+def _inside(places: I64, shape: tuple[int, int], origin: tuple[int, int]) -> tuple[npt.NDArray[np.bool_], Places]:
+    """Return which places of the full frame lie in a window, and where in it."""
+    row, col = places[:, 0] - origin[0], places[:, 1] - origin[1]
+    inside = (row >= 0) & (row < shape[0]) & (col >= 0) & (col < shape[1])
+    return inside, (row[inside], col[inside])

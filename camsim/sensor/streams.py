@@ -7,12 +7,11 @@ serial number, for blocks of the *full frame*, and a window cuts its part out.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from enum import IntEnum
 
 import numpy as np
 
-from camsim.arrays import F32, F64
+from camsim.arrays import F32
 from camsim.errors import InvalidValueError
 
 BLOCK_ROWS = 64
@@ -57,48 +56,24 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
     and upper edges, where no photosite has a pattern, they are 0.
     """
     normals = np.zeros((rows, cols), dtype=np.float32)
-    _fill(
-        normals,
-        serial,
-        stream,
-        origin,
-        frame_cols,
-        lambda rng, shape: rng.standard_normal(shape, dtype=np.float32),
-    )
-    return normals
-
-
-def fixed_uniforms(serial: int, stream: int, *, rows: int, cols: int, origin: tuple[int, int], frame_cols: int) -> F64:
-    """Return (rows, cols) numbers in 0..1 that belong to the photosites, as ``fixed_normals``; outside 0.5."""
-    uniforms = np.full((rows, cols), 0.5)
-    _fill(uniforms, serial, stream, origin, frame_cols, lambda rng, shape: rng.random(shape))
-    return uniforms
-
-
-def column_normals(serial: int, *, first_col: int, cols: int, frame_cols: int) -> F32:
-    """Return (cols,) standard normals that belong to the sensor's columns."""
-    drawn = generator(serial, Stream.COLUMN, block=0).standard_normal(frame_cols, dtype=np.float32)
-    return drawn[first_col : first_col + cols]
-
-
-def _fill(
-    target: np.ndarray,
-    serial: int,
-    stream: int,
-    origin: tuple[int, int],
-    frame_cols: int,
-    draw: Callable[[np.random.Generator, tuple[int, int]], np.ndarray],
-) -> None:
     first_row, first_col = origin
-    stop_row, stop_col = first_row + target.shape[0], min(first_col + target.shape[1], frame_cols)
+    stop_row, stop_col = first_row + rows, min(first_col + cols, frame_cols)
     left = max(first_col, 0)
     row = max(first_row, 0)
     while row < stop_row:
         block, skipped = divmod(row, BLOCK_ROWS)
         stop = min((block + 1) * BLOCK_ROWS, stop_row)
         # A block's numbers come row by row, so the rows below the window need not be drawn.
-        drawn = draw(generator(serial, stream, block=block), (stop - block * BLOCK_ROWS, frame_cols))
-        target[row - first_row : stop - first_row, left - first_col : stop_col - first_col] = drawn[
-            skipped:, left:stop_col
-        ]
+        drawn = generator(serial, stream, block=block).standard_normal(
+            (stop - block * BLOCK_ROWS, frame_cols), dtype=np.float32
+        )
+        inside = drawn[skipped:, left:stop_col]
+        normals[row - first_row : stop - first_row, left - first_col : stop_col - first_col] = inside
         row = stop
+    return normals
+
+
+def column_normals(serial: int, *, first_col: int, cols: int, frame_cols: int) -> F32:
+    """Return (cols,) standard normals that belong to the sensor's columns."""
+    drawn = generator(serial, Stream.COLUMN, block=0).standard_normal(frame_cols, dtype=np.float32)
+    return drawn[first_col : first_col + cols]
