@@ -243,7 +243,7 @@ class Camera:
         for frame_number in frame_numbers:
             recorded = self._record(mean, grid, exposure, time_s, seed, frame_number, noise)
             clock.lap("noise")
-            mosaic = self.adc.quantise(recorded, iso=exposure.iso)
+            mosaic = self.adc.quantise(recorded, iso=exposure.iso, origin=grid.origin)
             clock.lap("adc")
             yield self._frame(
                 mosaic=mosaic,
@@ -336,6 +336,7 @@ class Camera:
             pitch_um=self.pitch_um,
             bit_depth=self.adc.bit_depth,
             black_level_dn=self.adc.black_level_dn,
+            black_offsets_dn=self.adc.window_black_offsets_dn(grid.origin),
             white_level_dn=white,
             electrons_per_dn=self.adc.electrons_per_dn_at(exposure.iso),
             read_noise_e=self.dark_noise_e(exposure.iso) if asked["noise"] else 0.0,

@@ -54,6 +54,7 @@ class Frame:
     channel_index       (rows, cols) uint8, index into ``channels``
     channels            names such as ("R", "G", "B") or ("Y",)
     cfa_pattern         letters of the window's own (0,0) (0,1) … , one string per row, such as ("RG", "GB")
+    black_offsets_dn    added to the black level, repeated from the window's own (0,0); usually 0 everywhere
     electrons_per_dn    at the ISO that was used
     read_noise_e        all temporal noise of the read-out, one standard deviation
     frame_number        which of several exposures of one scene
@@ -83,6 +84,7 @@ class Frame:
     datetime: str
     seed: int
     frame_number: int = 0
+    black_offsets_dn: tuple[tuple[int, ...], ...] = ((0,),)
     spectral: SpectralCube | None = None
     colour: ColourResponse
     description: Mapping[str, Any]

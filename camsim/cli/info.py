@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from camsim.config.memory import readable
@@ -43,13 +44,18 @@ def _figures(held: Held) -> list[tuple[str, str]]:
         ("product", f"{held.product}, {held.rows} × {held.cols}"),
         ("camera", str(record["camera"])),
         ("channels", f"{', '.join(record['channels'])}; colour filters {pattern}"),
-        ("levels", f"black {record['black_level_dn']} DN, white {record['white_level_dn']} DN"),
+        ("levels", f"black {_black(record)} DN, white {record['white_level_dn']} DN"),
         ("gain", f"{record['electrons_per_dn']:.6g} e⁻ per DN"),
         ("seed", str(record["seed"])),
         ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),
         ("written by", str(record["software"])),
         ("record", "whole: it fits its checksum"),
     ]
+
+
+def _black(record: Mapping[str, Any]) -> str:
+    levels = [[str(record["black_level_dn"] + offset) for offset in row] for row in record["black_offsets_dn"]]
+    return " / ".join(", ".join(row) for row in levels)
 
 
 def _flat(tree: Any) -> Any:

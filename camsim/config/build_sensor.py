@@ -101,6 +101,7 @@ def _adc(sensor: SensorDocument) -> Adc | None:
         lambda: Adc(
             bit_depth=readout.bit_depth,
             black_level_dn=readout.black_level_dn,
+            black_offsets_dn=tuple(tuple(row) for row in readout.black_offsets_dn or [[0]]),
             electrons_per_dn=readout.electrons_per_dn,
             base_iso=readout.base_iso,
         ),

@@ -41,6 +41,7 @@ def record(frame: Frame, product: str) -> dict[str, Any]:
         "channels": list(frame.channels),
         "cfa_pattern": list(frame.cfa_pattern),
         "black_level_dn": frame.black_level_dn,
+        "black_offsets_dn": [list(row) for row in frame.black_offsets_dn],
         "white_level_dn": frame.white_level_dn,
         "electrons_per_dn": frame.electrons_per_dn,
         "seed": frame.seed,

@@ -64,7 +64,7 @@ class _Content:
     """What goes into the one image of a file.
 
     product, photometric, samples : what it is, and how many numbers a pixel has
-    black_dn, white_dn            : code of no light, and the code at which the signal clips
+    black_dn, white_dn            : codes of no light, repeated over the image, and the code at which the signal clips
     noise                         : (S, O) of the noise profile; None for what has no noise
     raw                           : bytes that identify the numbers
     strips                        : the codes, little-endian, row after row; sizes are known beforehand
@@ -73,7 +73,7 @@ class _Content:
     product: str
     photometric: int
     samples: int
-    black_dn: int
+    black_dn: tuple[tuple[int, ...], ...]
     white_dn: int
     noise: tuple[float, float] | None
     raw: memoryview
@@ -95,7 +95,7 @@ def write_dng(frame: Frame, path: Path, *, allow_odd_cfa: bool = False) -> None:
         product="mosaic",
         photometric=_LINEAR_RAW if is_mono(frame) else _CFA,
         samples=1,
-        black_dn=frame.black_level_dn,
+        black_dn=tuple(tuple(frame.black_level_dn + offset for offset in row) for row in frame.black_offsets_dn),
         white_dn=frame.white_level_dn,
         noise=noise_profile(frame),
         raw=image,
@@ -131,7 +131,7 @@ def write_truth(frame: Frame, path: Path) -> None:
         product="truth",
         photometric=_LINEAR_RAW,
         samples=samples,
-        black_dn=0,
+        black_dn=((0,),),
         white_dn=TRUTH_WHITE_DN,
         noise=None,
         raw=np.ascontiguousarray(truth).data.cast("B"),
@@ -220,8 +220,8 @@ def _level_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
     shortest = min(rows, cols)
     margin = usual if shortest >= 24 else smallest if shortest > 2 * smallest else 0
     return (
-        short(50713, 1, 1),  # BlackLevelRepeatDim
-        rational(50714, *[content.black_dn] * content.samples),
+        short(50713, len(content.black_dn), len(content.black_dn[0])),  # BlackLevelRepeatDim
+        rational(50714, *[level for row in content.black_dn for level in row for _ in range(content.samples)]),
         long(50717, *[content.white_dn] * content.samples),
         rational(50718, 1, 1),  # DefaultScale
         rational(50719, margin, margin),  # DefaultCropOrigin: column, row

@@ -28,7 +28,10 @@ def develop(frame: Frame) -> U8:
     balanced white, so that what is clipped looks white and not coloured. A camera without a colour matrix gives grey.
     """
     span = frame.white_level_dn - frame.black_level_dn
-    signal = (frame.mosaic.astype(np.float32) - frame.black_level_dn) / np.float32(span)
+    signal = frame.mosaic.astype(np.float32) - frame.black_level_dn
+    for (row, col), offset in np.ndenumerate(np.array(frame.black_offsets_dn)):
+        signal[row :: len(frame.black_offsets_dn), col :: len(frame.black_offsets_dn[0])] -= offset
+    signal /= np.float32(span)
     if len(frame.channels) == 1:
         return _srgb_bytes(signal)
     try:

@@ -110,3 +110,29 @@ def test_an_impossible_converter_is_refused(change: dict[str, Any], message: str
     arguments = {"bit_depth": 12, "black_level_dn": 128, "electrons_per_dn": 1.0, "base_iso": 100.0} | change
     with pytest.raises(InvalidValueError, match=message):
         Adc(**arguments)
+
+
+def test_black_offsets_lie_on_the_full_frame_whatever_the_window():
+    adc = Adc(
+        bit_depth=12,
+        black_level_dn=100,
+        electrons_per_dn=1.0,
+        base_iso=100.0,
+        black_offsets_dn=((0, 5), (-3, 9), (1, 2)),
+    )
+    whole = adc.quantise(np.zeros((40, 31)), iso=100.0)
+    for row in range(6):
+        assert whole[row, :2].tolist() == [[100, 105], [97, 109], [101, 102]][row % 3]
+    for origin in ((0, 0), (1, 0), (2, 3), (7, 1)):
+        window = adc.quantise(np.zeros((9, 8)), iso=100.0, origin=origin)
+        np.testing.assert_array_equal(window, whole[origin[0] : origin[0] + 9, origin[1] : origin[1] + 8])
+    # In pieces or at once: large frames are converted piece by piece.
+    large = adc.quantise(np.zeros((3001, 700)), iso=100.0)
+    np.testing.assert_array_equal(large[:40, :31], whole)
+    np.testing.assert_array_equal(large[2700:2740, :31], whole)
+
+
+@pytest.mark.parametrize("offsets", [((),), (), ((0, 1), (2,)), ((0, -101),), ((0, 4000),)])
+def test_black_offsets_that_cannot_be_are_refused(offsets):
+    with pytest.raises(InvalidValueError, match="black_offsets_dn"):
+        Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=1.0, base_iso=100.0, black_offsets_dn=offsets)

@@ -98,6 +98,7 @@ def chart(
     bit_depth: int = 12,
     black_dn: int = 128,
     white_dn: int = 4023,
+    offsets_dn: tuple[tuple[int, ...], ...] = ((0,),),
     **changes: Any,
 ) -> Frame:
     """Return the frame that a sensor of that pattern records in the window at ``origin``."""
@@ -110,8 +111,11 @@ def chart(
     index = cfa.channel_index(rows, cols, origin)
     patch_e, patch = 10.0 * WHITE * (white_dn - black_dn) * exposed, patch_number(rows, cols)
     electrons = patch_e[patch, index]
+    repeats = rows // len(offsets_dn) + 1, cols // len(offsets_dn[0]) + 1
+    offset = np.tile(np.array(offsets_dn), repeats)[:rows, :cols]
     values: dict[str, Any] = {
-        "mosaic": np.rint(black_dn + electrons / 10).astype(np.uint16),
+        "mosaic": (np.rint(black_dn + electrons / 10) + offset).astype(np.uint16),
+        "black_offsets_dn": offsets_dn,
         "mean_electrons": electrons,
         "electrons": electrons,
         "truth": None if rows * cols > _MOST_WITH_TRUTH else patch_e.astype(np.float32)[patch],

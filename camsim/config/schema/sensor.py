@@ -193,6 +193,11 @@ class Readout(Table):
 
     bit_depth: int = Field(ge=1, le=16, description="bits of a data number")
     black_level_dn: int = Field(ge=0, le=65534, description="data number of no charge")
+    black_offsets_dn: list[list[int]] | None = Field(
+        default=None,
+        min_length=1,
+        description="rows of offsets from it, repeated over the frame; such as [[0, 2], [1, 3]]",
+    )
     base_iso: float = Field(gt=0, description="ISO setting at which electrons_per_dn holds")
     electrons_per_dn: float = Field(gt=0, description="electrons per data number at base_iso")
     reset_noise_e: float | None = Field(default=None, ge=0, description="kTC noise of the reset, electrons")
