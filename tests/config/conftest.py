@@ -73,9 +73,7 @@ def places_hold() -> Callable[[ConfigError], None]:
 
     def check(error: ConfigError) -> None:
         for fault in error.faults:
-            there = (
-                Path(fault.file).read_text(encoding="utf-8").splitlines()[fault.line - 1][fault.column - 1 :]
-            )
+            there = Path(fault.file).read_text(encoding="utf-8").splitlines()[fault.line - 1][fault.column - 1 :]
             value = re.search(r"must be .*, not '?([^';( ]+)", fault.message)
             if "unknown key" in fault.message:
                 assert there.startswith(fault.key.rpartition(".")[2]), fault

@@ -54,9 +54,7 @@ def test_lengths_are_in_the_scenes_unit(unit: str, um: float) -> None:
     scene = load("good.yaml", overrides=[f"scene.unit={unit}"]).scene
     assert scene.background == 0.9
     assert scene.shapes == (
-        Rectangle(
-            width_um=5 * um, height_um=4 * um, centre_um=(um, 2 * um), rotate_deg=4.0, reflectance=0.05
-        ),
+        Rectangle(width_um=5 * um, height_um=4 * um, centre_um=(um, 2 * um), rotate_deg=4.0, reflectance=0.05),
         Polygon(points_um=((0, 0), (4 * um, 0), (0, 4 * um)), reflectance=reflectance("dark skin")),
         Disc(radius_um=3 * um, reflectance=Curve((400.0, 700.0), (0.1, 0.8), outside="hold")),
     )

@@ -44,9 +44,7 @@ def test_a_yaml_file_and_its_python_twin_give_the_same_bytes() -> None:
     scene = camsim.Scene(
         background=0.9,
         shapes=[
-            camsim.Rectangle(
-                width_um=20.0, height_um=16.0, centre_um=(4.0, 8.0), rotate_deg=4.0, reflectance=0.05
-            ),
+            camsim.Rectangle(width_um=20.0, height_um=16.0, centre_um=(4.0, 8.0), rotate_deg=4.0, reflectance=0.05),
             camsim.Polygon(points_um=[(0, 0), (16, 0), (0, 16)], reflectance=camsim.reflectance("dark skin")),
             camsim.Disc(radius_um=12.0, reflectance=camsim.Curve((400.0, 700.0), (0.1, 0.8), outside="hold")),
         ],
@@ -85,9 +83,7 @@ def test_progress_is_told() -> None:
     assert all(stage and 0.0 <= fraction <= 1.0 for stage, fraction in told)
 
 
-@pytest.mark.parametrize(
-    "first", ["import camsim.capturing", "from camsim.capturing import load", "import camsim"]
-)
+@pytest.mark.parametrize("first", ["import camsim.capturing", "from camsim.capturing import load", "import camsim"])
 def test_the_function_is_not_hidden_by_its_module(first: str) -> None:
     code = f"{first}\nimport camsim\nassert callable(camsim.capture)\nassert callable(camsim.capture)"
     subprocess.run([sys.executable, "-c", code], check=True)

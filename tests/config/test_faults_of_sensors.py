@@ -30,10 +30,7 @@ FAULTS = {
     "the unit of another key": (
         "read_noise_e: 3.0",
         "read_noise_dn: 3.0",
-        [
-            "my.yaml:13:85: readout.read_noise_dn: unknown key; did you mean 'read_noise_e'? "
-            "(electrons, before gain)"
-        ],
+        ["my.yaml:13:85: readout.read_noise_dn: unknown key; did you mean 'read_noise_e'? (electrons, before gain)"],
     ),
     "unknown curves": (
         "Nikon 5100 (NPL)",
@@ -80,26 +77,17 @@ FAULTS = {
     "black above white": (
         "black_level_dn: 100",
         "black_level_dn: 4095",
-        [
-            "my.yaml:13:42: readout.black_level_dn: is 4095; must be 0..4094, below the largest code of 12 "
-            "bits"
-        ],
+        ["my.yaml:13:42: readout.black_level_dn: is 4095; must be 0..4094, below the largest code of 12 bits"],
     ),
     "17 bits": (
         "bit_depth: 12",
         "bit_depth: 17",
-        [
-            "my.yaml:13:22: readout.bit_depth: must be a whole number from 1 to 16, not 17 "
-            "(bits of a data number)"
-        ],
+        ["my.yaml:13:22: readout.bit_depth: must be a whole number from 1 to 16, not 17 (bits of a data number)"],
     ),
     "no photosites": (
         "rows: 200",
         "rows: 0",
-        [
-            "my.yaml:4:15: frame.rows: must be a whole number of 1 or more, not 0 "
-            "(photosites from top to bottom)"
-        ],
+        ["my.yaml:4:15: frame.rows: must be a whole number of 1 or more, not 0 (photosites from top to bottom)"],
     ),
     "a scene where a sensor is wanted": (
         "camsim: sensor/1",

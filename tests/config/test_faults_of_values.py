@@ -116,18 +116,12 @@ FAULTS = {
     "unknown illuminant": (
         "illuminant: D55",
         "illuminant: D56",
-        [
-            "scene.yaml:4:21: light.illuminant: unknown illuminant 'D56'; did you mean 'D75' or 'D65' or "
-            "'D60'?"
-        ],
+        ["scene.yaml:4:21: light.illuminant: unknown illuminant 'D56'; did you mean 'D75' or 'D65' or 'D60'?"],
     ),
     "unknown reflectance": (
         "reflectance: dark skin",
         "reflectance: drak skin",
-        [
-            "scene.yaml:14:20: scene.shapes.1.reflectance: unknown reflectance 'drak skin'; "
-            "did you mean 'dark skin'?"
-        ],
+        ["scene.yaml:14:20: scene.shapes.1.reflectance: unknown reflectance 'drak skin'; did you mean 'dark skin'?"],
     ),
     "percent for a fraction": (
         "reflectance: 0.05",
@@ -140,10 +134,7 @@ FAULTS = {
     "a list for a reflectance": (
         "{reflectance: 0.9}",
         "{reflectance: [0.9]}",
-        [
-            f"scene.yaml:9:29: scene.background.reflectance: must be {REFLECTANCE}, not a list of 1 "
-            f"{OF_REFLECTANCE}"
-        ],
+        [f"scene.yaml:9:29: scene.background.reflectance: must be {REFLECTANCE}, not a list of 1 {OF_REFLECTANCE}"],
     ),
     "percent in a table": (
         "values: [0.1, 0.8]",
@@ -158,10 +149,7 @@ FAULTS = {
     "wavelengths and values of two lengths": (
         "[0.1, 0.8]",
         "[0.1, 0.8, 0.9]",
-        [
-            "scene.yaml:15:44: scene.shapes.2.reflectance: 2 wavelengths but 3 values; "
-            "every point has one of each"
-        ],
+        ["scene.yaml:15:44: scene.shapes.2.reflectance: 2 wavelengths but 3 values; every point has one of each"],
     ),
     "wavelengths out of order": (
         "[400, 700]",
@@ -240,8 +228,8 @@ FAULTS = {
         [
             "scene.yaml:2:9: sensor: unknown sensor 'd40like'; did you mean 'd40-like'? "
             ""
-        "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, "
-        "phone-080, pi-155, x-trans-376); a file of your own needs its path, such as ./my.yaml"
+            "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, "
+            "phone-080, pi-155, x-trans-376); a file of your own needs its path, such as ./my.yaml"
         ],
     ),
     "missing sensor file": (
@@ -252,10 +240,7 @@ FAULTS = {
     "a sensor outside the folder": (
         "sensor: my.yaml",
         "sensor: ../my.yaml",
-        [
-            "scene.yaml:2:9: sensor: '../my.yaml' lies outside this file's folder; "
-            "put it there or name it with --sensor"
-        ],
+        ["scene.yaml:2:9: sensor: '../my.yaml' lies outside this file's folder; put it there or name it with --sensor"],
     ),
     "no sensor": (
         "sensor: my.yaml\n",

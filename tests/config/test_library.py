@@ -45,9 +45,7 @@ def test_a_file_is_called_what_the_user_called_it(folder: Path) -> None:
 
 
 def test_unknown_names() -> None:
-    with pytest.raises(
-        UnknownNameError, match=r"^unknown scene 'slanted-egde'; did you mean 'slanted-edge'\?"
-    ):
+    with pytest.raises(UnknownNameError, match=r"^unknown scene 'slanted-egde'; did you mean 'slanted-edge'\?"):
         load("slanted-egde")
     with pytest.raises(ConfigError, match=r"^--sensor: unknown sensor 'd40like'; did you mean 'd40-like'\?"):
         load("slanted-edge", sensor="d40like")
@@ -75,17 +73,13 @@ def test_a_link_out_of_the_folder_is_outside(folder: Path, tmp_path_factory: pyt
     outside.write_text((folder / "my.yaml").read_text())
     (folder / "link.yaml").symlink_to(outside)
     (folder / "scene.yaml").write_text((folder / "good.yaml").read_text().replace("my.yaml", "link.yaml"))
-    with pytest.raises(
-        ConfigError, match=r"scene\.yaml:2:9: sensor: 'link\.yaml' lies outside this file's folder"
-    ):
+    with pytest.raises(ConfigError, match=r"scene\.yaml:2:9: sensor: 'link\.yaml' lies outside this file's folder"):
         load("scene.yaml")
     # The user's own word goes anywhere.
     assert load("scene.yaml", sensor=str(outside)).camera.name == "Mine"
 
 
-def test_a_sensor_lies_beside_its_scene_wherever_that_is(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sensor_lies_beside_its_scene_wherever_that_is(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "below").mkdir()
     shutil.move("my.yaml", "below/my.yaml")
     (folder / "scene.yaml").write_text((folder / "good.yaml").read_text().replace("my.yaml", "below/my.yaml"))

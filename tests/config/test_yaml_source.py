@@ -177,10 +177,7 @@ FAULTS = {
     "no colon": ("a: 1\nb\nc: 2\n", ["x.yaml:3:1: a line without ': '; write key: value"]),
     "indentation": (
         "a:\n    b: 1\n  c: 2\n",
-        [
-            "x.yaml:3:3: the indentation or a '-' does not fit the lines above; "
-            "keys of one table start in one column"
-        ],
+        ["x.yaml:3:3: the indentation or a '-' does not fit the lines above; keys of one table start in one column"],
     ),
     "closing bracket too many": (
         "a: 1\nb: ]\n",
