@@ -1,0 +1,115 @@
+"""``camsim measure mtf`` as people start it."""
+
+import csv
+import json
+import shutil
+import subprocess
+
+import pytest
+
+from .conftest import COMMAND
+
+EDGE = """\
+camsim: scene/1
+sensor: d40-like
+lens: {kind: airy, f_number: 8}
+light: {illuminant: D55, illuminance_lux: 5000}
+exposure: {time_s: 0.01, iso: 200}
+region: {rows: 128, cols: 96}
+scene:
+  unit: pixel
+  background: {reflectance: 0.9}
+  shapes:
+    - {kind: rectangle, width: 2000, height: 4000, centre: [997.6, 69.8], rotate_deg: 4, reflectance: 0.05}
+render: {tolerance: 1e-5}
+"""
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """One capture in every format."""
+    there = tmp_path_factory.mktemp("edge")
+    (there / "edge.yaml").write_text(EDGE, encoding="utf-8")
+    outputs = ("edge.dng", "edge.tiff", "edge.png:mosaic", "look.png:preview", "edge.exr:truth", "edge.npy")
+    arguments = [a for o in outputs for a in ("-o", o)]
+    subprocess.run([COMMAND, "capture", "edge.yaml", "-q", *arguments], cwd=there, check=True, timeout=300)
+    return there
+
+
+@pytest.fixture
+def captured(folder, camsim, files):
+    shutil.copytree(files, folder, dirs_exist_ok=True)
+    return camsim
+
+
+def test_json_table_plot_and_report(folder, captured):
+    done = captured(
+        "measure", "mtf", "edge.dng", "--roi", "0,0,128,96", "--json", "--csv", "edge.csv", "--plot", "edge.svg"
+    )
+    assert done.returncode == 0, done.stderr
+    edges = json.loads(done.stdout)["edges"]
+    assert [edge["channel"] for edge in edges] == ["R", "G1", "G2", "B"]
+    for edge in edges:
+        assert edge["roi"] == {"row": 0, "col": 0, "rows": 128, "cols": 96}
+        assert edge["angle_deg"] == pytest.approx(4.0, abs=0.05)
+        error = edge["standard_error"]["mtf50_cycles_per_pixel"]
+        theory = edge["theory"]["mtf50_cycles_per_pixel"]
+        assert abs(edge["mtf50_cycles_per_pixel"] - theory) < 4 * error
+        assert error < 0.02 * theory
+    with (folder / "edge.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == sum(len(edge["mtf"]) for edge in edges)
+    assert float(rows[0]["mtf"]) == 1.0
+    assert "<svg" in (folder / "edge.svg").read_text(encoding="utf-8")
+    again = captured("measure", "mtf", "edge.dng", "--csv", "edge.csv")
+    assert again.returncode == 2
+    assert "--force" in again.stderr
+
+
+@pytest.mark.parametrize("name", ["edge.tiff", "edge.npy"])
+def test_every_file_of_the_mosaic_gives_the_same_figures(captured, name):
+    options = ("--roi", "0,0,128,96", "--channel", "G1", "--json")
+    dng = json.loads(captured("measure", "mtf", "edge.dng", *options).stdout)["edges"][0]
+    plain = name == "edge.npy"  # which says nothing of filters, black level and stages
+    other = json.loads(captured("measure", "mtf", name, *options, *(("--cfa", "RGGB") if plain else ())).stdout)[
+        "edges"
+    ][0]
+    assert other["mtf50_cycles_per_pixel"] == pytest.approx(dng["mtf50_cycles_per_pixel"], rel=2e-3 if plain else 1e-12)
+    assert ("theory" in other) == (not plain)
+
+
+def test_edges_are_found_and_told_in_words(captured):
+    done = captured("measure", "mtf", "edge.exr")
+    assert done.returncode == 0, done.stderr
+    assert "edge.exr: 1 edge, 1 px = 4.88 µm" in done.stdout
+    assert "MTF50" in done.stdout
+    assert "added by a fit of 1/x²" in done.stdout
+    plain = captured("measure", "mtf", "edge.exr", "--no-tail")
+    assert "plain ISO 12233" in plain.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("look.png",), "linear data is needed"),
+        (("edge.dng", "--roi", "0,0,999,9"), "reaches beyond the image"),
+        (("edge.dng", "--channel", "Q"), "unknown channel 'Q'"),
+        (("edge.dng", "--plot", "a.doc"), "a plot is one of"),
+    ],
+)
+def test_mistakes_get_one_sentence(captured, arguments, said):
+    done = captured("measure", "mtf", *arguments)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_without_matplotlib_a_plot_says_what_to_install(captured, patched):
+    hide = (
+        "import importlib.util as u\n"
+        "real = u.find_spec\n"
+        "u.find_spec = lambda name, *rest: None if name == 'matplotlib' else real(name, *rest)"
+    )
+    done = patched(hide, "measure", "mtf", "edge.dng", "--plot", "a.png")
+    assert done.returncode == 2
+    assert "camsim-spectral[plot]" in done.stderr
