@@ -219,6 +219,11 @@ class Camera:
         samples = light.samples()
         time_s = self.exposure_time_s(light, exposure)
         response = self.electrons_per_reflectance(samples, time_s)
+        cube = None
+        if "spectral" in products:
+            cube = radiance_cube(
+                scene, self.optics, grid, samples=samples, wavelength_nm=spectral_nm, tolerance=tolerance
+            )
         clock.lap("light")
         # Crosstalk brings in what the window's neighbours see.
         wide = grid if self.crosstalk is None else _widened(grid)
@@ -235,11 +240,6 @@ class Camera:
         )
         mean, truth = self._with_falloff(rendering, wide)
         clock.lap("render")
-        cube = None
-        if "spectral" in products:
-            cube = radiance_cube(
-                scene, self.optics, grid, samples=samples, wavelength_nm=spectral_nm, tolerance=tolerance
-            )
         for frame_number in frame_numbers:
             recorded = self._record(mean, grid, exposure, time_s, seed, frame_number, noise)
             clock.lap("noise")

@@ -15,6 +15,7 @@ import pytest
 import rawpy
 import tifffile
 
+import camsim
 from camsim.errors import OutputError
 from camsim.files import save
 from camsim.files.dng import XMP_NAMESPACE, noise_profile
@@ -81,6 +82,31 @@ def test_libraw_reads_levels(
         np.testing.assert_array_equal(raw.raw_image, codes)
         assert raw.white_level == white
         assert raw.black_level_per_channel == [black] * 4
+
+
+def test_libraw_reads_black_levels_that_differ(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+    save(make_frame(black_offsets_dn=((0, 2), (-1, 3))), tmp_path / "a.dng")
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        # LibRaw's own order of a Bayer array: red, the green beside it, blue, the green beside that.
+        assert raw.black_level_per_channel == [128, 130, 131, 127]
+
+
+def test_a_window_carries_the_black_levels_of_its_place(tmp_path: Path) -> None:
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
+    adc = dataclasses.replace(camera.adc, black_offsets_dn=((0, 2), (-1, 3)))
+    frame = camera.replace(adc=adc).expose(
+        camsim.Scene(background=0.0, shapes=[]),
+        light=camsim.Light("D55", illuminance_lux=100.0),
+        exposure=camsim.Exposure(time_s=0.01, iso=200.0),
+        region=camsim.Region(rows=24, cols=24, origin=(101, 200)),
+        noise=False,
+    )
+    assert frame.black_offsets_dn == ((-1, 3), (0, 2))
+    assert frame.mosaic[:2, :2].tolist() == [[127, 131], [128, 130]]
+    save(frame, tmp_path / "a.dng")
+    tags = tags_of(tmp_path / "a.dng")
+    assert tags[50713] == (2, 2)
+    assert fractions(tags[50714]).tolist() == [127, 131, 128, 130]
 
 
 def response_to(frame: Frame, light: str) -> np.ndarray:
