@@ -224,7 +224,9 @@ def darktable_picture(path: Path, folder: Path) -> np.ndarray:
         raise Refused((answer.stdout + answer.stderr).decode(errors="replace").strip()[-200:])
     # It balances to green, where the others leave the most responsive channel as it is.
     green = 1.0 if is_grey(path) else as_shot_neutral(path)[1]
-    return np.asarray(tifffile.imread(target)) @ SRGB_TO_XYZ.T / np.float32(green)
+    # Of an array that it misreads it sometimes makes infinities; as zeros they are wrong enough.
+    picture = np.nan_to_num(np.asarray(tifffile.imread(target)), nan=0.0, posinf=0.0, neginf=0.0)
+    return np.clip(picture, -10, 10) @ SRGB_TO_XYZ.T / np.float32(green)
 
 
 ADOBE = """

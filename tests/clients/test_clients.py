@@ -22,6 +22,7 @@ from raw_programs import PROGRAMS, Program, Refused, quiet, run, simple_dcraw_op
 from camsim.files import SUFFIXES, save
 from camsim.files.dng import TRUTH_WHITE_DN
 from camsim.frame import Frame
+from camsim.rendering.cube import SpectralCube
 
 pytestmark = pytest.mark.clients
 
@@ -215,7 +216,8 @@ def test_exiftool_validates(name: str) -> None:
 
 
 def test_exiftool_validates_the_other_formats(tmp_path: Path) -> None:
-    frame = chart.chart(48, 66)
+    plane = np.ones((48, 66), np.float32)
+    frame = chart.chart(48, 66, spectral=SpectralCube((550.0,), "W.m^-2.sr^-1", lambda k: (plane, 0.0)))
     for suffix in sorted(set(SUFFIXES) - {".npy"}):
         for product in SUFFIXES[suffix].writers:
             path = tmp_path / f"a{suffix}"
