@@ -21,6 +21,7 @@ LARGEST_GAP = 0.4
 _RIDGE = 1e-9
 _OUTLIER = 8.0
 _NOISY = 0.01
+_REPEATED_LINES = 3.0
 _GAPS_PER_KNOT = 0.75
 _MOST_BEYOND = 100_000
 
@@ -83,7 +84,10 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
     smoother = max(spacing, 0.3 * rise)
     line, rise, smooth = _settle(xn, yn, vn, line, half_width, smoother, dark, length, passes=6, what=what)
     scatter = _scatter_near(xn, yn, vn, line, half_width, spacing, dark, length)
-    finer = max(spacing, smoother * min(1.0, scatter / _NOISY))
+    noisy = min(1.0, scatter / _NOISY)
+    finer = max(spacing, smoother * noisy)
+    # Knots that only noise needs are left out: six on the rise of an edge show all of it.
+    spacing = max(spacing, min(COARSEST_SPACING, noisy * rise / 6.0))
     if finer < smoother:
         line, rise, smooth = _settle(xn, yn, vn, line, half_width, finer, dark, length, passes=6, what=what)
 
@@ -254,16 +258,21 @@ def _ordinary(d: F64, r: F64, half_width: float) -> np.ndarray:
 
 
 def _refuse_gap(gap: float, line: EdgeLine, length: float, pitch: float, what: str) -> None:
-    if gap <= LARGEST_GAP:
-        return
     angle = line.angle_deg
-    if abs(angle) < 5.0:
-        need = math.ceil(pitch / math.tan(math.radians(max(abs(angle), 0.05))) * 1.05)
+    slant = math.tan(math.radians(abs(angle)))
+    # The phases of the first lines must come again in later ones: that tells blur from a wrong angle.
+    lines = length / pitch
+    covered = 1.0 + _REPEATED_LINES / lines
+    if slant * lines < covered:
+        need = math.ceil(covered * pitch / max(slant, 1e-3))
+        longer = f"take a region {need} px long, or " if need < 20.0 * length else ""
+        enough = math.degrees(math.atan(covered / lines)) + 0.5
         raise UnsupportedError(
             f"{what}: an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling "
-            f"phases are missing (a gap of {gap:.2f} px); take a region {need} px long, or turn the edge to 2° or more"
+            f"phases are missing; {longer}turn the edge to {enough:.0f}° or more"
         )
-    raise UnsupportedError(
-        f"{what}: at {angle:.2f}° the sampling phases repeat (a gap of {gap:.2f} px across the edge is never sampled), "
-        "as they do at 45°, atan(1/2) and their like; turn the edge by 2° or more, or take a longer region"
-    )
+    if gap > LARGEST_GAP:
+        raise UnsupportedError(
+            f"{what}: at {angle:.2f}° the sampling phases repeat (a gap of {gap:.2f} px across the edge is never "
+            "sampled), as they do at 45°, atan(1/2) and their like; turn the edge by 2°, or take a longer region"
+        )

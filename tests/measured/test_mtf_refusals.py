@@ -39,7 +39,7 @@ REFUSED = {
     "corner": (half_of_corner(), "corner|one straight edge"),
     "two edges": (two_edges(), "two edges|second edge|no edge"),
     "staircase": (staircase(), "two edges|second edge"),
-    "vertical": (gaussian_edge(64, 64, 0.0, 0.8), "too close to a pixel axis.*turn the edge to 2°"),
+    "vertical": (gaussian_edge(64, 64, 0.0, 0.8), "too close to a pixel axis.*turn the edge to"),
     "nearly vertical": (gaussian_edge(64, 64, 0.4, 0.8), "too close to a pixel axis.*px long"),
     "45 degrees": (gaussian_edge(64, 64, 45.0, 0.8), "phases repeat.*turn the edge"),
     "atan(1/2)": (gaussian_edge(64, 64, np.degrees(np.arctan(0.5)), 0.8), "phases repeat"),
