@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from camsim.config import library, yaml_source
 from camsim.config.library import Kind, Located
-from camsim.errors import CamsimError, ConfigError, UnknownNameError
 
 if TYPE_CHECKING:
     from camsim.camera import Camera
@@ -32,7 +31,7 @@ def lines_of_list(what: str) -> Iterator[str]:
 
 def text_of(name: str) -> str:
     """Return the file of a sensor or scene, then what follows from it, as comments: still valid YAML."""
-    kind, located = _located(name)
+    kind, located = library.locate_any(name)
     document = yaml_source.read(located.path, located.shown)
     said = document.tree.get("camsim") if isinstance(document.tree, dict) else None
     if isinstance(said, str) and said.partition("/")[0] in ("sensor", "scene"):
@@ -59,20 +58,6 @@ def _first_comment(text: str) -> str:
             break
         lines.append(line.lstrip("# "))
     return " ".join(lines).split(". ")[0].rstrip(".")
-
-
-def _located(name: str) -> tuple[Kind, Located]:
-    try:
-        return "sensor", library.locate("sensor", name)
-    except ConfigError:
-        raise
-    except CamsimError:
-        pass
-    try:
-        return "scene", library.locate("scene", name)
-    except UnknownNameError:
-        known: Sequence[str] = [*library.shipped("sensor"), *library.shipped("scene")]
-        raise UnknownNameError("sensor or scene", name, known) from None
 
 
 def _figures_of_sensor(located: Located) -> list[Row]:

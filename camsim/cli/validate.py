@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from camsim.capturing import load, load_camera
-from camsim.config import yaml_source
+from camsim.config import library, yaml_source
 from camsim.errors import CamsimError
 from camsim.optics import Airy
 
@@ -24,7 +23,8 @@ def validate_files(files: Sequence[str]) -> None:
 
 
 def _validated(file: str) -> str:
-    tree = yaml_source.read(Path(file), file).tree
+    _, located = library.locate_any(file)
+    tree = yaml_source.read(located.path, located.shown).tree
     said = tree.get("camsim") if isinstance(tree, dict) else None
     if isinstance(said, str) and said.startswith("sensor/"):
         # A sensor is whole without a lens; any will do to build the camera.

@@ -13,6 +13,7 @@ import camsim
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 Kind: TypeAlias = Literal["sensor", "scene"]
+KINDS: tuple[Kind, ...] = ("sensor", "scene")
 
 _SUFFIXES = (".yaml", ".yml")
 
@@ -39,6 +40,16 @@ def locate(kind: Kind, name: str) -> Located:
     if not os.path.exists(name):
         raise ConfigError([Fault(name, 0, 0, "", f"no such file{_near_file(kind, Path(name))}")])
     return Located(Path(name), name)
+
+
+def locate_any(name: str) -> tuple[Kind, Located]:
+    """Find a path or a shipped name of either kind; a path counts as a sensor until it has been read."""
+    if _looks_like_path(name) or os.path.isfile(name):
+        return "sensor", locate("sensor", name)
+    for kind in KINDS:
+        if name in shipped(kind):
+            return kind, locate(kind, name)
+    raise UnknownNameError("sensor or scene", name, [name for kind in KINDS for name in shipped(kind)])
 
 
 def locate_beside(kind: Kind, name: str, folder: Path) -> Located:
