@@ -57,7 +57,8 @@ class CameraOtf:
         system = self.camera.optics
         # All wavelengths at once: a transfer function broadcasts like any formula.
         wavelengths: Any = samples.wavelength_nm[used, None]
-        lens = weight[used] @ system.lens.otf(fx[None], fy[None], wavelengths)
+        each = np.broadcast_to(system.lens.otf(fx[None], fy[None], wavelengths), (used.size, fx.size))
+        lens = weight[used] @ each
         otf: F64 = lens * system.footprint_otf(fx, fy) / weight.sum()
         return otf
 
