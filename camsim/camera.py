@@ -14,7 +14,7 @@ import numpy as np
 from camsim.arrays import F32, F64, U16
 from camsim.description import describe
 from camsim.errors import InvalidValueError
-from camsim.frame import Frame, Report
+from camsim.frame import Frame, Report, check_products
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
 from camsim.rendering import Grid, Rendering, render_channels
 from camsim.rendering.cube import SpectralCube, radiance_cube
@@ -214,16 +214,16 @@ class Camera:
         colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
         spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
         """
+        check_products(products)
         clock = Clock()
-        grid = self._grid(region)
-        samples = light.samples()
+        grid, samples = self._grid(region), light.samples()
         time_s = self.exposure_time_s(light, exposure)
         response = self.electrons_per_reflectance(samples, time_s)
-        cube = None
-        if "spectral" in products:
-            cube = radiance_cube(
-                scene, self.optics, grid, samples=samples, wavelength_nm=spectral_nm, tolerance=tolerance
-            )
+        cube = (
+            radiance_cube(scene, self.optics, grid, samples=samples, wavelength_nm=spectral_nm, tolerance=tolerance)
+            if "spectral" in products
+            else None
+        )
         clock.lap("light")
         # Crosstalk brings in what the window's neighbours see.
         wide = grid if self.crosstalk is None else _widened(grid)

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from camsim.arrays import F32, F64, U8, U16
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.colour_matrix import ColourResponse
 
 if TYPE_CHECKING:
     from camsim.rendering.cube import SpectralCube
+
+
+PRODUCTS = ("mosaic", "electrons", "truth", "preview", "spectral", "frame")
+"""What a capture can be asked for, and a file can hold."""
+
+
+def check_products(products: Collection[str]) -> None:
+    """Refuse the name of a product that does not exist; a bare string is a mistake for a tuple of one."""
+    for product in (products,) if isinstance(products, str) else products:
+        if product not in PRODUCTS:
+            raise UnknownNameError("product", product, PRODUCTS)
+    if isinstance(products, str):
+        raise InvalidValueError(f"products: {products!r} is one name; give several in a tuple, such as ({products!r},)")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -83,8 +83,15 @@ def half_plane(distance, lambda_n):
     """Light at a distance inside a bright half-plane: the line spread integrated, itself integrated from the PSF."""
 
     def missing(x):  # strips of the PSF beyond x, by polar angle: 1 − E on every ray that crosses the edge
-        return integrate.quad(
-            lambda t: 1.0 - rayleigh_energy(x / math.cos(t), lambda_n), 0.0, math.pi / 2 - 1e-9, limit=4000, epsabs=1e-12
-        )[0] / math.pi
+        return (
+            integrate.quad(
+                lambda t: 1.0 - rayleigh_energy(x / math.cos(t), lambda_n),
+                0.0,
+                math.pi / 2 - 1e-9,
+                limit=4000,
+                epsabs=1e-12,
+            )[0]
+            / math.pi
+        )
 
     return 1.0 - missing(distance) if distance >= 0 else missing(-distance)

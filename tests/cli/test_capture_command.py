@@ -115,16 +115,14 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
         "phone-080, pi-155, x-trans-376); "
         "a file of your own needs its path, such as ./my.yaml",
         "--set iso: unknown key here; did you mean 'exposure.iso'?",
-        "bad.yaml:4:1: light.illuminant: missing; "
-        "give an illuminant such as D55, or line_nm for a single wavelength",
+        "bad.yaml:4:1: light.illuminant: missing; give an illuminant such as D55, or line_nm for a single wavelength",
         "bad.yaml:4:9: light.line: unknown key; did you mean 'line_nm'? "
         "(instead: a single wavelength (a laser, say), nm)",
         "bad.yaml:11:32: scene.shapes.0.width: must be a finite number above 0, not .nan "
         "(side along x before it is turned, in the scene's unit)",
         "cannot write 'x.foo': unknown suffix '.foo' (known: .dng, .exr, .tiff, .tif, .png, .npy, .npz)",
         "cannot write 'x.dng': DNG holds mosaic or truth and not preview; preview goes into .png",
-        "cannot write 'x.exr': unknown product 'pixels' "
-        "(known: mosaic, electrons, truth, spectral, preview, frame)",
+        "cannot write 'x.exr': unknown product 'pixels' (known: mosaic, electrons, truth, spectral, preview, frame)",
         f"cannot write 'no/x.dng': the folder '{folder}/no' does not exist; make it first",
         f"cannot write 'here/x.dng': '{folder}/here' is a file and not a folder",
         "'./good.dng' is named twice; each product needs a file of its own",
@@ -180,8 +178,7 @@ def test_a_bug_is_a_plain_traceback_and_1(patched: Run, folder: Path) -> None:
     assert done.returncode == 1
     assert "Traceback (most recent call last)" in done.stderr
     assert done.stderr.endswith(
-        "ZeroDivisionError: division by zero\n"
-        "This is a bug of camsim: please report it with the lines above.\n"
+        "ZeroDivisionError: division by zero\nThis is a bug of camsim: please report it with the lines above.\n"
     )
     # No frame is printed with its locals.
     assert done.stderr.count("value of a local") <= 1
