@@ -1,0 +1,56 @@
+"""The README is the manual: its commands, its YAML and its Python run as printed."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+
+
+def camsim(arguments, folder):
+    return subprocess.run(
+        [sys.executable, "-c", "from camsim.cli import main; main()", *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+def test_commands_run_one_after_another(tmp_path):
+    lines = [line[2:] for block in blocks("console") for line in block.splitlines() if line.startswith("$ camsim ")]
+    assert len(lines) >= 8
+    for line in lines:
+        ran = camsim(shlex.split(line, comments=True)[1:], tmp_path)
+        assert ran.returncode == 0, f"{line}\n{ran.stderr}"
+    assert (tmp_path / "noisy.dng").read_bytes() == (tmp_path / "again.dng").read_bytes()
+
+
+def test_the_yaml_is_a_scene(tmp_path):
+    (scene,) = blocks("yaml")
+    (tmp_path / "mine.yaml").write_text(scene, encoding="utf-8")
+    ran = camsim(["capture", "mine.yaml", "--set", "region={rows: 32, cols: 32}"], tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert (tmp_path / "mine.dng").exists()
+
+
+@pytest.mark.parametrize("number", range(len(blocks("python"))))
+def test_python_examples_run(number, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(blocks("python")[number], f"README.md, example {number}", "exec"), {"__name__": "readme"})
+
+
+def test_files_it_links_to_are_there():
+    here = Path(__file__).parents[2]
+    links = re.findall(r"\]\(((?!http)[^)#]+)\)", README)
+    assert links
+    for link in links:
+        assert (here / link).exists(), link
