@@ -123,14 +123,14 @@ def _lines(report: MtfReport, why_not: str) -> Iterator[str]:
     """Return the report for people: a row per edge and channel."""
     rows: list[tuple[str, ...]] = [
         (
-            "roi",
+            "row,col,rows,cols",
             "channel",
             "angle °",
             "MTF50 c/px",
             "theory",
             "MTF30",
             "MTF10",
-            "at Nyquist",
+            "at own Nyquist",
             "10–90 % px",
             "contrast",
             "SNR",
@@ -147,7 +147,7 @@ def _lines(report: MtfReport, why_not: str) -> Iterator[str]:
                 "–" if edge.theory is None else _number(edge.theory.mtf50_cycles_per_pixel),
                 with_error(f.mtf30_cycles_per_pixel, e.mtf30_cycles_per_pixel),
                 with_error(f.mtf10_cycles_per_pixel, e.mtf10_cycles_per_pixel),
-                with_error(f.mtf_at_nyquist, e.mtf_at_nyquist),
+                f"{with_error(f.mtf_at_nyquist, e.mtf_at_nyquist)} at {edge.nyquist_cycles_per_pixel:.3g}",
                 with_error(f.rise_10_90_pixel, e.rise_10_90_pixel),
                 _number(f.contrast),
                 f"{f.snr:.3g}",
