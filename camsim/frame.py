@@ -14,7 +14,14 @@ if TYPE_CHECKING:
     from camsim.rendering.cube import SpectralCube
 
 
-PRODUCTS = ("mosaic", "electrons", "truth", "preview", "spectral", "frame")
+PRODUCTS: Mapping[str, str] = {
+    "mosaic": "the sensor's codes",
+    "electrons": "each photosite's own electrons",
+    "truth": "mean electrons of every channel at every photosite, before noise",
+    "spectral": "the scene's radiance per wavelength, through the optics",
+    "preview": "developed sRGB, to look at",
+    "frame": "mosaic, electrons and, when captured, truth, with the record, as numpy arrays",
+}
 """What a capture can be asked for, and a file can hold."""
 
 

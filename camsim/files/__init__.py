@@ -11,7 +11,7 @@ from pathlib import Path
 from camsim.errors import OutputError, did_you_mean
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
-from camsim.frame import Frame
+from camsim.frame import PRODUCTS, Frame
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,15 +26,6 @@ class Format:
         """The product that is written when none is named."""
         return next(iter(self.writers))
 
-
-PRODUCTS: Mapping[str, str] = {
-    "mosaic": "the sensor's codes",
-    "electrons": "each photosite's own electrons",
-    "truth": "mean electrons of every channel at every photosite, before noise",
-    "spectral": "the scene's radiance per wavelength, through the optics",
-    "preview": "developed sRGB, to look at",
-    "frame": "mosaic, electrons and, when captured, truth, with the record, as numpy arrays",
-}
 
 _TIFF = Format("TIFF", {"mosaic": tiff.write_mosaic, "truth": tiff.write_truth})
 

@@ -6,7 +6,6 @@ reads it. Reference: XYZ of each patch (CIE 1931 2°, sums every 5 nm) taken fro
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from camsim.frame import ChannelSignal, Frame, Report
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.spectra.colour_science import colour_science
+from tests.colour_data import aligned, patches, white_xyz
 
 PATCH_ROWS, PATCH_COLS = 4, 6
 WHITE = 0.8
@@ -24,30 +24,6 @@ QUAD = ("RRGG", "RRGG", "GGBB", "GGBB")
 RGBW = ("RGBW", "BWRG")
 
 _MOST_WITH_TRUTH = 10**7
-
-
-@functools.cache
-def aligned(kind: str, name: str) -> np.ndarray:
-    """Return colour-science's data every 5 nm, (81,) or (81, columns)."""
-    colour = colour_science()
-    data = {
-        "light": colour.SDS_ILLUMINANTS,
-        "observer": colour.MSDS_CMFS,
-        "camera": colour.MSDS_CAMERA_SENSITIVITIES,
-        "patch": colour.SDS_COLOURCHECKERS["ISO 17321-1"],
-    }[kind][name]
-    values: np.ndarray = data.copy().align(colour.SpectralShape(380, 780, 5)).values
-    return values
-
-
-def patches() -> np.ndarray:
-    names = colour_science().SDS_COLOURCHECKERS["ISO 17321-1"]
-    return np.array([aligned("patch", name) for name in names])
-
-
-def white_xyz(light: str) -> np.ndarray:
-    sums = aligned("light", light) @ aligned("observer", "CIE 1931 2 Degree Standard Observer")
-    return sums / sums[1]
 
 
 def reference_xyz(light: str) -> np.ndarray:

@@ -12,7 +12,6 @@ diffuser D65 white.
 from __future__ import annotations
 
 import dataclasses
-import functools
 from pathlib import Path
 
 import numpy as np
@@ -24,36 +23,13 @@ from camsim.files.preview import develop
 from camsim.frame import Frame, Report
 from camsim.sensor.colour_matrix import ColourResponse
 from camsim.spectra.colour_science import colour_science
+from tests.colour_data import aligned, patches, white_xyz
 
 PATCH = 32
 ROWS, COLS = 4, 6
 WHITE = 0.8
 BLACK_DN, WHITE_DN = 128, 4023
 NODES_NM = np.arange(380.0, 781.0, 5.0)
-
-
-@functools.cache
-def aligned(kind: str, name: str) -> np.ndarray:
-    """Return colour-science's data every 5 nm, (81,) or (81, columns)."""
-    colour = colour_science()
-    data = {
-        "light": colour.SDS_ILLUMINANTS,
-        "observer": colour.MSDS_CMFS,
-        "camera": colour.MSDS_CAMERA_SENSITIVITIES,
-        "patch": colour.SDS_COLOURCHECKERS["ISO 17321-1"],
-    }[kind][name]
-    values: np.ndarray = data.copy().align(colour.SpectralShape(380, 780, 5)).values
-    return values
-
-
-def patches() -> np.ndarray:
-    names = colour_science().SDS_COLOURCHECKERS["ISO 17321-1"]
-    return np.array([aligned("patch", name) for name in names])
-
-
-def white_xyz(light: str) -> np.ndarray:
-    sums = aligned("light", light) @ aligned("observer", "CIE 1931 2 Degree Standard Observer")
-    return sums / sums[1]
 
 
 def reference_xyz(light: str) -> np.ndarray:
