@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.optics import OpticalSystem
 from camsim.rendering.boundary import render_edges
 from camsim.rendering.edge import Edges, Numbers, Tables
 from camsim.rendering.far import far_moments
 from camsim.rendering.footprint import Footprint
+from camsim.rendering.job import Job, Nodes
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import Settings
@@ -78,30 +78,23 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
 
 
 def boundary_image(
+    job: Job,
     *,
-    start: F64,
-    end: F64,
-    pair: I64,
-    weights: F64,
-    base: F64,
     pattern: Pattern,
-    blur: F64,
-    system: OpticalSystem,
-    pitch_um: float,
     footprint: Footprint,
+    nodes: Nodes,
     settings: Settings,
-    origin: tuple[float, float],
     channel: U8,
     progress: Callable[[float], None],
 ) -> F64:
-    """Render; lengths in pitches.
+    """Render a job whose lens and footprint the engine knows.
 
-    start, end : (n, 2); pair: (n,) index into weights
-    weights    : (pairs, channels, j): left minus right of every pair of spectra, per channel and wavelength
-    base       : (channels,) the background
-    channel    : (rows, cols) channel of each photosite; origin: centre of the first one
-    progress   : told the fraction done
+    channel  : (rows, cols) channel of each photosite
+    progress : told the fraction done
     """
+    start, end, pair, weights = job.start, job.end, job.pair, nodes.weights
+    system, pitch_um, origin = job.system, job.grid.pitch_um, job.grid.first_centre
+    blur = job.blur_at(nodes.wavelength_nm)
     pairs, channels, count = weights.shape
     flat = weights.reshape(-1, count)
     along = end - start
@@ -140,7 +133,7 @@ def boundary_image(
         far=far_moments(pattern, blur, flat).reshape(pairs, channels, 4),
         field=field.reshape(pairs, channels, *field.shape[1:]),
         response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
-        base=base,
+        base=job.base,
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))

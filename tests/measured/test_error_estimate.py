@@ -1,16 +1,13 @@
 """The error estimate tells the truth: whatever is corrupted, an error of ten tolerances does not stay below one."""
 
 import dataclasses
-import importlib
 
 import numpy as np
 import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.rendering import engine, footprint, spotcheck
-
-render_module = importlib.import_module("camsim.rendering.render")  # the package's own name for it is a function's
+from camsim.rendering import engine, footprint, methods, spotcheck
 
 # Short waves on a wide footprint: there the far form begins where the footprint's moments still matter.
 WIDE = [
@@ -98,18 +95,18 @@ def test_wrong_moments_of_the_footprint(monkeypatch, moment, factor):
     ids=lambda factors: " and ".join(factors),
 )
 def test_careless_settings(monkeypatch, factors):
-    plan = changed(render_module.plan_boundary, **factors)
-    assert_seen(monkeypatch, lambda patch: patch.setattr(render_module, "plan_boundary", plan), WIDE)
+    plan = changed(methods.plan_boundary, **factors)
+    assert_seen(monkeypatch, lambda patch: patch.setattr(methods, "plan_boundary", plan), WIDE)
 
 
 @pytest.mark.parametrize("size", [40, 100, 150])
 def test_tiles_interpolated_too_coarsely(monkeypatch, optics, size):
-    true_plan = render_module.plan_boundary
+    true_plan = methods.plan_boundary
 
     def coarse(*args, **kwargs):
         return dataclasses.replace(true_plan(*args, **kwargs), tile_nodes=3)
 
-    assert_seen(monkeypatch, lambda patch: patch.setattr(render_module, "plan_boundary", coarse), optics, size)
+    assert_seen(monkeypatch, lambda patch: patch.setattr(methods, "plan_boundary", coarse), optics, size)
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-7])

@@ -1,0 +1,129 @@
+"""One rendering as the engines take it: whole, in pitches and in units of each channel's full scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.errors import UnsupportedError
+from camsim.optics import OpticalSystem
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.grid import Grid
+from camsim.rendering.patterns import Pattern, pattern_of
+from camsim.rendering.spectral import Signals, blur_of, fuse
+from camsim.scene import Scene, arrange
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Nodes:
+    """Wavelengths at which the optics are computed, and what everything weighs there.
+
+    wavelength_nm : (j,)
+    density       : (spectra, channels, j) of every spectrum
+    weights       : (pairs, channels, j) left minus right of every pair of spectra
+    """
+
+    wavelength_nm: F64
+    density: F64
+    weights: F64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Job:
+    """What is to be rendered, before any engine or setting is chosen.
+
+    start, end   : (n, 2) the edges, pitches
+    left, right  : (n,) spectrum on either side (0: the background);  pair: (n,) index into ``sides``
+    sides        : (pairs, 2) left and right spectrum of every pair
+    signals      : what each spectrum gives each channel at each wavelength
+    base         : (channels,) the background
+    pattern, footprint : of lens, and of OLPF ⊗ photosite, as the boundary engine knows them; None when it does not,
+                   and ``unknown`` says why
+    """
+
+    start: F64
+    end: F64
+    left: I64
+    right: I64
+    pair: I64
+    sides: I64
+    signals: Signals
+    base: F64
+    system: OpticalSystem
+    grid: Grid
+    pattern: Pattern | None
+    footprint: Footprint | None
+    unknown: str
+    tolerance: float
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        system: OpticalSystem,
+        grid: Grid,
+        *,
+        response: F64,
+        wavelength_nm: F64,
+        tolerance: float,
+    ) -> Job:
+        """Resolve a scene; arguments as in ``render_channels``."""
+        pattern, footprint, unknown = None, None, ""
+        try:
+            pattern, footprint = pattern_of(system.lens), Footprint.of(system, grid.pitch_um)
+        except UnsupportedError as error:
+            unknown = str(error)
+        shortest_um = system.lens.blur_um(float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf)))
+        arrangement = arrange(scene, max_segment_um=shortest_um)
+        signals = Signals.of(arrangement, response, wavelength_nm)
+        sides, pair = np.unique(np.stack([arrangement.left, arrangement.right], axis=1), axis=0, return_inverse=True)
+        return cls(
+            start=arrangement.start_um / grid.pitch_um,
+            end=arrangement.end_um / grid.pitch_um,
+            left=arrangement.left,
+            right=arrangement.right,
+            pair=pair.ravel(),
+            sides=sides,
+            signals=signals,
+            base=signals.density[0].sum(axis=1),
+            system=system,
+            grid=grid,
+            pattern=pattern,
+            footprint=footprint,
+            unknown=unknown,
+            tolerance=tolerance,
+        )
+
+    @property
+    def edges(self) -> int:
+        """How many edges there are."""
+        return len(self.start)
+
+    @property
+    def blur(self) -> F64:
+        """The lens's own length at every wavelength of ``signals``, pitches; round lenses only."""
+        return self.blur_at(self.signals.wavelength_nm)
+
+    @property
+    def shares(self) -> F64:
+        """Weights (pairs · channels, n) of every pair at every wavelength of ``signals``."""
+        count = self.signals.wavelength_nm.size
+        if not len(self.sides):
+            return np.zeros((1, count))
+        shares: F64 = self._difference(self.signals.density).reshape(-1, count)
+        return shares
+
+    def blur_at(self, wavelength_nm: F64) -> F64:
+        """Return the lens's own length at wavelengths, pitches."""
+        return blur_of(self.system, wavelength_nm, self.grid.pitch_um)
+
+    def nodes(self, *, phase: float, tolerance: float) -> Nodes:
+        """Fuse the wavelengths; see ``spectral.fuse``."""
+        wavelength_nm, density = fuse(self.signals, phase=phase, tolerance=tolerance)
+        return Nodes(wavelength_nm=wavelength_nm, density=density, weights=self._difference(density))
+
+    def _difference(self, density: F64) -> F64:
+        difference: F64 = density[self.sides[:, 0]] - density[self.sides[:, 1]]
+        return difference
