@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern, pattern_of
+from camsim.rendering.quadrature import gauss_legendre
 from camsim.rendering.spectral import Signals, blur_of, fuse
 from camsim.scene import Scene, arrange
 
@@ -75,8 +77,9 @@ class Job:
             pattern, footprint = pattern_of(system.lens), Footprint.of(system, grid.pitch_um)
         except UnsupportedError as error:
             unknown = str(error)
-        shortest_um = system.lens.blur_um(float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf)))
-        arrangement = arrange(scene, max_segment_um=shortest_um)
+        shortest_nm = float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf))
+        segment_um, wobble_um = _outline_limits(system, shortest_nm, tolerance)
+        arrangement = arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um)
         signals = Signals.of(arrangement, response, wavelength_nm)
         sides, pair = np.unique(np.stack([arrangement.left, arrangement.right], axis=1), axis=0, return_inverse=True)
         return cls(
@@ -127,3 +130,24 @@ class Job:
     def _difference(self, density: F64) -> F64:
         difference: F64 = density[self.sides[:, 0]] - density[self.sides[:, 1]]
         return difference
+
+
+WOBBLE_SHARE = 0.1  # of the tolerance, for curved outlines
+
+
+def _outline_limits(system: OpticalSystem, shortest_nm: float, tolerance: float) -> tuple[float, float]:
+    """Return the longest side of a curved outline's polygon and its largest wobble, both µm.
+
+    Sides no longer than λN wobble at frequencies that the lens does not pass. What stays is of second order: half the
+    mean square of the wobble times the slope of the line spread, which is no more than ∫2π|f|·|OTF| df along it.
+    """
+    if not math.isfinite(shortest_nm):
+        return math.inf, math.inf
+    blur_um = system.lens.blur_um(shortest_nm)
+    x, w = gauss_legendre(128)
+    f = 0.5 * (1.0 + x) * (1.4 / blur_um)
+    slope = max(
+        float(np.abs(system.otf(f * cx, f * cy, shortest_nm)) @ (f * w)) * 2.0 * math.pi * 1.4 / blur_um
+        for cx, cy in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
+    )
+    return blur_um, math.sqrt(2.0 * WOBBLE_SHARE * tolerance / slope)

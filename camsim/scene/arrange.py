@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -30,8 +31,10 @@ class Arrangement:
     spectra: tuple[Spectrum, ...]
 
 
-def arrange(scene: Scene, *, max_segment_um: float) -> Arrangement:
+def arrange(scene: Scene, *, max_segment_um: float, max_wobble_um: float = math.inf) -> Arrangement:
     """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
+
+    max_segment_um, max_wobble_um : how finely curved outlines are cut into sides (``Disc.outline_um``)
 
     Every visible region contributes its outline against the background; where two regions share an edge
     exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.
@@ -48,7 +51,7 @@ def arrange(scene: Scene, *, max_segment_um: float) -> Arrangement:
     outlines: list[F64] = []
     regions: list[int] = []
     for shape in scene.shapes:
-        outlines.append(_positive(shape.outline_um(max_segment_um)))
+        outlines.append(_positive(shape.outline_um(max_segment_um, max_wobble_um)))
         region = index_of.setdefault(shape.reflectance, len(spectra))
         if region == len(spectra):
             spectra.append(shape.reflectance)

@@ -1,0 +1,47 @@
+"""Discs keep the tolerance although they are rendered as polygons; the truth is a Hankel integral over frequencies."""
+
+import numpy as np
+import pytest
+from scipy import special
+
+import camsim
+
+
+def disc_by_frequencies(radius, lambda_n, distance):
+    """Light of a white disc on black at a point: ∫ OTF(k)·R·J1(2πkR)·J0(2πk·distance)·2π dk up to the cut-off."""
+    x, w = np.polynomial.legendre.leggauss(20)
+    panels = int(4 * (radius + distance) / lambda_n) + 8
+    u = ((np.arange(panels)[:, None] + 0.5 * (1.0 + x)) / panels).ravel()
+    du = np.tile(0.5 * w / panels, panels)
+    otf = 2.0 / np.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
+    k = u / lambda_n
+    wave = special.j1(2.0 * np.pi * k * radius) * special.j0(2.0 * np.pi * k * distance)
+    return float(np.sum(otf * wave * du)) * 2.0 * np.pi * radius / lambda_n
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize(("radius", "lambda_n"), [(3.0, 0.3), (10.0, 1.0), (20.0, 1.0), (60.0, 1.0), (2.0, 6.0)])
+def test_a_disc_under_a_point(radius, lambda_n, tolerance):
+    for distance in radius + lambda_n * np.array([-1.5, -0.5, 0.0, 0.5, 1.0]):
+        if distance < 0.0:
+            continue
+        disc = camsim.Disc(radius_um=radius, centre_um=(distance, 0.0), reflectance=1.0)
+        found = camsim.render(
+            camsim.Scene(background=0.0, shapes=[disc]),
+            [camsim.Airy(f_number=lambda_n)],
+            camsim.Grid(rows=1, cols=1, pitch_um=1.0),
+            wavelength_nm=1000.0,
+            tolerance=tolerance,
+        )
+        assert found.image[0, 0] == pytest.approx(disc_by_frequencies(radius, lambda_n, distance), abs=tolerance)
+
+
+def test_the_outline_has_the_area_of_the_disc_and_the_wobble_asked_for():
+    """The polygon's corners and the middles of its sides lie outside and inside: their mean square is the wobble's."""
+    outline = camsim.Disc(radius_um=7.0, reflectance=1.0).outline_um(1.0, 1e-4)
+    following = np.roll(outline, -1, axis=0)
+    area = 0.5 * np.sum(outline[:, 0] * following[:, 1] - outline[:, 1] * following[:, 0])
+    assert area == pytest.approx(np.pi * 49.0, rel=1e-12)
+    along = np.linspace(0.0, 1.0, 1001)[:, None, None]
+    off = np.hypot(*np.moveaxis(outline + along * (following - outline), 2, 0)) - 7.0
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(1e-4, rel=0.02)
