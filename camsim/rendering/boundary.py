@@ -14,7 +14,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, respond
+from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at
 from camsim.rendering.far import far_edge, far_line, far_tail, weigh
 
 WHOLE, LINE = 0, 1  # what a tile still owes of an edge: all of it, or its infinite line alone
@@ -56,12 +56,12 @@ def _collect(
             gap1 = math.hypot(max(abs(dx) - half, 0.0), max(abs(dy) - half, 0.0))
             gap2 = math.hypot(max(abs(x2) - half, 0.0), max(abs(y2) - half, 0.0)) if s2 < math.inf else math.inf
             gap = min(gap1, gap2)
-            if gap >= n.near and gap >= apart:
-                if line_gap >= apart and line_gap >= (n.reach if edges.response[e] >= 0 else n.near):
+            if gap >= n.quiet_end and gap >= apart:
+                if line_gap >= apart and line_gap >= (n.quiet_line if edges.response[e] >= 0 else n.quiet_end):
                     mode = 1
                 elif edges.response[e] >= 0 and s1 <= -spread and s2 >= spread:
                     mode = 2
-        elif line_gap >= apart and line_gap >= n.reach:
+        elif line_gap >= apart and line_gap >= n.quiet_line:
             mode = 3
         if mode != 1 and mode != 3:
             keep[kept] = e
@@ -141,19 +141,8 @@ def _finish(
             tx, ty = edges.tx[e], edges.ty[e]
             if state[m] == LINE:
                 h0 = (edges.x[e] - origin_x) * ty - (edges.y[e] - y) * tx
-                m4_re = edges.m4_re[e]
                 for c in range(col, min(col + size, cols)):
-                    k = channel[r, c]
-                    image[r, c] += respond(
-                        h0 - c * ty,
-                        tables.response[edges.response[e], edges.pair[e], k],
-                        tables.far[edges.pair[e], k],
-                        n.response_step,
-                        n.reach,
-                        n.sigma2,
-                        n.m22,
-                        m4_re,
-                    )
+                    image[r, c] += line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
             else:
                 for c in range(col, min(col + size, cols)):
                     image[r, c] += edge_at(origin_x + c, y, e, channel[r, c], edges, tables, n)

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numba as nb
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import C128, F64, I64
 from camsim.rendering.far import far_edge, far_line, far_tail, weigh
+from camsim.rendering.rings import ring_tail
 
 
 class Edges(NamedTuple):
@@ -33,13 +34,18 @@ class Tables(NamedTuple):
     field: F64  # (pairs, channels, 2, n, n)
     response: F64  # (directions, pairs, channels, cells, 6)
     base: F64  # (channels,) the background
+    rings: C128  # amplitudes of the rings by wavelength (rings.airy_rings), none without rings
+    ring_weights: F64  # (pairs, channels, wavelengths)
+    blur: F64  # (wavelengths,)
 
 
 class Numbers(NamedTuple):
     """The plan's settings as the kernels read them; lengths in pitches."""
 
     near: float  # an end within this distance is integrated
+    quiet_end: float  # beyond this one it sends no rings
     reach: float  # an edge response is looked up to this distance
+    quiet_line: float  # beyond this one a line sends no rings
     field_step: float
     response_step: float
     panel: float
@@ -145,6 +151,58 @@ def _flux(
 
 
 @nb.njit(cache=True)
+def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
+    """Rings of the half line from s ≥ 0 on, going in direction (tx, ty)."""
+    if math.hypot(h, s) >= n.quiet_end:
+        return 0.0
+    return ring_tail(h, s, tx, ty, weights, tables.blur, tables.rings, n.near)
+
+
+@nb.njit(cache=True)
+def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
+    """Rings of an infinite line at |h| ≥ ``reach``."""
+    if abs(h) >= n.quiet_line:
+        return 0.0
+    ahead = ring_tail(h, 0.0, tx, ty, weights, tables.blur, tables.rings, n.near)
+    return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.blur, tables.rings, n.near)
+
+
+@nb.njit(cache=True)
+def _rings_of_part(
+    h: float, s1: float, s2: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers
+) -> float:
+    """Rings of the part s1 < s2 of an edge, every point of it beyond ``near``.
+
+    A half line going the other way sees the photosite on its other side, and runs against the edge: twice a sign.
+    """
+    if s1 >= 0.0:
+        return _rings_of_end(h, s1, tx, ty, weights, tables, n) - _rings_of_end(h, s2, tx, ty, weights, tables, n)
+    if s2 <= 0.0:
+        return _rings_of_end(-h, -s1, -tx, -ty, weights, tables, n) - _rings_of_end(
+            -h, -s2, -tx, -ty, weights, tables, n
+        )
+    return (
+        _rings_of_line(h, tx, ty, weights, tables, n)
+        + _rings_of_end(-h, -s1, -tx, -ty, weights, tables, n)
+        - _rings_of_end(h, s2, tx, ty, weights, tables, n)
+    )
+
+
+@nb.njit(cache=True)
+def line_at(h: float, e: int, channel: int, edges: Edges, tables: Tables, n: Numbers) -> float:
+    """Contribution of one edge's infinite line, half of it taken away, to a photosite at signed distance h."""
+    pair = edges.pair[e]
+    far = tables.far[pair, channel]
+    m4_re = edges.m4_re[e]
+    response = tables.response[edges.response[e], pair, channel]
+    total: float = respond(h, response, far, n.response_step, n.reach, n.sigma2, n.m22, m4_re)
+    if n.reach <= abs(h) < n.quiet_line:
+        weights = tables.ring_weights[pair, channel]
+        total += _rings_of_line(h, edges.tx[e], edges.ty[e], weights, tables, n)
+    return total
+
+
+@nb.njit(cache=True)
 def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tables, n: Numbers) -> float:
     """Contribution of one edge to one photosite, by whichever of the ways is exact enough and cheap."""
     tx, ty = edges.tx[e], edges.ty[e]
@@ -157,9 +215,14 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
     m4_re, m4_im = edges.m4_re[e], edges.m4_im[e]
     r1, r2 = math.hypot(h, s1), math.hypot(h, s2)
     beside = s1 < 0.0 < s2
+    ringed = n.quiet_end > n.near
+    ring_weights = tables.ring_weights[pair, channel]
     sees_line = beside and edges.response[e] >= 0 and abs(h) < n.reach
     if not sees_line and min(r1, r2) >= n.near and (not beside or abs(h) >= n.near):
-        return weigh(far_edge(h, s1, s2, n.sigma2, n.m22, m4_re, m4_im), far)
+        total = weigh(far_edge(h, s1, s2, n.sigma2, n.m22, m4_re, m4_im), far)
+        if ringed:
+            total += _rings_of_part(h, s1, s2, tx, ty, ring_weights, tables, n)
+        return total
     field = tables.field[pair, channel]
     cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
     low, high = max(s1, -cut), min(s2, cut)
@@ -169,19 +232,14 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
             total = _flux(h, low, high, tx, ty, field, n.field_step, n.panel, n.gauss_x, n.gauss_w)
             if s1 < low:
                 total += weigh(far_edge(h, s1, low, n.sigma2, n.m22, m4_re, m4_im), far)
+                if ringed:
+                    total += _rings_of_part(h, s1, low, tx, ty, ring_weights, tables, n)
             if s2 > high:
                 total += weigh(far_edge(h, high, s2, n.sigma2, n.m22, m4_re, m4_im), far)
+                if ringed:
+                    total += _rings_of_part(h, high, s2, tx, ty, ring_weights, tables, n)
         return total
-    total = respond(
-        h,
-        tables.response[edges.response[e], pair, channel],
-        far,
-        n.response_step,
-        n.reach,
-        n.sigma2,
-        n.m22,
-        m4_re,
-    )
+    total = line_at(h, e, channel, edges, tables, n)
     for side in range(2):
         s = -s1 if side == 0 else s2
         if s < cut:
@@ -192,4 +250,8 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
             s = cut
         if s < math.inf:
             total -= weigh(far_tail(h, s, n.sigma2, n.m22, m4_re, -m4_im if side == 0 else m4_im), far)
+            if ringed and side == 0:
+                total += _rings_of_end(-h, s, -tx, -ty, ring_weights, tables, n)
+            elif ringed:
+                total -= _rings_of_end(h, s, tx, ty, ring_weights, tables, n)
     return total

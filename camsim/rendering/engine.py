@@ -7,16 +7,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
+from camsim.arrays import C128, F64, I64, U8
 from camsim.rendering.boundary import render_edges
 from camsim.rendering.edge import Edges, Numbers, Tables
 from camsim.rendering.far import far_moments
-from camsim.rendering.footprint import Footprint
+from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import Settings
 from camsim.rendering.quadrature import gauss_legendre
+from camsim.rendering.rings import airy_rings
 from camsim.rendering.tables import edge_responses, field_tables
 
 
@@ -41,6 +42,7 @@ def interpolation(nodes: F64, points: F64) -> F64:
 
 BAND_PHOTOSITES = 2_000_000
 MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
+RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, relative to no footprint
 CROWDED = 6  # edges: with more of them left, quartering a tile is cheaper than visiting its photosites
 
 
@@ -58,7 +60,9 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
     return Numbers(
         near=settings.near,
+        quiet_end=settings.quiet_end,
         reach=settings.reach,
+        quiet_line=settings.quiet_line,
         field_step=settings.field_step,
         response_step=settings.response_step,
         panel=settings.panel,
@@ -134,6 +138,9 @@ def boundary_image(
         field=field.reshape(pairs, channels, *field.shape[1:]),
         response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
         base=job.base,
+        rings=_rings(blur, footprint, settings),
+        ring_weights=weights,
+        blur=blur,
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
@@ -147,6 +154,15 @@ def boundary_image(
             )
         progress(min(row + band, rows) / rows)
     return image
+
+
+def _rings(blur: F64, footprint: Footprint, settings: Settings) -> C128:
+    """Return the rings' amplitudes, where the plan computes rings."""
+    if settings.quiet_end == settings.near:
+        return np.empty((0, 2, 1, 1), np.complex128)
+    order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
+    nodes, weights = footprint_rule(footprint.side, footprint.spots, order)
+    return airy_rings(blur, nodes, weights, nearest=settings.near)
 
 
 def _directions(tx: F64, ty: F64, wanted: np.ndarray) -> tuple[I64, F64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +49,11 @@ class Footprint:
             m8=float(abs(weight @ z**8)),
         )
 
+    @property
+    def extent(self) -> float:
+        """Distance of its farthest point from its centre, pitches."""
+        return float(np.hypot(*(np.abs(self.spots) + 0.5 * self.side).T).max())
+
     def transfer(self, frequency: F64) -> F64:
         """OTF (directions, n), signed, at each radial frequency (cycles/pitch) from 0° to 45°, its octant."""
         # One wavelength has narrow lobes where the footprint is many λN wide; a spectrum smears them.
@@ -56,6 +62,23 @@ class Footprint:
         spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx, sy in self.spots], axis=0)
         otf: F64 = np.sinc(self.side * fx) * np.sinc(self.side * fy) * spots
         return otf
+
+
+def rule_order(phase: float, allowed: float) -> int:
+    """Return the order of a Gauss rule that integrates cos(phase·x) over −1 … 1 to ``allowed``."""
+    order = 3
+    log_phase = math.log(max(phase, 1e-3))
+    while True:
+        error = (
+            (2 * order + 1) * math.log(2.0)
+            + 4 * math.lgamma(order + 1)
+            - math.log(2 * order + 1)
+            - 3 * math.lgamma(2 * order + 1)
+            + 2 * order * log_phase
+        )
+        if error < math.log(allowed):
+            return order
+        order += 1
 
 
 def footprint_rule(side: float, spots: F64, order: int) -> tuple[F64, F64]:

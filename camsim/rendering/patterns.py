@@ -65,7 +65,7 @@ PATTERNS: dict[type, Pattern] = {
         ring=1.0 / (4.0 * math.pi**4),
         grain=1.0,
         quiet=lambda tolerance: 5.0,
-        finest=1e-7,
+        finest=1e-9,
     ),
     Gaussian: Pattern(
         energy=lambda rho: _GAUSSIAN.encircled_energy(rho, _UNIT_NM),

@@ -5,7 +5,8 @@ Sources of error, each given a share of the tolerance (amplitudes are for a cont
 * The far form leaves out what oscillates with cos(2πr/λN). Per end at distance R it is at most
   (λN/R)^{5/2}·D/(4π⁴), D the footprint's transfer at 1/λN; a whole line twice that. Over a spectrum the
   wavelengths are added as the phasors that they are, sign of D included; many corners in sight of one photosite (or
-  many lines) add up like random phases, so their share falls with the root of their number.
+  many lines) add up like random phases, so their share falls with the root of their number. Where keeping it out by
+  distance would take long integrals, the rings are computed instead (rings.py) until they are as quiet as that.
 * The footprint's moments end at the fourth: next come |M8|/(16π R⁸) and about 3·c1·M6/(2π R⁷).
 * The 8-point look-up in the field: 1.1e-3·(2πδ/λN)⁸ of the field's highest frequencies; the panels' Gauss rule.
 * Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
@@ -27,16 +28,26 @@ COARSEST = 1e-2
 SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
 FEW = 4  # corners, or lines, that the shares below were set for
 NEAREST = 5.0  # blurs: where the search for quiet begins
+RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength
+RINGS_ALWAYS = 150.0  # blurs: a table of the field as wide as this is too large whatever the rings cost
+RINGS_NEAREST = 10.0  # blurs, beyond the footprint: their series and the smooth powers of 1/r hold to 1e-11
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Settings of one boundary rendering; lengths in pitches."""
+    """Settings of one boundary rendering; lengths in pitches.
+
+    near, quiet_end   : an end is integrated within ``near``; beyond, its rings count until ``quiet_end``
+    reach, quiet_line : a line's response is looked up within ``reach``; beyond, its rings count until ``quiet_line``
+    (without rings both pairs are equal: near and reach are themselves quiet)
+    """
 
     tolerance: float
     near: float
+    quiet_end: float
     reach: float
+    quiet_line: float
     field_step: float
     response_step: float
     panel: float
@@ -70,23 +81,28 @@ def plan_boundary(
         pattern.quiet(tolerance) * longest,
         _moment_distance(pattern.powers[0] * longest, footprint, 0.125 * tolerance),
     )
-    near = max(smooth, quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance, end=True))
-    corners = crowding(start, end, 4.0 * near)
+    quiet_end = max(smooth, quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance, end=True))
+    corners = crowding(start, end, 4.0 * quiet_end)
     if corners > FEW:
-        near = max(
+        quiet_end = max(
             smooth,
             quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance * math.sqrt(FEW / corners), end=True),
         )
-    lines = int(np.count_nonzero(np.hypot(*(end - start).T) >= near))
+    lines = int(np.count_nonzero(np.hypot(*(end - start).T) >= quiet_end))
     allowed = tolerance / 6.0 * math.sqrt(FEW / max(lines, FEW))
-    reach = max(near, quiet_distance(pattern, blur, shares, footprint, allowed, end=False))
+    quiet_line = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, allowed, end=False))
+    near, reach = quiet_end, quiet_line
+    if quiet_end > min(RINGS_FROM * blur.size, RINGS_ALWAYS) * longest:
+        near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
     field_step = pattern.grain * shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
     response_step = pattern.grain * shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
     digits = -math.log10(tolerance)
     return Settings(
         tolerance=tolerance,
         near=near,
+        quiet_end=quiet_end,
         reach=reach,
+        quiet_line=quiet_line,
         field_step=field_step,
         response_step=response_step,
         panel=shortest * 1.6,

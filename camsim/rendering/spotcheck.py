@@ -18,7 +18,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.rendering.far import far_moments
-from camsim.rendering.footprint import Footprint, footprint_rule
+from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import quiet_distance
@@ -49,7 +49,7 @@ class Check:
             quiet_distance(pattern, blur, shares, footprint, 0.25 * allowed, end=True),
         )
         nodes, weights = footprint_rule(
-            footprint.side, footprint.spots, _rule_order(math.pi * footprint.side / shortest, allowed)
+            footprint.side, footprint.spots, rule_order(math.pi * footprint.side / shortest, 20.0 * allowed)
         )
         return cls(radius=radius + float(np.abs(nodes).max()), nodes=nodes, weights=weights)
 
@@ -59,23 +59,6 @@ class Check:
         nodes = 2.0 * span * PANEL_NODES / PANEL_BLUR
         profiles = near_edges * span * CELLS_PER_BLUR * blur.size * 6e-9
         return len(self.weights) * (near_edges * nodes * 1.6e-9 + edges * 8e-9) + profiles + 3e-5
-
-
-def _rule_order(phase: float, allowed: float) -> int:
-    """Return the order of a Gauss rule that integrates cos(phase·x) over −1 … 1; the field holds little of it."""
-    order = 3
-    log_phase = math.log(max(phase, 1e-3))
-    while True:
-        error = (
-            (2 * order + 1) * math.log(2.0)
-            + 4 * math.lgamma(order + 1)
-            - math.log(2 * order + 1)
-            - 3 * math.lgamma(2 * order + 1)
-            + 2 * order * log_phase
-        )
-        if error < math.log(20.0 * allowed):
-            return order
-        order += 1
 
 
 def reference_values(
