@@ -19,6 +19,7 @@ from camsim.rendering.patterns import Pattern
 from camsim.rendering.potential import ORDER, SCALE, at_radius, contract, lagrange_weights, potential
 from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
+LONG = 100  # taps: from here on an average runs
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
 
@@ -56,8 +57,18 @@ def field_tables(
 def _filtered(
     radial: F64, samples_per_step: float, average: F64, slope: F64, rows: int, margin: int, count: int
 ) -> F64:
-    """Apply ``slope`` along the first axis and ``average`` along the second to radial functions on a square grid."""
+    """Apply ``slope`` along the first axis and ``average`` along the second to radial functions on a square grid.
+
+    A photosite of many steps has a long average of equal taps and a slope of few that are not 0: then the average
+    runs along the line, adding the taps' differences, of which there are as few.
+    """
     reach = average.size // 2
+    change = np.zeros(average.size + 1)
+    change[:-1] += average
+    change[1:] -= average
+    long = average.size > LONG
+    changes = np.flatnonzero(np.abs(change) > 1e-15 * np.abs(average).max())
+    slopes = np.flatnonzero(slope)
     tables = np.empty((radial.shape[0], 2, rows, rows))
     for k in range(radial.shape[0]):
         averaged = np.zeros((count, rows))
@@ -68,12 +79,21 @@ def _filtered(
                 line[j + margin + reach] = at_radius(radial[k], math.hypot(i, j) * samples_per_step, scratch)
             for j in range(margin + reach):
                 line[j] = line[2 * (margin + reach) - j]
-            for b in range(average.size):
-                for c in range(rows):
-                    averaged[i, c] += average[b] * line[c + b]
+            if long:
+                for b in range(average.size):
+                    averaged[i, 0] += average[b] * line[b]
+                for b in changes:
+                    for c in range(1, rows):
+                        averaged[i, c] += change[b] * line[c + b - 1]
+                for c in range(1, rows):
+                    averaged[i, c] = averaged[i, c - 1] - averaged[i, c]
+            else:
+                for b in range(average.size):
+                    for c in range(rows):
+                        averaged[i, c] += average[b] * line[c + b]
         for r in nb.prange(rows):
             row = np.zeros(rows)
-            for a in range(slope.size):
+            for a in slopes:
                 source = abs(r - margin + a - reach)
                 for c in range(rows):
                     row[c] += slope[a] * averaged[source, c]
