@@ -2,6 +2,6 @@
 
 from camsim.rendering.grid import Grid
 from camsim.rendering.kernels import kernels_compiled
-from camsim.rendering.render import Rendering, render, render_channels
+from camsim.rendering.render import Rendering, render, render_bands, render_channels
 
-__all__ = ["Grid", "Rendering", "kernels_compiled", "render", "render_channels"]
+__all__ = ["Grid", "Rendering", "kernels_compiled", "render", "render_bands", "render_channels"]

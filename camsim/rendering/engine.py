@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -81,7 +81,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
     )
 
 
-def boundary_image(
+def boundary_bands(
     job: Job,
     *,
     pattern: Pattern,
@@ -89,12 +89,10 @@ def boundary_image(
     nodes: Nodes,
     settings: Settings,
     channel: U8,
-    progress: Callable[[float], None],
-) -> F64:
-    """Render a job whose lens and footprint the engine knows.
+) -> Iterator[F64]:
+    """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
 
-    channel  : (rows, cols) channel of each photosite
-    progress : told the fraction done
+    channel : (rows, cols) channel of each photosite
     """
     start, end, pair, weights = job.start, job.end, job.pair, nodes.weights
     system, pitch_um, origin = job.system, job.grid.pitch_um, job.grid.first_centre
@@ -144,16 +142,14 @@ def boundary_image(
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
-    image = np.empty((rows, cols))
     # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
         with ONE_AT_A_TIME:
-            image[row : row + band] = render_edges(
+            part = render_edges(
                 origin[0], origin[1] + row, np.ascontiguousarray(channel[row : row + band]), edges, tables, n
             )
-        progress(min(row + band, rows) / rows)
-    return image
+        yield part
 
 
 def _rings(blur: F64, footprint: Footprint, settings: Settings) -> C128:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from camsim.arrays import F64, U8
+from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.rendering import sampled
-from camsim.rendering.engine import boundary_image
+from camsim.rendering.engine import boundary_bands
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.hardest import hardest_photosites
 from camsim.rendering.job import Job, Nodes
@@ -21,6 +21,8 @@ from camsim.rendering.plan import Settings, plan_boundary
 from camsim.rendering.spotcheck import SHARE, Check, reference_values
 
 Progress = Callable[[float], None]
+
+FLAT_ROWS = 256
 
 
 class Run(Protocol):
@@ -37,6 +39,23 @@ class Run(Protocol):
 
     def check(self, image: F64, channel: U8) -> tuple[float, int]:
         """Return the worst error found and the number of photosites it was looked for at."""
+        ...
+
+
+@runtime_checkable
+class BandedRun(Run, Protocol):
+    """A method that finishes rows from the top down: no more than a band need be held."""
+
+    def bands(self, channel: U8) -> Iterator[F64]:
+        """Yield the image band by band."""
+        ...
+
+    def hardest(self) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites that the check looks at."""
+        ...
+
+    def compare(self, values: F64, rows: I64, cols: I64, sets: U8) -> tuple[float, int]:
+        """Return what ``check`` does, of an image's ``values`` at those photosites, of channels ``sets``."""
         ...
 
 
@@ -72,23 +91,31 @@ class RoundRun:
         """Number of wavelength nodes."""
         return self.nodes.wavelength_nm.size
 
-    def check(self, image: F64, channel: U8) -> tuple[float, int]:
-        """Compute the hardest photosites again, by the path of ``spotcheck``."""
+    @property
+    def _check(self) -> Check:
         job = self.job
-        check = Check.planned(self.pattern, job.blur, job.shares, self.footprint, self.settings.tolerance)
-        rows, cols = hardest_photosites(
+        return Check.planned(self.pattern, job.blur, job.shares, self.footprint, self.settings.tolerance)
+
+    def hardest(self) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites that the check looks at."""
+        job = self.job
+        return hardest_photosites(
             job.start,
             job.end,
             job.grid,
             self.settings,
-            check,
+            self._check,
             job.blur_at(self.nodes.wavelength_nm),
             len(job.sides),
         )
+
+    def compare(self, values: F64, rows: I64, cols: I64, sets: U8) -> tuple[float, int]:
+        """Compute those photosites again, by the path of ``spotcheck``; return the worst difference, and how many."""
+        job = self.job
         x0, y0 = job.grid.first_centre
         reference = reference_values(
             np.stack([x0 + cols, y0 + rows], axis=1),
-            channel[rows, cols].astype(np.int64),
+            sets.astype(np.int64),
             start=job.start,
             end=job.end,
             pair=job.pair,
@@ -96,9 +123,14 @@ class RoundRun:
             base=job.base,
             pattern=self.pattern,
             blur=job.blur_at(self.check_nodes.wavelength_nm),
-            check=check,
+            check=self._check,
         )
-        return float(np.abs(image[rows, cols] - reference).max()), rows.size
+        return float(np.abs(values - reference).max()), rows.size
+
+    def check(self, image: F64, channel: U8) -> tuple[float, int]:
+        """Compute the hardest photosites again."""
+        rows, cols = self.hardest()
+        return self.compare(image[rows, cols], rows, cols, channel[rows, cols])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -118,18 +150,34 @@ class BoundaryRun:
         """Number of wavelength nodes."""
         return self.round.wavelengths
 
-    def image(self, channel: U8, progress: Progress) -> F64:
-        """Render the whole grid."""
+    def bands(self, channel: U8) -> Iterator[F64]:
+        """Yield the image band by band."""
         run = self.round
-        return boundary_image(
+        return boundary_bands(
             run.job,
             pattern=run.pattern,
             footprint=run.footprint,
             nodes=run.nodes,
             settings=run.settings,
             channel=channel,
-            progress=progress,
         )
+
+    def image(self, channel: U8, progress: Progress) -> F64:
+        """Render the whole grid."""
+        image, row = np.empty(channel.shape), 0
+        for band in self.bands(channel):
+            image[row : row + len(band)] = band
+            row += len(band)
+            progress(row / len(image))
+        return image
+
+    def hardest(self) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites that the check looks at."""
+        return self.round.hardest()
+
+    def compare(self, values: F64, rows: I64, cols: I64, sets: U8) -> tuple[float, int]:
+        """Return the worst error at photosites, and their number."""
+        return self.round.compare(values, rows, cols, sets)
 
     def check(self, image: F64, channel: U8) -> tuple[float, int]:
         """Compute the hardest photosites again."""
@@ -192,10 +240,23 @@ class FlatRun:
         """No wavelength is blurred."""
         return 0
 
+    def bands(self, channel: U8) -> Iterator[F64]:
+        """Yield the background of each photosite's channel, some rows at a time."""
+        for row in range(0, len(channel), FLAT_ROWS):
+            yield self.job.base[channel[row : row + FLAT_ROWS]]
+
     def image(self, channel: U8, progress: Progress) -> F64:
         """Return the background of each photosite's channel."""
         progress(1.0)
         return self.job.base[channel]
+
+    def hardest(self) -> tuple[I64, I64]:
+        """Return no photosites."""
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+
+    def compare(self, values: F64, rows: I64, cols: I64, sets: U8) -> tuple[float, int]:
+        """Return no error."""
+        return 0.0, self.job.grid.rows * self.job.grid.cols
 
     def check(self, image: F64, channel: U8) -> tuple[float, int]:
         """Return no error: nothing was computed that could be wrong."""

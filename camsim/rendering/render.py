@@ -14,7 +14,7 @@ from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
-from camsim.rendering.methods import METHODS, prepare
+from camsim.rendering.methods import METHODS, BandedRun, prepare
 from camsim.scene import Scene
 
 NAMES = ("auto", *METHODS)
@@ -134,11 +134,9 @@ def render_channels(
     returns       : image in the unit of ``response``
     """
     begin = time.perf_counter()
-    for w in (wavelength_nm.min(), wavelength_nm.max()):
-        if not (math.isfinite(w) and w > 0):
-            raise InvalidValueError(f"wavelength_nm: {w!r} is not a wavelength; give nm above 0")
+    _refuse_no_wavelengths(wavelength_nm)
     job = Job.of(scene, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance)
-    chosen = "boundary" if method == "auto" else method
+    chosen = _chosen(method)
     run = prepare(chosen, job, samples)
     report = progress or _silent
 
@@ -171,6 +169,69 @@ def render_channels(
         planes=planes,
         planes_error=planes_error,
     )
+
+
+def render_bands(
+    scene: Scene,
+    system: OpticalSystem,
+    grid: Grid,
+    *,
+    response: F64,
+    wavelength_nm: F64,
+    channel: U8,
+    tolerance: float,
+    take: Callable[[F64], None],
+    progress: Progress | None = None,
+) -> Rendering:
+    """Render as ``render_channels`` does, to the last bit, and hand the image to ``take`` band by band, from the top.
+
+    Nothing is kept: the image that is returned has no rows. Methods that cannot finish one row before another hand over
+    everything as one band.
+    """
+    begin = time.perf_counter()
+    _refuse_no_wavelengths(wavelength_nm)
+    job = Job.of(scene, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance)
+    chosen = _chosen("auto")
+    run = prepare(chosen, job, None)
+    scale, report = job.signals.scale, progress or _silent
+    report("render", 0.0)
+    if isinstance(run, BandedRun):
+        rows, cols = run.hardest()
+        values, first = np.empty(rows.size), 0
+        for band in run.bands(channel):
+            here = (first <= rows) & (rows < first + len(band))
+            values[here] = band[rows[here] - first, cols[here]]
+            band *= scale[channel[first : first + len(band)]]
+            take(band)
+            first += len(band)
+            report("render", 0.9 * first / grid.rows)
+        error, checked = run.compare(values, rows, cols, channel[rows, cols])
+    else:
+        image = run.image(channel, lambda done: report("render", 0.9 * done))
+        error, checked = run.check(image, channel)
+        image *= scale[channel]
+        take(image)
+    report("render", 1.0)
+    return Rendering(
+        image=np.empty((0, grid.cols)),
+        error_estimate=error,
+        checked_photosites=checked,
+        seconds=time.perf_counter() - begin,
+        method=chosen,
+        tolerance=tolerance,
+        wavelengths=run.wavelengths,
+    )
+
+
+def _refuse_no_wavelengths(wavelength_nm: F64) -> None:
+    for w in (wavelength_nm.min(), wavelength_nm.max()):
+        if not (math.isfinite(w) and w > 0):
+            raise InvalidValueError(f"wavelength_nm: {w!r} is not a wavelength; give nm above 0")
+
+
+def _chosen(method: str) -> str:
+    """Return the method that renders: the one named, or the one that "auto" means."""
+    return "boundary" if method == "auto" else method
 
 
 def _silent(stage: str, fraction: float) -> None:
