@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy import special
@@ -54,6 +55,8 @@ class Airy:
     transmission : fraction of the light that passes, a number or a curve over wavelength
     """
 
+    place: ClassVar[str] = "lens"
+
     f_number: float
     transmission: Spectrum = 1.0
 
@@ -64,6 +67,27 @@ class Airy:
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""
         return self.f_number * wavelength_nm / NM_PER_UM
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which nothing passes, 1/(λN), cycles/µm."""
+        return 1.0 / self.blur_um(wavelength_nm)
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
+        """Return a radius beyond which at most ``lost_fraction`` of the light falls, µm.
+
+        Beyond r lies J0² + J1² ≤ (2/πx)(1 + 1/(2x)), x = πr/(λN): twice the tail's mean, for its ripple is as large.
+        """
+        return self.blur_um(wavelength_nm) * (4.0 / (math.pi**2 * lost_fraction) + 1.0)
+
+    def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
+        """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²: π/(λN)²·(J1(x)/x)², x = πr/(λN)."""
+        blur_um = self.blur_um(wavelength_nm)
+        x = (math.pi / blur_um) * np.asarray(r_um, float)
+        near = x < 1e-4
+        safe = np.where(near, 1.0, x)
+        jinc = np.where(near, 0.5 - x * x / 16.0, special.j1(safe) / safe)
+        irradiance: F64 = math.pi / blur_um**2 * jinc * jinc
+        return irradiance
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function at (fx, fy) cycles/µm; real, because the pattern is symmetric."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -24,6 +25,9 @@ class Gaussian:
     >>> float(half.otf(np.array(0.25), np.array(0.0), 550.0).round(12))
     0.5
     """
+
+    place: ClassVar[str] = "lens"
+    fades: ClassVar[bool] = True
 
     sigma_um: float
     f_number: float = 8.0

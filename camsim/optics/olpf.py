@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,9 @@ class FourSpotOlpf:
            [-2.,  2.],
            [ 2.,  2.]])
     """
+
+    place: ClassVar[str] = "olpf"
+    separable: ClassVar[bool] = True
 
     split_um: float
 

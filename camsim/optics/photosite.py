@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,6 +20,9 @@ class SquarePhotosite:
     2.0
     """
 
+    place: ClassVar[str] = "photosite"
+    separable: ClassVar[bool] = True
+
     side_um: float
 
     def __post_init__(self) -> None:
@@ -33,6 +37,16 @@ class SquarePhotosite:
                 f"fill_factor: {fill_factor!r} is outside 0..1 (a fraction of the pitch's area; 0.6 means 60 %)"
             )
         return cls(side_um=pitch_um * math.sqrt(fill_factor))
+
+    @property
+    def half_extent_um(self) -> tuple[float, float]:
+        """How far it reaches from its centre along x and y, µm."""
+        return 0.5 * self.side_um, 0.5 * self.side_um
+
+    @property
+    def sides_um(self) -> tuple[float, float]:
+        """Width and height, µm."""
+        return self.side_um, self.side_um
 
     @property
     def area_um2(self) -> float:

@@ -2,75 +2,145 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.optics.airy import Airy
-from camsim.optics.gaussian import Gaussian
-from camsim.optics.olpf import FourSpotOlpf
 from camsim.optics.photosite import SquarePhotosite
+
+PLACES = ("lens", "olpf", "photosite")
 
 
 class OpticalStage(Protocol):
-    """Anything with a transfer function: a stage of the user's own needs no more than this."""
+    """Anything with a transfer function: a stage of the user's own needs no more than this.
+
+    A stage says by ``place`` ("lens", "olpf" or "photosite") what it stands for. One without a place is a blur of its
+    own besides these, or the lens when there is no other.
+    """
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function at (fx, fy) cycles/µm."""
+        """Transfer function at (fx, fy) cycles/µm: the transform of the point image with exp(−2πi f·x).
+
+        Real or complex, OTF(−f) the conjugate of OTF(f), 1 at zero.
+        """
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpticalSystem:
-    """A lens, then perhaps an OLPF, then a photosite.
+    """A lens, then perhaps an OLPF, then a photosite; ``more``: blurs of the user's own besides these.
 
+    >>> from camsim.optics import Airy
     >>> system = OpticalSystem.of([Airy(f_number=8.0), SquarePhotosite(side_um=4.88)])
     >>> float(system.otf(np.array(0.0), np.array(0.0), 550.0))
     1.0
     """
 
-    lens: Airy | Gaussian
-    olpf: FourSpotOlpf | None = None
-    photosite: SquarePhotosite = field(default_factory=lambda: SquarePhotosite(side_um=0.0))
+    lens: Any
+    olpf: Any = None
+    photosite: Any = field(default_factory=lambda: SquarePhotosite(side_um=0.0))
+    more: tuple[OpticalStage, ...] = ()
 
     @classmethod
     def of(cls, stages: Sequence[OpticalStage]) -> OpticalSystem:
         """Sort a list of stages into their places; each place holds one at the most."""
         places: dict[str, OpticalStage] = {}
-        kinds = {Airy: "lens", Gaussian: "lens", FourSpotOlpf: "olpf", SquarePhotosite: "photosite"}
+        more: list[OpticalStage] = []
         for stage in stages:
-            place = kinds.get(type(stage))
-            if place is None:
+            if not callable(getattr(stage, "otf", None)):
                 raise UnsupportedError(
-                    f"optics: {type(stage).__name__} is not a stage the boundary engine knows; "
-                    f"it takes {', '.join(kind.__name__ for kind in kinds)}"
+                    f"optics: {type(stage).__name__} has no otf(fx_per_um, fy_per_um, wavelength_nm); "
+                    "a stage needs that much"
+                )
+            place = getattr(stage, "place", None)
+            if place is None:
+                more.append(stage)
+                continue
+            if place not in PLACES:
+                raise UnsupportedError(
+                    f"optics: {type(stage).__name__}.place is {place!r}; it is one of {', '.join(PLACES)}"
                 )
             if place in places:
                 raise UnsupportedError(f"optics: two stages for the {place}; give one")
             places[place] = stage
+        if "lens" not in places and more:
+            places["lens"] = more.pop(0)
         if "lens" not in places:
             raise UnsupportedError("optics: no lens; add camsim.Airy(f_number=…)")
-        return cls(**places)  # type: ignore[arg-type]
+        return cls(**places, more=tuple(more))
 
     @property
     def stages(self) -> tuple[OpticalStage, ...]:
         """The stages that are there, in the order light meets them."""
-        return tuple(stage for stage in (self.lens, self.olpf, self.photosite) if stage is not None)
+        return tuple(stage for stage in (self.lens, *self.more, self.olpf, self.photosite) if stage is not None)
 
     def spots_um(self) -> F64:
         """Offsets (n, 2) of the images that the OLPF makes of a point, equal in light; one at 0 without it."""
-        return np.zeros((1, 2)) if self.olpf is None else self.olpf.spots_um()
+        if self.olpf is None:
+            return np.zeros((1, 2))
+        spots: F64 = self.olpf.spots_um()
+        return spots
 
     def footprint_otf(self, fx_per_um: F64, fy_per_um: F64) -> F64:
         """OTF of OLPF and photosite, the part that no wavelength changes."""
-        otf = self.photosite.otf(fx_per_um, fy_per_um, 0.0)
+        otf: F64 = self.photosite.otf(fx_per_um, fy_per_um, 0.0)
         return otf if self.olpf is None else otf * self.olpf.otf(fx_per_um, fy_per_um, 0.0)
+
+    def point_otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """OTF of the lens and of every stage of the user's own: what a wavelength may change."""
+        otf: F64 = self.lens.otf(fx_per_um, fy_per_um, wavelength_nm)
+        for stage in self.more:
+            otf = otf * stage.otf(fx_per_um, fy_per_um, wavelength_nm)
+        return otf
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """OTF of the whole system."""
-        product: F64 = self.lens.otf(fx_per_um, fy_per_um, wavelength_nm) * self.footprint_otf(fx_per_um, fy_per_um)
+        product: F64 = self.point_otf(fx_per_um, fy_per_um, wavelength_nm) * self.footprint_otf(fx_per_um, fy_per_um)
         return product
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which nothing passes the lens, cycles/µm; looked for where the lens does not say."""
+        known = getattr(self.lens, "cutoff_per_um", None)
+        return float(known(wavelength_nm)) if known is not None else _cutoff(self.lens, wavelength_nm)
+
+    def blur_um(self, wavelength_nm: float) -> float:
+        """The lens pattern's own length, µm; the inverse of the cut-off where the lens does not say."""
+        known = getattr(self.lens, "blur_um", None)
+        return float(known(wavelength_nm)) if known is not None else 1.0 / self.cutoff_per_um(wavelength_nm)
+
+
+NOTHING = 1e-14  # a transfer that rounding hides
+HIGHEST_PER_UM = 2.0**12
+
+
+def _cutoff(lens: OpticalStage, wavelength_nm: float) -> float:
+    """Return where a transfer function ends in every direction, to 1 in 1000, cycles/µm."""
+    angle = np.pi * np.arange(24) / 24.0
+    across, down = np.cos(angle), np.sin(angle)
+
+    def passes(radius: F64) -> bool:
+        otf = lens.otf(np.multiply.outer(radius, across), np.multiply.outer(radius, down), wavelength_nm)
+        return bool((np.abs(otf) > NOTHING).any())
+
+    # From outside in: a transfer may be 0 somewhere within its band.
+    high = HIGHEST_PER_UM
+    if passes(np.array([high])):
+        raise UnsupportedError(
+            f"optics: the transfer of {type(lens).__name__} does not end by {high:g} cycles/µm; "
+            "give the stage a cutoff_per_um(wavelength_nm), or put a lens before it"
+        )
+    while high > 1.0 / HIGHEST_PER_UM and not passes(np.linspace(0.5 * high, high, 64)):
+        high *= 0.5
+    low = 0.5 * high
+    while high - low > 1e-3 * high:
+        middle = 0.5 * (low + high)
+        if passes(np.linspace(middle, high, 16)):
+            low = middle
+        else:
+            high = middle
+    return math.nextafter(high, math.inf)

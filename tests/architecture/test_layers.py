@@ -37,6 +37,7 @@ LIBRARIES = {
     "yaml": ("camsim.config",),
     "colour": ("camsim.spectra.colour_science",),
     "numba": ("camsim.rendering", "camsim.measure"),
+    "finufft": ("camsim.rendering", "camsim.optics"),
     "shapely": ("camsim.scene", "camsim.measure"),
     "tifffile": ("camsim.files", "camsim.measure.reading"),
     "OpenEXR": ("camsim.files", "camsim.measure.reading"),

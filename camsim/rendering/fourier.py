@@ -1,0 +1,219 @@
+"""The exact Fourier engine: any lens, any photosite (docs/fourier.md has its error model).
+
+The transform of the regions is known exactly, edge by edge. Times the transfer of every stage, added up over the
+aliases of the photosites' lattice, and one inverse transform per channel: that is the image, with a kernel tapered to
+0 before the period could wrap it round (fourier_plan.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from camsim.arrays import F64, I64, U8
+from camsim.errors import InvalidValueError
+from camsim.optics import OpticalSystem
+from camsim.rendering.fourier_edges import add_fields, add_round
+from camsim.rendering.fourier_lens import (
+    Fields,
+    footprint_transfer,
+    kernel_of,
+    plain_fields,
+    round_curves,
+    tapered_fields,
+)
+from camsim.rendering.fourier_plan import BLOCK_POINTS, FourierPlan, Kernel, Tile, Work, blocks, plan_fourier
+from camsim.rendering.fourier_scene import Regions, clamped
+from camsim.rendering.kernels import ONE_AT_A_TIME
+
+FINEST, COARSEST = 1e-11, 1e-2
+MEMORY_LIMIT_BYTES = 2e9
+
+
+def fourier_image(
+    *,
+    start: F64,
+    end: F64,
+    left: I64,
+    right: I64,
+    density: F64,
+    base: F64,
+    wavelength_nm: F64,
+    system: OpticalSystem,
+    pitch_um: float,
+    origin: tuple[float, float],
+    channel: U8,
+    tolerance: float,
+    memory_limit_bytes: float = MEMORY_LIMIT_BYTES,
+    progress: Callable[[float], None] = lambda done: None,
+) -> F64:
+    """Render every photosite in its own channel.
+
+    start, end    : (n, 2) the edges, pitches; the regions they bound are closed
+    left, right   : (n,) spectrum on either side of each, 0 the background
+    density       : (spectra, channels, j) what each spectrum gives each channel at each wavelength
+    base          : (channels,) the background
+    wavelength_nm : (j,)
+    origin        : x, y of the first photosite's centre, pitches
+    channel       : (rows, cols) index of each photosite's channel
+    tolerance     : largest error, in the unit of ``density``
+    progress      : told the fraction done
+    returns       : (rows, cols)
+
+    Raises InvalidValueError for a tolerance out of range, or where it would take more memory than the limit.
+    """
+    check_tolerance(tolerance)
+    image = base[channel]
+    if not len(start) or not np.any(density[1:] != density[0]):
+        progress(1.0)
+        return image
+    work = _Work(system, pitch_um, wavelength_nm, density, tolerance)
+    start, end = start - origin, end - origin
+    kernel = kernel_of(system, wavelength_nm, pitch_um, tolerance)
+    plan = work.plan(kernel, start, end, channel, memory_limit_bytes)
+    if plan.memory_bytes > memory_limit_bytes:
+        raise InvalidValueError(
+            f"method: fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit is "
+            f"{memory_limit_bytes / 1e9:.1f} GB; render a smaller region, allow a larger tolerance, or use boundary"
+        )
+    for done, tile in enumerate(plan.tiles):
+        part = (slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
+        first = np.array([tile.col, tile.row], float)
+        low, high = np.array(tile.low), np.array(tile.high)
+        begins, ends, kept = clamped(start - first, end - first, low, high)
+        regions = Regions.of(begins, ends, left[kept] - 1, right[kept] - 1, tile, plan, len(density) - 1, tolerance)
+        image[part] += work.image(tile, plan, kernel, regions, channel[part])
+        progress((done + 1) / len(plan.tiles))
+    return image
+
+
+def fourier_cost(
+    *,
+    start: F64,
+    end: F64,
+    density: F64,
+    wavelength_nm: F64,
+    system: OpticalSystem,
+    pitch_um: float,
+    origin: tuple[float, float],
+    channel: U8,
+    tolerance: float,
+    memory_limit_bytes: float = MEMORY_LIMIT_BYTES,
+) -> tuple[float, float]:
+    """Return the expected time (s, two cores) and memory (bytes); arguments as for ``fourier_image``."""
+    if not len(start):
+        return 0.0, 8.0 * channel.size
+    work = _Work(system, pitch_um, wavelength_nm, density, tolerance)
+    kernel = kernel_of(system, wavelength_nm, pitch_um, tolerance)
+    plan = work.plan(kernel, start - origin, end - origin, channel, memory_limit_bytes)
+    return plan.seconds, plan.memory_bytes
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Refuse what the engine cannot promise."""
+    if not FINEST <= tolerance <= COARSEST:
+        raise InvalidValueError(
+            f"tolerance: {tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Work:
+    """What stays the same over the tiles of one rendering; fields as in ``fourier_image``."""
+
+    system: OpticalSystem
+    pitch_um: float
+    wavelength_nm: F64
+    density: F64
+    tolerance: float
+
+    def plan(self, kernel: Kernel, start: F64, end: F64, channel: U8, memory_limit_bytes: float) -> FourierPlan:
+        """Choose tiles and settings."""
+        corners = np.concatenate([start, end])
+        spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
+        spectra, channels, wavelengths = self.density.shape
+        return plan_fourier(
+            kernel,
+            shape=(channel.shape[0], channel.shape[1]),
+            low=corners.min(axis=0),
+            high=corners.max(axis=0),
+            footprint=(float(spots[0] + photosite[0]) / self.pitch_um, float(spots[1] + photosite[1]) / self.pitch_um),
+            work=Work(
+                edges=len(start),
+                length=float(np.hypot(*(end - start).T).sum()),
+                spectra=spectra - 1,
+                channels=channels,
+                wavelengths=wavelengths,
+            ),
+            tolerance=self.tolerance,
+            memory_limit_bytes=memory_limit_bytes,
+        )
+
+    def image(self, tile: Tile, plan: FourierPlan, kernel: Kernel, regions: Regions, channel: U8) -> F64:
+        """Return the tile's image, each photosite in its own channel, less the background."""
+        contrast = self.density[1:] - self.density[0]
+        px, py = tile.periods
+        total = np.zeros((contrast.shape[1], py, px // 2 + 1, 2))
+        if kernel.round:
+            curves, per_frequency = round_curves(
+                self.system, self.wavelength_nm, contrast, self.pitch_um, kernel, tile, plan
+            )
+            for block in blocks(tile, BLOCK_POINTS):
+                transforms = regions.transforms(block)
+                footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
+                with ONE_AT_A_TIME:
+                    add_round(
+                        total,
+                        transforms,
+                        regions.areas,
+                        footprint,
+                        curves,
+                        per_frequency,
+                        (block.first_i, block.first_j),
+                        tile.periods,
+                        tile.cut,
+                        (block.column, block.row),
+                    )
+        else:
+            for fields, weights, most in self._fields(tile, plan, kernel, contrast):
+                for block in blocks(tile, most):
+                    transforms = regions.transforms(block)
+                    footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
+                    values = fields(block)
+                    with ONE_AT_A_TIME:
+                        add_fields(
+                            total,
+                            transforms,
+                            regions.areas,
+                            footprint,
+                            values,
+                            weights,
+                            (block.first_i, block.first_j),
+                            tile.periods,
+                            tile.cut,
+                            (block.column, block.row),
+                        )
+        image = np.empty(channel.shape)
+        for k in range(len(total)):
+            mine = channel == k
+            if mine.any():
+                plane = fft.irfft2(total[k].view(complex)[..., 0], s=(py, px), overwrite_x=True, workers=-1)
+                image[mine] = plane[: tile.rows, : tile.cols][mine]
+        return image
+
+    def _fields(
+        self, tile: Tile, plan: FourierPlan, kernel: Kernel, contrast: F64
+    ) -> Iterator[tuple[Fields, F64, int]]:
+        """Yield what gives the lens on a block, the weights of its wavelengths, and how large a block may be."""
+        if not kernel.tapered:
+            plain = plain_fields(self.system, self.wavelength_nm, self.pitch_um, tile)
+            yield plain, contrast, max(1, BLOCK_POINTS // self.wavelength_nm.size)
+            return
+        for j, wavelength in enumerate(self.wavelength_nm):
+            one = tapered_fields(
+                self.system, float(wavelength), self.pitch_um, tile, plan, precision=1e-3 * self.tolerance
+            )
+            yield one, np.ascontiguousarray(contrast[:, :, j : j + 1]), BLOCK_POINTS

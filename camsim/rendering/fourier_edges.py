@@ -1,0 +1,216 @@
+"""Transforms of regions from their edges, and their sum on the photosites' grid of frequencies; arrays only.
+
+The transform of a region is F(k) = (i/2π|k|²) Σ (k × e)·exp(−2πi k·m)·sinc(k·e) over its edges e, their middles m, by
+Green's theorem; k × e = kx·ey − ky·ex, inside on the side where cross(e, x − start) > 0. With the phases a and b of an
+edge's two ends exp(…)·sinc(…) = (a − b)/(2πi k·e), so every edge costs one division:
+
+    4π²|k|²·F(k) = Σ (k × e)/(k·e)·(a − b)
+
+That is what the transforms here return; the area takes F's place at k = 0.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import F64, I64
+
+COLUMNS = 128  # frequencies at a time: their phases stay in the nearest cache
+FLAT = 1e-3  # below this k·e the difference of the ends' phases is taken as a sinc
+
+
+@nb.njit(cache=True, parallel=True)
+def edge_transforms(
+    first: tuple[int, int],
+    count: tuple[int, int],
+    periods: tuple[int, int],
+    cut: float,
+    points: F64,
+    begin: I64,
+    finish: I64,
+    left: I64,
+    right: I64,
+    spectra: int,
+) -> F64:
+    """Return 4π²|k|²·F of every spectrum's regions, real and imaginary part: (spectra, count_j, 2, count_i).
+
+    first, count : (i, j) of the block's frequencies (i/Px, j/Py);  cut: beyond this |k| they are left at 0
+    points       : (n, 2) corners;  begin, finish: (edges,) index of each edge's ends
+    left, right  : (edges,) spectrum on either side, −1 for one that is not wanted
+    """
+    first_i, first_j = first
+    count_i, count_j = count
+    px, py = periods
+    out = np.zeros((spectra, count_j, 2, count_i))
+    corners = len(points)
+    xr, xi = np.empty((corners, count_i)), np.empty((corners, count_i))
+    for v in nb.prange(corners):
+        for c in range(count_i):
+            turn = points[v, 0] * (first_i + c) / px
+            turn -= math.floor(turn)
+            xr[v, c], xi[v, c] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
+    for r in nb.prange(count_j):
+        ky = (first_j + r) / py
+        inside = cut * cut - ky * ky
+        if inside <= 0.0:
+            continue
+        furthest = math.floor(px * math.sqrt(inside))
+        lowest, stop = max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)
+        yr, yi = np.empty(corners), np.empty(corners)
+        for v in range(corners):
+            turn = points[v, 1] * (first_j + r) / py
+            turn -= math.floor(turn)
+            yr[v], yi[v] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
+        ar, ai = np.empty((corners, COLUMNS)), np.empty((corners, COLUMNS))
+        sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS)
+        for low in range(lowest, stop, COLUMNS):
+            width = min(COLUMNS, stop - low)
+            for v in range(corners):
+                for c in range(width):
+                    ar[v, c] = xr[v, low + c] * yr[v] - xi[v, low + c] * yi[v]
+                    ai[v, c] = xr[v, low + c] * yi[v] + xi[v, low + c] * yr[v]
+            for e in range(len(begin)):
+                a, b = begin[e], finish[e]
+                ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+                start_x = (first_i + low) / px
+                # Frequencies from flat_low to flat_high run nearly along the edge's normal.
+                flat_low, flat_high = width, width
+                if abs(ex) * width > 1e-12 * px * FLAT:
+                    middle, half = -ky * ey / ex, FLAT / abs(ex)
+                    at_low, at_high = (middle - half - start_x) * px, (middle + half - start_x) * px
+                    if at_high >= 0.0 and at_low <= width:
+                        flat_low, flat_high = max(0, math.ceil(at_low)), min(width, math.floor(at_high) + 1)
+                elif abs(ky * ey + start_x * ex) < FLAT:
+                    flat_low = 0
+                for c in range(width):
+                    kx = start_x + c / px
+                    along = kx * ex + ky * ey
+                    ratio = (kx * ey - ky * ex) / along if abs(along) > 1e-300 else 0.0
+                    sum_r[c] = ratio * (ar[a, c] - ar[b, c])
+                    sum_i[c] = ratio * (ai[a, c] - ai[b, c])
+                for c in range(flat_low, flat_high):
+                    kx = start_x + c / px
+                    along = math.pi * (kx * ex + ky * ey)
+                    turn = kx * 0.5 * (points[a, 0] + points[b, 0]) + ky * 0.5 * (points[a, 1] + points[b, 1])
+                    turn = 2.0 * math.pi * (turn - math.floor(turn))
+                    # 2πi·exp(−2πi k·m)·sinc(k·e), the sinc to 1e-16
+                    size = (
+                        2.0 * math.pi * (kx * ey - ky * ex) * (1.0 - along * along / 6.0 * (1.0 - along * along / 20.0))
+                    )
+                    sum_r[c], sum_i[c] = size * math.sin(turn), size * math.cos(turn)
+                if left[e] >= 0:
+                    for c in range(width):
+                        out[left[e], r, 0, low + c] += sum_r[c]
+                        out[left[e], r, 1, low + c] += sum_i[c]
+                if right[e] >= 0:
+                    for c in range(width):
+                        out[right[e], r, 0, low + c] -= sum_r[c]
+                        out[right[e], r, 1, low + c] -= sum_i[c]
+    return out
+
+
+@nb.njit(cache=True, parallel=True)
+def add_round(
+    total: F64,
+    transforms: F64,
+    areas: F64,
+    footprint: F64,
+    curves: F64,
+    cells_per_frequency: float,
+    first: tuple[int, int],
+    periods: tuple[int, int],
+    cut: float,
+    place: tuple[int, int],
+) -> None:
+    """Add a block of round kernels to ``total`` (channels, py, px//2 + 1, 2).
+
+    transforms : (spectra, count_j, 2, count_i);  areas: (spectra,)
+    footprint  : (count_j, count_i, 2) its transfer, real and imaginary part
+    curves     : (cells, spectra, channels, 8) piecewise polynomials of |k|
+    """
+    first_i, first_j = first
+    px, py = periods
+    column, row = place
+    spectra, count_j, _, count_i = transforms.shape
+    channels = total.shape[0]
+    for r in nb.prange(count_j):
+        ky = (first_j + r) / py
+        inside = cut * cut - ky * ky
+        if inside <= 0.0:
+            continue
+        furthest = math.floor(px * math.sqrt(inside))
+        target = (row + r) % py
+        for c in range(max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)):
+            kx = (first_i + c) / px
+            square = kx * kx + ky * ky
+            at = math.sqrt(square) * cells_per_frequency
+            cell = min(int(at), len(curves) - 1)
+            t = at - cell
+            scale = 1.0 / (4.0 * math.pi * math.pi * square) if square > 0.0 else 0.0
+            foot_r, foot_i = footprint[r, c, 0], footprint[r, c, 1]
+            for k in range(channels):
+                value_r, value_i = 0.0, 0.0
+                for s in range(spectra):
+                    p = curves[cell, s, k]
+                    lens = p[0] + t * (p[1] + t * (p[2] + t * (p[3] + t * (p[4] + t * (p[5] + t * (p[6] + t * p[7]))))))
+                    if square > 0.0:
+                        value_r += lens * transforms[s, r, 0, c] * scale
+                        value_i += lens * transforms[s, r, 1, c] * scale
+                    else:
+                        value_r += lens * areas[s]
+                total[k, target, column + c, 0] += value_r * foot_r - value_i * foot_i
+                total[k, target, column + c, 1] += value_r * foot_i + value_i * foot_r
+
+
+@nb.njit(cache=True, parallel=True)
+def add_fields(
+    total: F64,
+    transforms: F64,
+    areas: F64,
+    footprint: F64,
+    fields: F64,
+    weights: F64,
+    first: tuple[int, int],
+    periods: tuple[int, int],
+    cut: float,
+    place: tuple[int, int],
+) -> None:
+    """Add a block of kernels that are given frequency by frequency.
+
+    fields  : (j, count_j, count_i, 2) transfer of the lens at each wavelength;  weights: (spectra, channels, j)
+    """
+    first_i, first_j = first
+    px, py = periods
+    column, row = place
+    spectra, count_j, _, count_i = transforms.shape
+    channels, wavelengths = total.shape[0], len(fields)
+    for r in nb.prange(count_j):
+        ky = (first_j + r) / py
+        inside = cut * cut - ky * ky
+        if inside <= 0.0:
+            continue
+        furthest = math.floor(px * math.sqrt(inside))
+        target = (row + r) % py
+        for c in range(max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)):
+            kx = (first_i + c) / px
+            square = kx * kx + ky * ky
+            scale = 1.0 / (4.0 * math.pi * math.pi * square) if square > 0.0 else 0.0
+            foot_r, foot_i = footprint[r, c, 0], footprint[r, c, 1]
+            for k in range(channels):
+                value_r, value_i = 0.0, 0.0
+                for j in range(wavelengths):
+                    scene_r, scene_i = 0.0, 0.0
+                    for s in range(spectra):
+                        if square > 0.0:
+                            scene_r += weights[s, k, j] * transforms[s, r, 0, c] * scale
+                            scene_i += weights[s, k, j] * transforms[s, r, 1, c] * scale
+                        else:
+                            scene_r += weights[s, k, j] * areas[s]
+                    lens_r, lens_i = fields[j, r, c, 0], fields[j, r, c, 1]
+                    value_r += scene_r * lens_r - scene_i * lens_i
+                    value_i += scene_r * lens_i + scene_i * lens_r
+                total[k, target, column + c, 0] += value_r * foot_r - value_i * foot_i
+                total[k, target, column + c, 1] += value_r * foot_i + value_i * foot_r

@@ -1,0 +1,195 @@
+"""The lens as the Fourier engine multiplies by it: its transfer after the taper, a curve if it is round, or a field.
+
+A round lens is tapered in the plane and projected on a line: by the projection theorem the projection's cosine
+transform is the plane's transform along any direction. Both sums are trapezoidal and as good as exact, because the
+tapered pattern is band-limited. Any other lens is sampled on a lattice and transformed by FFT.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numba as nb
+import numpy as np
+from scipy import fft
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem
+from camsim.rendering.fourier_plan import Block, FourierPlan, Kernel, Tile, taper, tapered
+from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.psf import point_spread_of
+
+DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
+OVERSAMPLED = 16  # of the transfer's curve; with 8 points 2.4e-9 of what oscillates fastest, which is the faintest
+CURVE_POINTS = 8
+
+
+def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolerance: float) -> Kernel:
+    """Return what the plan has to know of the lens at these wavelengths."""
+    lens, more = system.lens, system.more
+    cutoff = max(system.cutoff_per_um(float(w)) for w in wavelength_nm) * pitch_um
+    blur = min(system.blur_um(float(w)) for w in wavelength_nm) / pitch_um
+    reach = math.inf
+    within = getattr(lens, "reach_um", None)
+    if within is not None and not more:
+        reach = max(float(within(0.1 * tolerance, float(w))) for w in wavelength_nm) / pitch_um
+    is_round = hasattr(lens, "point_spread") and not more
+    faint = getattr(lens, "fades", False) and not more
+    light = reach * 0.1 * tolerance if math.isfinite(reach) and not faint else 0.0
+    return Kernel(cutoff=cutoff, blur=blur, reach=reach, round=is_round, tapered=not faint, light=light)
+
+
+@nb.njit(cache=True, parallel=True)
+def _projections(cells: F64, cells_per_length: float, outer: float, step_x: float, step_y: float, count: int) -> F64:
+    """Return (count, columns): Σ over y of a round pattern, at x = 0, step_x, …
+
+    cells : (cells, DEGREE + 1, columns) its monomials on −1 … 1 of every cell
+    """
+    columns = cells.shape[2]
+    out = np.zeros((count, columns))
+    for i in nb.prange(count):
+        x = i * step_x
+        deepest = int(math.sqrt(max(outer * outer - x * x, 0.0)) / step_y)
+        for m in range(deepest + 1):
+            y = m * step_y
+            place = math.sqrt(x * x + y * y) * cells_per_length
+            cell = min(int(place), len(cells) - 1)
+            t = 2.0 * (place - cell) - 1.0
+            share = step_y if m == 0 else 2.0 * step_y
+            for q in range(columns):
+                value = cells[cell, DEGREE, q]
+                for d in range(DEGREE - 1, -1, -1):
+                    value = value * t + cells[cell, d, q]
+                out[i, q] += share * value
+    return out
+
+
+def round_curves(
+    system: OpticalSystem,
+    wavelength_nm: F64,
+    weights: F64,
+    pitch_um: float,
+    kernel: Kernel,
+    tile: Tile,
+    plan: FourierPlan,
+) -> tuple[F64, float]:
+    """Return the transfer of a round lens over |k| as piecewise polynomials, and how many there are per cycle/pitch.
+
+    weights : (spectra, channels, j)
+    returns : (cells, spectra, channels, 8), coefficients of t⁰ … t⁷ on 0 ≤ t < 1
+    """
+    inner, outer = tile.inner[0], tile.outer[0]
+    flat = weights.reshape(-1, wavelength_nm.size)
+    count = max(4, math.ceil(4.0 * outer / kernel.blur))
+    x = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
+    radius = (np.arange(count)[:, None] + 0.5 * (1.0 + x)) * (outer / count)
+    values = np.zeros((count, DEGREE + 1, len(flat)))
+    for j, wavelength in enumerate(wavelength_nm):
+        pattern = system.lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
+        values += pattern[..., None] * flat[:, j]
+    values *= tapered(radius, inner, outer, taper(plan.sharpness))[..., None]
+    cells = np.ascontiguousarray(np.linalg.inv(np.vander(x, increasing=True)) @ values)
+
+    step_x, step_y = 0.49 / tile.cut, 0.97 / tile.cut
+    samples = math.ceil(outer / step_x) + 1
+    with ONE_AT_A_TIME:
+        line = _projections(cells, count / outer, outer, step_x, step_y, samples)
+    length = fft.next_fast_len(max(1024, OVERSAMPLED * samples), real=True)
+    padded = np.zeros((len(flat), length + 1))
+    padded[:, :samples] = line.T
+    transfer = fft.dct(padded, type=1, axis=1) * step_x
+    whole = np.concatenate([transfer[:, 3:0:-1], transfer], axis=1)
+    cells_per_frequency = 2.0 * length * step_x
+    used = math.ceil(tile.cut * cells_per_frequency) + 1
+    window = np.lib.stride_tricks.sliding_window_view(whole[:, : used + CURVE_POINTS - 1], CURVE_POINTS, axis=1)
+    curves = np.ascontiguousarray((window @ _THROUGH.T).transpose(1, 0, 2))
+    return curves.reshape(-1, *weights.shape[:2], CURVE_POINTS), cells_per_frequency
+
+
+# Rows: coefficients of t^0 … t^7 of the polynomial through values at −3 … 4.
+_THROUGH = np.linalg.inv(np.vander(np.arange(-3.0, 5.0), CURVE_POINTS, increasing=True))
+
+Fields = Callable[[Block], F64]
+
+
+def tapered_fields(
+    system: OpticalSystem, wavelength_nm: float, pitch_um: float, tile: Tile, plan: FourierPlan, *, precision: float
+) -> Fields:
+    """Return what gives the transfer of any lens at one wavelength, tapered to a rectangle: block → (1, j, i, 2)."""
+    axes: list[F64] = []
+    steps, sizes = [], []
+    for period, outer in zip(tile.periods, tile.outer, strict=True):
+        size = fft.next_fast_len(math.ceil(2.04 * tile.cut * period) + 1)
+        step = period / size
+        reach = math.floor(outer / step)
+        axes.append(step * np.arange(-reach, reach + 1.0))
+        steps.append(step)
+        sizes.append(size)
+    pattern = (
+        point_spread_of(system, axes[0] * pitch_um, axes[1] * pitch_um, wavelength_nm, precision=precision)
+        * pitch_um**2
+    )
+    shape = taper(plan.sharpness)
+    for axis, (place, inner, outer) in enumerate(zip(axes, tile.inner, tile.outer, strict=True)):
+        along = tapered(np.abs(place), inner, outer, shape) * steps[axis]
+        pattern *= along if axis == 0 else along[:, None]
+    folded = _fold(_fold(pattern, sizes[1], 0), sizes[0], 1)
+    transfer = fft.rfft2(folded, workers=-1)
+
+    def fields(block: Block) -> F64:
+        i = block.first_i + np.arange(block.count_i)
+        j = block.first_j + np.arange(block.count_j)
+        # The half plane i ≥ 0 is there; the rest is its mirror image.
+        mirrored = i < 0
+        taken = transfer[np.where(mirrored[None], -j[:, None], j[:, None]) % sizes[1], np.abs(i)[None]]
+        taken = np.where(mirrored, taken.conj(), taken)
+        return np.ascontiguousarray(taken).view(np.float64).reshape(1, *taken.shape, 2)
+
+    return fields
+
+
+def _fold(values: F64, size: int, axis: int) -> F64:
+    """Add up samples −n … n modulo ``size``, the one at 0 first."""
+    reach = values.shape[axis] // 2
+    moved = np.moveaxis(values, axis, 0)
+    out = np.zeros((size, *moved.shape[1:]))
+    for begin in range(0, len(moved), size):
+        part = moved[begin : begin + size]
+        out[: len(part)] += part
+    return np.moveaxis(np.roll(out, -reach, axis=0), 0, axis)
+
+
+def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile) -> Fields:
+    """Return what gives the transfer of a lens whose pattern dies away by itself: block → (wavelengths, j, i, 2)."""
+
+    def fields(block: Block) -> F64:
+        fx, fy = frequencies(block, tile, pitch_um)
+        out = np.empty((wavelength_nm.size, block.count_j, block.count_i), complex)
+        for j, wavelength in enumerate(wavelength_nm):
+            out[j] = system.lens.otf(fx, fy, float(wavelength))
+        return out.view(np.float64).reshape(*out.shape, 2)
+
+    return fields
+
+
+def frequencies(block: Block, tile: Tile, pitch_um: float) -> tuple[F64, F64]:
+    """Return the block's fx (1, count_i) and fy (count_j, 1), cycles/µm."""
+    fx = (block.first_i + np.arange(block.count_i)) / (tile.periods[0] * pitch_um)
+    fy = (block.first_j + np.arange(block.count_j)) / (tile.periods[1] * pitch_um)
+    return fx[None], fy[:, None]
+
+
+def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um: float) -> F64:
+    """Return the transfer of OLPF and photosite on a block: (count_j, count_i, 2)."""
+    fx, fy = frequencies(block, tile, pitch_um)
+    zero = np.zeros((1, 1))
+    out = np.ones((block.count_j, block.count_i), complex)
+    for stage in (system.olpf, system.photosite):
+        if stage is None:
+            continue
+        if getattr(stage, "separable", False):
+            out *= stage.otf(fx, zero, 0.0) * stage.otf(zero, fy, 0.0)
+        else:
+            out *= stage.otf(*np.broadcast_arrays(fx, fy), 0.0)
+    return out.view(np.float64).reshape(*out.shape, 2)

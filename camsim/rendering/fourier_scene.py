@@ -1,0 +1,177 @@
+"""The regions of a scene, ready to be transformed block by block: edge by edge, or from nodes along the edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.rendering.fourier_edges import edge_transforms
+from camsim.rendering.fourier_plan import FEWEST_ON_EDGE, NODES_PER_RADIAN, Block, FourierPlan, Tile
+from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.quadrature import gauss_legendre
+
+MOST_NODES = 200  # of one Gauss rule; a longer edge is cut
+
+
+def clamped(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64, I64]:
+    """Move every point into a box, edges cut where they cross its sides; returns also the edge of each piece.
+
+    A closed outline clamped axis by axis is the outline of what lies in the box: pieces along its sides cancel or
+    close it.
+
+    >>> a = np.array([[-1.0, 0.0], [3.0, 0.0], [0.0, 2.0]])  # a triangle that sticks out to the right and the left
+    >>> b = np.roll(a, -1, axis=0)
+    >>> start, end, edge = clamped(a, b, np.zeros(2), np.array([1.0, 2.0]))
+    >>> float(0.5 * np.sum(start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]))  # the trapezium within
+    1.6666666666666665
+    >>> sorted(edge.tolist())  # the second runs down to the right side and along it
+    [0, 1, 1, 2]
+    """
+    kept = np.arange(len(start))
+    for axis in (0, 1):
+        for bound, sign in ((low[axis], -1.0), (high[axis], 1.0)):
+            a, b = sign * (start[:, axis] - bound), sign * (end[:, axis] - bound)
+            crosses = (a > 0.0) != (b > 0.0)
+            if crosses.any():
+                t = (a / np.where(crosses, a - b, 1.0))[crosses, None]
+                middle = start[crosses] + t * (end[crosses] - start[crosses])
+                middle[:, axis] = bound
+                tail = end[crosses]
+                end = end.copy()
+                end[crosses] = middle
+                start, end = np.concatenate([start, middle]), np.concatenate([end, tail])
+                kept = np.concatenate([kept, kept[crosses]])
+        start, end = start.copy(), end.copy()
+        start[:, axis] = np.clip(start[:, axis], low[axis], high[axis])
+        end[:, axis] = np.clip(end[:, axis], low[axis], high[axis])
+    whole = (start != end).any(axis=1)
+    return start[whole], end[whole], kept[whole]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Regions:
+    """The regions of every spectrum on one tile.
+
+    areas       : (spectra,) square pitches
+    tile        : whose frequencies they are transformed at
+    corners     : (n, 2);  first, last: (edges,) index of each edge's ends;  left, right: (edges,) spectra, −1 none
+    along       : for each spectrum nodes (m, 2) on its edges and strengths (2, m); None: edge by edge
+    precision   : of the non-uniform transform, relative
+    """
+
+    areas: F64
+    tile: Tile
+    corners: F64
+    first: I64
+    last: I64
+    left: I64
+    right: I64
+    along: tuple[tuple[F64, F64], ...] | None
+    precision: float
+
+    @classmethod
+    def of(
+        cls,
+        start: F64,
+        end: F64,
+        left: I64,
+        right: I64,
+        tile: Tile,
+        plan: FourierPlan,
+        spectra: int,
+        tolerance: float,
+    ) -> Regions:
+        """Prepare the edges (pitches from the tile's first photosite) as the plan has it."""
+        twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
+        corners, index = np.unique(np.concatenate([start, end]), axis=0, return_inverse=True)
+        index = index.ravel()
+        return cls(
+            areas=np.array([0.5 * (twice[left == s].sum() - twice[right == s].sum()) for s in range(spectra)]),
+            tile=tile,
+            corners=np.ascontiguousarray(corners),
+            first=index[: len(start)],
+            last=index[len(start) :],
+            left=left,
+            right=right,
+            along=_strengths(start, end, left, right, spectra, tile.cut) if plan.spread else None,
+            precision=max(1e-13, 1e-3 * tolerance),
+        )
+
+    def transforms(self, block: Block) -> F64:
+        """Return 4π²|k|² times the transform of each spectrum's regions: (spectra, count_j, 2, count_i)."""
+        tile = self.tile
+        if self.along is None:
+            with ONE_AT_A_TIME:
+                transforms: F64 = edge_transforms(
+                    (block.first_i, block.first_j),
+                    (block.count_i, block.count_j),
+                    tile.periods,
+                    tile.cut,
+                    self.corners,
+                    self.first,
+                    self.last,
+                    self.left,
+                    self.right,
+                    self.areas.size,
+                )
+            return transforms
+        out = np.zeros((self.areas.size, block.count_j, 2, block.count_i))
+        for s, (nodes, strengths) in enumerate(self.along):
+            if len(nodes):
+                out[s] = _spread(block, tile.periods, nodes, strengths, self.precision)
+        return out
+
+
+def _strengths(start: F64, end: F64, left: I64, right: I64, spectra: int, cut: float) -> tuple[tuple[F64, F64], ...]:
+    nodes, weights, edge = gauss_nodes(start, end, cut)
+    strengths = weights * (end - start)[edge].T
+    regions = []
+    for s in range(spectra):
+        sign = np.where(left[edge] == s, 1.0, 0.0) - np.where(right[edge] == s, 1.0, 0.0)
+        mine = sign != 0.0
+        regions.append((nodes[mine], strengths[:, mine] * sign[mine]))
+    return tuple(regions)
+
+
+def gauss_nodes(start: F64, end: F64, cut: float) -> tuple[F64, F64, I64]:
+    """Return nodes (m, 2) on edges, their weights (m,) as shares of the edge, and the edge (m,) of each.
+
+    As many as the phase along the edge asks for at the highest frequency; long edges are cut into pieces first.
+    """
+    length = np.hypot(*(end - start).T)
+    per_length = NODES_PER_RADIAN * 2.0 * np.pi * cut
+    pieces = np.maximum(np.ceil(length * per_length / (MOST_NODES - FEWEST_ON_EDGE)).astype(np.int64), 1)
+    edge = np.repeat(np.arange(len(start)), pieces)
+    place = np.arange(edge.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    orders = np.ceil(per_length * length / pieces).astype(np.int64) + FEWEST_ON_EDGE
+    nodes, weights, owners = [], [], []
+    for order in np.unique(orders[edge]):
+        x, w = gauss_legendre(int(order))
+        which = np.flatnonzero(orders[edge] == order)
+        owner = edge[which]
+        t = (place[which, None] + 0.5 * (1.0 + x)) / pieces[owner, None]
+        nodes.append((start[owner, None] + t[..., None] * (end - start)[owner, None]).reshape(-1, 2))
+        weights.append((0.5 * w / pieces[owner, None]).ravel())
+        owners.append(np.repeat(owner, order))
+    return np.concatenate(nodes), np.concatenate(weights), np.concatenate(owners)
+
+
+def _spread(block: Block, periods: tuple[int, int], nodes: F64, strengths: F64, precision: float) -> F64:
+    """Return 4π²|k|²·F = 2πi Σ (kx·ey − ky·ex)·exp(−2πi k·y) over the nodes: (count_j, 2, count_i).
+
+    strengths : (2, m) weight times the edge's x and y part, times −1 where the region lies to the right
+    """
+    import finufft
+
+    # finufft's frequencies run about 0: the block's middle is moved there.
+    middle_i, middle_j = block.first_i + block.count_i // 2, block.first_j + block.count_j // 2
+    turn = nodes[:, 0] * middle_i / periods[0] + nodes[:, 1] * middle_j / periods[1]
+    x, y = (2.0 * np.pi * ((nodes[:, axis] / periods[axis] + 0.5) % 1.0 - 0.5) for axis in (0, 1))
+    shifted = strengths * np.exp(-2j * np.pi * (turn % 1.0))
+    parts = finufft.nufft2d1(y, x, shifted, n_modes=(block.count_j, block.count_i), eps=precision, isign=-1)
+    kx = (block.first_i + np.arange(block.count_i)) / periods[0]
+    ky = (block.first_j + np.arange(block.count_j))[:, None] / periods[1]
+    whole = 2j * np.pi * (kx * parts[1] - ky * parts[0])
+    return np.stack([whole.real, whole.imag], axis=1)
