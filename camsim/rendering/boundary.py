@@ -14,8 +14,8 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at
-from camsim.rendering.far import far_edge, far_line, far_tail, weigh
+from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at, moments_of
+from camsim.rendering.far import far_edge, far_line, far_tail, mirrored, weigh
 
 WHOLE, LINE = 0, 1  # what a tile still owes of an edge: all of it, or its infinite line alone
 
@@ -71,7 +71,7 @@ def _collect(
             kept += 1
         if mode == 0:
             continue
-        m4_re, m4_im = edges.m4_re[e], edges.m4_im[e]
+        moments = moments_of(e, edges, n)
         for i in range(order):
             py = half * n.nodes[i]
             for j in range(order):
@@ -79,14 +79,14 @@ def _collect(
                 hh = h - px * ty + py * tx
                 ss = s1 - px * tx - py * ty
                 if mode == 1:
-                    g0, g1, g3, g5 = far_edge(hh, ss, ss + edges.length[e], n.sigma2, n.m22, m4_re, m4_im)
+                    g0, g1, g3, g5 = far_edge(hh, ss, ss + edges.length[e], moments)
                 elif mode == 3:
-                    g0, g1, g3, g5 = far_line(hh, n.sigma2, n.m22, m4_re)
+                    g0, g1, g3, g5 = far_line(hh, moments)
                 else:
-                    a0, a1, a3, a5 = far_tail(hh, -ss, n.sigma2, n.m22, m4_re, -m4_im)
+                    a0, a1, a3, a5 = far_tail(hh, -ss, mirrored(moments))
                     g0, g1, g3, g5 = -a0, -a1, -a3, -a5
                     if s2 < math.inf:
-                        a0, a1, a3, a5 = far_tail(hh, ss + edges.length[e], n.sigma2, n.m22, m4_re, m4_im)
+                        a0, a1, a3, a5 = far_tail(hh, ss + edges.length[e], moments)
                         g0, g1, g3, g5 = g0 - a0, g1 - a1, g3 - a3, g5 - a5
                 for k in range(channels):
                     far = tables.far[edges.pair[e], k]

@@ -9,7 +9,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
-from camsim.rendering.far import far_edge, far_line, far_tail, weigh
+from camsim.rendering.far import Moments, far_edge, far_line, far_tail, mirrored, weigh
 from camsim.rendering.rings import ring_tail
 
 
@@ -21,8 +21,10 @@ class Edges(NamedTuple):
     tx: F64  # unit direction
     ty: F64
     length: F64
-    m4_re: F64  # the footprint's fourth moment in the edge's frame
-    m4_im: F64
+    m2: C128  # the footprint's moments in the edge's frame, see far.Moments
+    m31: C128
+    m4: C128
+    m6: C128
     pair: I64  # which two spectra
     response: I64  # which edge response, −1 for none
 
@@ -51,8 +53,9 @@ class Numbers(NamedTuple):
     panel: float
     gauss_x: F64
     gauss_w: F64
-    sigma2: float  # footprint: second moment per axis, ⟨|ζ|⁴⟩
+    sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
     m22: float
+    apart: F64  # (c, 2): the field is the mean of its table at these offsets
     separation: float  # a source is smooth over a tile when it is this many half-widths away
     nodes: F64  # (n,) Chebyshev nodes on −1 … 1
     to_children: F64  # (2, n, n)
@@ -64,19 +67,9 @@ class Numbers(NamedTuple):
 
 
 @nb.njit(cache=True, inline="always")
-def respond(
-    h: float, table: F64, far: F64, step: float, reach: float, sigma2: float, m22: float, m4_re: float
-) -> float:
-    """Response across an infinite line, minus its half-way value."""
-    a = abs(h)
-    if a >= reach:
-        return weigh(far_line(h, sigma2, m22, m4_re), far)
-    u = a / step
-    cell = int(u)
-    t = u - cell
-    c = table[cell]
-    value: float = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
-    return value if h >= 0.0 else -value
+def moments_of(e: int, edges: Edges, n: Numbers) -> Moments:
+    """Return the footprint's moments as the end of edge ``e`` sees them."""
+    return Moments(n.sigma2, n.m22, edges.m2[e], edges.m31[e], edges.m4[e], edges.m6[e])
 
 
 @nb.njit(cache=True, inline="always")
@@ -107,47 +100,45 @@ def _flux(
     tx: float,
     ty: float,
     field: F64,
-    step: float,
-    panel: float,
-    gauss_x: F64,
-    gauss_w: F64,
+    n: Numbers,
 ) -> float:
     """Integrate −V·n along the edge from s_from to s_to, seen from signed distance h."""
-    panels = max(1, math.ceil((s_to - s_from) / panel))
+    panels = max(1, math.ceil((s_to - s_from) / n.panel))
     half = 0.5 * (s_to - s_from) / panels
     nx, ny = -ty, tx
-    inv_step = 1.0 / step
+    inv_step = 1.0 / n.field_step
     total = 0.0
     for p in range(panels):
         middle = s_from + (2 * p + 1) * half
-        for q in range(gauss_x.size):
-            s = middle + half * gauss_x[q]
-            vx = s * tx - h * nx
-            vy = s * ty - h * ny
-            ux, uy = abs(vx) * inv_step, abs(vy) * inv_step
-            i, j = np.uintp(ux), np.uintp(uy)
-            y0, y1, y2, y3, y4, y5, y6, y7 = _weights(uy - j)
-            # A stencil's corner is margin + 1 − order/2 = 1 beyond (i, j). One running sum per column and component.
-            i += np.uintp(1)
-            j += np.uintp(1)
-            a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
-            b0 = b1 = b2 = b3 = b4 = b5 = b6 = b7 = 0.0
-            for w in _weights(ux - np.uintp(ux)):
-                row = field[0, i, j : j + np.uintp(8)]
-                a0, a1, a2, a3 = a0 + w * row[0], a1 + w * row[1], a2 + w * row[2], a3 + w * row[3]
-                a4, a5, a6, a7 = a4 + w * row[4], a5 + w * row[5], a6 + w * row[6], a7 + w * row[7]
-                row = field[1, i, j : j + np.uintp(8)]
-                b0, b1, b2, b3 = b0 + w * row[0], b1 + w * row[1], b2 + w * row[2], b3 + w * row[3]
-                b4, b5, b6, b7 = b4 + w * row[4], b5 + w * row[5], b6 + w * row[6], b7 + w * row[7]
+        for q in range(n.gauss_x.size):
+            s = middle + half * n.gauss_x[q]
+            for spot in range(len(n.apart)):
+                vx = s * tx - h * nx + n.apart[spot, 0]
+                vy = s * ty - h * ny + n.apart[spot, 1]
+                ux, uy = abs(vx) * inv_step, abs(vy) * inv_step
+                i, j = np.uintp(ux), np.uintp(uy)
+                y0, y1, y2, y3, y4, y5, y6, y7 = _weights(uy - j)
+                # A stencil's corner is margin + 1 − order/2 = 1 beyond (i, j). One sum per column and component.
                 i += np.uintp(1)
-            sum_x = (a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3) + (a4 * y4 + a5 * y5 + a6 * y6 + a7 * y7)
-            sum_y = (b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3) + (b4 * y4 + b5 * y5 + b6 * y6 + b7 * y7)
-            if vx < 0.0:
-                sum_x = -sum_x
-            if vy < 0.0:
-                sum_y = -sum_y
-            total -= gauss_w[q] * (sum_x * nx + sum_y * ny)
-    return total * half
+                j += np.uintp(1)
+                a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
+                b0 = b1 = b2 = b3 = b4 = b5 = b6 = b7 = 0.0
+                for w in _weights(ux - np.uintp(ux)):
+                    row = field[0, i, j : j + np.uintp(8)]
+                    a0, a1, a2, a3 = a0 + w * row[0], a1 + w * row[1], a2 + w * row[2], a3 + w * row[3]
+                    a4, a5, a6, a7 = a4 + w * row[4], a5 + w * row[5], a6 + w * row[6], a7 + w * row[7]
+                    row = field[1, i, j : j + np.uintp(8)]
+                    b0, b1, b2, b3 = b0 + w * row[0], b1 + w * row[1], b2 + w * row[2], b3 + w * row[3]
+                    b4, b5, b6, b7 = b4 + w * row[4], b5 + w * row[5], b6 + w * row[6], b7 + w * row[7]
+                    i += np.uintp(1)
+                sum_x = (a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3) + (a4 * y4 + a5 * y5 + a6 * y6 + a7 * y7)
+                sum_y = (b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3) + (b4 * y4 + b5 * y5 + b6 * y6 + b7 * y7)
+                if vx < 0.0:
+                    sum_x = -sum_x
+                if vy < 0.0:
+                    sum_y = -sum_y
+                total -= n.gauss_w[q] * (sum_x * nx + sum_y * ny)
+    return total * half / len(n.apart)
 
 
 @nb.njit(cache=True)
@@ -192,14 +183,19 @@ def _rings_of_part(
 def line_at(h: float, e: int, channel: int, edges: Edges, tables: Tables, n: Numbers) -> float:
     """Contribution of one edge's infinite line, half of it taken away, to a photosite at signed distance h."""
     pair = edges.pair[e]
-    far = tables.far[pair, channel]
-    m4_re = edges.m4_re[e]
-    response = tables.response[edges.response[e], pair, channel]
-    total: float = respond(h, response, far, n.response_step, n.reach, n.sigma2, n.m22, m4_re)
-    if n.reach <= abs(h) < n.quiet_line:
-        weights = tables.ring_weights[pair, channel]
-        total += _rings_of_line(h, edges.tx[e], edges.ty[e], weights, tables, n)
-    return total
+    a = abs(h)
+    if a >= n.reach:
+        total: float = weigh(far_line(h, moments_of(e, edges, n)), tables.far[pair, channel])
+        if a < n.quiet_line:
+            weights = tables.ring_weights[pair, channel]
+            total += _rings_of_line(h, edges.tx[e], edges.ty[e], weights, tables, n)
+        return total
+    u = a / n.response_step
+    cell = int(u)
+    t = u - cell
+    c = tables.response[edges.response[e], pair, channel, cell]
+    value: float = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+    return value if h >= 0.0 else -value
 
 
 @nb.njit(cache=True)
@@ -212,14 +208,14 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
     s2 = s1 + edges.length[e]
     pair = edges.pair[e]
     far = tables.far[pair, channel]
-    m4_re, m4_im = edges.m4_re[e], edges.m4_im[e]
+    moments = moments_of(e, edges, n)
     r1, r2 = math.hypot(h, s1), math.hypot(h, s2)
     beside = s1 < 0.0 < s2
     ringed = n.quiet_end > n.near
     ring_weights = tables.ring_weights[pair, channel]
     sees_line = beside and edges.response[e] >= 0 and abs(h) < n.reach
     if not sees_line and min(r1, r2) >= n.near and (not beside or abs(h) >= n.near):
-        total = weigh(far_edge(h, s1, s2, n.sigma2, n.m22, m4_re, m4_im), far)
+        total = weigh(far_edge(h, s1, s2, moments), far)
         if ringed:
             total += _rings_of_part(h, s1, s2, tx, ty, ring_weights, tables, n)
         return total
@@ -229,13 +225,13 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
     total = 0.0
     if not sees_line or (r1 < n.near and r2 < n.near and s2 - s1 < 2.0 * cut - (s2 - s1)):
         if high > low:
-            total = _flux(h, low, high, tx, ty, field, n.field_step, n.panel, n.gauss_x, n.gauss_w)
+            total = _flux(h, low, high, tx, ty, field, n)
             if s1 < low:
-                total += weigh(far_edge(h, s1, low, n.sigma2, n.m22, m4_re, m4_im), far)
+                total += weigh(far_edge(h, s1, low, moments), far)
                 if ringed:
                     total += _rings_of_part(h, s1, low, tx, ty, ring_weights, tables, n)
             if s2 > high:
-                total += weigh(far_edge(h, high, s2, n.sigma2, n.m22, m4_re, m4_im), far)
+                total += weigh(far_edge(h, high, s2, moments), far)
                 if ringed:
                     total += _rings_of_part(h, high, s2, tx, ty, ring_weights, tables, n)
         return total
@@ -244,12 +240,12 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
         s = -s1 if side == 0 else s2
         if s < cut:
             if side == 0:
-                total -= _flux(h, -cut, -s, tx, ty, field, n.field_step, n.panel, n.gauss_x, n.gauss_w)
+                total -= _flux(h, -cut, -s, tx, ty, field, n)
             else:
-                total -= _flux(h, s, cut, tx, ty, field, n.field_step, n.panel, n.gauss_x, n.gauss_w)
+                total -= _flux(h, s, cut, tx, ty, field, n)
             s = cut
         if s < math.inf:
-            total -= weigh(far_tail(h, s, n.sigma2, n.m22, m4_re, -m4_im if side == 0 else m4_im), far)
+            total -= weigh(far_tail(h, s, mirrored(moments) if side == 0 else moments), far)
             if ringed and side == 0:
                 total += _rings_of_end(-h, s, -tx, -ty, ring_weights, tables, n)
             elif ringed:

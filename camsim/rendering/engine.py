@@ -70,6 +70,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         gauss_w=gauss_w,
         sigma2=footprint.sigma2,
         m22=footprint.m22,
+        apart=footprint.grid()[2],
         separation=settings.separation,
         nodes=nodes,
         to_children=np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)]),
@@ -102,17 +103,19 @@ def boundary_bands(
     along = end - start
     length = np.hypot(along[:, 0], along[:, 1])
     tx, ty = along[:, 0] / length, along[:, 1] / length
-    # A frame whose second axis is −n turns ⟨ζ⁴⟩ by e^{+4iφ}: see far.py for z = s + ih.
-    m4 = footprint.m4 * (tx + 1j * ty) ** 4
-    response, normals = _directions(tx, ty, length >= settings.near)
+    turn = tx + 1j * ty
+    response, normals = _directions(tx, ty, length >= settings.near, footprint)
     edges = Edges(
         x=np.ascontiguousarray(start[:, 0]),
         y=np.ascontiguousarray(start[:, 1]),
         tx=tx,
         ty=ty,
         length=length,
-        m4_re=np.ascontiguousarray(m4.real),
-        m4_im=np.ascontiguousarray(m4.imag),
+        # Seen in a frame whose second axis is −n (far.py: z = s + ih) ζ is conj(ζ)·e^{iφ}.
+        m2=np.conj(footprint.m2) * turn**2,
+        m31=np.conj(footprint.m31) * turn**2,
+        m4=np.conj(footprint.m4) * turn**4,
+        m6=np.conj(footprint.m6) * turn**6,
         pair=pair,
         response=response,
     )
@@ -120,14 +123,21 @@ def boundary_bands(
         pattern,
         blur,
         flat,
-        side=footprint.side,
-        shifts=footprint.shifts,
+        footprint,
         radius=settings.near,
         step=settings.field_step,
     )
     if len(normals):
         responses = edge_responses(
-            system, pattern, pitch_um, blur, flat, normals, distance=settings.reach, step=settings.response_step
+            system,
+            pattern,
+            pitch_um,
+            blur,
+            flat,
+            normals,
+            extent=footprint.extent,
+            distance=settings.reach,
+            step=settings.response_step,
         )
     else:
         responses = np.empty((0, flat.shape[0], 1, 6))
@@ -157,13 +167,22 @@ def _rings(blur: F64, footprint: Footprint, settings: Settings) -> C128:
     if settings.quiet_end == settings.near:
         return np.empty((0, 2, 1, 1), np.complex128)
     order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
-    nodes, weights = footprint_rule(footprint.side, footprint.spots, order)
+    nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
     return airy_rings(blur, nodes, weights, nearest=settings.near)
 
 
-def _directions(tx: F64, ty: F64, wanted: np.ndarray) -> tuple[I64, F64]:
-    """Return each edge's edge response (−1: none) and the distinct normals, the footprint's symmetries folded."""
-    folded = np.sort(np.abs(np.stack([tx, ty], axis=1)), axis=1)
+def _directions(tx: F64, ty: F64, wanted: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:
+    """Return each edge's edge response (−1: none) and the distinct normals, the footprint's symmetries folded.
+
+    A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and
+    y exchanged.
+    """
+    folded = np.stack([-ty, tx], axis=1)
+    folded *= np.where((folded[:, :1] < 0.0) | ((folded[:, :1] == 0.0) & (folded[:, 1:] < 0.0)), -1.0, 1.0)
+    if footprint.mirrored:
+        folded = np.abs(folded)
+    if footprint.square:
+        folded = np.sort(folded, axis=1)
     distinct, index = np.unique(np.round(folded[wanted], 13), axis=0, return_inverse=True)
     response = np.full(tx.size, -1, np.int64)
     response[wanted] = index.ravel()

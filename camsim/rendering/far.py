@@ -3,13 +3,16 @@
 Beyond a few λN the encircled energy is E = 1 − c1'/r − c3'/r³ − … plus terms that oscillate, and the footprint
 matters through its moments only. With z = s + ih (s along the edge, h across it) the terms below are
 
-    θ + δ4θ                      the angle, and the footprint's fourth moment in it:  Im(M4/4z⁴)
-    1/r  averaged to 4th order   r⁻¹ + ½σ²·r⁻³ + 9/64·M22·r⁻⁵ + 1/12·Re(M4·∂⁴ r⁻¹)
-    1/r³ averaged to 2nd order   r⁻³/3 + …,   1/r⁵ as it is
+    θ averaged to 6th order      the angle, and what harmonic moments do to it:  −Im(M2/2z² + M4/4z⁴ + M6/6z⁶)
+    1/r  averaged to 4th order   r⁻¹ + ½σ²·r⁻³ + Re(M2·∂² r⁻¹) + 9/64·M22·r⁻⁵ + 1/12·Re(M31·∂² r⁻³) + 1/12·Re(M4·∂⁴ r⁻¹)
+    1/r³ averaged to 2nd order   ⅓·(r⁻³ + … + Re(M2·∂² r⁻³)),   1/r⁵ as it is
 
 each integrated over s from the end to infinity and differentiated across the edge. ∂ = ½(∂_s − i∂_h), and
 
-    ∫∂⁴(1/r) ds = [∂³(1/r)] − ¼[∂ r⁻³] + (9/16)·∫r⁻⁵ ds      (use ∂_s = ∂ + ∂̄ and 4∂∂̄ = ∇² twice)
+    ∫∂²(r⁻ᵏ) ds = [∂ r⁻ᵏ] − ¼k²·∫r⁻ᵏ⁻² ds                    (use ∂_s = ∂ + ∂̄ and 4∂∂̄ = ∇²)
+    ∫∂⁴(1/r) ds = [∂³(1/r)] − ¼[∂ r⁻³] + (9/16)·∫r⁻⁵ ds      (twice)
+
+M2 = ⟨ζ²⟩, M31 = ⟨ζ³ζ̄⟩ and M6 = ⟨ζ⁶⟩ vanish for a footprint that a quarter turn leaves as it is.
 
 Every result is four numbers g; a weight set with w_j at λ_j contributes Σ_m g[m]·far[m], where far holds the
 moments Σw, Σw·c1, Σw·c3, Σw·c5 over 2π. Nothing is divided by the net contrast.
@@ -18,6 +21,7 @@ moments Σw, Σw·c1, Σw·c3, Σw·c5 over 2π. Nothing is divided by the net c
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba as nb
 import numpy as np
@@ -26,6 +30,23 @@ from camsim.arrays import F64
 from camsim.rendering.patterns import Pattern
 
 TWO_PI = 2.0 * math.pi
+
+
+class Moments(NamedTuple):
+    """A footprint's moments as one edge's tail sees them: ζ with its real axis along the edge, away from its end."""
+
+    sigma2: float  # ½⟨|ζ|²⟩
+    m22: float  # ⟨|ζ|⁴⟩
+    m2: complex
+    m31: complex
+    m4: complex
+    m6: complex
+
+
+@nb.njit(cache=True, inline="always")
+def mirrored(m: Moments) -> Moments:
+    """Return the moments as a tail towards −∞ sees them."""
+    return Moments(m.sigma2, m.m22, m.m2.conjugate(), m.m31.conjugate(), m.m4.conjugate(), m.m6.conjugate())
 
 
 def far_moments(pattern: Pattern, blur: F64, weights: F64) -> F64:
@@ -44,9 +65,7 @@ def weigh(g: tuple[float, float, float, float], far: F64) -> float:
 
 
 @nb.njit(cache=True, inline="always")
-def _tail(
-    h: float, s: float, sigma2: float, m22: float, m4_re: float, m4_im: float
-) -> tuple[float, float, float, float]:
+def _tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the half line from s ≥ 0 to infinity, all but the angle itself; h and s are not both 0."""
     r2 = h * h + s * s
     r = math.sqrt(r2)
@@ -63,46 +82,54 @@ def _tail(
     e4_re, e4_im = e2_re * e2_re - e2_im * e2_im, 2.0 * e2_re * e2_im
     inv2 = inv * inv
     inv4 = inv2 * inv2
+    m4_re, m4_im = m.m4.real, m.m4.imag
     shift = -0.25 * inv4 * (m4_re * e4_im + m4_im * e4_re)
     b_re = -5.625 * e2_im + 13.125 * v * e3_re - 1.875 * v * u
     b_im = 5.625 * e2_re + 13.125 * v * e3_im - 0.375 + 1.875 * v * v
     hg7 = h * g7
     quartic = -(m4_re * b_re - m4_im * b_im) * inv4 * inv - 2.8125 * m4_re * hg7
-    first = -h * (g3 + 1.5 * sigma2 * g5) - 0.703125 * m22 * hg7 + quartic * (1.0 / 12.0)
-    third = -h * g5 - 7.5 * sigma2 * hg7
+    first = -h * (g3 + 1.5 * m.sigma2 * g5) - 0.703125 * m.m22 * hg7 + quartic * (1.0 / 12.0)
+    third = -h * g5 - 7.5 * m.sigma2 * hg7
+    if m.m2 != 0.0 or m.m31 != 0.0 or m.m6 != 0.0:
+        e = complex(u, -v)
+        e2 = e * e
+        shift -= (m.m2 * e2).imag * 0.5 * inv2 + (m.m6 * e2 * e2 * e2).imag * (1.0 / 6.0) * inv4 * inv2
+        inv3 = inv * inv2
+        from_first = complex(0.75 * h * g5, 0.0) - inv3 * (0.5j + 1.5 * v * e)
+        from_third = complex(11.25 * hg7, 0.0) - inv3 * inv2 * (1.5j + 7.5 * v * e)
+        first += (m.m2 * from_first).real + (m.m31 * from_third).real * (1.0 / 12.0)
+        third += (m.m2 * from_third).real * (1.0 / 3.0)
     return shift, first, third, -hg7
 
 
 @nb.njit(cache=True, inline="always")
-def far_tail(
-    h: float, s: float, sigma2: float, m22: float, m4_re: float, m4_im: float
-) -> tuple[float, float, float, float]:
+def far_tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the half line from s ≥ 0 to infinity at signed distance h; not both 0."""
-    a0, a1, a3, a5 = _tail(h, s, sigma2, m22, m4_re, m4_im)
+    a0, a1, a3, a5 = _tail(h, s, m)
     return math.atan2(h, s) + a0, a1, a3, a5
 
 
 @nb.njit(cache=True, inline="always")
-def far_line(h: float, sigma2: float, m22: float, m4_re: float) -> tuple[float, float, float, float]:
+def far_line(h: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the whole line at signed distance h ≠ 0."""
-    a0, a1, a3, a5 = _tail(h, 0.0, sigma2, m22, m4_re, 0.0)
-    return math.copysign(math.pi, h) + 2.0 * a0, 2.0 * a1, 2.0 * a3, 2.0 * a5
+    a0, a1, a3, a5 = _tail(h, 0.0, m)
+    b0, b1, b3, b5 = _tail(h, 0.0, mirrored(m))
+    return math.copysign(math.pi, h) + a0 + b0, a1 + b1, a3 + b3, a5 + b5
 
 
 @nb.njit(cache=True, inline="always")
-def far_edge(
-    h: float, s1: float, s2: float, sigma2: float, m22: float, m4_re: float, m4_im: float
-) -> tuple[float, float, float, float]:
+def far_edge(h: float, s1: float, s2: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the edge s1 < s2 at signed distance h, every point of it far away.
 
-    A tail towards −∞ is the mirror image of one towards +∞; mirroring turns M4 into its conjugate.
+    A tail towards −∞ is the mirror image of one towards +∞, and mirroring turns moments into their conjugates.
     """
     angle = math.atan2(h * (s2 - s1), h * h + s1 * s2)
-    a0, a1, a3, a5 = _tail(h, abs(s1), sigma2, m22, m4_re, m4_im if s1 >= 0.0 else -m4_im)
-    b0, b1, b3, b5 = _tail(h, abs(s2), sigma2, m22, m4_re, m4_im if s2 >= 0.0 else -m4_im)
+    a0, a1, a3, a5 = _tail(h, abs(s1), m if s1 >= 0.0 else mirrored(m))
+    b0, b1, b3, b5 = _tail(h, abs(s2), m if s2 >= 0.0 else mirrored(m))
     if s1 >= 0.0:
         return angle + a0 - b0, a1 - b1, a3 - b3, a5 - b5
     if s2 <= 0.0:
         return angle + b0 - a0, b1 - a1, b3 - a3, b5 - a5
-    c0, c1, c3, c5 = _tail(h, 0.0, sigma2, m22, m4_re, 0.0)
-    return angle + 2.0 * c0 - a0 - b0, 2.0 * c1 - a1 - b1, 2.0 * c3 - a3 - b3, 2.0 * c5 - a5 - b5
+    c0, c1, c3, c5 = _tail(h, 0.0, m)
+    d0, d1, d3, d5 = _tail(h, 0.0, mirrored(m))
+    return angle + c0 + d0 - a0 - b0, c1 + d1 - a1 - b1, c3 + d3 - a3 - b3, c5 + d5 - a5 - b5

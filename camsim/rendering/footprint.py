@@ -8,60 +8,115 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.quadrature import gauss_legendre
+
+_SAME = 1e-9  # pitches: offsets this close are one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Footprint:
-    """A square of ``side`` on every spot.
+    """A rectangle with sides along x and y on every spot; it is symmetric about its centre.
 
-    side   : pitches; 0 is a point
+    width, height : pitches; 0 is a point
     spots  : (n, 2) offsets, pitches
-    shifts : distinct offsets along one axis (the spots are all their pairs)
-    sigma2 : second moment per axis; m22 = ⟨|ζ|⁴⟩, m4 = ⟨ζ⁴⟩ (real: mirror symmetry), m6 = ⟨|ζ|⁶⟩, m8 = |⟨ζ⁸⟩|
+    sigma2 : ½⟨|ζ|²⟩; m22 = ⟨|ζ|⁴⟩, m66 = ⟨|ζ|⁶⟩; m2 = ⟨ζ²⟩, m31 = ⟨ζ³ζ̄⟩, m4, m6, m8 = ⟨ζ⁴⟩, ⟨ζ⁶⟩, ⟨ζ⁸⟩
     """
 
-    side: float
+    width: float
+    height: float
     spots: F64
-    shifts: F64
     sigma2: float
     m22: float
-    m4: float
-    m6: float
-    m8: float
+    m66: float
+    m2: complex
+    m31: complex
+    m4: complex
+    m6: complex
+    m8: complex
 
     @classmethod
     def of(cls, system: OpticalSystem, pitch_um: float) -> Footprint:
         """Measure the system's footprint in pitches; a 5-point Gauss rule is exact for every moment used."""
-        side = system.photosite.side_um / pitch_um
+        sides_um = getattr(system.photosite, "sides_um", None)
+        if sides_um is None:
+            raise UnsupportedError(
+                f"photosite: the boundary engine knows rectangles, not {type(system.photosite).__name__}; use fourier"
+            )
+        if system.more:
+            raise UnsupportedError(
+                f"optics: the boundary engine takes a lens, an OLPF and a photosite, not "
+                f"{type(system.more[0]).__name__} besides; use fourier"
+            )
+        width, height = (side / pitch_um for side in sides_um)
         spots = system.spots_um() / pitch_um
-        zeta, weight = footprint_rule(side, spots, 5)
+        zeta, weight = footprint_rule(width, height, spots, 5)
         z = zeta[:, 0] + 1j * zeta[:, 1]
+        square = np.abs(z) ** 2
+
+        def mean(values: np.ndarray) -> complex:
+            """Average over the footprint; what symmetry makes 0 comes out as rounding, and is made 0."""
+            value = complex(weight @ values)
+            size = 1e-13 * float(weight @ np.abs(values))
+            return complex(value.real if abs(value.real) > size else 0.0, value.imag if abs(value.imag) > size else 0.0)
+
         return cls(
-            side=side,
+            width=width,
+            height=height,
             spots=spots,
-            shifts=np.unique(spots[:, 0]),
-            sigma2=float(weight @ zeta[:, 0] ** 2),
-            m22=float(weight @ np.abs(z) ** 4),
-            m4=float((weight @ z**4).real),
-            m6=float(weight @ np.abs(z) ** 6),
-            m8=float(abs(weight @ z**8)),
+            sigma2=0.5 * float(weight @ square),
+            m22=float(weight @ square**2),
+            m66=float(weight @ square**3),
+            m2=mean(z**2),
+            m31=mean(z**2 * square),
+            m4=mean(z**4),
+            m6=mean(z**6),
+            m8=mean(z**8),
         )
+
+    @property
+    def side(self) -> float:
+        """The longer side, pitches."""
+        return max(self.width, self.height)
 
     @property
     def extent(self) -> float:
         """Distance of its farthest point from its centre, pitches."""
-        return float(np.hypot(*(np.abs(self.spots) + 0.5 * self.side).T).max())
+        return float(np.hypot(*(np.abs(self.spots) + 0.5 * np.array([self.width, self.height])).T).max())
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether it is its own mirror image, left and right."""
+        return _same_spots(self.spots, self.spots * [-1.0, 1.0])
+
+    @property
+    def square(self) -> bool:
+        """Whether it is mirrored and a quarter turn leaves it as it is."""
+        return self.mirrored and self.width == self.height and _same_spots(self.spots, self.spots[:, ::-1])
+
+    def grid(self) -> tuple[F64, F64, F64]:
+        """Return the spots as x (a,) × y (b,) about each of several centres (c, 2): c is 1 where they form a grid."""
+        x, y = (np.unique(np.round(axis / _SAME)) * _SAME for axis in self.spots.T)
+        if _same_spots(self.spots, np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)):
+            return x, y, np.zeros((1, 2))
+        return np.zeros(1), np.zeros(1), self.spots
 
     def transfer(self, frequency: F64) -> F64:
-        """OTF (directions, n), signed, at each radial frequency (cycles/pitch) from 0° to 45°, its octant."""
+        """OTF (directions, n), signed, at each radial frequency (cycles/pitch) in directions that cover all of them."""
         # One wavelength has narrow lobes where the footprint is many λN wide; a spectrum smears them.
-        angle = np.linspace(0.0, np.pi / 4, 33 if frequency.size == 1 else 9)
+        octants = 1 if self.square else 2 if self.mirrored else 4
+        angle = np.linspace(0.0, octants * np.pi / 4, octants * (32 if frequency.size == 1 else 8) + 1)
         fx, fy = np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency)
         spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx, sy in self.spots], axis=0)
-        otf: F64 = np.sinc(self.side * fx) * np.sinc(self.side * fy) * spots
+        otf: F64 = np.sinc(self.width * fx) * np.sinc(self.height * fy) * spots
         return otf
+
+
+def _same_spots(a: F64, b: F64) -> bool:
+    """Whether two lists hold the same offsets in any order."""
+    order = [np.lexsort(np.round(spots / _SAME).T) for spots in (a, b)]
+    return a.shape == b.shape and bool(np.allclose(a[order[0]], b[order[1]], rtol=0.0, atol=4.0 * _SAME))
 
 
 def rule_order(phase: float, allowed: float) -> int:
@@ -81,12 +136,15 @@ def rule_order(phase: float, allowed: float) -> int:
         order += 1
 
 
-def footprint_rule(side: float, spots: F64, order: int) -> tuple[F64, F64]:
-    """Return nodes (m, 2) and weights (m,) of a Gauss product rule over the square, on every spot."""
-    if side == 0.0:
-        return spots, np.full(len(spots), 1.0 / len(spots))
-    x, w = gauss_legendre(order)
-    grid = 0.5 * side * np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2)
-    weight = np.outer(w, w).ravel() / 4.0
+def footprint_rule(width: float, height: float, spots: F64, order: int) -> tuple[F64, F64]:
+    """Return nodes (m, 2) and weights (m,) of a Gauss product rule over the rectangle, on every spot."""
+    x, wx = _side_rule(width, order)
+    y, wy = _side_rule(height, order)
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     nodes = (spots[:, None, :] + grid[None]).reshape(-1, 2)
-    return nodes, np.tile(weight, len(spots)) / len(spots)
+    return nodes, np.tile(np.outer(wx, wy).ravel(), len(spots)) / len(spots)
+
+
+def _side_rule(side: float, order: int) -> tuple[F64, F64]:
+    x, w = gauss_legendre(order if side > 0.0 else 1)
+    return 0.5 * side * x, 0.5 * w

@@ -159,6 +159,6 @@ def quiet_distance(
 
 def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
     """Distance beyond which the footprint's moments past the fourth stay below ``allowed``."""
-    eighth: float = (footprint.m8 / (16.0 * math.pi * allowed)) ** (1.0 / 8.0)
-    sixth: float = (3.0 * c1 * footprint.m6 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
+    eighth: float = (abs(footprint.m8) / (16.0 * math.pi * allowed)) ** (1.0 / 8.0)
+    sixth: float = (3.0 * c1 * footprint.m66 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
     return max(eighth, sixth)

@@ -49,7 +49,10 @@ class Check:
             quiet_distance(pattern, blur, shares, footprint, 0.25 * allowed, end=True),
         )
         nodes, weights = footprint_rule(
-            footprint.side, footprint.spots, rule_order(math.pi * footprint.side / shortest, 20.0 * allowed)
+            footprint.width,
+            footprint.height,
+            footprint.spots,
+            rule_order(math.pi * footprint.side / shortest, 20.0 * allowed),
         )
         return cls(radius=radius + float(np.abs(nodes).max()), nodes=nodes, weights=weights)
 

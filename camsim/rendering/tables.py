@@ -14,6 +14,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
+from camsim.rendering.footprint import Footprint
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.potential import ORDER, SCALE, at_radius, contract, lagrange_weights, potential
@@ -24,15 +25,13 @@ FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
 
 
-def field_tables(
-    pattern: Pattern, blur: F64, weights: F64, *, side: float, shifts: F64, radius: float, step: float
-) -> F64:
+def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint, *, radius: float, step: float) -> F64:
     """Field V = ∇Φ averaged over the footprint, on a square grid over one quadrant.
 
     pattern, blur : of the lens; blur is (j,)
     weights  : (k, j) weight sets
-    side     : side of the square photosite; shifts: offsets of the OLPF's spots along one axis
-    radius   : the table covers 0 … radius in x and y, with a margin for the look-up's stencil
+    footprint : where its spots form no grid the table is of the rectangle alone, to be looked up at every spot
+    radius   : the table covers 0 … radius in x and y (and the spots'), with a margin for the look-up's stencil
     returns  : (k, 2, n, n): V_x and V_y at ((i − margin)·step, (j − margin)·step), margin = FIELD_ORDER/2
 
     Derivation: the average of ∂Φ/∂x over a box is a difference of Φ at its two sides, averaged along y. Both
@@ -40,36 +39,43 @@ def field_tables(
     filters are made from the interpolant itself; a small photosite therefore loses no digits.
     """
     margin = FIELD_ORDER // 2
-    rows = math.ceil(radius / step) + 2 * margin
-    average = _average_taps(side / step, shifts / step)
-    slope = _slope_taps(side / step, shifts / step) / step
-    reach = average.size // 2
-    count = rows - margin + reach
+    x, y, apart = footprint.grid()
+    rows = math.ceil((radius + np.abs(apart).max()) / step) + 2 * margin
+    width, height = footprint.width / step, footprint.height / step
+    along_x = _average_taps(width, x / step), _slope_taps(width, x / step) / step
+    along_y = _average_taps(height, y / step), _slope_taps(height, y / step) / step
+    count = rows - margin + max(along_x[0].size, along_y[0].size) // 2
     radial_step = 0.5 * step
     samples = math.ceil(math.sqrt(2.0) * count * step / radial_step) + ORDER
     phi = potential(pattern, samples * radial_step / float(blur.min()))
     radial = contract(phi, blur, weights, radial_step, samples)
+    tables = np.empty((weights.shape[0], 2, rows, rows))
     with ONE_AT_A_TIME:
-        return _filtered(radial, step / radial_step, average, slope, rows, margin, count)
+        tables[:, 0] = _filtered(radial, step / radial_step, along_y[0], along_x[1], rows, margin, count)
+        across = tables[:, 0]
+        if not footprint.square:
+            across = _filtered(radial, step / radial_step, along_x[0], along_y[1], rows, margin, count)
+    tables[:, 1] = across.transpose(0, 2, 1)
+    return tables
 
 
 @nb.njit(cache=True, parallel=True)
 def _filtered(
     radial: F64, samples_per_step: float, average: F64, slope: F64, rows: int, margin: int, count: int
 ) -> F64:
-    """Apply ``slope`` along the first axis and ``average`` along the second to radial functions on a square grid.
+    """Apply ``slope`` along the first axis and ``average`` along the second to radial functions: (k, rows, rows).
 
     A photosite of many steps has a long average of equal taps and a slope of few that are not 0: then the average
     runs along the line, adding the taps' differences, of which there are as few.
     """
-    reach = average.size // 2
+    reach, lean = average.size // 2, slope.size // 2
     change = np.zeros(average.size + 1)
     change[:-1] += average
     change[1:] -= average
     long = average.size > LONG
     changes = np.flatnonzero(np.abs(change) > 1e-15 * np.abs(average).max())
     slopes = np.flatnonzero(slope)
-    tables = np.empty((radial.shape[0], 2, rows, rows))
+    tables = np.empty((radial.shape[0], rows, rows))
     for k in range(radial.shape[0]):
         averaged = np.zeros((count, rows))
         for i in nb.prange(count):
@@ -94,12 +100,10 @@ def _filtered(
         for r in nb.prange(rows):
             row = np.zeros(rows)
             for a in slopes:
-                source = abs(r - margin + a - reach)
+                source = abs(r - margin + a - lean)
                 for c in range(rows):
                     row[c] += slope[a] * averaged[source, c]
-            for c in range(rows):
-                tables[k, 0, r, c] = row[c]
-                tables[k, 1, c, r] = row[c]
+            tables[k, r] = row
     return tables
 
 
@@ -148,12 +152,13 @@ def edge_responses(
     weights: F64,
     normals: F64,
     *,
+    extent: float,
     distance: float,
     step: float,
 ) -> F64:
     """Response across an infinite edge minus its half-way value, as a quintic per cell of ``step``.
 
-    normals  : (o, 2) unit normals of the edges
+    normals  : (o, 2) unit normals of the edges;  extent: how far the footprint reaches
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance
 
     ESF(h) − ½ = ∫_0^{cut-off} OTF(f·normal)·sin(2πfh)/(πf) df. Between two cut-offs the summed OTF is smooth
@@ -161,16 +166,10 @@ def edge_responses(
     nodes then follows a phase of 2n radians; the phase is 2πf times the distance and the footprint's extent.
     """
     cells = math.ceil(distance / step)
-    extent = (
-        distance
-        + float(np.abs(normals).sum(axis=1).max())
-        * (0.5 * system.photosite.side_um + float(np.abs(system.spots_um()).max()))
-        / pitch_um
-    )
     cutoffs = np.unique(pattern.cutoff / blur)
     bottom, nodes, node_weights = 0.0, [], []
     for top in cutoffs:
-        count = 14 + math.ceil(1.1 * math.pi * extent * (top - bottom))
+        count = 14 + math.ceil(1.1 * math.pi * (distance + extent) * (top - bottom))
         x, w = gauss_legendre(count)
         t = 0.5 * (1.0 + x)
         nodes.append(top - (top - bottom) * t * t)

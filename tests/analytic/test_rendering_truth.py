@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 import camsim
-from camsim.rendering.far import far_edge, far_moments
+from camsim.rendering.far import Moments, far_edge, far_moments
 from camsim.rendering.patterns import pattern_of
 from tests import truth
 
@@ -96,5 +96,5 @@ def test_far_form_with_moments_equals_the_averaged_smooth_integral(h, s1, s2, tu
                     zeta = complex(du, dv)
                     m4, m22 = m4 + share * zeta**4, m22 + share * abs(zeta) ** 4
                     sigma2 += share * du**2
-    g = far_edge(h, s1, s2, sigma2, m22, m4.real, m4.imag)
+    g = far_edge(h, s1, s2, Moments(sigma2, m22, 0j, 0j, m4, 0j))
     assert float(np.dot(g, far)) == pytest.approx(total, abs=2e-8)
