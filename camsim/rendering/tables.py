@@ -81,7 +81,7 @@ def _filtered(
         for i in nb.prange(count):
             scratch = np.empty(ORDER)
             line = np.empty(rows + 2 * reach)  # the grid's row i from −margin − reach on, mirrored at 0
-            for j in range(count):
+            for j in range(rows - margin + reach):
                 line[j + margin + reach] = at_radius(radial[k], math.hypot(i, j) * samples_per_step, scratch)
             for j in range(margin + reach):
                 line[j] = line[2 * (margin + reach) - j]
