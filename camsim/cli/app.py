@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from camsim.cli.bench import bench
 from camsim.errors import CamsimError
 
 _BEGAN_S = time.perf_counter()
@@ -272,6 +273,9 @@ def measure_mtf(
             force=force,
         )
     )
+
+
+app.command()(bench)
 
 
 @app.command("list")

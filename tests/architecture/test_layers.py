@@ -42,7 +42,7 @@ LIBRARIES = {
     "tifffile": ("camsim.files", "camsim.measure.reading"),
     "OpenEXR": ("camsim.files", "camsim.measure.reading"),
     "PIL": ("camsim.files", "camsim.measure.reading"),
-    "matplotlib": ("camsim.cli",),
+    "matplotlib": ("camsim.cli", "camsim.bench"),
     "threadpoolctl": ("camsim.measure",),
     "typer": ("camsim.cli",),
     "rich": ("camsim.cli",),

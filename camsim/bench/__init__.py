@@ -1,0 +1,1 @@
+"""Error against run time: every method, the programs people would use instead, the extremes."""

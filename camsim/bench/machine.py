@@ -1,0 +1,144 @@
+"""The machine a bench ran on, how fast it was at that moment, and whether somebody else was using it."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import threading
+import time
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+
+PACKAGES = ("camsim-spectral", "numpy", "scipy", "numba", "finufft", "galsim", "prysm")
+SPIN_LAPS = 12
+BUSY = 1.15  # wall over CPU of the spin: more than this and somebody else wants the cores
+SLOWER = 1.15  # CPU time of the spin against the run's quickest: more than this and the clock or the caches changed
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that matter, of what is installed."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def machine() -> dict[str, str | int]:
+    """Return what the machine says of itself; no name and no place."""
+    return {
+        "processor": _processor(),
+        "cores": cores(),
+        "system": platform.system(),
+        "architecture": platform.machine(),
+    }
+
+
+def _processor() -> str:
+    table = Path("/proc/cpuinfo")
+    if table.exists():
+        for line in table.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or "unknown"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spin:
+    """The same work on every core at once, clocked.
+
+    cpu_s         : CPU seconds of one core's work, the quickest core
+    wall_over_cpu : wall over CPU time, the worst core; 1 on a machine that does nothing else
+    """
+
+    cpu_s: float
+    wall_over_cpu: float
+
+    @property
+    def busy(self) -> bool:
+        """Whether somebody else used a core meanwhile."""
+        return self.wall_over_cpu > BUSY
+
+
+def spin(threads: int | None = None) -> Spin:
+    """Clock a fixed piece of arithmetic, about 0.1 s, on every core at once.
+
+    One core's spin would slip past a busy neighbour onto the free core; all of them cannot.
+    """
+    count = threads or cores()
+    start, found = threading.Barrier(count), [(0.0, 0.0)] * count
+    grain = np.linspace(0.1, 1.0, 200_000)
+
+    def work(k: int) -> None:
+        own = grain.copy()
+        start.wait()
+        wall, cpu = time.perf_counter(), time.thread_time()
+        for _ in range(SPIN_LAPS):
+            np.sqrt(np.exp(np.sin(own)), out=own)
+        found[k] = (time.perf_counter() - wall, time.thread_time() - cpu)
+
+    workers = [threading.Thread(target=work, args=(k,)) for k in range(count)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    return Spin(cpu_s=min(cpu for _, cpu in found), wall_over_cpu=max(wall / cpu for wall, cpu in found))
+
+
+def words_of_load(spins: list[Spin]) -> str:
+    """Return one sentence on what else happened on the machine, and what that means for the figures."""
+    busy = [s for s in spins if s.busy]
+    if not spins or not busy:
+        words = "The machine was quiet"
+    else:
+        worst = max(s.wall_over_cpu for s in busy)
+        words = (
+            f"The machine was busy with other work at {len(busy)} of {len(spins)} looks "
+            f"(up to {worst:.2f} s of wall time for a second of work): wall times are too long, "
+            "ratios are taken from CPU times"
+        )
+    slowest = max((s.cpu_s for s in spins), default=0.0) / min((s.cpu_s for s in spins), default=1.0)
+    if slowest > SLOWER:
+        words += f"; its cores ran at speeds that differed by a factor {slowest:.2f} during the run"
+    return words + "."
+
+
+def peak_memory_mb() -> float | None:
+    """Return the most memory this process has held since ``forget_peak``; None where the system does not say."""
+    return _status_mb("VmHWM")
+
+
+def held_memory_mb() -> float | None:
+    """Return the memory this process holds; None where the system does not say."""
+    return _status_mb("VmRSS")
+
+
+def forget_peak() -> bool:
+    """Let the peak begin anew; False where the system cannot."""
+    if sys.platform != "linux":
+        return False
+    try:
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
+    except OSError:
+        return False
+    return True
+
+
+def _status_mb(key: str) -> float | None:
+    if sys.platform != "linux":
+        return None
+    for line in Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines():
+        if line.startswith(key):
+            return int(line.split()[1]) * 1024 / 1e6
+    return None

@@ -1,0 +1,311 @@
+"""One run: truths, errors, times, memory, the paper's tables; every figure written as soon as it is known."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.bench import cases, esf, findings, table_two
+from camsim.bench.cases import Psf, Setting
+from camsim.bench.machine import Spin, cores, machine, spin, versions, words_of_load
+from camsim.bench.measuring import Drawn, Lap, clock_frame, clock_setup, draw_window, weigh_frame
+from camsim.bench.peers import Peer, settings_of_peer
+from camsim.bench.results import FORMAT, Results
+from camsim.bench.truth import photosite_value
+from camsim.bench.windows import Lens, window_truths
+from camsim.bench.worker import GIVES_BACK, Worker, WorkerError
+
+FULL_SCALE = 65535.0
+JUDGED = ((4, 34), (45, 29))  # (row, col) of the window whose truth is computed twice: at the corner, along the edge
+Say = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What to measure.
+
+    quick : fewer systems, shifts and laps: under a minute
+    peers : the other programs to run
+    paper : whether the paper's tables and panels are made
+    """
+
+    psfs: tuple[Psf, ...]
+    methods: tuple[str, ...]
+    quick: bool = False
+    peers: tuple[Peer, ...] = ()
+    paper: bool = True
+
+
+@dataclass(slots=True)
+class _Run:
+    """What one run holds: its workers, its lines, and how far it is."""
+
+    request: Request
+    results: Results
+    say: Say
+    one: Worker
+    all: Worker
+    weigher: Worker
+    peers: dict[str, Worker]
+    laps: int
+    budget_s: float
+    spins: list[Spin] = field(default_factory=list)
+    done: float = 0.0
+    total: float = 1.0
+
+    def settings(self, psf: Psf) -> list[Setting]:
+        found = cases.settings_of(psf, self.request.methods, quick=self.request.quick)
+        if psf.name in cases.CORE_PSFS:
+            for peer in self.request.peers:
+                found += settings_of_peer(peer, psf, quick=self.request.quick)
+        return found
+
+    def worker(self, setting: Setting, threads: int) -> Worker:
+        if setting.program != "camsim":
+            return self.peers[setting.program]
+        return self.one if threads == 1 else self.all
+
+    def look(self, when: str) -> None:
+        """Clock the fixed work once more and write down what it took."""
+        self.spins.append(spin())
+        now = self.spins[-1]
+        self.results.add("load", when=when, cpu_s=now.cpu_s, wall_over_cpu=now.wall_over_cpu, busy=now.busy)
+
+    def tell(self, words: str, weight: float) -> None:
+        self.done += weight
+        self.say(min(self.done / self.total, 1.0), words)
+
+
+def run(request: Request, results: Results, say: Say) -> None:
+    """Measure everything that the request names, line by line.
+
+    say : called with the fraction done and what was just done
+    """
+    began = time.perf_counter()
+    results.add(
+        "run",
+        format=FORMAT,
+        quick=request.quick,
+        started=time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        machine=machine(),
+        versions=versions(),
+        threads=cores(),
+        photosites=cases.WINDOW_ROWS * cases.WINDOW_COLS,
+        frame=[cases.SIZE, cases.SIZE],
+    )
+    with ExitStack() as stack:
+
+        def worker(threads: int, environment: dict[str, str] | None = None) -> Worker:
+            new = Worker(threads=threads, environment=environment)
+            stack.callback(new.stop)
+            return new
+
+        state = _Run(
+            request=request,
+            results=results,
+            say=say,
+            one=worker(1),
+            all=worker(cores()),
+            weigher=worker(cores(), GIVES_BACK),
+            peers={peer.name: worker(1, GIVES_BACK) for peer in request.peers},
+            laps=3 if request.quick else 7,
+            budget_s=0.1 if request.quick else 0.5,
+        )
+        weights = [1.0 + len(state.settings(psf)) + 12.0 * _slow(psf, state) for psf in request.psfs]
+        paper = sum(weights) / 8.0 if request.paper else 0.0
+        state.total = sum(weights) + paper
+        state.look("before")
+        for psf, weight in zip(request.psfs, weights, strict=True):
+            _measure(psf, state, weight)
+        if request.paper:
+            table_two.measure_table(results, quick=request.quick, methods=request.methods)
+            state.tell("the paper's Table II", paper)
+        state.look("after")
+        results.add("machine", busy=any(s.busy for s in state.spins), sentence=words_of_load(state.spins))
+        for finding in findings.findings(results.lines):
+            results.add("finding", **finding)
+        results.add("end", seconds=time.perf_counter() - began, complete=True)
+
+
+def _slow(psf: Psf, state: _Run) -> int:
+    return sum((s.samples or 0) > cases.IMPORTANCE[0] and cases.is_timed(psf, s) for s in state.settings(psf))
+
+
+def _measure(psf: Psf, state: _Run, weight: float) -> None:
+    """Everything about one system: its truth, then every setting's error, time and memory."""
+    quick = state.request.quick
+    shifts = cases.shifts_px(cases.shift_count(Setting(method="auto"), quick=quick))
+    truth = _truth(psf, shifts, state)
+    errors: dict[Setting, dict[str, object]] = {}
+    refused: set[str] = set()
+    settings = state.settings(psf)
+    share = weight / (2 * len(settings) + 1)
+    try:
+        for setting in settings:
+            if setting.method not in refused:
+                found = _accuracy(psf, setting, shifts, truth, state)
+                if found is None:
+                    refused.add(setting.method)
+                else:
+                    errors[setting] = found
+            state.tell(f"{psf.name}: error of {setting.label}", share)
+        timed = [s for s in errors if cases.is_timed(psf, s)]
+        times = _times(psf, timed, truth[len(shifts) // 2], state, share)
+    except KeyboardInterrupt:
+        # What is known of this system's errors is worth keeping.
+        for setting, found in errors.items():
+            _write(psf, setting, found, {}, state)
+        raise
+    for setting, found in errors.items():
+        _write(psf, setting, found, times.get(setting, {}), state)
+    state.look(psf.name)
+    state.tell(f"{psf.name}: written", share)
+
+
+def _truth(psf: Psf, shifts: F64, state: _Run) -> F64:
+    """Return the exact image (shifts, rows, cols) of the window; samples of it are computed by another road."""
+    began = time.perf_counter()
+    lens = Lens(blur=psf.blurs_px(), weights=psf.spectrum()[1], gaussian=psf.gaussian)
+    grid, polygon = cases.window(), cases.corners_px()
+    x0, y0 = grid.first_centre
+    covered = window_truths(
+        polygon,
+        lens,
+        [(psf.side_px, psf.split_px)],
+        origin=(x0, y0),
+        shape=(grid.rows, grid.cols),
+        shifts=shifts,
+    )[0]
+    judged = JUDGED[:1] if psf.split_px else JUDGED
+    apart = [
+        abs(
+            photosite_value(polygon + shifts[0], x0 + col, y0 + row, lens, side=psf.side_px, split=psf.split_px)
+            - covered[0, row, col]
+        )
+        for row, col in judged
+    ]
+    state.results.add(
+        "truth",
+        psf=psf.name,
+        label=psf.label,
+        shifts=len(shifts),
+        photosites=covered[0].size,
+        checked=len(judged),
+        largest_difference=max(apart),
+        seconds=time.perf_counter() - began,
+    )
+    exact: F64 = 1.0 - covered
+    return exact
+
+
+def _accuracy(psf: Psf, setting: Setting, shifts: F64, truth: F64, state: _Run) -> dict[str, object] | None:
+    """Return the errors over the window and the shifts; None when the program refuses."""
+    count = min(cases.shift_count(setting, quick=state.request.quick), len(shifts))
+    some = np.round(np.linspace(0, len(shifts) - 1, count)).astype(int) if count > 1 else np.array([len(shifts) // 2])
+    worker, images, last = state.worker(setting, cores()), [], Drawn(image=None)
+    try:
+        for k in some:
+            last = worker.call(draw_window, psf, setting, tuple(shifts[k]))
+            if last.image is None:
+                state.results.add("refused", psf=psf.name, method=setting.method, label=setting.label, why=last.refused)
+                return None
+            images.append(last.image)
+    except WorkerError as error:
+        state.results.add("refused", psf=psf.name, method=setting.method, label=setting.label, why=str(error))
+        return None
+    if setting.method in esf.METHODS and psf.name in esf.PANELS:
+        esf.add_panel(state.results, psf, setting, images, truth[some], shifts[some])
+    image = np.stack(images)
+    found = _figures(image, truth[some])
+    found |= {"engine": last.engine, "error_estimate": last.error_estimate, "shifts": count}
+    if setting.program == "GalSim":
+        # What wraps round is a constant: the best constant taken off is a fair second look.
+        found["without_constant"] = _figures(image - np.mean(image - truth[some]), truth[some])
+    return found
+
+
+def _figures(image: F64, truth: F64) -> dict[str, object]:
+    """Return largest and root mean square error, as they are and after rounding to 16 bits."""
+    error = image - truth
+    codes = np.rint(FULL_SCALE * np.clip(image, 0.0, 1.0)) / FULL_SCALE - truth
+    return {
+        "error_max": float(np.abs(error).max()),
+        "error_rms": float(np.sqrt(np.mean(error**2))),
+        "error_mean": float(np.mean(error)),
+        "error_max_16bit": float(np.abs(codes).max()),
+        "error_rms_16bit": float(np.sqrt(np.mean(codes**2))),
+    }
+
+
+def _times(
+    psf: Psf, settings: Sequence[Setting], truth: F64, state: _Run, share: float
+) -> dict[Setting, dict[str, object]]:
+    """Clock the frame by every setting, in turn, so that a busy moment falls on all of them; then set-up, memory."""
+    laps: dict[tuple[Setting, int], list[Lap]] = {}
+    for method in dict.fromkeys((s.program, s.method) for s in settings):
+        first = next(s for s in settings if (s.program, s.method) == method)
+        state.worker(first, 1).call(draw_window, psf, first, (0.0, 0.0))  # loads kernels, plans transforms
+    for lap in range(1, state.laps + 1):
+        for setting, threads in _lanes(settings):
+            done = laps.setdefault((setting, threads), [])
+            spent = sum(d.wall_s for d in done)
+            if done and spent + spent / len(done) > state.budget_s:
+                continue
+            done.append(state.worker(setting, threads).call(clock_frame, psf, setting, lap))
+    found: dict[Setting, dict[str, object]] = {}
+    for setting in settings:
+        times: dict[str, object] = {"one_thread": _summary(laps[setting, 1])}
+        if (setting, 0) in laps:
+            times["all_threads"] = _summary(laps[setting, 0])
+        if setting.program == "camsim":
+            setup = state.one.call(clock_setup, psf, setting, tuple(range(101, 104)))
+            times["setup_wall_s"], times["setup_cpu_s"] = setup.wall_s, setup.cpu_s
+        weigher = state.weigher if setting.program == "camsim" else state.peers[setting.program]
+        weighed = weigher.call(weigh_frame, psf, setting)
+        times["peak_mb"], times["beyond_mb"] = weighed.peak_mb, weighed.beyond_mb
+        if setting.program == "camsim":  # whose frame is planned apart from the window
+            times["error_frame_max"] = float(np.abs(weighed.image - truth).max())
+        found[setting] = times
+        state.tell(f"{psf.name}: time of {setting.label}", share)
+    return found
+
+
+def _lanes(settings: Sequence[Setting]) -> Iterator[tuple[Setting, int]]:
+    """Yield each setting with 1 thread, and camsim's with all (0): the other programs here use one."""
+    for setting in settings:
+        yield setting, 1
+        if setting.program == "camsim":
+            yield setting, 0
+
+
+def _summary(laps: Sequence[Lap]) -> dict[str, float]:
+    cpu = [lap.cpu_s for lap in laps]
+    return {
+        "wall_s": min(lap.wall_s for lap in laps),
+        "cpu_s": min(cpu),
+        "spread": statistics.median(cpu) / max(min(cpu), 1e-9) - 1.0,
+        "laps": len(laps),
+    }
+
+
+def _write(psf: Psf, setting: Setting, errors: dict[str, object], times: dict[str, object], state: _Run) -> None:
+    what = {
+        "psf": psf.name,
+        "program": setting.program,
+        "method": setting.method,
+        "label": setting.label,
+        "tolerance": setting.tolerance,
+        "samples": setting.samples,
+        "knob": setting.knob,
+    }
+    best = errors.pop("without_constant", None)
+    state.results.add("point", **what, **errors, **times)
+    if isinstance(best, dict):
+        label = f"{setting.label}, its constant subtracted"
+        state.results.add("point", **{**what, **errors, **best, **times, "label": label, "constant_subtracted": True})

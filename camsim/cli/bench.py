@@ -1,0 +1,136 @@
+"""``camsim bench``: measure, tell how far it is, write lines, figures and a page."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from camsim.errors import OutputError
+
+if TYPE_CHECKING:
+    from camsim.bench.results import Line, Results
+
+_EVERY_S = 2.0
+
+
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="A minute: few systems, few shifts, few laps.")] = False,
+    peers: Annotated[bool, typer.Option("--peers", help="Also run GalSim and prysm, where installed.")] = False,
+    compare: Annotated[
+        str | None,
+        typer.Option("--compare", metavar="OLD.jsonl", help="Say what got slower or less accurate since that run."),
+    ] = None,
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="DIR", help="Folder for results.jsonl, the report and the figures.")
+    ] = "bench-results",
+    psfs: Annotated[
+        list[str] | None,
+        typer.Option("--psf", metavar="NAME", help="One system, or a pattern such as 'airy-f8*'; repeatable."),
+    ] = None,
+    methods: Annotated[
+        list[str] | None, typer.Option("--method", metavar="NAME", help="One method; repeatable. All when left out.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print no progress.")] = False,
+) -> None:
+    """Measure error against run time, here and now: every method, and the programs people would use instead.
+
+    Writes results.jsonl (a line as soon as it is known), report.html and the diagram as SVG and PNG.
+    """
+    from camsim.bench.cases import chosen_methods, chosen_psfs
+    from camsim.bench.compare import compared
+    from camsim.bench.diagram import check_matplotlib
+    from camsim.bench.peers import installed_peers
+    from camsim.bench.results import FILE, Results, read_results
+    from camsim.bench.running import Request, run
+
+    check_matplotlib()
+    request = Request(
+        psfs=tuple(chosen_psfs(psfs or (), quick=quick)),
+        methods=tuple(chosen_methods(methods or ())),
+        quick=quick,
+        peers=tuple(installed_peers()) if peers else (),
+        paper=not psfs,
+    )
+    old = None if compare is None else read_results(compare)
+    folder = Path(output)
+    _check_folder(folder)
+    with Results(folder / FILE) as results:
+        try:
+            run(request, results, _Teller(shown=not quiet).tell)
+            if old is not None:
+                for line in compared(old, results.lines):
+                    results.add("compared", **line)
+        except KeyboardInterrupt:
+            _report(results, folder, "interrupted; what was measured is in")
+            raise
+    _report(results, folder, "written:")
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse a folder that cannot be written to, before the long work."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OutputError(
+            f"cannot write into {str(folder)!r}: {error.strerror or error}; choose a folder with -o"
+        ) from None
+
+
+def _report(results: Results, folder: Path, words: str) -> None:
+    from camsim.bench.report import write_report
+
+    for line in _sentences(results.lines):
+        print(line)
+    files = [results.path, *write_report(results.lines, folder)]
+    print(f"{words} {', '.join(os.path.relpath(file) for file in files)}")
+
+
+def _sentences(lines: Sequence[Line]) -> list[str]:
+    """Return what the run says in words, and the table of extremes."""
+    from camsim.bench.results import of_kind
+
+    said = [str(line["sentence"]) for line in of_kind(lines, "machine", "finding", "compared")]
+    extremes = of_kind(lines, "extreme")
+    if extremes:
+        width = max(len(line["name"]) for line in extremes)
+        said += [
+            f"{line['name']:{width}}  asked {line.get('asked', '–'):<8}  reached {line.get('reached', '–'):<10}  "
+            f"{line['seconds']:>8.3g} s  {line['verdict']}"
+            for line in extremes
+        ]
+    return said
+
+
+class _Teller:
+    """Says on stderr how far the work is and how long it may yet take: every two seconds, on one line if it can."""
+
+    def __init__(self, *, shown: bool) -> None:
+        self._shown, self._began, self._last = shown, time.perf_counter(), -_EVERY_S
+        self._over = "\r\x1b[K" if sys.stderr.isatty() else ""
+
+    def tell(self, fraction: float, words: str) -> None:
+        now = time.perf_counter() - self._began
+        if not self._shown or (now - self._last < _EVERY_S and fraction < 1.0):
+            return
+        self._last = now
+        left = f", about {_duration(now * (1.0 - fraction) / fraction)} left" if 0.0 < fraction < 1.0 else ""
+        end = "\n" if not self._over or fraction >= 1.0 else ""
+        print(f"{self._over}{100.0 * fraction:3.0f} %  {words}{left}", file=sys.stderr, end=end, flush=True)
+
+
+def _duration(seconds: float) -> str:
+    """Return a duration in words.
+
+    >>> _duration(42.4), _duration(160.0)
+    ('42 s', '3 min')
+    """
+    return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"
