@@ -245,7 +245,7 @@ def measure_mtf(
         str | None, typer.Option("--gamma", metavar="G", help="Undo an encoding: srgb, 2.2 …; 1 when data is linear.")
     ] = None,
     cfa: Annotated[
-        str | None, typer.Option("--cfa", metavar="RGGB", help="The filter array of a file that does not say it.")
+        str | None, typer.Option("--cfa", metavar="RGGB", help="The filter array of a file that does not say it, or x-trans.")
     ] = None,
     layer: Annotated[str | None, typer.Option("--layer", metavar="NAME", help="Of an EXR or NPZ with several.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout.")] = False,

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numba as nb
 import numpy as np
+import numpy.typing as npt
 from scipy import ndimage
 
 from camsim.arrays import F64
 from camsim.measure.geometry import Roi
-from camsim.measure.picture import Picture
+from camsim.measure.picture import Picture, Plane
 
 _LARGEST = 2000
 _HALF_WIDTH = 32
@@ -24,14 +27,15 @@ _LEAST_STEP = 0.03
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Segment:
-    """A straight piece of edge in pixels of the image: centre, unit direction along it, half length, strength."""
+    """A straight piece of edge, in pixels: centre, unit direction, half length, scatter across it; its label."""
 
     x: float
     y: float
     tx: float
     ty: float
     half: float
-    strength: float
+    thick: float
+    label: int
 
 
 def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
@@ -51,10 +55,10 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
     strong = strength > threshold
     if not strong.any():
         return ()
-    segments = _segments(gx, gy, strength, strong, cell)
+    segments, label = _segments(gx, gy, strength, strong, cell)
     rows, cols = np.nonzero(strong)
-    # Where there is edge, in pixels: regions must not hold any that is not their own.
-    marks = np.stack([(cols + 0.5) * cell, (rows + 0.5) * cell], axis=1)
+    # Where there is edge, in pixels, and whose: regions must not hold any that is not their own.
+    marks = np.stack([(cols + 0.5) * cell, (rows + 0.5) * cell, label[rows, cols]], axis=1)
     marks = marks[np.argsort(marks[:, 1], kind="stable")]
     found: list[Roi] = []
     for segment in sorted(segments, key=lambda s: -s.half):
@@ -67,31 +71,69 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
 
 
 def _grey(picture: Picture) -> tuple[F64, int]:
-    """Return the picture as one plane, averaged over square cells, and the cell's side in pixels."""
-    planes = picture.planes
-    period = max(max(plane.step) for plane in planes)
-    cell = period * max(1, math.ceil(max(picture.shape) / period / _LARGEST))
+    """Return the picture as one plane, averaged over square cells, and the cell's side in pixels.
+
+    Every cell holds the same number of each channel's photosites, and each channel counts alike.
+    """
+    smallest = _smallest_cell(picture)
+    cell = smallest * max(1, math.ceil(max(picture.shape) / smallest / _LARGEST))
     rows, cols = (size // cell for size in picture.shape)
     grey = np.zeros((rows, cols))
-    for plane in planes:
-        down, across = cell // plane.step[0], cell // plane.step[1]
-        part = plane.samples[: rows * down, : cols * across]
-        total = np.zeros((rows, cols))
-        for i in range(down):
-            for j in range(across):
-                total += part[i::down, j::across]
-        grey += total / (down * across) - plane.black
+    for channel in picture.select("all"):
+        density = sum(1.0 / math.prod(plane.step) for plane in channel.planes)
+        for plane in channel.planes:
+            for samples, row, col in _parts(plane, cell):
+                # Where a cell is smaller than the period, a part has a sample in every so many cells only.
+                every = max(1, plane.step[0] // cell), max(1, plane.step[1] // cell)
+                here = grey[row :: every[0], col :: every[1]]
+                here += (samples[: here.shape[0], : here.shape[1]] - plane.black) / (density * cell**2)
     return grey, cell
 
 
-def _segments(gx: F64, gy: F64, strength: F64, strong: np.ndarray, cell: int) -> list[_Segment]:
+def _parts(plane: Plane, cell: int) -> Iterator[tuple[npt.NDArray[Any], int, int]]:
+    """Yield views of a plane's samples, each with no more than one in a cell, and the cell of their first."""
+    step, first = plane.step, plane.first
+    down, across = max(1, cell // step[0]), max(1, cell // step[1])
+    for i in range(down):
+        for j in range(across):
+            yield (
+                plane.samples[i::down, j::across],
+                (first[0] + i * step[0]) // cell,
+                (first[1] + j * step[1]) // cell,
+            )
+
+
+def _smallest_cell(picture: Picture) -> int:
+    """Return the side of the smallest cells that all hold the same photosites: 2 of Bayer, 3 of X-Trans.
+
+    >>> from camsim.measure.picture import mosaic_planes
+    >>> x_trans = ("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG")
+    >>> _smallest_cell(Picture(name="", shape=(6, 6), planes=mosaic_planes(np.zeros((6, 6)), x_trans)))
+    3
+    """
+    period = math.lcm(*(step for plane in picture.planes for step in plane.step))
+    for cell in (size for size in range(1, period) if period % size == 0):
+        held: dict[tuple[int, int], list[str]] = {}
+        for plane in picture.planes:
+            for row in range(plane.first[0], period, plane.step[0]):
+                for col in range(plane.first[1], period, plane.step[1]):
+                    held.setdefault((row // cell, col // cell), []).append(plane.name)
+        if len(held) == (period // cell) ** 2 and len({tuple(sorted(names)) for names in held.values()}) == 1:
+            return cell
+    return period
+
+
+def _segments(
+    gx: F64, gy: F64, strength: F64, strong: np.ndarray, cell: int
+) -> tuple[list[_Segment], npt.NDArray[np.int32]]:
+    """Return the straight pieces, and of every cell the label of its group."""
     angle = np.arctan2(gy, gx)
     rows, cols = np.nonzero(strong)
     order = np.argsort(-strength[rows, cols], kind="stable")
     label = _grow(angle, strong, rows[order], cols[order], _ANGLE_TOLERANCE)
     count = int(label.max())
     if not count:
-        return []
+        return [], label
     rows, cols = np.nonzero(label)
     which = label[rows, cols] - 1
     weight = strength[rows, cols]
@@ -110,7 +152,6 @@ def _segments(gx: F64, gy: F64, strength: F64, strong: np.ndarray, cell: int) ->
     np.minimum.at(first, which, along)
     np.maximum.at(last, which, along)
     thick = np.sqrt(np.bincount(which, weight * across**2, count) / total)
-    mean = total / np.bincount(which, minlength=count)
     segments = []
     for k in range(count):
         length = (last[k] - first[k]) * cell
@@ -124,10 +165,11 @@ def _segments(gx: F64, gy: F64, strength: F64, strong: np.ndarray, cell: int) ->
                 tx=float(tx[k]),
                 ty=float(ty[k]),
                 half=0.5 * float(length),
-                strength=float(mean[k]),
+                thick=float(thick[k]) * cell,
+                label=k + 1,
             )
         )
-    return segments
+    return segments, label
 
 
 @nb.njit(cache=True)
@@ -174,7 +216,9 @@ def _region(segment: _Segment, marks: F64, shape: tuple[int, int], cell: int) ->
     dx, dy = near[:, 0] - segment.x, near[:, 1] - segment.y
     across = np.abs(-dx * segment.ty + dy * segment.tx)
     along = np.abs(dx * segment.tx + dy * segment.ty)
-    foreign = near[(across > own) | (along > segment.half + own)]
+    # A blurred edge is wide, and all of it is its own.
+    wide = np.where(near[:, 2] == segment.label, own + 4.0 * segment.thick, own)
+    foreign = near[(across > wide) | (along > segment.half + wide)]
     best: Roi | None = None
     for half_width in (_HALF_WIDTH, 24, _LEAST_HALF_WIDTH):
         for length in np.unique(np.linspace(_LEAST_LENGTH, max(longest, _LEAST_LENGTH), 8).astype(int))[::-1]:

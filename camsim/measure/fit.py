@@ -13,6 +13,7 @@ from camsim.errors import UnsupportedError
 from camsim.measure import spline
 from camsim.measure.geometry import EdgeLine, longest_gap
 from camsim.measure.locate import Guess
+from camsim.measure.picture import Channel, Samples
 from camsim.measure.spline import ACROSS, BEND, EXTRAS, TAIL, TURN, Model
 
 FINEST_SPACING, COARSEST_SPACING = 0.08, 1.0
@@ -21,7 +22,7 @@ LARGEST_GAP = 0.4
 _RIDGE = 1e-9
 _OUTLIER = 8.0
 _NOISY = 0.01
-_REPEATED_LINES = 3.0
+_REPEATED_PERIODS = 3.0
 _GAPS_PER_KNOT = 0.75
 _MOST_BEYOND = 100_000
 
@@ -55,13 +56,14 @@ class EdgeFit:
     turn_error_rad: float
 
 
-def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float, what: str) -> EdgeFit:
-    """Fit photosites at x, y (flat, pixels) with signals v above black.
+def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what: str) -> EdgeFit:
+    """Fit the photosites of a channel in a region.
 
-    reach : how far the region goes from the edge, the nearer side;  pitch: distance between the samples, pixels
+    reach : how far the region goes from the edge, the nearer side
     """
+    x, y, pitch = samples.x, samples.y, channel.pitch_pixel
     scale = guess.bright - guess.dark
-    v = (v - guess.dark) / scale
+    v = (samples.signal - guess.dark) / scale
     line = guess.line
     length = max(float(np.ptp(line.across_and_along(x, y)[1])), 1.0)
     dark = guess.dark / scale
@@ -70,7 +72,16 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
     half_width = min(0.75 * reach, 8.0 * pitch)
     chosen = _near(x, y, line, 2.5 * half_width)
     line, rise, _ = _settle(
-        x[chosen], y[chosen], v[chosen], line, half_width, max(0.5, 0.25 * pitch), dark, length, passes=4, what=what
+        x[chosen],
+        y[chosen],
+        v[chosen],
+        line,
+        half_width,
+        max(0.5, 0.25 * channel.period_pixel),
+        dark,
+        length,
+        passes=4,
+        what=what,
     )
     half_width = min(0.75 * reach, max(1.5 + 2.5 * rise, 5.0))
     chosen = _near(x, y, line, 2.5 * half_width)
@@ -95,7 +106,7 @@ def fit_edge(x: F64, y: F64, v: F64, guess: Guess, *, reach: float, pitch: float
     enough = _enough(d, 2.0 * half_width)
     d, s, v = d[enough], s[enough], v[enough]
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
-    _refuse_gap(gap, line, length, pitch, what)
+    _refuse_gap(gap, line, length, channel, what)
     slope = spline.slopes(d, *smooth)
     model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
     coefficients, inverse = _solve(d, s, slope, v, model)
@@ -257,16 +268,15 @@ def _ordinary(d: F64, r: F64, half_width: float) -> np.ndarray:
     return keep
 
 
-def _refuse_gap(gap: float, line: EdgeLine, length: float, pitch: float, what: str) -> None:
+def _refuse_gap(gap: float, line: EdgeLine, length: float, channel: Channel, what: str) -> None:
     angle = line.angle_deg
     slant = math.tan(math.radians(abs(angle)))
     # The phases of the first lines must come again in later ones: that tells blur from a wrong angle.
-    lines = length / pitch
-    covered = 1.0 + _REPEATED_LINES / lines
-    if slant * lines < covered:
-        need = math.ceil(covered * pitch / max(slant, 1e-3))
+    missing, again = channel.gap_pixel, _REPEATED_PERIODS * channel.period_pixel
+    if slant * (length - again) < missing:
+        need = math.ceil(missing / max(slant, 1e-3) + again)
         longer = f"take a region {need} px long, or " if need < 20.0 * length else ""
-        enough = math.degrees(math.atan(covered / lines)) + 0.5
+        enough = math.degrees(math.atan2(missing, max(length - again, missing))) + 0.5
         raise UnsupportedError(
             f"{what}: an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling "
             f"phases are missing; {longer}turn the edge to {enough:.0f}° or more"

@@ -29,16 +29,16 @@ def measure_mtf(
     A region that was given and cannot be measured raises UnsupportedError; of the edges found, those that cannot are
     listed in ``refused``.
     """
-    planes = picture.select(channel)
+    channels = picture.select(channel)
     given = bool(rois)
     for roi in rois:
         roi.check_inside(picture.shape)
     edges: list[EdgeMtf] = []
     refused: list[str] = []
     for roi in rois or find_edges(picture):
-        for plane in planes:
+        for each in channels:
             try:
-                edges.append(measure_edge(plane, roi, tail=tail, theory=theory, what=f"{picture.name}: "))
+                edges.append(measure_edge(each, roi, tail=tail, theory=theory, what=f"{picture.name}: "))
             except UnsupportedError as error:
                 if given:
                     raise

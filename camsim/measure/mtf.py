@@ -16,7 +16,7 @@ from camsim.measure import spline
 from camsim.measure.fit import EdgeFit, crossing, fit_edge
 from camsim.measure.geometry import EdgeLine, Roi
 from camsim.measure.locate import locate
-from camsim.measure.picture import Plane
+from camsim.measure.picture import Channel, Plane
 from camsim.measure.result import EdgeMtf, Figures, Theory
 from camsim.measure.spline import TAIL
 
@@ -34,7 +34,7 @@ class TheoreticalOtf(Protocol):
 
 
 def measure_edge(
-    plane: Plane, roi: Roi, *, tail: bool = True, theory: TheoreticalOtf | None = None, what: str = ""
+    channel: Plane | Channel, roi: Roi, *, tail: bool = True, theory: TheoreticalOtf | None = None, what: str = ""
 ) -> EdgeMtf:
     """Measure one edge of one channel in a region of the image.
 
@@ -44,26 +44,26 @@ def measure_edge(
 
     Raises UnsupportedError in one sentence when the region does not hold one measurable edge.
     """
-    what = f"{what}roi {roi}, channel {plane.name}"
-    samples, x, y = plane.cut(roi)
-    _refuse_clipped(samples, plane, what)
-    linear = samples.astype(np.float64) - plane.black
-    if not np.all(np.isfinite(linear)):
+    if isinstance(channel, Plane):
+        channel = Channel((channel,))
+    what = f"{what}roi {roi}, channel {channel.name}"
+    samples = channel.inside(roi)
+    _refuse_clipped(samples.stored, channel.planes[0], what)
+    if not np.all(np.isfinite(samples.signal)):
         raise UnsupportedError(f"{what}: holds values that are no numbers (NaN or infinite); choose another region")
-    guess = locate(linear, x, y, roi=roi, what=what)
-    across, down = np.broadcast_arrays(x[None, :], y[:, None])
+    guess = locate(*channel.on_a_lattice(roi), roi=roi, what=what)
     widths = guess.line.half_widths(roi)
-    pitch = float(max(plane.step))
+    pitch = channel.pitch_pixel
     if min(widths) < 4.0 * pitch:
         raise UnsupportedError(
-            f"{what}: the region reaches only {min(widths):.1f} px beyond the edge; take at least {8.0 * pitch:g} px "
+            f"{what}: the region reaches only {min(widths):.1f} px beyond the edge; take at least {8.0 * pitch:.3g} px "
             "on either side, 32 for good figures"
         )
     # Hundreds of small systems of equations: split over all cores they take ten times as long on a busy machine.
     with _blas().limit(limits=1, user_api="blas"):
-        fit = fit_edge(across.ravel(), down.ravel(), linear.ravel(), guess, reach=min(widths), pitch=pitch, what=what)
+        fit = fit_edge(samples, channel, guess, reach=min(widths), what=what)
         _refuse_several(fit, what)
-        return _result(fit, plane, roi, tail=tail, theory=theory)
+        return _result(fit, channel, roi, tail=tail, theory=theory)
 
 
 @functools.cache
@@ -73,14 +73,14 @@ def _blas() -> Any:
     return ThreadpoolController()
 
 
-def _result(fit: EdgeFit, plane: Plane, roi: Roi, *, tail: bool, theory: TheoreticalOtf | None) -> EdgeMtf:
+def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: TheoreticalOtf | None) -> EdgeMtf:
     model, c = fit.model, fit.coefficients
     reach = fit.line.half_widths(roi)
     frequency = np.linspace(0.0, HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES)
     rows = spline.transform_rows(frequency, model, None if tail else reach)
     mtf, gradient = _mtf_and_gradient(rows, rows[0], c)
     error = _errors(gradient, fit.covariance)
-    nyquist = plane.nyquist_cycles_per_pixel
+    nyquist = channel.nyquist_cycles_per_pixel
 
     def at(f: F64) -> tuple[F64, F64]:
         return _mtf_and_gradient(spline.transform_rows(np.atleast_1d(f), model, None if tail else reach), rows[0], c)
@@ -126,7 +126,7 @@ def _result(fit: EdgeFit, plane: Plane, roi: Roi, *, tail: bool, theory: Theoret
             contrast=math.sqrt(max(float(slope @ fit.covariance @ slope), 0.0)),
             snr=snr * math.hypot(step_error / step, 1.0 / math.sqrt(2.0 * freedom)),
         ),
-        channel=plane.name,
+        channel=channel.name,
         roi=roi,
         x_pixel=fit.line.x_pixel,
         y_pixel=fit.line.y_pixel,

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy import ndimage
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.errors import UnknownNameError
 from camsim.measure.geometry import Roi
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Plane:
-    """One channel of an image, sampled at every ``step``-th row and column.
+    """One lattice of photosites, every ``step``-th row and column; planes of one name are one channel.
 
     name         : R, G1 (green in the rows of red), G2, B; Y for one channel; or what the file calls it
     samples      : (n, m) numbers in proportion to light, above ``black``
@@ -33,11 +36,6 @@ class Plane:
     white: float | None = None
     lowest: float | None = None
 
-    @property
-    def nyquist_cycles_per_pixel(self) -> float:
-        """Half the sampling frequency along rows and columns, the lower of the two."""
-        return 0.5 / max(self.step)
-
     def cut(self, roi: Roi) -> tuple[npt.NDArray[Any], F64, F64]:
         """Return the samples (n, m) in a region, and their centres: x (m,) and y (n,) in pixels of the image."""
         rows, cols = (
@@ -50,6 +48,91 @@ class Plane:
         y = self.first[0] + 0.5 + self.step[0] * (max(rows.start, 0) + np.arange(inside.shape[0], dtype=np.float64))
         x = self.first[1] + 0.5 + self.step[1] * (max(cols.start, 0) + np.arange(inside.shape[1], dtype=np.float64))
         return inside, x, y
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """The photosites of a channel in a region: signals as stored and above black, centres in pixels, all flat."""
+
+    stored: npt.NDArray[Any]
+    signal: F64
+    x: F64
+    y: F64
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """All photosites of one colour: one lattice, or several (X-Trans, quad Bayer)."""
+
+    planes: tuple[Plane, ...]
+
+    @property
+    def name(self) -> str:
+        """What its planes are called."""
+        return self.planes[0].name
+
+    @property
+    def pitch_pixel(self) -> float:
+        """Distance between samples: of one lattice the longer one; of several, that of a square one as dense."""
+        if len(self.planes) == 1:
+            return self.period_pixel
+        return 1.0 / math.sqrt(sum(1.0 / math.prod(plane.step) for plane in self.planes))
+
+    @property
+    def period_pixel(self) -> float:
+        """Distance after which the samples' pattern repeats, the longer of the two."""
+        return float(max(self.planes[0].step))
+
+    @property
+    def gap_pixel(self) -> float:
+        """Longest way along a pixel axis between columns, or rows, that hold samples."""
+        gaps = []
+        for axis in (0, 1):
+            period = self.planes[0].step[axis]
+            places = sorted({plane.first[axis] % period for plane in self.planes})
+            gaps.append(max(b - a for a, b in pairwise([*places, places[0] + period])))
+        return float(max(gaps))
+
+    @property
+    def nyquist_cycles_per_pixel(self) -> float:
+        """Half the sampling frequency; of several lattices that of their density, which no even sampling exceeds."""
+        return 0.5 / self.pitch_pixel
+
+    def inside(self, roi: Roi) -> Samples:
+        """Return the photosites in a region."""
+        cuts = [(*plane.cut(roi), plane.black) for plane in self.planes]
+        grids = [np.broadcast_arrays(x[None, :], y[:, None]) for _, x, y, _ in cuts]
+        return Samples(
+            stored=_joined([stored for stored, *_ in cuts]),
+            signal=_joined([stored.astype(np.float64) - black for stored, _, _, black in cuts]),
+            x=_joined([x for x, _ in grids]),
+            y=_joined([y for _, y in grids]),
+        )
+
+    def on_a_lattice(self, roi: Roi) -> tuple[F64, F64, F64]:
+        """Return signals above black (n, m) on a rectangular lattice, with its centres x (m,) and y (n,).
+
+        Of one lattice its samples. Of several, a smooth picture to look for edges in: each place has the mean of the
+        samples around it, weighted by a Gaussian.
+        """
+        if len(self.planes) == 1:
+            stored, x, y = self.planes[0].cut(roi)
+            return stored.astype(np.float64) - self.planes[0].black, x, y
+        total, weight = np.zeros((roi.rows, roi.cols)), np.zeros((roi.rows, roi.cols))
+        for plane in self.planes:
+            stored, x, y = plane.cut(roi)
+            where = np.ix_((y - roi.row).astype(np.intp), (x - roi.col).astype(np.intp))
+            total[where], weight[where] = stored - plane.black, 1.0
+        width, every = 0.3 * self.period_pixel, max(1, math.floor(self.pitch_pixel))
+        around, beside = (ndimage.gaussian_filter(part, width, truncate=8.0) for part in (total, weight))
+        smooth = around / np.maximum(beside, 1e-12)
+        x = roi.col + 0.5 + np.arange(0, roi.cols, every, dtype=np.float64)
+        y = roi.row + 0.5 + np.arange(0, roi.rows, every, dtype=np.float64)
+        return smooth[::every, ::every], x, y
+
+
+def _joined(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    return parts[0].ravel() if len(parts) == 1 else np.concatenate([part.ravel() for part in parts])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,57 +152,85 @@ class Picture:
     pitch_um: float | None = None
     description: Mapping[str, Any] | None = field(default=None, repr=False)
 
-    def select(self, channel: str) -> tuple[Plane, ...]:
-        """Return the plane of that name; ``all`` gives every one."""
-        if channel == "all":
-            return self.planes
-        found = tuple(plane for plane in self.planes if plane.name == channel)
-        if not found:
-            raise UnknownNameError("channel", channel, ["all", *(plane.name for plane in self.planes)])
-        return found
+    def select(self, channel: str) -> tuple[Channel, ...]:
+        """Return the channel of that name; ``all`` gives every one."""
+        names = list(dict.fromkeys(plane.name for plane in self.planes))
+        if channel not in ("all", *names):
+            raise UnknownNameError("channel", channel, ["all", *names])
+        chosen = names if channel == "all" else [channel]
+        return tuple(Channel(tuple(plane for plane in self.planes if plane.name == name)) for name in chosen)
 
 
 def mosaic_planes(
     samples: npt.NDArray[Any],
     pattern: Sequence[str],
     *,
-    black: float = 0.0,
+    black: float | Sequence[Sequence[float]] | F64 = 0.0,
     white: float | None = None,
     lowest: float | None = None,
 ) -> tuple[Plane, ...]:
     """Split a mosaic into the lattices of its filters, without interpolation.
 
     samples : (rows, cols);  pattern: letters of its own (0,0) (0,1) …, one string per row, such as ("RG", "GB")
+    black   : one level, or a rectangle of levels that is repeated from (0, 0)
 
     The two greens of a Bayer array are measured apart, because crosstalk makes them differ.
 
     >>> [(plane.name, plane.first) for plane in mosaic_planes(np.zeros((4, 4)), ("GR", "BG"))]
     [('R', (0, 1)), ('G1', (0, 0)), ('G2', (1, 1)), ('B', (1, 0))]
     """
-    rows, cols = len(pattern), len(pattern[0])
-    letters = sorted({letter for row in pattern for letter in row}, key=lambda s: ("RGB".find(s) % 99, s))
-    places = {
-        letter: [(r, c) for r in range(rows) for c in range(cols) if pattern[r][c] == letter] for letter in letters
-    }
-    if rows * cols > 1 and (rows, cols) != (2, 2):
-        raise InvalidValueError(
-            f"colour filter array {' / '.join(pattern)}: only Bayer-like arrays of 2 × 2 and mono can be measured "
-            "from the mosaic; measure planes of an EXR with the product truth instead"
+    names = _names(pattern)
+    levels = np.atleast_2d(np.asarray(black, np.float64))
+    rows, cols = (math.lcm(*sizes) for sizes in zip((len(pattern), len(pattern[0])), levels.shape, strict=True))
+    planes = [
+        Plane(
+            name=names[row % len(pattern)][col % len(pattern[0])],
+            samples=samples[row::rows, col::cols],
+            first=(row, col),
+            step=(rows, cols),
+            black=float(levels[row % levels.shape[0], col % levels.shape[1]]),
+            white=white,
+            lowest=lowest,
         )
-    planes = []
-    for letter, found in places.items():
+        for row in range(rows)
+        for col in range(cols)
+    ]
+    return tuple(sorted(planes, key=lambda plane: ("RGB".find(plane.name[0]) % 99, plane.name)))
+
+
+def _names(pattern: Sequence[str]) -> list[list[str]]:
+    """Return the channel of every place: its letter, numbered where a Bayer-like array has it twice.
+
+    >>> _names(("BG", "GR"))
+    [['B', 'G2'], ['G1', 'R']]
+    >>> _names(("RGGR", "GBBG", "GBBG", "RGGR"))[0]
+    ['R', 'G1', 'G1', 'R']
+    """
+    letters = np.array([list(row) for row in pattern])
+    group = len(pattern) // 2
+    if letters.shape == (2 * group, 2 * group):
+        # Quad Bayer and its like, from wherever the window begins: a Bayer array whose every letter is a square.
+        for shift in np.ndindex(group, group):
+            moved = np.roll(letters, shift, axis=(0, 1))
+            small = moved[::group, ::group]
+            if np.array_equal(_grown(small, group), moved):
+                numbered = _grown(np.array(_numbered(small)), group)
+                named: list[list[str]] = np.roll(numbered, (-shift[0], -shift[1]), axis=(0, 1)).tolist()
+                return named
+    return [list(row) for row in pattern]
+
+
+def _grown(cell: npt.NDArray[np.str_], group: int) -> npt.NDArray[np.str_]:
+    return np.repeat(np.repeat(cell, group, axis=0), group, axis=1)
+
+
+def _numbered(cell: npt.NDArray[np.str_]) -> list[list[str]]:
+    """Return the letters of 2 × 2 places, those that come twice with a number."""
+    names: list[list[str]] = cell.tolist()
+    for letter in set(cell.ravel().tolist()):
         # Green in the rows of red is G1, whichever row of the pattern that is.
-        found = sorted(found, key=lambda place: "R" not in pattern[place[0]])
-        for number, (row, col) in enumerate(found, start=1):
-            planes.append(
-                Plane(
-                    name=f"{letter}{number}" if len(found) > 1 else letter,
-                    samples=samples[row::rows, col::cols],
-                    first=(row, col),
-                    step=(rows, cols),
-                    black=black,
-                    white=white,
-                    lowest=lowest,
-                )
-            )
-    return tuple(planes)
+        places = sorted(np.argwhere(cell == letter).tolist(), key=lambda place: "R" not in cell[place[0]])
+        for number, (row, col) in enumerate(places, start=1):
+            if len(places) > 1:
+                names[row][col] = f"{letter}{number}"
+    return names

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +19,10 @@ from camsim.errors import InputError, InvalidValueError
 from camsim.files.reading import read_file
 from camsim.frame import Frame
 from camsim.measure.picture import Picture, Plane, mosaic_planes
+from camsim.sensor.cfa import BAYER, PATTERNS
 
 _CFA_LETTERS = {0: "R", 1: "G", 2: "B", 3: "C", 4: "M", 5: "Y", 6: "W"}
 _NAMES = {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}
-_BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 _UNCOMPRESSED = 1
 
 Gamma = float | str | None
@@ -39,7 +38,7 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
         planes = mosaic_planes(
             frame.mosaic,
             frame.cfa_pattern,
-            black=frame.black_level_dn,
+            black=frame.black_level_dn + np.asarray(frame.black_offsets_dn, np.float64),
             white=frame.white_level_dn,
             lowest=0.0,
         )
@@ -116,14 +115,20 @@ def _picture(
 
 
 def _pattern(record: Mapping[str, Any], cfa: str | None) -> tuple[str, ...]:
-    if cfa is not None:
-        if cfa.upper() == "MONO":
-            return ("Y",)
-        if cfa.upper() not in _BAYER:
-            raise InvalidValueError(f"cfa {cfa!r}: give one of {', '.join(_BAYER)}, or mono")
-        return cfa.upper()[:2], cfa.upper()[2:]
-    pattern = record.get("cfa_pattern")
-    return tuple(pattern) if pattern else ("Y",)
+    """Return the rows of a colour filter array: the user's, or else the record's."""
+    if cfa is None:
+        pattern = record.get("cfa_pattern")
+        return tuple(pattern) if pattern else ("Y",)
+    if cfa.lower() in PATTERNS:
+        return PATTERNS[cfa.lower()]
+    rows = tuple(cfa.upper().split("/"))
+    if len(rows) > 1 and rows[0].isalpha() and all(row.isalpha() and len(row) == len(rows[0]) for row in rows):
+        return rows
+    if cfa.upper() not in BAYER:
+        raise InvalidValueError(
+            f"cfa {cfa!r}: give one of {', '.join((*BAYER, *PATTERNS))}, or rows of letters such as RRGG/RRGG/GGBB/GGBB"
+        )
+    return cfa.upper()[:2], cfa.upper()[2:]
 
 
 def _planes(image: npt.NDArray[Any], names: Sequence[str] | None, **levels: Any) -> tuple[Plane, ...]:
@@ -150,7 +155,8 @@ def _grey_or_planes(
 def _levels(image: npt.NDArray[Any], record: Mapping[str, Any]) -> dict[str, Any]:
     """Return black, white and the lowest code; electrons and floating-point numbers have none."""
     if record.get("product") == "mosaic":
-        return {"black": record["black_level_dn"], "white": record["white_level_dn"], "lowest": 0.0}
+        black = record["black_level_dn"] + np.asarray(record["black_offsets_dn"], np.float64)
+        return {"black": black, "white": record["white_level_dn"], "lowest": 0.0}
     if np.issubdtype(image.dtype, np.integer):
         return {"white": float(np.iinfo(image.dtype).max), "lowest": 0.0}
     return {}
@@ -256,30 +262,26 @@ def _read_dng(file: Path, tiff: Any, record: Mapping[str, Any], cfa: str | None)
     if image.ndim == 3:
         return _picture(file, _planes(image, None, white=white, lowest=0.0), image.shape, record)
     if _tag(page, 262) == 34892:
-        black = _black(page, (1, 1))
-        planes = mosaic_planes(image, _pattern({}, cfa), black=float(black[0, 0]), white=white, lowest=0.0)
+        planes = mosaic_planes(image, _pattern({}, cfa), black=_black(page), white=white, lowest=0.0)
         return _picture(file, planes, image.shape, record)
     rows, cols = _tag(page, 33421, (2, 2))
     codes = [int(c) for c in np.frombuffer(bytes(_tag(page, 33422, b"\0\1\1\2")), np.uint8)]
     letters = "".join(_CFA_LETTERS.get(code, "?") for code in codes)
     pattern = tuple(letters[r * cols : (r + 1) * cols] for r in range(rows))
-    black = _black(page, (rows, cols))
-    planes = tuple(
-        replace(plane, black=float(black[plane.first]))
-        for plane in mosaic_planes(image, pattern if cfa is None else _pattern({}, cfa), white=white, lowest=0.0)
+    planes = mosaic_planes(
+        image, pattern if cfa is None else _pattern({}, cfa), black=_black(page), white=white, lowest=0.0
     )
     return _picture(file, planes, image.shape, record)
 
 
-def _black(page: Any, period: tuple[int, int]) -> F64:
-    """Return the black level at every place of the colour filter array."""
+def _black(page: Any) -> F64:
+    """Return the black levels, a rectangle that is repeated from the active area's corner."""
     rows, cols = _tag(page, 50713, (1, 1))  # BlackLevelRepeatDim
     raw = _tag(page, 50714, 0)
     values = np.atleast_1d(np.asarray(raw, np.float64))
     if isinstance(raw, tuple) and len(raw) == 2 * rows * cols:  # fractions
         values = values[0::2] / values[1::2]
-    tile = values[: rows * cols].reshape(rows, cols)
-    black: F64 = np.tile(tile, (-(-period[0] // rows), -(-period[1] // cols)))[: period[0], : period[1]]
+    black: F64 = values[: rows * cols].reshape(rows, cols)
     return black
 
 
