@@ -203,7 +203,7 @@ FAULTS = {
         "tolerance: 1e-3",
         "tolerance: 1e-20",
         [
-            "scene.yaml:16:21: render.tolerance: must be a number from 1e-07 to 0.01, not 1e-20 "
+            "scene.yaml:16:21: render.tolerance: must be a number from 1e-11 to 0.01, not 1e-20 "
             "(largest error of any photosite, a fraction of the brightest surface)"
         ],
     ),

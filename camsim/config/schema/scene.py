@@ -191,7 +191,7 @@ class Render(Table):
 
     tolerance: float = Field(
         default=1e-6,
-        ge=1e-7,
+        ge=1e-11,
         le=1e-2,
         description="largest error of any photosite, a fraction of the brightest surface",
     )
