@@ -16,9 +16,19 @@ if TYPE_CHECKING:
     from camsim.files import save as save
     from camsim.frame import Frame as Frame
     from camsim.optics import Airy as Airy
+    from camsim.optics import AnnularAiry as AnnularAiry
+    from camsim.optics import CircularPhotosite as CircularPhotosite
+    from camsim.optics import EllipticalGaussian as EllipticalGaussian
     from camsim.optics import FourSpotOlpf as FourSpotOlpf
     from camsim.optics import Gaussian as Gaussian
+    from camsim.optics import MeasuredPsf as MeasuredPsf
+    from camsim.optics import PolygonPhotosite as PolygonPhotosite
+    from camsim.optics import Pupil as Pupil
+    from camsim.optics import RadialOtf as RadialOtf
+    from camsim.optics import RectangularPhotosite as RectangularPhotosite
+    from camsim.optics import RoundedPhotosite as RoundedPhotosite
     from camsim.optics import SquarePhotosite as SquarePhotosite
+    from camsim.optics import Wavefront as Wavefront
     from camsim.rendering import Grid as Grid
     from camsim.rendering import Rendering as Rendering
     from camsim.rendering import render as render
@@ -59,7 +69,22 @@ _HOME = {
     "camsim.errors": ("CamsimError",),
     "camsim.files": ("save",),
     "camsim.frame": ("Frame",),
-    "camsim.optics": ("Airy", "FourSpotOlpf", "Gaussian", "SquarePhotosite"),
+    "camsim.optics": (
+        "Airy",
+        "AnnularAiry",
+        "CircularPhotosite",
+        "EllipticalGaussian",
+        "FourSpotOlpf",
+        "Gaussian",
+        "MeasuredPsf",
+        "PolygonPhotosite",
+        "Pupil",
+        "RadialOtf",
+        "RectangularPhotosite",
+        "RoundedPhotosite",
+        "SquarePhotosite",
+        "Wavefront",
+    ),
     "camsim.rendering": ("Grid", "Rendering", "render"),
     "camsim.scene": ("Disc", "Polygon", "Rectangle", "Scene"),
     "camsim.sensor.adc": ("Adc",),

@@ -12,9 +12,9 @@ import numpy as np
 def describe(value: Any) -> Any:
     """Return stages, tuples and numbers as dicts, lists and scalars that JSON can hold.
 
-    >>> from camsim.optics import FourSpotOlpf
-    >>> describe(FourSpotOlpf(split_um=3.66))
-    {'kind': 'FourSpotOlpf', 'split_um': 3.66}
+    >>> from camsim.optics import SquarePhotosite
+    >>> describe(SquarePhotosite(side_um=3.66))
+    {'kind': 'SquarePhotosite', 'side_um': 3.66}
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {f.name: describe(getattr(value, f.name)) for f in dataclasses.fields(value) if f.repr}

@@ -17,8 +17,8 @@ def revive(tree: Any) -> Any:
     Only camsim's own public stages are ever made from a tree. Raises InputError when it names another one, a
     parameter that does not exist, or a value that cannot be.
 
-    >>> revive({"kind": "FourSpotOlpf", "split_um": 3.66})
-    FourSpotOlpf(split_um=3.66)
+    >>> revive({"kind": "SquarePhotosite", "side_um": 3.66})
+    SquarePhotosite(side_um=3.66)
     """
     try:
         return _revived(tree)

@@ -1,9 +1,37 @@
 """What stands between the scene and the silicon: lens, low-pass filter, photosite; each stage has an ``otf``."""
 
 from camsim.optics.airy import Airy
-from camsim.optics.gaussian import Gaussian
+from camsim.optics.annular import AnnularAiry
+from camsim.optics.gaussian import EllipticalGaussian, Gaussian
+from camsim.optics.measured import MeasuredPsf
 from camsim.optics.olpf import FourSpotOlpf
-from camsim.optics.photosite import SquarePhotosite
+from camsim.optics.photosite import (
+    CircularPhotosite,
+    PolygonPhotosite,
+    RectangularPhotosite,
+    RoundedPhotosite,
+    SquarePhotosite,
+)
+from camsim.optics.pupil import Pupil
+from camsim.optics.radial import RadialOtf
 from camsim.optics.system import OpticalStage, OpticalSystem
+from camsim.optics.wavefront import Wavefront
 
-__all__ = ["Airy", "FourSpotOlpf", "Gaussian", "OpticalStage", "OpticalSystem", "SquarePhotosite"]
+__all__ = [
+    "Airy",
+    "AnnularAiry",
+    "CircularPhotosite",
+    "EllipticalGaussian",
+    "FourSpotOlpf",
+    "Gaussian",
+    "MeasuredPsf",
+    "OpticalStage",
+    "OpticalSystem",
+    "PolygonPhotosite",
+    "Pupil",
+    "RadialOtf",
+    "RectangularPhotosite",
+    "RoundedPhotosite",
+    "SquarePhotosite",
+    "Wavefront",
+]

@@ -1,4 +1,4 @@
-"""A lens whose pattern is a round Gaussian: the usual stand-in when only an MTF50 is known."""
+"""Lenses with a Gaussian pattern, round or elliptical: the usual stand-in when only an MTF50 is known."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.spectra.curve import Spectrum
+
+HIGHEST = 1.37  # cycles per σ: exp(−2π²·1.37²) is 8e-17
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +29,6 @@ class Gaussian:
     """
 
     place: ClassVar[str] = "lens"
-    fades: ClassVar[bool] = True
 
     sigma_um: float
     f_number: float = 8.0
@@ -48,6 +49,20 @@ class Gaussian:
         """The pattern's own length, µm: σ."""
         return self.sigma_um
 
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which less than 1e-16 passes, cycles/µm."""
+        return HIGHEST / self.sigma_um
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
+        """Return the radius beyond which ``lost_fraction`` of the light falls, µm."""
+        return self.sigma_um * math.sqrt(-2.0 * math.log(lost_fraction))
+
+    def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
+        """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²."""
+        irradiance: F64 = np.exp(-0.5 * np.square(np.asarray(r_um, float) / self.sigma_um))
+        irradiance /= 2.0 * math.pi * self.sigma_um**2
+        return irradiance
+
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function exp(−2π²σ²f²) at (fx, fy) cycles/µm."""
         square = np.square(fx_per_um) + np.square(fy_per_um)
@@ -58,3 +73,88 @@ class Gaussian:
         """Fraction of the light within ``r_um`` (µm) of the centre: 1 − exp(−r²/2σ²)."""
         energy: F64 = -np.expm1(-0.5 * np.square(np.asarray(r_um, float) / self.sigma_um))
         return energy
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EllipticalGaussian:
+    """A lens with a Gaussian pattern of any shape and direction, the same at every wavelength.
+
+    covariance_um2 : ((xx, xy), (xy, yy)), µm²; positive definite
+    f_number       : sets the exposure only, not the blur
+    transmission   : fraction of the light that passes, a number or a curve over wavelength
+
+    >>> lens = EllipticalGaussian.from_axes(sigma_long_um=3.0, sigma_short_um=1.0, rotate_deg=90.0)
+    >>> np.array(lens.covariance_um2).round(12).tolist()
+    [[1.0, 0.0], [0.0, 9.0]]
+    """
+
+    place: ClassVar[str] = "lens"
+    fades: ClassVar[bool] = True
+
+    covariance_um2: tuple[tuple[float, float], tuple[float, float]]
+    f_number: float = 8.0
+    transmission: Spectrum = 1.0
+
+    def __post_init__(self) -> None:
+        rows = tuple(tuple(float(value) for value in row) for row in self.covariance_um2)
+        object.__setattr__(self, "covariance_um2", rows)
+        (xx, xy), (yx, yy) = self.covariance_um2
+        if not all(math.isfinite(value) for value in (xx, xy, yx, yy)) or xy != yx or xx <= 0 or xx * yy <= xy * xy:
+            raise InvalidValueError(
+                f"covariance_um2: {self.covariance_um2!r} is not a covariance; give ((xx, xy), (xy, yy)) in µm² with "
+                "xx and yy above 0 and xy² below xx·yy"
+            )
+        if not (math.isfinite(self.f_number) and self.f_number > 0):
+            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+
+    @classmethod
+    def from_axes(
+        cls,
+        *,
+        sigma_long_um: float,
+        sigma_short_um: float,
+        rotate_deg: float,
+        f_number: float = 8.0,
+        transmission: Spectrum = 1.0,
+    ) -> EllipticalGaussian:
+        """Return the Gaussian with standard deviations along two axes, the first turned clockwise from x."""
+        for name, sigma_um in (("sigma_long_um", sigma_long_um), ("sigma_short_um", sigma_short_um)):
+            if not (math.isfinite(sigma_um) and sigma_um > 0):
+                raise InvalidValueError(f"{name}: {sigma_um!r} is not a standard deviation; give µm above 0")
+        if not math.isfinite(rotate_deg):
+            raise InvalidValueError(f"rotate_deg: {rotate_deg!r} is not finite; give ordinary numbers")
+        cos, sin = math.cos(math.radians(rotate_deg)), math.sin(math.radians(rotate_deg))
+        a, b = sigma_long_um**2, sigma_short_um**2
+        across = (a - b) * cos * sin
+        return cls(
+            covariance_um2=((a * cos * cos + b * sin * sin, across), (across, a * sin * sin + b * cos * cos)),
+            f_number=f_number,
+            transmission=transmission,
+        )
+
+    @property
+    def axes_um(self) -> tuple[float, float]:
+        """The standard deviations along the pattern's own axes, µm, the shorter one first."""
+        (xx, xy), (_, yy) = self.covariance_um2
+        middle, spread = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+        # The product of both is the determinant; a difference would lose the smaller one.
+        return math.sqrt((xx * yy - xy * xy) / (middle + spread)), math.sqrt(middle + spread)
+
+    def blur_um(self, wavelength_nm: float) -> float:
+        """The pattern's own length, µm: the shorter σ."""
+        return self.axes_um[0]
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which less than 1e-16 passes in any direction, cycles/µm."""
+        return HIGHEST / self.axes_um[0]
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
+        """Return a radius beyond which at most ``lost_fraction`` of the light falls, µm."""
+        return self.axes_um[1] * math.sqrt(-2.0 * math.log(lost_fraction))
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer function exp(−2π² f·C·f) at f = (fx, fy) cycles/µm."""
+        (xx, xy), (_, yy) = self.covariance_um2
+        form = xx * np.square(fx_per_um) + 2.0 * xy * np.multiply(fx_per_um, fy_per_um) + yy * np.square(fy_per_um)
+        otf: F64 = np.exp(-2.0 * math.pi**2 * form)
+        return otf

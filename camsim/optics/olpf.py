@@ -1,4 +1,4 @@
-"""Optical low-pass filter: two birefringent plates split every ray into four."""
+"""Optical low-pass filter: birefringent plates split every ray."""
 
 from __future__ import annotations
 
@@ -14,34 +14,68 @@ from camsim.errors import InvalidValueError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FourSpotOlpf:
-    """Four equal spots on the corners of a square with sides along x and y.
+    """Equal spots on the corners of a rectangle: two crossed plates, or one plate where a split is 0.
 
-    split_um : the full distance between two neighbouring spots, µm (never half of it)
+    split_um   : the full distance between two neighbouring spots along x, µm (never half of it)
+    split_y_um : the same along y; None: as along x; 0: one plate, two spots
+    rotate_deg : turns the spots clockwise as displayed
 
     >>> FourSpotOlpf(split_um=4.0).spots_um()
     array([[-2., -2.],
            [ 2., -2.],
            [-2.,  2.],
            [ 2.,  2.]])
+    >>> FourSpotOlpf(split_um=4.0, split_y_um=0.0).spots_um()
+    array([[-2.,  0.],
+           [ 2.,  0.]])
     """
 
     place: ClassVar[str] = "olpf"
-    separable: ClassVar[bool] = True
 
     split_um: float
+    split_y_um: float | None = None
+    rotate_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.split_um) and self.split_um > 0):
+        for name, split in (("split_um", self.split_um), ("split_y_um", self.split_down_um)):
+            if not (math.isfinite(split) and split >= 0):
+                raise InvalidValueError(
+                    f"{name}: {split!r} is not a distance between spots; give µm above 0, or 0 for no split along it"
+                )
+        if self.split_um == 0.0 and self.split_down_um == 0.0:
             raise InvalidValueError(
                 f"split_um: {self.split_um!r} is not a distance between spots; give µm above 0, or leave the OLPF out"
             )
+        if not math.isfinite(self.rotate_deg):
+            raise InvalidValueError(f"rotate_deg: {self.rotate_deg!r} is not finite; give ordinary numbers")
+
+    @property
+    def split_down_um(self) -> float:
+        """The distance between neighbouring spots along y before they are turned, µm."""
+        return self.split_um if self.split_y_um is None else self.split_y_um
+
+    @property
+    def separable(self) -> bool:
+        """Whether the transfer is a product of one function of fx and one of fy."""
+        return self.rotate_deg == 0.0
 
     def spots_um(self) -> F64:
-        """Return the offsets (4, 2) of the spots as x, y in µm; each carries a quarter of the light."""
-        half = 0.5 * self.split_um
-        return np.array([[-half, -half], [half, -half], [-half, half], [half, half]])
+        """Return the offsets (2 or 4, 2) of the spots as x, y in µm; each carries the same light."""
+        half_x, half_y = 0.5 * self.split_um, 0.5 * self.split_down_um
+        across = [-half_x, half_x] if half_x else [0.0]
+        down = [-half_y, half_y] if half_y else [0.0]
+        spots = np.array([[x, y] for y in down for x in across])
+        if self.rotate_deg == 0.0:
+            return spots
+        angle = math.radians(self.rotate_deg)
+        turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+        turned: F64 = spots @ turn
+        return turned
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function cos(π·d·fx)·cos(π·d·fy); first zero at 1/(2d) along each axis."""
-        otf: F64 = np.cos(np.pi * self.split_um * fx_per_um) * np.cos(np.pi * self.split_um * fy_per_um)
+        """Transfer function cos(π·d·fx)·cos(π·d·fy), fx and fy along the splits; first zero at 1/(2d) along each."""
+        angle = math.radians(self.rotate_deg)
+        along = fx_per_um * math.cos(angle) + fy_per_um * math.sin(angle)
+        across = fy_per_um * math.cos(angle) - fx_per_um * math.sin(angle)
+        otf: F64 = np.cos(np.pi * self.split_um * along) * np.cos(np.pi * self.split_down_um * across)
         return otf

@@ -21,7 +21,7 @@ PUBLIC = (
 )
 
 UNITS = (
-    *("um", "um2", "mm", "m", "nm", "per_um", "per_um2", "deg", "rad"),
+    *("um", "um2", "mm", "m", "nm", "per_um", "per_um2", "deg", "rad", "waves"),
     *("w_per_m2", "w_per_m2_nm", "cd_per_m2", "lux", "um2_s_nm"),
     *("e", "electrons", "e_per_s", "dn", "dn_per_e", "electrons_per_dn", "ff"),
     *("s", "seconds", "per_s", "c", "k", "iso", "fraction"),
@@ -38,6 +38,7 @@ DIMENSIONLESS = {
     "spectrum": "relative",
     "tolerance": "relative to a perfect diffuser",
     "error_estimate": "relative to a perfect diffuser",
+    "standard_error": "relative to a perfect diffuser",
     "truth_error_estimate": "relative to a perfect diffuser",
     "planes_error": "relative to a perfect diffuser",
     "image": "relative, or in the unit of the response",
@@ -61,6 +62,12 @@ DIMENSIONLESS = {
     "electrons_out": "electrons",
     "filters": "curves of transmission",
     "spectra": "reflectances",
+    "obstruction": "its diameter over the pupil's",
+    "irradiance": "relative",
+    "precision": "relative",
+    "x": "half diameters of the pupil",
+    "y": "half diameters of the pupil",
+    "shift": "half diameters of the pupil",
 }
 NUMBER = re.compile(r"\b(float|F64|F32|Spectrum)\b")
 # The rooms of the public stages; in rendering and measure lengths are in pitches and pixels, as their docstrings say.

@@ -1,0 +1,208 @@
+"""The opening of a lens: its outline, where two shifted copies overlap, and rules that integrate over either exactly.
+
+Lengths in units of half the diameter D = focal length / f-number. Round pupils may have a round obstruction in the
+middle, polygons too. A square touches the circle of diameter D from outside (its side is D, so its transfer ends at
+1/(λN) along its sides); the corners of a bladed iris lie on it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy import special
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+
+MOST_BLADES = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pupil:
+    """The shape of a lens's opening.
+
+    shape       : "circular", "square" or "bladed" (a regular polygon)
+    obstruction : diameter of the round part in the middle that is covered, over D; 0: none
+    blades      : of a bladed iris
+    rotate_deg  : turns square or iris clockwise as displayed; at 0 a square's sides run along x and y and an iris has
+                  a corner at its right
+
+    >>> round(Pupil(obstruction=0.5).area / math.pi, 12)
+    0.75
+    """
+
+    shape: Literal["circular", "square", "bladed"] = "circular"
+    obstruction: float = 0.0
+    blades: int = 0
+    rotate_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.shape not in ("circular", "square", "bladed"):
+            raise InvalidValueError(f"shape: {self.shape!r} is not a pupil; give circular, square or bladed")
+        if self.shape == "bladed" and not 3 <= self.blades <= MOST_BLADES:
+            raise InvalidValueError(f"blades: {self.blades!r} make no iris; give 3 to {MOST_BLADES}")
+        if self.shape != "bladed" and self.blades:
+            raise InvalidValueError(f"blades: a {self.shape} pupil has none; leave them out, or make the shape bladed")
+        if not math.isfinite(self.rotate_deg):
+            raise InvalidValueError(f"rotate_deg: {self.rotate_deg!r} is not finite; give ordinary numbers")
+        most = 0.95 * self.inner_radius
+        if not 0.0 <= self.obstruction <= most:
+            raise InvalidValueError(
+                f"obstruction: {self.obstruction!r} is outside 0 … {most:.3g}, what leaves an opening of this shape"
+            )
+
+    @property
+    def corners(self) -> F64:
+        """The corners (n, 2) of a polygon, in positive order; none of a circle."""
+        if self.shape == "circular":
+            return np.empty((0, 2))
+        turn = math.radians(self.rotate_deg)
+        count, radius, first = (
+            (4, math.sqrt(2.0), 0.25 * math.pi) if self.shape == "square" else (self.blades, 1.0, 0.0)
+        )
+        angle = first + turn + 2.0 * math.pi * np.arange(count) / count
+        return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+    @property
+    def inner_radius(self) -> float:
+        """Radius of the largest circle inside the outline."""
+        return math.cos(math.pi / self.blades) if self.shape == "bladed" else 1.0
+
+    @property
+    def outer_radius(self) -> float:
+        """Radius of the smallest circle around the outline."""
+        return math.sqrt(2.0) if self.shape == "square" else 1.0
+
+    @property
+    def area(self) -> float:
+        """Area of the opening."""
+        hole = math.pi * self.obstruction**2
+        if self.shape == "circular":
+            return math.pi - hole
+        count, radius = (4, 2.0) if self.shape == "square" else (self.blades, 1.0)
+        return 0.5 * count * radius * math.sin(2.0 * math.pi / count) - hole
+
+    def rule(self, radial: int, angular: int) -> tuple[F64, F64, F64]:
+        """Return nodes x, y and weights of a polar product rule over the opening.
+
+        radial : Gauss nodes from the obstruction to the outline;  angular: nodes on the whole turn
+        """
+        r, w = _gauss(radial)
+        if self.shape == "circular":
+            angle = 2.0 * np.pi * np.arange(angular) / angular
+            share, edge = np.full(angular, 2.0 * np.pi / angular), np.ones(angular)
+        else:
+            corners = self.corners
+            first = np.arctan2(corners[:, 1], corners[:, 0])
+            step = 2.0 * np.pi / len(corners)
+            # Each side gets a rule of its own: the outline is smooth along it.
+            t, v = _gauss(max(8, math.ceil(angular / len(corners))))
+            angle = (first[:, None] + step * t).ravel()
+            share = np.tile(step * v, len(corners))
+            edge = np.tile(self.inner_radius / np.cos(step * (t - 0.5)), len(corners))
+        inner = self.obstruction
+        radius = inner + np.multiply.outer(r, edge - inner)
+        weight = np.multiply.outer(w, (edge - inner) * share) * radius
+        return (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel(), weight.ravel()
+
+    def overlap(self, shift: float, angle_rad: float, nodes: int) -> tuple[F64, F64, F64]:
+        """Return a rule over what two copies have in common that are ``shift`` apart along a direction.
+
+        returns : x, y (from the middle between the copies) and weights; exact boundaries, Gauss nodes within them
+
+        Along lines parallel to the shift each copy is one interval, or two beside the obstruction. Where their ends
+        change order the rule is cut, and cos-spaced in between, which takes the square roots of circles.
+        """
+        cuts = sorted({*self._cuts(shift, angle_rad)})
+        cos, sin = math.cos(angle_rad), math.sin(angle_rad)
+        t, v = _gauss(nodes)
+        # t = middle − half·cos(πu): its own weight is half·π·sin(πu).
+        spaced, slope = -np.cos(np.pi * t), np.pi * np.sin(np.pi * t) * v
+        low, high = np.array(cuts[:-1]), np.array(cuts[1:])
+        wide = high - low > 1e-15
+        low, high = low[wide], high[wide]
+        across = (0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * spaced).ravel()
+        share = (0.5 * (high - low)[:, None] * slope).ravel()
+        begin, end = self._chord(across, angle_rad)
+        hole = np.sqrt(np.maximum(self.obstruction**2 - across * across, 0.0))
+        # Past the obstruction all is one interval, and the second is empty.
+        pieces = [(begin, np.where(hole > 0.0, -hole, end)), (np.where(hole > 0.0, hole, end), end)]
+        xs, ys, weights = [], [], []
+        for a in pieces:
+            for b in pieces:
+                left = np.maximum(a[0] - 0.5 * shift, b[0] + 0.5 * shift)
+                length = np.minimum(a[1] - 0.5 * shift, b[1] + 0.5 * shift) - left
+                there = length > 0.0
+                along = left[there, None] + length[there, None] * t
+                level = np.broadcast_to(across[there, None], along.shape)
+                xs.append((along * cos - level * sin).ravel())
+                ys.append((along * sin + level * cos).ravel())
+                weights.append((share[there, None] * length[there, None] * v).ravel())
+        return np.concatenate(xs), np.concatenate(ys), np.concatenate(weights)
+
+    def _chord(self, across: F64, angle: float) -> tuple[F64, F64]:
+        """Return where lines along ``angle``, ``across`` from the middle, enter and leave the outline."""
+        if self.shape == "circular":
+            half = np.sqrt(np.maximum(1.0 - across * across, 0.0))
+            return -half, half
+        begin, end = np.full(across.shape, -np.inf), np.full(across.shape, np.inf)
+        for normal in self._normals():
+            # Within: cos·s − sin·t ≤ distance to the side, in the turned axes.
+            along = math.cos(normal - angle)
+            bound = self.inner_radius - across * math.sin(normal - angle)
+            if along > 1e-12:
+                end = np.minimum(end, bound / along)
+            elif along < -1e-12:
+                begin = np.maximum(begin, bound / along)
+        return np.minimum(begin, end), end
+
+    def _normals(self) -> Iterator[float]:
+        count, first = (4, 0.0) if self.shape == "square" else (self.blades, math.pi / max(self.blades, 1))
+        for k in range(count):
+            yield first + math.radians(self.rotate_deg) + 2.0 * math.pi * k / count
+
+    def _cuts(self, shift: float, angle: float) -> Iterator[float]:
+        """Yield every distance across at which ends of intervals begin, end or meet."""
+        radii = [self.obstruction] if self.obstruction else []
+        lines: list[tuple[float, float]] = []  # s = c0 + c1·t along each side
+        if self.shape == "circular":
+            radii.append(1.0)
+            extent = 1.0
+        else:
+            turned = self.corners @ np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+            yield from turned[:, 1].tolist()
+            extent = float(np.abs(turned[:, 1]).max())
+            for normal in self._normals():
+                along = math.cos(normal - angle)
+                if abs(along) > 1e-12:
+                    lines.append((self.inner_radius / along, -math.sin(normal - angle) / along))
+        found: list[float] = [value for radius in radii for value in (-radius, radius)]
+        for i, a in enumerate(radii):
+            for b in radii[i:]:
+                # √(b² − t²) ± √(a² − t²) = shift
+                larger = 0.5 * (shift + (b * b - a * a) / shift) if shift else 0.0
+                if 0.0 < larger < b:
+                    found += [-math.sqrt(b * b - larger * larger), math.sqrt(b * b - larger * larger)]
+        for c0, c1 in lines:
+            for d0, d1 in lines:
+                if abs(c1 - d1) > 1e-12:
+                    found.append((shift - c0 + d0) / (c1 - d1))
+            for radius in radii:
+                # (c0 + c1·t ∓ shift)² = radius² − t²
+                for level in (c0 - shift, c0 + shift):
+                    half, free = c1 * level / (1.0 + c1 * c1), (level * level - radius * radius) / (1.0 + c1 * c1)
+                    if half * half > free:
+                        root = math.sqrt(half * half - free)
+                        found += [-half - root, -half + root]
+        # Wherever two of them are the same but for rounding the rule between them weighs nothing.
+        yield from (value for value in found if abs(value) <= extent)
+
+
+def _gauss(order: int) -> tuple[F64, F64]:
+    """Return Gauss–Legendre nodes and weights on 0 … 1."""
+    x, w = special.roots_legendre(order)
+    return 0.5 * (1.0 + x), 0.5 * w
