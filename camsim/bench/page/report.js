@@ -22,8 +22,8 @@ for (const table of document.querySelectorAll("table.sortable")) {
 // Figures: each marker tells its line of the results.
 const words = JSON.parse(document.getElementById("words").textContent);
 const box = document.getElementById("hover");
-const show = (mark, x, y) => {
-  box.textContent = words[mark.dataset.point];
+const show = (marks, x, y) => {
+  box.textContent = marks.map((mark) => words[mark.dataset.point]).join("\n\n");
   box.hidden = false;
   box.style.left = Math.max(4, Math.min(x + 14, innerWidth - box.offsetWidth - 8)) + "px";
   box.style.top = Math.max(4, Math.min(y + 14, innerHeight - box.offsetHeight - 8)) + "px";
@@ -33,10 +33,14 @@ for (const mark of document.querySelectorAll("figure svg g[id*='-line-']")) {
   mark.setAttribute("tabindex", "0");
   mark.setAttribute("role", "img");
   mark.setAttribute("aria-label", words[mark.dataset.point]);
-  mark.addEventListener("mousemove", (event) => show(mark, event.clientX, event.clientY));
+  mark.addEventListener("mousemove", ({ clientX: x, clientY: y }) => {
+    // Where markers lie on one another, all of them speak.
+    const under = document.elementsFromPoint(x, y).map((part) => part.closest("[data-point]")).filter(Boolean);
+    show([...new Set(under)], x, y);
+  });
   mark.addEventListener("focus", () => {
     const place = mark.getBoundingClientRect();
-    show(mark, place.right, place.bottom);
+    show([mark], place.right, place.bottom);
   });
   for (const end of ["mouseleave", "blur"]) mark.addEventListener(end, () => { box.hidden = true; });
 }

@@ -1,0 +1,157 @@
+"""``camsim bench`` as people start it: lines, page, figures, bad input, Ctrl-C."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import time
+
+import pytest
+
+from camsim.bench.results import read_results, rounded
+from camsim.bench.tables import shown
+from camsim.errors import InputError
+from tests.cli.conftest import COMMAND
+
+from .lines import head
+
+SMALL = ("bench", "--quick", "--psf", "gaussian-0.40", "--method", "strips", "--method", "boundary")
+
+
+def start(*arguments, folder, **how):
+    return subprocess.Popen([COMMAND, *arguments], cwd=folder, text=True, stdout=-1, stderr=-1, **how)
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """One small run: its folder, what it said and its lines."""
+    folder = tmp_path_factory.mktemp("bench")
+    process = start(*SMALL, "-o", "out", folder=folder)
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    return folder / "out", out, err, read_results(folder / "out" / "results.jsonl")
+
+
+def test_the_lines_hold_what_was_measured(small):
+    _, out, err, lines = small
+    assert lines[0]["kind"] == "run"
+    assert lines[-1]["kind"] == "end"
+    assert {"load", "truth", "point", "refused", "machine"} <= {line["kind"] for line in lines}
+    (truth,) = (line for line in lines if line["kind"] == "truth")
+    assert truth["largest_difference"] < 1e-12
+    points = [line for line in lines if line["kind"] == "point"]
+    (strips,) = (p for p in points if p["method"] == "strips")
+    assert strips["error_max"] < 1e-7
+    # Rounding to 16 bits leaves a uniform error of one part in 65535, less where white stays white.
+    assert 0.1 / 65535 < strips["error_rms_16bit"] < 0.3 / 65535
+    for p in points:
+        assert p["tolerance"] >= max(p["error_max"], p["error_frame_max"]) if "tolerance" in p else True
+        assert p["one_thread"]["cpu_s"] > 0.0
+        assert p["all_threads"]["laps"] >= 1
+        assert p["setup_cpu_s"] > 0.0
+        if os.uname().sysname == "Linux":
+            assert 20.0 < p["peak_mb"] < 2000.0
+            assert p["beyond_mb"] < p["peak_mb"]
+    assert "100 %" in err
+    assert "written: out/results.jsonl, out/report.html, out/work-precision.svg, out/work-precision.png" in out
+
+
+def test_every_number_of_the_page_is_in_the_lines(small):
+    folder, _, _, lines = small
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert_numbers_are_from(page, lines)
+    assert "http" not in re.sub(r"http://www\.w3\.org/\S+", "", page)
+
+
+def assert_numbers_are_from(page, lines):
+    """Cells carry the value they show; that value is in the lines, and sentences are lines' own."""
+    values = set(numbers_of(lines))
+    cells = re.findall(r'<td data-v="([^"]+)">([^<]+)</td>', page)
+    assert len(cells) > 20
+    for value, text in cells:
+        assert float(value) in values, value
+        assert text == shown(float(value))
+    assert not re.findall(r"<td[^>]*>\s*[-+]?\d[\d.e-]*\s*</td>", re.sub(r"<td data-v=[^<]+</td>", "", page))
+    said = "\n".join(line["sentence"] for line in lines if "sentence" in line)
+    for item in re.findall(r"<li>([^<]+)</li>", page):
+        assert item.replace("&#x27;", "'") in said
+
+
+def numbers_of(value):
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        for part in value:
+            yield from numbers_of(part)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield float(value)
+
+
+def test_the_figures_are_drawn(small):
+    folder, *_ = small
+    assert (folder / "work-precision.png").read_bytes().startswith(b"\x89PNG")
+    svg = (folder / "work-precision.svg").read_text(encoding="utf-8")
+    assert svg.startswith("<svg")
+    assert all(word in svg for word in ("strips", "boundary", "CPU seconds of one core"))
+
+
+def test_ctrl_c_keeps_what_was_measured(tmp_path):
+    process = start("bench", "--quick", "--psf", "gaussian-*", "--method", "boundary", "-o", "out", folder=tmp_path)
+    results = tmp_path / "out" / "results.jsonl"
+    deadline = time.monotonic() + 240
+    while not (results.exists() and '"point"' in results.read_text()):
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, err
+    assert "Traceback" not in err
+    assert "interrupted; what was measured is in out/results.jsonl" in out
+    lines = read_results(results)
+    assert any(line["kind"] == "point" for line in lines)
+    assert not any(line["kind"] == "end" for line in lines)
+    assert "was interrupted" in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--psf", "airy-f9"), r"unknown psf 'airy-f9'; did you mean 'airy-f8'"),
+        (("--method", "bondary"), r"unknown method 'bondary'; did you mean 'boundary'\?"),
+        (
+            ("--compare", "none.jsonl"),
+            r"'none.jsonl' does not exist; give the results.jsonl of an earlier camsim bench",
+        ),
+        (("-o", "file/within"), r"cannot write into 'file/within': Not a directory; choose a folder with -o"),
+    ],
+)
+def test_bad_input_is_one_sentence_before_any_work(tmp_path, arguments, words):
+    (tmp_path / "file").write_text("")
+    began = sorted(tmp_path.iterdir())
+    process = start("bench", *arguments, folder=tmp_path)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert re.fullmatch(words + r".*\n", err), err
+    assert sorted(tmp_path.iterdir()) == began
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (json.dumps(head(format="camsim-bench/0")), "of version 'camsim-bench/0', and this camsim compares"),
+        (json.dumps({"kind": "point"}), "its first line is not a run"),
+        ("7", "its first line is not a run"),
+        ("", "its first line is not a run"),
+        ("a,b\n1,2", "it is not JSON lines"),
+    ],
+)
+def test_other_files_are_refused(tmp_path, text, words):
+    (tmp_path / "old.jsonl").write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_results(tmp_path / "old.jsonl")
+
+
+def test_numbers_are_kept_to_four_digits():
+    assert rounded({"a": [1.23456e-9, 3], "b": None, "c": True}) == {"a": [1.235e-9, 3], "b": None, "c": True}
