@@ -2,7 +2,8 @@
 
 Every class here means *the user can mend this*: one clear sentence that names the place, the value, what is
 allowed and the way out. The command line prints the sentence and exits with 2. Anything else that is raised
-is a bug of ours (traceback, exit code 1) or the system's word (``OSError``).
+is a bug of ours (traceback, exit code 1) or the system's word (``OSError``). One exception: an accuracy that
+``strict`` asked for and that was not reached is no mistake of the user's, and exits with 1.
 """
 
 from __future__ import annotations
@@ -34,6 +35,10 @@ class InvalidValueError(CamsimError):
 
 class UnsupportedError(CamsimError):
     """Each part is right, but this combination cannot be computed; the message names one that can."""
+
+
+class AccuracyError(CamsimError):
+    """A rendering is less accurate than ``strict`` asked for; the message says where, and the exit code is 1."""
 
 
 class OutputError(CamsimError):

@@ -102,14 +102,17 @@ def fourier_cost(
     channel: U8,
     tolerance: float,
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES,
-) -> tuple[float, float]:
-    """Return the expected time (s, two cores) and memory (bytes); arguments as for ``fourier_image``."""
+) -> tuple[float, float, float]:
+    """Return the expected time (s, two cores), memory (bytes) and number of frequencies.
+
+    Arguments as for ``fourier_image``.
+    """
     if not len(start):
-        return 0.0, 8.0 * channel.size
+        return 0.0, 8.0 * channel.size, 0.0
     work = _Work(system, pitch_um, wavelength_nm, density, tolerance)
     kernel = kernel_of(system, wavelength_nm, pitch_um, tolerance)
     plan = work.plan(kernel, start - origin, end - origin, channel, memory_limit_bytes)
-    return plan.seconds, plan.memory_bytes
+    return plan.seconds, plan.memory_bytes, sum(tile.points for tile in plan.tiles)
 
 
 def check_tolerance(tolerance: float) -> None:

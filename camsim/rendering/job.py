@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +15,8 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern, pattern_of
+from camsim.rendering.prune import SHARE as FAR_SHARE
+from camsim.rendering.prune import equal_sides, far_outlines
 from camsim.rendering.quadrature import gauss_legendre
 from camsim.rendering.spectral import Signals, blur_of, fuse
 from camsim.scene import Scene, arrange
@@ -33,6 +37,26 @@ class Nodes:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LeftOut:
+    """Edges of the scene that a job leaves out.
+
+    outline_edges : of all shapes, before one covers another
+    start, end, left, right : as in ``Job``: those with equal sides first, then those far outside
+    equal, far    : how many of each
+    bound         : what the far ones together add to any photosite, at the most, relative to full scale
+    """
+
+    outline_edges: int
+    start: F64
+    end: F64
+    left: I64
+    right: I64
+    equal: int
+    far: int
+    bound: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Job:
     """What is to be rendered, before any engine or setting is chosen.
 
@@ -41,6 +65,7 @@ class Job:
     sides        : (pairs, 2) left and right spectrum of every pair
     signals      : what each spectrum gives each channel at each wavelength
     base         : (channels,) the background
+    left_out     : edges that need not be rendered
     pattern, footprint : of lens, and of OLPF ⊗ photosite, as the boundary engine knows them; None when it does not,
                    and ``unknown`` says why
     """
@@ -53,6 +78,7 @@ class Job:
     sides: I64
     signals: Signals
     base: F64
+    left_out: LeftOut
     system: OpticalSystem
     grid: Grid
     pattern: Pattern | None
@@ -81,22 +107,51 @@ class Job:
         segment_um, wobble_um = _outline_limits(system, shortest_nm, tolerance)
         arrangement = arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um)
         signals = Signals.of(arrangement, response, wavelength_nm)
-        sides, pair = np.unique(np.stack([arrangement.left, arrangement.right], axis=1), axis=0, return_inverse=True)
+        start, end = arrangement.start_um / grid.pitch_um, arrangement.end_um / grid.pitch_um
+        left, right = arrangement.left, arrangement.right
+        equal = equal_sides(left, right, signals.density)
+        far, bound = np.zeros_like(equal), 0.0
+        if pattern is not None and footprint is not None:
+            far[~equal], bound = far_outlines(
+                start[~equal],
+                end[~equal],
+                left[~equal],
+                right[~equal],
+                density=signals.density,
+                pattern=pattern,
+                longest=float(blur_of(system, signals.wavelength_nm, grid.pitch_um).max()),
+                extent=footprint.extent,
+                grid=grid,
+                allowed=FAR_SHARE * tolerance,
+            )
+        kept, out = ~(equal | far), np.concatenate([np.flatnonzero(equal), np.flatnonzero(far)])
         return cls(
-            start=arrangement.start_um / grid.pitch_um,
-            end=arrangement.end_um / grid.pitch_um,
-            left=arrangement.left,
-            right=arrangement.right,
-            pair=pair.ravel(),
-            sides=sides,
+            **_edges(start[kept], end[kept], left[kept], right[kept]),
             signals=signals,
             base=signals.density[0].sum(axis=1),
+            left_out=LeftOut(
+                outline_edges=arrangement.outline_edges,
+                start=start[out],
+                end=end[out],
+                left=left[out],
+                right=right[out],
+                equal=int(np.count_nonzero(equal)),
+                far=int(np.count_nonzero(far)),
+                bound=bound,
+            ),
             system=system,
             grid=grid,
             pattern=pattern,
             footprint=footprint,
             unknown=unknown,
             tolerance=tolerance,
+        )
+
+    def rest(self) -> Job:
+        """Return what was left out as a job of its own, on no background."""
+        out = self.left_out
+        return dataclasses.replace(
+            self, **_edges(out.start, out.end, out.left, out.right), base=np.zeros_like(self.base)
         )
 
     @property
@@ -127,9 +182,19 @@ class Job:
         wavelength_nm, density = fuse(self.signals, phase=phase, tolerance=tolerance)
         return Nodes(wavelength_nm=wavelength_nm, density=density, weights=self._difference(density))
 
+    def nodes_like(self, nodes: Nodes) -> Nodes:
+        """Return the same nodes with the weights of this job's pairs."""
+        return dataclasses.replace(nodes, weights=self._difference(nodes.density))
+
     def _difference(self, density: F64) -> F64:
         difference: F64 = density[self.sides[:, 0]] - density[self.sides[:, 1]]
         return difference
+
+
+def _edges(start: F64, end: F64, left: I64, right: I64) -> dict[str, Any]:
+    """Return the edges' fields of a job, pairs of spectra counted."""
+    sides, pair = np.unique(np.stack([left, right], axis=1), axis=0, return_inverse=True)
+    return {"start": start, "end": end, "left": left, "right": right, "sides": sides, "pair": pair.ravel()}
 
 
 WOBBLE_SHARE = 0.1  # of the tolerance, for curved outlines
@@ -143,7 +208,7 @@ def _outline_limits(system: OpticalSystem, shortest_nm: float, tolerance: float)
     """
     if not math.isfinite(shortest_nm):
         return math.inf, math.inf
-    blur_um = system.lens.blur_um(shortest_nm)
+    blur_um = system.blur_um(shortest_nm)
     x, w = gauss_legendre(128)
     f = 0.5 * (1.0 + x) * (1.4 / blur_um)
     slope = max(

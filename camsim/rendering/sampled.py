@@ -10,7 +10,7 @@ uniform        11 × 11 samples that reach as far as the pattern does (3 σ, or 
 importance     N samples (default 2025) of the Halton sequence (2, 3), distributed as the pattern (Airy cut at 18 λN)
 strips         Gaussian pattern, point photosite
 
-One difference from the paper is deliberate: a photosite's square and the OLPF's spots are clipped exactly at every
+One difference from the paper is deliberate: a photosite's rectangle and the OLPF's spots are clipped exactly at every
 sample, for all methods.
 """
 
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numba as nb
@@ -28,6 +29,7 @@ from scipy.stats import qmc
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import Airy, Gaussian, OpticalSystem
+from camsim.rendering.footprint import Footprint
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import pattern_of
 
@@ -37,41 +39,98 @@ AIRY_CUT = 18.0  # λN, as in the paper
 THIRD_DARK_RING = 3.2383  # λN
 
 
-def sampled_image(
-    method: str,
-    *,
-    samples: int | None,
-    start: F64,
-    end: F64,
-    contrast: F64,
-    background: float,
-    system: OpticalSystem,
-    blur: float,
-    side: float,
-    spots: F64,
-    origin: tuple[float, float],
-    shape: tuple[int, int],
-) -> F64:
-    """Render at one wavelength; lengths in pitches.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rule:
+    """A method made ready for one lens and footprint; lengths in pitches.
 
-    start, end : (n, 2) edges;  contrast: (n,) left minus right;  blur: the pattern's own length
-    samples    : number of samples of ``importance``; None for its default
+    places, shares : (m, 2) centres of the footprint's rectangles about a photosite, and (m,) what each counts
+    width, height  : of the rectangles
+    sigma          : of the Gaussian that ``strips`` integrates instead; 0 for all others
+    random         : whether the samples may be taken for random draws of the pattern
     """
+
+    places: F64
+    shares: F64
+    width: float = 0.0
+    height: float = 0.0
+    sigma: float = 0.0
+    random: bool = False
+
+    @property
+    def samples(self) -> int:
+        """How many samples a photosite takes."""
+        return len(self.shares)
+
+    def image(
+        self,
+        start: F64,
+        end: F64,
+        contrast: F64,
+        background: float,
+        *,
+        origin: tuple[float, float],
+        shape: tuple[int, int],
+    ) -> F64:
+        """Render at one wavelength.
+
+        start, end : (n, 2) edges;  contrast: (n,) left minus right;  origin: of the first photosite
+        """
+        (x0, y0), (rows, cols) = origin, shape
+        with ONE_AT_A_TIME:
+            if self.sigma:
+                return _strips(x0, y0, rows, cols, start, end, contrast, background, self.sigma)
+            return _weighted(
+                x0,
+                y0,
+                rows,
+                cols,
+                start,
+                end,
+                contrast,
+                background,
+                self.width,
+                self.height,
+                self.places,
+                self.shares,
+            )
+
+    def standard_error(self, start: F64, end: F64, contrast: F64, points: F64) -> float | None:
+        """Return the largest standard error of the samples' mean at ``points`` (m, 2); None where nothing is random."""
+        if not self.random or self.samples < 2:
+            return None
+        worst = 0.0
+        for x, y in points:
+            values = _each_sample(x, y, start, end, contrast, self.width, self.height, self.places)
+            worst = max(worst, float(values.std(ddof=1)) / math.sqrt(self.samples))
+        return worst
+
+
+def rule_of(method: str, system: OpticalSystem, *, blur: float, footprint: Footprint, samples: int | None) -> Rule:
+    """Make a method ready.
+
+    blur    : the pattern's own length, pitches
+    samples : number of samples of ``importance``; None for its default
+    """
+    lens, spots = system.lens, footprint.spots
     if samples is not None and method != "importance":
         raise UnsupportedError(f"samples: {method} has a fixed set of samples; only importance takes a number")
     if method == "strips":
-        if not isinstance(system.lens, Gaussian) or side > 0.0 or len(spots) > 1:
+        if not isinstance(lens, Gaussian) or footprint.side > 0.0 or len(spots) > 1:
             raise UnsupportedError(
                 "strips needs a Gaussian lens and a point photosite (side_um 0, no OLPF); "
-                f"this is {type(system.lens).__name__} on {side:g} pitches: use boundary"
+                f"this is {type(lens).__name__} on {footprint.side:g} pitches: use boundary"
             )
-        with ONE_AT_A_TIME:
-            return _strips(*origin, shape[0], shape[1], start, end, contrast, background, blur)
-    offsets, weights = SAMPLES[method](system.lens, blur, samples)
-    places = (offsets[:, None, :] + spots[None]).reshape(-1, 2)
-    shares = np.repeat(weights, len(spots)) / len(spots)
-    with ONE_AT_A_TIME:
-        return _weighted(*origin, shape[0], shape[1], start, end, contrast, background, side, places, shares)
+        return Rule(places=np.zeros((1, 2)), shares=np.ones(1), sigma=blur)
+    if not isinstance(lens, Airy | Gaussian):
+        raise UnsupportedError(f"{method} knows Airy and Gaussian lenses; this is {type(lens).__name__}: use boundary")
+    offsets, weights = SAMPLES[method](lens, blur, samples)
+    return Rule(
+        places=(offsets[:, None, :] + spots[None]).reshape(-1, 2),
+        shares=np.repeat(weights, len(spots)) / len(spots),
+        width=footprint.width,
+        height=footprint.height,
+        random=method == "importance",
+    )
 
 
 def _area(lens: Airy | Gaussian, blur: float, samples: int | None) -> tuple[F64, F64]:
@@ -131,6 +190,36 @@ def _ramp(q: float, side: float) -> float:
     return 0.5 * q * q if q < side else side * (q - 0.5 * side)
 
 
+@nb.njit(cache=True)
+def _covered(left: float, top: float, width: float, height: float, start: F64, end: F64, contrast: F64) -> float:
+    """Return the scene's mean over a rectangle, clipped against every edge exactly; at a point for no width or height.
+
+    An edge that runs upwards in y adds its contrast to everything on its lower-x side within its span of y (a region is
+    the sum of such bands over its outline), so its share of a rectangle is ∫ min(max(x_edge(y) − left, 0), width) dy.
+    """
+    inside = 0.0
+    for e in range(len(contrast)):
+        ya, yb = start[e, 1], end[e, 1]
+        low, high = min(ya, yb), max(ya, yb)
+        sign = contrast[e] if yb > ya else -contrast[e]
+        if high <= top or low > top + height or low == high:
+            continue
+        slope = (end[e, 0] - start[e, 0]) / (yb - ya)
+        if width == 0.0 or height == 0.0:
+            if low <= top < high and start[e, 0] + slope * (top - ya) > left:
+                inside += sign
+            continue
+        from_y, to_y = max(low, top), min(high, top + height)
+        q1 = start[e, 0] + slope * (from_y - ya) - left
+        q2 = start[e, 0] + slope * (to_y - ya) - left
+        if abs(q2 - q1) < 1e-7 * width:
+            area = (to_y - from_y) * min(max(0.5 * (q1 + q2), 0.0), width)
+        else:
+            area = (to_y - from_y) * (_ramp(q2, width) - _ramp(q1, width)) / (q2 - q1)
+        inside += sign * area / (width * height)
+    return inside
+
+
 @nb.njit(cache=True, parallel=True)
 def _weighted(
     x0: float,
@@ -141,45 +230,34 @@ def _weighted(
     end: F64,
     contrast: F64,
     background: float,
-    side: float,
+    width: float,
+    height: float,
     places: F64,
     shares: F64,
 ) -> F64:
-    """Sum the samples; each is the footprint's square clipped against every edge, exactly.
-
-    An edge that runs upwards in y adds its contrast to everything on its lower-x side within its span of y (a region is
-    the sum of such bands over its outline), so its share of a square is ∫ min(max(x_edge(y) − left, 0), side) dy.
-    """
+    """Sum the samples of every photosite."""
     image = np.empty((rows, cols))
     for r in nb.prange(rows):
         for c in range(cols):
             total = 0.0
             for k in range(len(shares)):
-                left = x0 + c + places[k, 0] - 0.5 * side
-                top = y0 + r + places[k, 1] - 0.5 * side
-                inside = 0.0
-                for e in range(len(contrast)):
-                    ya, yb = start[e, 1], end[e, 1]
-                    low, high = min(ya, yb), max(ya, yb)
-                    sign = contrast[e] if yb > ya else -contrast[e]
-                    if high <= top or low > top + side or low == high:
-                        continue
-                    slope = (end[e, 0] - start[e, 0]) / (yb - ya)
-                    if side == 0.0:
-                        if low <= top < high and start[e, 0] + slope * (top - ya) > left:
-                            inside += sign
-                        continue
-                    from_y, to_y = max(low, top), min(high, top + side)
-                    q1 = start[e, 0] + slope * (from_y - ya) - left
-                    q2 = start[e, 0] + slope * (to_y - ya) - left
-                    if abs(q2 - q1) < 1e-7 * side:
-                        area = (to_y - from_y) * min(max(0.5 * (q1 + q2), 0.0), side)
-                    else:
-                        area = (to_y - from_y) * (_ramp(q2, side) - _ramp(q1, side)) / (q2 - q1)
-                    inside += sign * area / (side * side)
-                total += shares[k] * inside
+                left = x0 + c + places[k, 0] - 0.5 * width
+                top = y0 + r + places[k, 1] - 0.5 * height
+                total += shares[k] * _covered(left, top, width, height, start, end, contrast)
             image[r, c] = background + total
     return image
+
+
+@nb.njit(cache=True)
+def _each_sample(
+    x: float, y: float, start: F64, end: F64, contrast: F64, width: float, height: float, places: F64
+) -> F64:
+    """Return what every sample of the photosite at (x, y) sees, less the background."""
+    values = np.empty(len(places))
+    for k in range(len(places)):
+        left, top = x + places[k, 0] - 0.5 * width, y + places[k, 1] - 0.5 * height
+        values[k] = _covered(left, top, width, height, start, end, contrast)
+    return values
 
 
 @nb.njit(cache=True, inline="always")

@@ -48,7 +48,7 @@ class Signals:
 
 def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
     """Return the lens's own length at each wavelength, in pitches."""
-    values: F64 = np.array([system.lens.blur_um(w) for w in wavelength_nm]) / pitch_um
+    values: F64 = np.array([system.blur_um(float(w)) for w in wavelength_nm]) / pitch_um
     return values
 
 

@@ -22,6 +22,7 @@ class Arrangement:
     left, right      : (n,) index into ``spectra`` of the side where cross(end − start, x − start) is above 0
                        (in a frame with y down that is the viewer's right), and of the other side
     spectra          : distinct reflectances; index 0 is the background
+    outline_edges    : of all shapes, before one covers another
     """
 
     start_um: F64
@@ -29,6 +30,7 @@ class Arrangement:
     left: I64
     right: I64
     spectra: tuple[Spectrum, ...]
+    outline_edges: int = 0
 
 
 def arrange(scene: Scene, *, max_segment_um: float, max_wobble_um: float = math.inf) -> Arrangement:
@@ -57,6 +59,7 @@ def arrange(scene: Scene, *, max_segment_um: float, max_wobble_um: float = math.
             spectra.append(shape.reflectance)
         regions.append(region)
 
+    outline_edges = sum(map(len, outlines))
     starts: list[F64] = []
     ends: list[F64] = []
     lefts: list[I64] = []
@@ -70,13 +73,22 @@ def arrange(scene: Scene, *, max_segment_um: float, max_wobble_um: float = math.
     if not starts:
         nothing = np.empty((0, 2))
         none = np.empty(0, np.int64)
-        return Arrangement(start_um=nothing, end_um=nothing, left=none, right=none, spectra=tuple(spectra))
+        return Arrangement(
+            start_um=nothing,
+            end_um=nothing,
+            left=none,
+            right=none,
+            spectra=tuple(spectra),
+            outline_edges=outline_edges,
+        )
     start, end, left = np.concatenate(starts), np.concatenate(ends), np.concatenate(lefts)
     # An edge whose squared length is no longer a number above 0 contributes nothing.
     keep = np.sum((end - start) ** 2, axis=1) > 0.0
     start, end, left = start[keep], end[keep], left[keep]
     start, end, left, right = _merge_shared(start, end, left)
-    return Arrangement(start_um=start, end_um=end, left=left, right=right, spectra=tuple(spectra))
+    return Arrangement(
+        start_um=start, end_um=end, left=left, right=right, spectra=tuple(spectra), outline_edges=outline_edges
+    )
 
 
 def _positive(outline: F64) -> F64:

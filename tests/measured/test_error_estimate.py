@@ -7,7 +7,7 @@ import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.rendering import engine, footprint, methods, spotcheck
+from camsim.rendering import by_boundary, engine, footprint, spotcheck
 
 # Short waves on a wide footprint: there the far form begins where the footprint's moments still matter.
 WIDE = [
@@ -95,18 +95,18 @@ def test_wrong_moments_of_the_footprint(monkeypatch, moment, factor):
     ids=lambda factors: " and ".join(factors),
 )
 def test_careless_settings(monkeypatch, factors):
-    plan = changed(methods.plan_boundary, **factors)
-    assert_seen(monkeypatch, lambda patch: patch.setattr(methods, "plan_boundary", plan), WIDE)
+    plan = changed(by_boundary.plan_boundary, **factors)
+    assert_seen(monkeypatch, lambda patch: patch.setattr(by_boundary, "plan_boundary", plan), WIDE)
 
 
 @pytest.mark.parametrize("size", [40, 100, 150])
 def test_tiles_interpolated_too_coarsely(monkeypatch, optics, size):
-    true_plan = methods.plan_boundary
+    true_plan = by_boundary.plan_boundary
 
     def coarse(*args, **kwargs):
         return dataclasses.replace(true_plan(*args, **kwargs), tile_nodes=3)
 
-    assert_seen(monkeypatch, lambda patch: patch.setattr(methods, "plan_boundary", coarse), optics, size)
+    assert_seen(monkeypatch, lambda patch: patch.setattr(by_boundary, "plan_boundary", coarse), optics, size)
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-7])

@@ -1,0 +1,65 @@
+"""Which method renders a job: a pure function of the inputs, no clock, no core count, no history."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from camsim.errors import UnknownNameError
+from camsim.rendering.fourier import FINEST, MEMORY_LIMIT_BYTES
+from camsim.rendering.job import Job
+from camsim.rendering.methods import METHODS
+from camsim.rendering.run import FlatRun, Run
+
+NAMES = ("auto", *METHODS)
+CHEAP_SECONDS = 0.1  # nobody waits for this, and asking what the other engine would take is not free either
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Choice:
+    """A method that is ready to run, and why it was chosen."""
+
+    method: str
+    why: str
+    run: Run
+
+
+def check_method(method: str) -> None:
+    """Refuse the name of a method that does not exist."""
+    if method not in NAMES:
+        raise UnknownNameError("method", method, NAMES)
+
+
+def choose(method: str, job: Job, samples: int | None = None) -> Choice:
+    """Prepare the method named; "auto": boundary where it can and is cheaper, fourier otherwise.
+
+    What a method cannot render it refuses, even where there is nothing to render.
+    """
+    if method != "auto":
+        return _chosen(method, "asked for", job, samples)
+    if job.pattern is None or job.footprint is None:
+        return _chosen("fourier", job.unknown, job, samples)
+    if FINEST <= job.tolerance < job.pattern.finest:
+        why = f"boundary keeps {job.pattern.finest:g} with this lens, fourier {FINEST:g}"
+        return _chosen("fourier", why, job, samples)
+    boundary = _chosen("boundary", "exact for this lens, and cheap", job, samples)
+    if isinstance(boundary.run, FlatRun):
+        return _chosen("boundary", "there is no edge to render", job, samples)
+    seconds = boundary.run.cost.seconds
+    if seconds <= CHEAP_SECONDS:
+        return boundary
+    other = _chosen("fourier", "", job, samples)
+    cost = other.run.cost
+    if cost.seconds < seconds and cost.memory_bytes <= MEMORY_LIMIT_BYTES:
+        why = f"{cost.seconds:.2g} s of one core expected, boundary {seconds:.2g} s"
+        return Choice(method="fourier", why=why, run=other.run)
+    more = (
+        f"{cost.seconds:.2g} s"
+        if cost.memory_bytes <= MEMORY_LIMIT_BYTES
+        else f"{cost.memory_bytes / 1e9:.2g} GB of memory"
+    )
+    return Choice(method="boundary", why=f"{seconds:.2g} s of one core expected, fourier {more}", run=boundary.run)
+
+
+def _chosen(method: str, why: str, job: Job, samples: int | None) -> Choice:
+    run = METHODS[method](job, samples)
+    return Choice(method=method, why=why, run=run if job.edges else FlatRun(job=job))

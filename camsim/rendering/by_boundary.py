@@ -1,0 +1,178 @@
+"""The boundary engine as a method, and what all methods share that need a round lens: settings, nodes, the check."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.errors import UnsupportedError
+from camsim.rendering.cost import Cost, Counts, boundary_cost, boundary_counts
+from camsim.rendering.engine import boundary_bands
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.hardest import hardest_photosites
+from camsim.rendering.job import Job, Nodes
+from camsim.rendering.patterns import Pattern
+from camsim.rendering.plan import Settings, plan_boundary
+from camsim.rendering.run import Progress
+from camsim.rendering.spotcheck import SHARE, Check, reference_values
+from camsim.rendering.work import Work
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class RoundLens:
+    """A job with a round lens, and what the boundary engine and the check need for it; the check has its own nodes."""
+
+    job: Job
+    pattern: Pattern
+    footprint: Footprint
+    settings: Settings
+    nodes: Nodes
+    check_nodes: Nodes
+
+    @classmethod
+    def prepare(cls, job: Job) -> RoundLens:
+        """Choose settings and nodes."""
+        if job.pattern is None or job.footprint is None:
+            raise UnsupportedError(job.unknown)
+        settings = plan_boundary(job.pattern, job.blur, job.shares, job.footprint, job.start, job.end, job.tolerance)
+        phase = 2.0 * math.pi * settings.quiet_line * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+        return cls(
+            job=job,
+            pattern=job.pattern,
+            footprint=job.footprint,
+            settings=settings,
+            nodes=job.nodes(phase=phase, tolerance=job.tolerance),
+            check_nodes=job.nodes(phase=phase, tolerance=SHARE * job.tolerance),
+        )
+
+    def of(self, job: Job) -> RoundLens:
+        """Return the same settings and wavelengths for other edges."""
+        return dataclasses.replace(
+            self, job=job, nodes=job.nodes_like(self.nodes), check_nodes=job.nodes_like(self.check_nodes)
+        )
+
+    @property
+    def counts(self) -> Counts:
+        """What the boundary engine has to do for one image."""
+        job = self.job
+        return boundary_counts(
+            job.start,
+            job.end,
+            job.grid,
+            self.settings,
+            self.footprint,
+            sets=len(job.sides) * job.signals.scale.size,
+            wavelengths=self.nodes.wavelength_nm.size,
+        )
+
+    @property
+    def check(self) -> Check:
+        """Settings of the check."""
+        job = self.job
+        return Check.planned(self.pattern, job.blur, job.shares, self.footprint, self.settings.tolerance)
+
+    def hardest(self) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites that the check looks at."""
+        job = self.job
+        return hardest_photosites(
+            job.start,
+            job.end,
+            job.grid,
+            self.settings,
+            self.check,
+            job.blur_at(self.nodes.wavelength_nm),
+            len(job.sides),
+        )
+
+    def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again, by the path of ``spotcheck``."""
+        job = self.job
+        x0, y0 = job.grid.first_centre
+        return reference_values(
+            np.stack([x0 + cols, y0 + rows], axis=1),
+            sets.astype(np.int64),
+            start=job.start,
+            end=job.end,
+            pair=job.pair,
+            weights=self.check_nodes.weights,
+            base=job.base,
+            pattern=self.pattern,
+            blur=job.blur_at(self.check_nodes.wavelength_nm),
+            check=self.check,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BoundaryRun:
+    """The exact boundary engine."""
+
+    lens: RoundLens
+
+    @classmethod
+    def prepare(cls, job: Job, samples: int | None) -> BoundaryRun:
+        """Choose settings and nodes; ``samples`` must be None."""
+        if samples is not None:
+            raise UnsupportedError("samples: boundary takes none; only importance takes a number")
+        return cls(lens=RoundLens.prepare(job))
+
+    @property
+    def wavelengths(self) -> int:
+        """Number of wavelength nodes."""
+        return self.lens.nodes.wavelength_nm.size
+
+    @property
+    def cost(self) -> Cost:
+        """What one image takes, the check included."""
+        lens = self.lens
+        blur = lens.job.blur_at(lens.nodes.wavelength_nm)
+        check_seconds = lens.hardest()[0].size * lens.check.seconds(blur, 2.0, lens.job.edges)
+        return boundary_cost(lens.counts, check_seconds=check_seconds)
+
+    def work(self, images: int) -> Work:
+        """Count the work of ``images`` images."""
+        counts = self.lens.counts
+        return Work(
+            edges=self.lens.job.edges,
+            wavelength_nodes=self.wavelengths,
+            channels=images,
+            photosites=images * int(counts.photosites),
+            tables=counts.tables,
+            table_values=round(counts.table_values),
+            nodes_integrated=images * round(counts.near_nodes),
+        )
+
+    def of(self, job: Job) -> BoundaryRun:
+        """Return the same settings for other edges."""
+        return BoundaryRun(lens=self.lens.of(job))
+
+    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+        """Yield the image band by band."""
+        lens, row = self.lens, 0
+        for band in boundary_bands(
+            lens.job,
+            pattern=lens.pattern,
+            footprint=lens.footprint,
+            nodes=lens.nodes,
+            settings=lens.settings,
+            channel=channel,
+        ):
+            row += len(band)
+            yield band
+            progress(row / len(channel))
+
+    def hardest(self) -> tuple[I64, I64]:
+        """Return the photosites that the check looks at."""
+        return self.lens.hardest()
+
+    def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again."""
+        return self.lens.reference(rows, cols, sets)
+
+    def standard_error(self, rows: I64, cols: I64) -> float | None:
+        """Return None: no chance."""
+        return None

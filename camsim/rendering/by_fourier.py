@@ -1,0 +1,188 @@
+"""The Fourier engine (fourier.py), prepared for a job; what judges it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.errors import UnsupportedError
+from camsim.rendering.by_boundary import RoundLens
+from camsim.rendering.cost import Cost
+from camsim.rendering.fourier import check_tolerance, fourier_cost, fourier_image
+from camsim.rendering.job import Job, Nodes
+from camsim.rendering.patterns import RING
+from camsim.rendering.run import Progress
+from camsim.rendering.spotcheck import SHARE
+from camsim.rendering.work import Work
+
+WINDOW = 3  # photosites along a side
+CORES = 2.0  # that the Fourier engine's own model of time assumes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FourierRun:
+    """Any lens and any photosite.
+
+    lens : what checks a round lens by the path of ``spotcheck``. None for others, or where the tolerance is below what
+           that path can judge: then the engine judges itself, by other numbers throughout. Small windows have another
+           period, another taper, another band and other wavelength nodes than the whole grid, and a tolerance of SHARE;
+           what the two have in common are the transfer functions and the transform of an edge.
+    """
+
+    job: Job
+    nodes: Nodes
+    check_nodes: Nodes
+    lens: RoundLens | None
+
+    @classmethod
+    def prepare(cls, job: Job, samples: int | None) -> FourierRun:
+        """Choose nodes; ``samples`` must be None."""
+        if samples is not None:
+            raise UnsupportedError("samples: fourier takes none; only importance takes a number")
+        check_tolerance(job.tolerance)
+        phase = _phase(job)
+        judged = job.pattern is not None and job.footprint is not None and job.tolerance >= job.pattern.finest
+        return cls(
+            job=job,
+            nodes=job.nodes(phase=phase, tolerance=job.tolerance),
+            check_nodes=job.nodes(phase=phase, tolerance=SHARE * job.tolerance),
+            lens=RoundLens.prepare(job) if judged else None,
+        )
+
+    @property
+    def wavelengths(self) -> int:
+        """Number of wavelength nodes."""
+        return self.nodes.wavelength_nm.size
+
+    @property
+    def cost(self) -> Cost:
+        """What one image takes; a check by windows takes some of it once more."""
+        seconds, memory_bytes, _ = self._expected
+        return Cost(seconds=CORES * seconds * (1.0 if self.lens is not None else 1.5), memory_bytes=memory_bytes)
+
+    @property
+    def _expected(self) -> tuple[float, float, float]:
+        job, grid = self.job, self.job.grid
+        return fourier_cost(
+            start=job.start,
+            end=job.end,
+            density=self.nodes.density,
+            wavelength_nm=self.nodes.wavelength_nm,
+            system=job.system,
+            pitch_um=grid.pitch_um,
+            origin=grid.first_centre,
+            channel=np.broadcast_to(np.uint8(0), (grid.rows, grid.cols)),
+            tolerance=job.tolerance,
+        )
+
+    def work(self, images: int) -> Work:
+        """Count the work of ``images`` images."""
+        grid = self.job.grid
+        return Work(
+            edges=self.job.edges,
+            wavelength_nodes=self.wavelengths,
+            channels=images,
+            photosites=images * grid.rows * grid.cols,
+            frequencies=images * round(self._expected[2]),
+        )
+
+    def of(self, job: Job) -> FourierRun:
+        """Return the same wavelengths for other edges."""
+        return dataclasses.replace(
+            self,
+            job=job,
+            nodes=job.nodes_like(self.nodes),
+            check_nodes=job.nodes_like(self.check_nodes),
+            lens=None if self.lens is None else self.lens.of(job),
+        )
+
+    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+        """Yield the image as one band: its last row is known no sooner than its first."""
+        yield self._image(self.nodes, self.job.grid.first_centre, channel, self.job.tolerance, progress)
+
+    def hardest(self) -> tuple[I64, I64]:
+        """Return the photosites of ``spotcheck``; else windows about a corner and about the middle of an edge."""
+        if self.lens is not None:
+            return self.lens.hardest()
+        job, grid = self.job, self.job.grid
+        x0, y0 = grid.first_centre
+        middle = np.array([x0 + 0.5 * (grid.cols - 1), y0 + 0.5 * (grid.rows - 1)])
+        half = 0.5 * np.array([grid.cols, grid.rows])
+        places = [points[np.argmin(np.abs((points - middle) / half).max(axis=1))] for points in (job.start, self._mid)]
+        return windows(np.array(places), grid.rows, grid.cols, (x0, y0))
+
+    def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again."""
+        if self.lens is not None:
+            return self.lens.reference(rows, cols, sets)
+        x0, y0 = self.job.grid.first_centre
+        values = np.empty(rows.size)
+        size = min(WINDOW, self.job.grid.rows) * min(WINDOW, self.job.grid.cols)
+        for first in range(0, rows.size, size):
+            part = slice(first, first + size)
+            row, col = int(rows[part].min()), int(cols[part].min())
+            shape = (int(rows[part].max()) - row + 1, int(cols[part].max()) - col + 1)
+            window = self._image(
+                self.check_nodes,
+                (x0 + col, y0 + row),
+                np.ascontiguousarray(sets[part].reshape(shape)),
+                max(SHARE * self.job.tolerance, 1e-11),
+                lambda done: None,
+            )
+            values[part] = window.ravel()
+        return values
+
+    def standard_error(self, rows: I64, cols: I64) -> float | None:
+        """Return None: no chance."""
+        return None
+
+    @property
+    def _mid(self) -> F64:
+        middles: F64 = 0.5 * (self.job.start + self.job.end)
+        return middles
+
+    def _image(
+        self, nodes: Nodes, origin: tuple[float, float], channel: U8, tolerance: float, progress: Progress
+    ) -> F64:
+        job = self.job
+        return fourier_image(
+            start=job.start,
+            end=job.end,
+            left=job.left,
+            right=job.right,
+            density=nodes.density,
+            base=job.base,
+            wavelength_nm=nodes.wavelength_nm,
+            system=job.system,
+            pitch_um=job.grid.pitch_um,
+            origin=origin,
+            channel=channel,
+            tolerance=tolerance,
+            progress=progress,
+        )
+
+
+def windows(places: F64, rows: int, cols: int, first_centre: tuple[float, float]) -> tuple[I64, I64]:
+    """Return rows and columns of small windows of a grid about ``places`` (n, 2), one window after the other."""
+    tall, wide = min(WINDOW, rows), min(WINDOW, cols)
+    row = np.clip(np.round(places[:, 1] - first_centre[1]) - tall // 2, 0, rows - tall).astype(np.int64)
+    col = np.clip(np.round(places[:, 0] - first_centre[0]) - wide // 2, 0, cols - wide).astype(np.int64)
+    own = np.unique(np.stack([row, col], axis=1), axis=0)
+    down, across = np.divmod(np.arange(tall * wide), wide)
+    return (own[:, :1] + down).ravel(), (own[:, 1:] + across).ravel()
+
+
+def _phase(job: Job) -> float:
+    """Return how far 2πr/L changes over the spectrum at the largest distance r that matters.
+
+    An edge's end leaves RING·(L/r)^{5/2} of rings, which no pupil of the same width exceeds by much; where they are
+    below the tolerance they may be as wrong as they like.
+    """
+    blur = job.blur
+    waves: float = (RING / job.tolerance) ** 0.4
+    return 2.0 * math.pi * waves * float(blur.max() * (1.0 / blur.min() - 1.0 / blur.max()))

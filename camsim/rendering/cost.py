@@ -1,0 +1,136 @@
+"""What a rendering is expected to take, a pure function of the inputs: no clock, no core count, no history.
+
+Seconds are those of one core, all threads' work added up: two idle cores take about half as long. The model counts what
+the boundary engine does (photosites, look-ups of lines, quadrature nodes near ends, sources collected on tiles, numbers
+in tables) and prices each; prices were fitted to the shipped scenes and random ones (``bench/cost.py``).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.grid import Grid
+from camsim.rendering.plan import Settings
+
+MOST_ENDS = 2048  # looked at for what lies near; more are thinned out
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cost:
+    """Seconds of one core and bytes beyond what the program itself holds."""
+
+    seconds: float
+    memory_bytes: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Counts:
+    """What the boundary engine is going to do for one image.
+
+    photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × lines close by
+    close      : photosites × edges just beyond the near zone;  collected: sources × tiles that sum them up
+    tables     : fields and edge responses;  table_values: numbers in them;  table_terms: terms added up for them
+    """
+
+    photosites: float
+    near_nodes: float
+    looked_up: float
+    close: float
+    collected: float
+    tables: int
+    table_values: float
+    table_terms: float
+
+
+def within(points: F64, radius: float, grid: Grid) -> F64:
+    """Return how many photosites of the grid lie within ``radius`` of each point (n, 2), pitches."""
+    x0, y0 = grid.first_centre
+    counts = np.zeros(len(points))
+    rows = y0 + np.arange(grid.rows)
+    reach = math.ceil(radius) + 1
+    for offset in range(-reach, reach + 1):
+        row = np.round(points[:, 1]) + offset + (y0 - math.floor(y0))
+        inside = (row >= rows[0]) & (row <= rows[-1])
+        half = np.sqrt(np.maximum(radius**2 - (row - points[:, 1]) ** 2, 0.0))
+        left = np.maximum(np.ceil(points[:, 0] - half - x0), 0.0)
+        right = np.minimum(np.floor(points[:, 0] + half - x0), grid.cols - 1.0)
+        counts += np.where(inside & (half > 0.0), np.maximum(right - left + 1.0, 0.0), 0.0)
+    return counts
+
+
+def _inside_length(start: F64, end: F64, grid: Grid, margin: float) -> F64:
+    """Return the length of each edge within the grid, widened by ``margin``, pitches."""
+    low = np.array(grid.first_centre) - margin
+    high = low + np.array([grid.cols - 1 + 2 * margin, grid.rows - 1 + 2 * margin])
+    along = end - start
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        a, b = (low - start) / along, (high - start) / along
+    enters = np.where(np.isnan(a), 0.0, np.minimum(a, b)).max(axis=1, initial=0.0)
+    leaves = np.where(np.isnan(a), 1.0, np.maximum(a, b)).min(axis=1, initial=1.0)
+    length: F64 = np.maximum(leaves - enters, 0.0) * np.hypot(along[:, 0], along[:, 1])
+    return length
+
+
+def boundary_counts(
+    start: F64, end: F64, grid: Grid, settings: Settings, footprint: Footprint, *, sets: int, wavelengths: int
+) -> Counts:
+    """Count what the boundary engine is going to do; ``sets``: pairs of spectra times channels."""
+    length = np.hypot(*(end - start).T)
+    long = length >= settings.near
+    thin = max(1, math.ceil(len(start) / MOST_ENDS))
+    ends = np.concatenate([start[::thin], end[::thin]])
+    is_long = np.tile(long[::thin], 2)
+    share = np.where(is_long, 1.0, 0.5) * thin  # a short edge is one source, a long one two
+    near = within(ends, settings.near, grid)
+    # Mean of √(near² − h²) over the disc, less what lies before the foot: half of it; a short edge is all there is.
+    chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
+    nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
+    close = within(ends, settings.near + settings.smallest, grid) - near
+    band = 2.0 * (settings.reach + settings.leaf)
+    looked_up = float(np.sum(np.minimum(_inside_length(start[long], end[long], grid, settings.reach), 1e9))) * band
+    photosites = float(grid.rows * grid.cols)
+    levels = max(1.0, math.log2(max(grid.rows, grid.cols) / settings.leaf))
+    roots = min(100.0, math.ceil(grid.rows / settings.leaf) * math.ceil(grid.cols / settings.leaf))
+    collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
+    rows = settings.near / settings.field_step
+    taps = (2.0 * footprint.extent) / settings.field_step
+    directions = min(float(np.count_nonzero(long)), 64.0)
+    cells = settings.reach / settings.response_step
+    waves = 14.0 + 1.1 * math.pi * (settings.reach + footprint.extent) / settings.near * 8.0
+    return Counts(
+        photosites=photosites,
+        near_nodes=float(near @ (nodes * share)),
+        looked_up=min(looked_up, photosites * float(np.count_nonzero(long))),
+        close=float(close @ share),
+        collected=collected,
+        tables=sets * (1 + int(directions)),
+        table_values=sets * (2.0 * rows * rows + directions * 6.0 * cells),
+        table_terms=sets * (rows * (rows + taps) * (taps + 8.0) + directions * cells * (waves + wavelengths)),
+    )
+
+
+# Nanoseconds of one core each.
+PRICES = {
+    "photosites": 15.0,
+    "near_nodes": 40.0,
+    "looked_up": 8.0,
+    "close": 60.0,
+    "collected": 25.0,
+    "table_values": 20.0,
+    "table_terms": 1.0,
+}
+SET_UP_SECONDS = 4e-3
+
+
+def boundary_cost(counts: Counts, *, check_seconds: float) -> Cost:
+    """Price the counts; ``check_seconds``: of all photosites that are checked."""
+    seconds = SET_UP_SECONDS + sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items())
+    return Cost(
+        seconds=seconds + check_seconds,
+        memory_bytes=8.0 * (counts.photosites + counts.table_values) + 4e6,
+    )

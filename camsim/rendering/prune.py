@@ -1,0 +1,82 @@
+"""Edges that need not be rendered: nobody sees their contrast, or they are too far outside the window to matter."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from camsim.arrays import F64, I64
+from camsim.rendering.grid import Grid
+from camsim.rendering.patterns import Pattern
+
+SHARE = 0.1  # of the tolerance: all that is dropped, together
+
+
+def equal_sides(left: I64, right: I64, density: F64) -> np.ndarray:
+    """Return which edges have sides that every channel sees alike at every wavelength: they contribute nothing."""
+    _, same = np.unique(density.reshape(len(density), -1), axis=0, return_inverse=True)
+    same = same.ravel()
+    equal: np.ndarray = same[left] == same[right]
+    return equal
+
+
+def far_outlines(
+    start: F64,
+    end: F64,
+    left: I64,
+    right: I64,
+    *,
+    density: F64,
+    pattern: Pattern,
+    longest: float,
+    extent: float,
+    grid: Grid,
+    allowed: float,
+) -> tuple[np.ndarray, float]:
+    """Return which edges to drop and a bound on what all of them together add to any photosite.
+
+    start, end : (n, 2) pitches;  density: (spectra, channels, j)
+    longest    : the pattern's own length at the longest wavelength;  extent: how far the footprint reaches
+
+    Edges that hang together are the outline of something finite: a step of contrast c within an outline of diameter D
+    at distance d takes no more than c·(α/2π)·(1 − E(d)) of a round pattern, E its encircled energy and α ≤ π the angle
+    that it fills: 2·asin(D/2d). The smallest are dropped first, until their sum would pass ``allowed``.
+    """
+    none = np.zeros(len(start), bool)
+    first = np.array(grid.first_centre)
+    last = first + np.array([grid.cols - 1, grid.rows - 1])
+    points = np.concatenate([start, end])
+    if (points >= first - extent).all() and (points <= last + extent).all():
+        return none, 0.0
+    outline, count = _outlines(start, end)
+    of_point = np.tile(outline, 2)
+    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    np.minimum.at(low, of_point, points)
+    np.maximum.at(high, of_point, points)
+    gap = np.maximum(np.maximum(first - high, low - last), 0.0)
+    distance = np.maximum(np.hypot(gap[:, 0], gap[:, 1]) - extent, 0.0)
+    diameter = np.hypot(*(high - low).T)
+    angle = 2.0 * np.arcsin(np.minimum(0.5 * diameter / np.maximum(distance, 1e-300), 1.0))
+    lost = np.where(distance > 0.0, 1.0 - pattern.energy(distance / longest), 1.0)
+    # A side's contrast to the outside is no more than the sum over the kinds of edges that lie between.
+    kinds = np.unique(np.stack([outline, left, right], axis=1), axis=0)
+    step = np.abs(density[kinds[:, 1]] - density[kinds[:, 2]]).sum(axis=2).max(axis=1)
+    contrast = np.bincount(kinds[:, 0], weights=step, minlength=count)
+    bound = contrast * angle / (2.0 * np.pi) * lost
+    order = np.argsort(bound, kind="stable")
+    total = np.cumsum(bound[order])
+    dropped = order[total <= allowed]
+    drop = np.zeros(count, bool)
+    drop[dropped] = True
+    return drop[outline], float(total[dropped.size - 1]) if dropped.size else 0.0
+
+
+def _outlines(start: F64, end: F64) -> tuple[I64, int]:
+    """Return the number of the outline that each edge belongs to: edges that share an end belong together."""
+    corners = np.concatenate([start, end]).view(np.complex128).ravel()
+    points, index = np.unique(corners, return_inverse=True)
+    a, b = index[: len(start)], index[len(start) :]
+    joined = coo_array((np.ones(len(start), np.int8), (a, b)), shape=(points.size, points.size))
+    count, label = connected_components(joined, directed=False)
+    return label[a].astype(np.int64), int(count)

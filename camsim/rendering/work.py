@@ -1,0 +1,58 @@
+"""What a rendering did, counted: for reports, and so that what a scene does not need can be seen to be left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Work:
+    """Counts; a pure function of the inputs, and the same on any machine.
+
+    shapes           : of the scene
+    outline_edges    : of all shapes' outlines, before one covers another
+    edges            : that were rendered
+    edges_equal      : not rendered: no channel sees a difference between their sides in this light
+    edges_far        : not rendered: outside the window, all of them together below a tenth of the tolerance
+    wavelengths      : of the light that some channel sees;  wavelength_nodes: at which optics were computed
+    channels         : images of the grid that were computed
+    photosites       : values of a photosite in a channel that were computed
+    tables           : of fields and edge responses;  table_values: numbers in them
+    nodes_integrated : quadrature nodes on edges near a photosite, as the settings have it (``cost.near_nodes``)
+    frequencies      : of the Fourier engine
+    samples          : of the sampled methods
+    photosites_checked : computed again by the check
+    random_numbers   : drawn for noise and fixed patterns, defects' places apart
+    colour_matrices  : fitted;  bytes_written: of all files (both known to the command line)
+    """
+
+    shapes: int = 0
+    outline_edges: int = 0
+    edges: int = 0
+    edges_equal: int = 0
+    edges_far: int = 0
+    wavelengths: int = 0
+    wavelength_nodes: int = 0
+    channels: int = 0
+    photosites: int = 0
+    tables: int = 0
+    table_values: int = 0
+    nodes_integrated: int = 0
+    frequencies: int = 0
+    samples: int = 0
+    photosites_checked: int = 0
+    random_numbers: int = 0
+    colour_matrices: int = 0
+    bytes_written: int = 0
+
+    def __add__(self, other: Work) -> Work:
+        """Add up every count.
+
+        >>> (Work(edges=2, samples=1) + Work(edges=3)).counts()
+        {'edges': 5, 'samples': 1}
+        """
+        return Work(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
+
+    def counts(self) -> dict[str, int]:
+        """Return what was done at all."""
+        return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name)}
