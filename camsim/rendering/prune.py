@@ -56,8 +56,8 @@ def far_outlines(
     np.maximum.at(high, of_point, points)
     gap = np.maximum(np.maximum(first - high, low - last), 0.0)
     distance = np.maximum(np.hypot(gap[:, 0], gap[:, 1]) - extent, 0.0)
-    diameter = np.hypot(*(high - low).T)
-    angle = 2.0 * np.arcsin(np.minimum(0.5 * diameter / np.maximum(distance, 1e-300), 1.0))
+    radius = 0.5 * np.hypot(*(high - low).T)
+    angle = 2.0 * np.arcsin(radius / np.maximum(distance, radius))
     lost = np.where(distance > 0.0, 1.0 - pattern.energy(distance / longest), 1.0)
     # A side's contrast to the outside is no more than the sum over the kinds of edges that lie between.
     kinds = np.unique(np.stack([outline, left, right], axis=1), axis=0)
