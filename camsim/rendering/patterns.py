@@ -1,10 +1,11 @@
 """What the boundary engine knows of a lens: a round pattern that depends on ρ = r/blur alone, as pure functions of ρ.
 
-``blur`` is the pattern's own length, one number per wavelength: λN of an Airy pattern, σ of a Gaussian.
+``blur`` is the pattern's own length, one number per wavelength: λN of a diffraction pattern, σ of a Gaussian.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,69 +14,124 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.optics import Airy, Gaussian
+from camsim.optics import Airy, AnnularAiry, Gaussian
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pattern:
-    """One family of patterns.
+    """One pattern; lengths in blurs, frequencies in cycles per blur.
 
     energy  : E(ρ), the light within ρ
     core    : lim E/ρ² at ρ = 0
-    otf     : transfer at u cycles per blur;  cutoff: it is 0 (or below 1e-16) past this u
+    otf     : transfer at u
+    breaks  : where the transfer is not smooth, in rising order; it is 0 (or below 1e-16) past the last
     powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + what oscillates
-    ring    : an edge's end at distance R leaves at most ring·(blur/R)^{5/2} of oscillation in the far form
+    rings   : (u, a): an edge's end at distance R leaves oscillation of frequency u, at most a·R^{−5/2}, in the far form
+    airy    : rings.py knows what oscillates; else it is kept out by distance
     grain   : how much coarser than for an Airy pattern a table may be
-    quiet   : tolerance → ρ past which the far form's smooth part holds
-    finest  : the smallest tolerance; what oscillates sets the radii, and they grow as its power −0.4
+    quiet   : tolerance → ρ past which the smooth powers hold
+    finest  : the smallest tolerance
     """
 
     energy: Callable[[F64], F64]
     core: float
     otf: Callable[[F64], F64]
-    cutoff: float
+    breaks: tuple[float, ...]
     powers: tuple[float, float, float]
-    ring: float
+    rings: tuple[tuple[float, float], ...]
+    airy: bool
     grain: float
     quiet: Callable[[float], float]
     finest: float
 
+    @property
+    def ring(self) -> float:
+        """Amplitude of all rings together."""
+        return sum(a for _, a in self.rings)
+
 
 def pattern_of(lens: object) -> Pattern:
     """Return the pattern of a lens."""
-    for kind, pattern in PATTERNS.items():
-        if type(lens) is kind:
-            return pattern
-    known = " or ".join(kind.__name__ for kind in PATTERNS)
-    raise UnsupportedError(f"lens: the boundary engine knows {known}, not {type(lens).__name__}")
+    if isinstance(lens, AnnularAiry):
+        return _annular(lens.obstruction) if lens.obstruction > 0.0 else _AIRY
+    if isinstance(lens, Airy):
+        return _AIRY
+    if isinstance(lens, Gaussian):
+        return _GAUSSIAN
+    raise UnsupportedError(
+        f"lens: the boundary engine knows Airy, AnnularAiry or Gaussian, not {type(lens).__name__}; use fourier"
+    )
 
 
-_UNIT_NM = 1e3  # at 1000 nm and f/1 an Airy pattern's λN is 1 µm: lengths are blurs
-_AIRY, _GAUSSIAN = Airy(f_number=1.0), Gaussian(sigma_um=1.0)
-_C1 = 2.0 / math.pi**2
+_UNIT_NM = 1e3  # at 1000 nm and f/1 a diffraction pattern's λN is 1 µm: lengths are blurs
+_FAR_AIRY = 2.0 / math.pi**2
+_POWERS = (_FAR_AIRY, _FAR_AIRY / (8.0 * math.pi**2), -_FAR_AIRY * 9.0 / (128.0 * math.pi**4))
+# What oscillates in 1 − E is cos(2πuρ)·b/ρ² to leading order; the end of an edge met square on makes b/(4π√u) of it.
+RING = 1.0 / (4.0 * math.pi**4)
 
-PATTERNS: dict[type, Pattern] = {
-    # 1 − E = (2/πx)(1 + 1/8x² − 9/128x⁴ + …), x = πρ, and what oscillates (DLMF 10.18.17).
-    Airy: Pattern(
-        energy=lambda rho: _AIRY.encircled_energy(rho, _UNIT_NM),
-        core=math.pi**2 / 4.0,
-        otf=lambda u: _AIRY.otf(u, np.zeros(1), _UNIT_NM),
-        cutoff=1.0,
-        powers=(_C1, _C1 / (8.0 * math.pi**2), -_C1 * 9.0 / (128.0 * math.pi**4)),
-        ring=1.0 / (4.0 * math.pi**4),
+
+def _round(lens: Airy | AnnularAiry | Gaussian) -> tuple[Callable[[F64], F64], Callable[[F64], F64]]:
+    """Return energy and transfer of a lens whose blur is 1 µm."""
+    return (
+        lambda rho: lens.encircled_energy(rho, _UNIT_NM),
+        lambda u: lens.otf(u, np.zeros(1), _UNIT_NM),
+    )
+
+
+_AIRY_ENERGY, _AIRY_OTF = _round(Airy(f_number=1.0))
+_AIRY = Pattern(
+    energy=_AIRY_ENERGY,
+    core=math.pi**2 / 4.0,
+    otf=_AIRY_OTF,
+    breaks=(1.0,),
+    powers=_POWERS,  # (2/πx)(1 + 1/8x² − 9/128x⁴ + …), x = πρ (DLMF 10.18.17)
+    rings=((1.0, RING),),
+    airy=True,
+    grain=1.0,
+    quiet=lambda tolerance: 5.0,
+    finest=1e-9,
+)
+
+_GAUSS_ENERGY, _GAUSS_OTF = _round(Gaussian(sigma_um=1.0))
+_GAUSSIAN = Pattern(
+    energy=_GAUSS_ENERGY,
+    core=0.5,
+    otf=_GAUSS_OTF,
+    breaks=(1.37,),
+    powers=(0.0, 0.0, 0.0),
+    rings=(),
+    airy=False,
+    grain=2.0,
+    quiet=lambda tolerance: math.sqrt(2.0 * math.log(20.0 / tolerance)),
+    finest=1e-9,
+)
+
+
+@functools.cache
+def _annular(e: float) -> Pattern:
+    """Return the pattern of a pupil whose middle is covered to a fraction e of its diameter.
+
+    (1 − e²)(1 − E) = A(ρ) + e²·A(eρ) − 4e·∫_x^∞ J1(t)·J1(et)/t dt with A = 1 − E of an Airy pattern: two Airy patterns,
+    whose powers and rings add up, and a cross term whose phases (1 ± e)t make rings of the frequencies (1 ± e)/2.
+    The small disc's powers hold from e·ρ on as the large one's do from ρ on: next comes e²·1e-4/(eρ)⁷.
+    """
+    energy, otf = _round(AnnularAiry(f_number=1.0, obstruction=e))
+    share = 1.0 / (1.0 - e * e)
+
+    def cross(sign: float) -> tuple[float, float]:
+        u = 0.5 * (1.0 + sign * e)
+        return u, share * 4.0 * math.sqrt(e) / (1.0 + sign * e) * RING / math.sqrt(u)
+
+    rings = (cross(-1.0), (e, share / math.sqrt(e) * RING), cross(1.0), (1.0, share * RING))
+    return Pattern(
+        energy=energy,
+        core=math.pi**2 / 4.0 * (1.0 - e * e),
+        otf=otf,
+        breaks=tuple(sorted(u for u, _ in rings)),
+        powers=tuple(c * share * (1.0 + e ** (2 - k)) for k, c in zip((1, 3, 5), _POWERS, strict=True)),  # type: ignore[arg-type]
+        rings=rings,
+        airy=False,
         grain=1.0,
-        quiet=lambda tolerance: 5.0,
-        finest=1e-9,
-    ),
-    Gaussian: Pattern(
-        energy=lambda rho: _GAUSSIAN.encircled_energy(rho, _UNIT_NM),
-        core=0.5,
-        otf=lambda u: _GAUSSIAN.otf(u, np.zeros(1), _UNIT_NM),
-        cutoff=1.37,
-        powers=(0.0, 0.0, 0.0),
-        ring=0.0,
-        grain=2.0,
-        quiet=lambda tolerance: math.sqrt(2.0 * math.log(20.0 / tolerance)),
-        finest=1e-9,
-    ),
-}
+        quiet=lambda tolerance: max(5.0, 5.0 / (1.0 - e), (e * e * 1e-2 / tolerance) ** (1.0 / 7.0) / e),
+        finest=1e-7,
+    )

@@ -92,7 +92,7 @@ def plan_boundary(
     allowed = tolerance / 6.0 * math.sqrt(FEW / max(lines, FEW))
     quiet_line = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, allowed, end=False))
     near, reach = quiet_end, quiet_line
-    if quiet_end > min(RINGS_FROM * blur.size, RINGS_ALWAYS) * longest:
+    if pattern.airy and quiet_end > min(RINGS_FROM * blur.size, RINGS_ALWAYS) * longest:
         near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
     field_step = pattern.grain * shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
     response_step = pattern.grain * shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
@@ -141,18 +141,22 @@ def quiet_distance(
     pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, allowed: float, *, end: bool
 ) -> float:
     """Distance beyond which what oscillates at an edge's end (else: across a whole line) stays below ``allowed``."""
-    if pattern.ring == 0.0:
+    if not pattern.rings:
         return 0.0
-    amplitude = pattern.ring * (1.0 if end else 2.0)
+    twice = 1.0 if end else 2.0
     shortest, longest = float(blur.min()), float(blur.max())
-    phasor = shares[None] * (blur**2.5 * footprint.transfer(pattern.cutoff / blur))[:, None]
-    phasor = phasor.reshape(-1, blur.size)
-    farthest: float = float(np.abs(phasor).sum(axis=1).max() * amplitude / allowed) ** 0.4
+    phasors = []
+    for u, amplitude in pattern.rings:
+        phasor = shares[None] * (twice * amplitude * blur**2.5 * footprint.transfer(u / blur))[:, None]
+        phasors.append(phasor.reshape(-1, blur.size))
+    farthest = (sum(float(np.abs(phasor).sum(axis=1).max()) for phasor in phasors) / allowed) ** 0.4
     if shortest == longest or farthest <= NEAREST * longest:
         return farthest
     distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
-    wave = np.exp(2j * np.pi * distance[:, None] / blur)
-    loudest = DULL * np.abs(wave @ phasor.T).max(axis=1) * amplitude * distance**-2.5
+    loudest = np.zeros_like(distance)
+    for (u, _), phasor in zip(pattern.rings, phasors, strict=True):
+        wave = np.exp(2j * np.pi * u * distance[:, None] / blur)
+        loudest += DULL * np.abs(wave @ phasor.T).max(axis=1) * distance**-2.5
     loud = np.flatnonzero(loudest > allowed)
     return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
 

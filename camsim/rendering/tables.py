@@ -161,19 +161,20 @@ def edge_responses(
     normals  : (o, 2) unit normals of the edges;  extent: how far the footprint reaches
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance
 
-    ESF(h) − ½ = ∫_0^{cut-off} OTF(f·normal)·sin(2πfh)/(πf) df. Between two cut-offs the summed OTF is smooth
-    but for a 3/2 power at the upper end, which f = top − (top − bottom)·t² turns into a polynomial. A Gauss rule of n
-    nodes then follows a phase of 2n radians; the phase is 2πf times the distance and the footprint's extent.
+    ESF(h) − ½ = ∫_0^{cut-off} OTF(f·normal)·sin(2πfh)/(πf) df. Between two breaks the summed OTF is smooth but for 3/2
+    powers at the ends (none at 0, and an Airy pattern's only at the upper one), which f = top − (top − bottom)·t², or
+    t²(3 − 2t) for t² where the lower end has one too, turns into a polynomial. A Gauss rule of n nodes then follows a
+    phase of 2n radians; the phase is 2πf times the distance and the footprint's extent.
     """
     cells = math.ceil(distance / step)
-    cutoffs = np.unique(pattern.cutoff / blur)
+    inner = len(pattern.breaks) > 1
     bottom, nodes, node_weights = 0.0, [], []
-    for top in cutoffs:
-        count = 14 + math.ceil(1.1 * math.pi * (distance + extent) * (top - bottom))
+    for top in np.unique(np.divide.outer(pattern.breaks, blur)):
+        count = 14 + math.ceil((1.6 if inner else 1.1) * math.pi * (distance + extent) * (top - bottom))
         x, w = gauss_legendre(count)
         t = 0.5 * (1.0 + x)
-        nodes.append(top - (top - bottom) * t * t)
-        node_weights.append((top - bottom) * t * w)
+        nodes.append(top - (top - bottom) * t * t * ((3.0 - 2.0 * t) if inner else 1.0))
+        node_weights.append((top - bottom) * t * w * ((3.0 - 3.0 * t) if inner else 1.0))
         bottom = top
     f, df = np.concatenate(nodes), np.concatenate(node_weights)
     lens = pattern.otf(f[None, :] * blur[:, None])
