@@ -1,0 +1,49 @@
+"""Lopsided photosites, turned and single plates, obstructed lenses: edges against Fourier transforms."""
+
+import numpy as np
+import pytest
+
+import camsim
+
+OUTLINE = [(-40.3, -29.0), (36.4, -39.1), (43.2, 24.7), (6.5, 10.4), (-26.0, 40.3)]
+SCENE = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=OUTLINE, reflectance=0.1)])
+GRID = camsim.Grid(rows=26, cols=32, pitch_um=4.0)
+
+FOOTPRINTS = {
+    "rectangle": [camsim.RectangularPhotosite(width_um=4.0, height_um=2.5)],
+    "one plate": [camsim.SquarePhotosite(side_um=4.0), camsim.FourSpotOlpf(split_um=3.0, split_y_um=0.0)],
+    "one plate, turned": [
+        camsim.SquarePhotosite(side_um=4.0),
+        camsim.FourSpotOlpf(split_um=3.0, split_y_um=0.0, rotate_deg=45.0),
+    ],
+    "unequal splits": [
+        camsim.RectangularPhotosite(width_um=3.3, height_um=4.0),
+        camsim.FourSpotOlpf(split_um=3.0, split_y_um=1.5),
+    ],
+    "unequal splits, turned": [
+        camsim.RectangularPhotosite(width_um=4.0, height_um=3.0),
+        camsim.FourSpotOlpf(split_um=3.0, split_y_um=2.0, rotate_deg=20.0),
+    ],
+}
+
+
+def rendered(optics, tolerance, method):
+    return camsim.render(SCENE, optics, GRID, wavelength_nm=550.0, tolerance=tolerance, method=method)
+
+
+@pytest.mark.parametrize("f_number", [2.8, 8.0, 22.0])
+@pytest.mark.parametrize("footprint", FOOTPRINTS)
+def test_any_footprint(footprint, f_number):
+    optics = [camsim.Airy(f_number=f_number), *FOOTPRINTS[footprint]]
+    exact = rendered(optics, 1e-11, "fourier").image
+    for tolerance in (1e-3, 1e-5, 1e-7, 1e-9):
+        assert np.abs(rendered(optics, tolerance, "boundary").image - exact).max() <= tolerance
+
+
+@pytest.mark.parametrize("f_number", [1.4, 8.0, 22.0])
+@pytest.mark.parametrize("obstruction", [0.05, 0.3, 0.6])
+def test_central_obstruction(f_number, obstruction):
+    optics = [camsim.AnnularAiry(f_number=f_number, obstruction=obstruction), camsim.SquarePhotosite(side_um=4.0)]
+    exact = rendered(optics, 1e-11, "fourier").image
+    for tolerance in (1e-3, 1e-5, 1e-6):
+        assert np.abs(rendered(optics, tolerance, "boundary").image - exact).max() <= tolerance
