@@ -25,7 +25,7 @@ from camsim.rendering.fourier_lens import (
     round_curves,
     tapered_fields,
 )
-from camsim.rendering.fourier_plan import BLOCK_POINTS, FourierPlan, Kernel, Tile, Work, blocks, plan_fourier
+from camsim.rendering.fourier_plan import PART, FourierPlan, Kernel, Tile, Work, blocks, plan_fourier
 from camsim.rendering.fourier_scene import Regions, clamped
 from camsim.rendering.kernels import ONE_AT_A_TIME
 
@@ -157,16 +157,31 @@ class _Work:
 
     def image(self, tile: Tile, plan: FourierPlan, kernel: Kernel, regions: Regions, channel: U8) -> F64:
         """Return the tile's image, each photosite in its own channel, less the background."""
-        contrast = self.density[1:] - self.density[0]
-        px, py = tile.periods
-        total = np.zeros((contrast.shape[1], py, px // 2 + 1, 2))
+        image = np.empty(channel.shape)
+        present = np.unique(channel)
+        for first in range(0, present.size, plan.channels):
+            some = present[first : first + plan.channels]
+            total = self._spectrum(tile, plan, kernel, regions, (self.density[1:] - self.density[0])[:, some])
+            for k, values in zip(some, total, strict=True):
+                plane = _inverse(values.view(complex)[..., 0], tile)
+                mine = channel == k
+                image[mine] = plane[mine]
+        return image
+
+    def _spectrum(self, tile: Tile, plan: FourierPlan, kernel: Kernel, regions: Regions, contrast: F64) -> F64:
+        """Return the image's transform on the photosites' grid of frequencies: (channels, py, px//2 + 1, 2).
+
+        contrast : (spectra, channels, j) against the background
+        """
+        total = np.zeros((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2))
         if kernel.round:
             curves, per_frequency = round_curves(
                 self.system, self.wavelength_nm, contrast, self.pitch_um, kernel, tile, plan
             )
-            for block in blocks(tile, BLOCK_POINTS):
+            for block in blocks(tile, plan.block_points):
                 transforms = regions.transforms(block)
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
+                corner, place = (block.first_i, block.first_j), (block.column, block.row)
                 with ONE_AT_A_TIME:
                     add_round(
                         total,
@@ -175,48 +190,60 @@ class _Work:
                         footprint,
                         curves,
                         per_frequency,
-                        (block.first_i, block.first_j),
+                        corner,
                         tile.periods,
                         tile.cut,
-                        (block.column, block.row),
+                        place,
                     )
-        else:
-            for fields, weights, most in self._fields(tile, plan, kernel, contrast):
-                for block in blocks(tile, most):
-                    transforms = regions.transforms(block)
-                    footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
-                    values = fields(block)
-                    with ONE_AT_A_TIME:
-                        add_fields(
-                            total,
-                            transforms,
-                            regions.areas,
-                            footprint,
-                            values,
-                            weights,
-                            (block.first_i, block.first_j),
-                            tile.periods,
-                            tile.cut,
-                            (block.column, block.row),
-                        )
-        image = np.empty(channel.shape)
-        for k in range(len(total)):
-            mine = channel == k
-            if mine.any():
-                plane = fft.irfft2(total[k].view(complex)[..., 0], s=(py, px), overwrite_x=True, workers=-1)
-                image[mine] = plane[: tile.rows, : tile.cols][mine]
-        return image
+            return total
+        for fields, weights in self._fields(tile, plan, kernel, contrast):
+            for block in blocks(tile, plan.block_points):
+                transforms = regions.transforms(block)
+                footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
+                values = fields(block)
+                corner, place = (block.first_i, block.first_j), (block.column, block.row)
+                with ONE_AT_A_TIME:
+                    add_fields(
+                        total,
+                        transforms,
+                        regions.areas,
+                        footprint,
+                        values,
+                        weights,
+                        corner,
+                        tile.periods,
+                        tile.cut,
+                        place,
+                    )
+        return total
 
-    def _fields(
-        self, tile: Tile, plan: FourierPlan, kernel: Kernel, contrast: F64
-    ) -> Iterator[tuple[Fields, F64, int]]:
-        """Yield what gives the lens on a block, the weights of its wavelengths, and how large a block may be."""
+    def _fields(self, tile: Tile, plan: FourierPlan, kernel: Kernel, contrast: F64) -> Iterator[tuple[Fields, F64]]:
+        """Yield what gives the lens on a block, and the weights of its wavelengths."""
         if not kernel.tapered:
-            plain = plain_fields(self.system, self.wavelength_nm, self.pitch_um, tile)
-            yield plain, contrast, max(1, BLOCK_POINTS // self.wavelength_nm.size)
+            yield plain_fields(self.system, self.wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
             return
         for j, wavelength in enumerate(self.wavelength_nm):
             one = tapered_fields(
                 self.system, float(wavelength), self.pitch_um, tile, plan, precision=1e-3 * self.tolerance
             )
-            yield one, np.ascontiguousarray(contrast[:, :, j : j + 1]), BLOCK_POINTS
+            yield one, np.ascontiguousarray(contrast[:, :, j : j + 1])
+
+
+def _inverse(values: F64, tile: Tile) -> F64:
+    """Return the tile's photosites from their frequencies (py, px//2 + 1); ``values`` is lost.
+
+    First down the columns, some at a time, of which only the tile's rows are kept; then along those.
+    """
+    px, py = tile.periods
+    # A short kernel's period may be less than the tile: what repeats is then the empty background.
+    rows, cols = np.arange(tile.rows) % py, np.arange(tile.cols) % px
+    lines = np.empty((tile.rows, values.shape[1]), complex)
+    step = max(1, PART // py)
+    for first in range(0, values.shape[1], step):
+        part = np.ascontiguousarray(values[:, first : first + step])
+        lines[:, first : first + step] = fft.ifft(part, axis=0, overwrite_x=True, workers=-1)[rows]
+    image = np.empty((tile.rows, tile.cols))
+    step = max(1, PART // px)
+    for first in range(0, tile.rows, step):
+        image[first : first + step] = fft.irfft(lines[first : first + step], n=px, axis=1, workers=-1)[:, cols]
+    return image

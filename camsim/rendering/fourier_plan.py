@@ -19,17 +19,20 @@ from camsim.arrays import F64
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 TAPER_DEGREE = 63
-BLOCK_POINTS = 400_000  # frequencies at a time: their arrays fit the caches of a core or nearly
+BLOCK_POINTS, FEWEST_IN_BLOCK = 400_000, 20_000  # frequencies at a time
+PART = 2_000_000  # numbers that are transformed back at a time
 NODES_PER_RADIAN, FEWEST_ON_EDGE = 0.5, 10  # of the Gauss rule on an edge, by the phase along it
 
 # Seconds on one core, measured; only their ratios decide anything.
-PER_EDGE_POINT = 1.4e-9
-PER_POINT = 1.6e-8
+PER_TILE = 6e-3
+PER_EDGE_POINT = 3.5e-9
+PER_POINT = 6e-8
 PER_POINT_WEIGHT = 6e-9
-PER_SPREAD_NODE = 1.5e-6
+PER_SPREAD_NODE = 1.5e-7
+PER_SPREAD_POINT = 4e-7
 PER_GRID_POINT = 6e-8
 PER_KERNEL_SAMPLE = 4e-9
-PER_PUPIL_NODE = 1.2e-6
+PER_PUPIL_NODE = 5e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +89,7 @@ class FourierPlan:
 
     margin   : of the taper's band, in 1/width;  sharpness: β of its Kaiser–Bessel window
     spread   : transform the edges by non-uniform FFT instead of edge by edge
+    channels : at a time;  block_points: frequencies at a time
     seconds, memory_bytes : expected, on two cores
     """
 
@@ -93,6 +97,8 @@ class FourierPlan:
     margin: float
     sharpness: float
     spread: bool
+    channels: int
+    block_points: int
     seconds: float
     memory_bytes: float
 
@@ -127,7 +133,7 @@ def plan_fourier(
     best: FourierPlan | None = None
     count = 1
     while True:
-        plan = _tiled(kernel, shape, low, high, footprint, work, tolerance, count)
+        plan = _tiled(kernel, shape, low, high, footprint, work, tolerance, memory_limit_bytes, count)
         if best is None or _rank(plan, memory_limit_bytes) < _rank(best, memory_limit_bytes):
             best = plan
         count *= 2
@@ -149,6 +155,7 @@ def _tiled(
     footprint: tuple[float, float],
     work: Work,
     tolerance: float,
+    memory_limit_bytes: float,
     count: int,
 ) -> FourierPlan:
     """Return the plan with ``count`` tiles along the longer side."""
@@ -163,36 +170,50 @@ def _tiled(
     largest = max(tiles, key=lambda tile: tile.points)
     by_edge = work.edges * PER_EDGE_POINT
     nodes = NODES_PER_RADIAN * 2.0 * math.pi * largest.cut * work.length + FEWEST_ON_EDGE * work.edges
-    blocks = math.ceil(largest.points / BLOCK_POINTS)
-    by_spreading = work.spectra * PER_GRID_POINT + 2.0 * nodes * blocks * PER_SPREAD_NODE / largest.points
+    fields = 0 if kernel.round else 1 if kernel.tapered else work.wavelengths
+    block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + work.spectra + fields))
+    by_spreading = work.spectra * PER_SPREAD_POINT
+    by_spreading += 2.0 * nodes * math.ceil(largest.points / block_points) * PER_SPREAD_NODE / largest.points
     spread = by_spreading < by_edge
     weights = work.spectra * work.channels * (1 if kernel.round else work.wavelengths)
-    seconds = memory = 0.0
+    passes = work.wavelengths if kernel.tapered and not kernel.round else 1
+    seconds, fixed, transforms = PER_TILE * len(tiles), 0.0, 0.0
     for tile in tiles:
         area = tile.periods[0] * tile.periods[1]
-        passes = work.wavelengths if kernel.tapered and not kernel.round else 1
         seconds += 0.5 * tile.points * (passes * (min(by_edge, by_spreading) + PER_POINT) + weights * PER_POINT_WEIGHT)
         seconds += work.channels * area * PER_GRID_POINT
         samples = 4.0 * tile.cut**2 * area
+        kernel_bytes = 0.0
         if kernel.round:
             seconds += 0.5 * PER_KERNEL_SAMPLE * work.spectra * work.channels * (2.0 * tile.cut * tile.outer[0]) ** 2
             kernel_bytes = 8.0 * 12 * work.spectra * work.channels * (32.0 * tile.outer[0] * tile.cut)
         elif kernel.tapered:
             seconds += work.wavelengths * PER_PUPIL_NODE * (tile.outer[0] * tile.outer[1] / kernel.blur**2 + samples)
             kernel_bytes = 120.0 * samples
-        else:
-            kernel_bytes = 0.0
-        block = BLOCK_POINTS * 16.0 * (2 * work.spectra + (0 if kernel.round else 2 * work.wavelengths) + 4)
-        transforms = area * (8.0 * work.channels + 16.0)
-        memory = max(memory, transforms + kernel_bytes + block + 64.0 * nodes * spread)
-    memory += 8.0 * shape[0] * shape[1]
+        fixed = max(fixed, kernel_bytes + area * 8.0 * tile.rows / tile.periods[1])
+        transforms = max(transforms, area * 8.0)
+    # Spreading works on a grid of twice the block's sides, and on two sums at once.
+    fixed += block_points * 16.0 * (work.spectra + fields + 4 + (20 if spread else 0)) + 64.0 * nodes * spread
+    fixed += 16.0 * shape[0] * shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
+    channels = work.channels
+    if fixed + channels * transforms > memory_limit_bytes:
+        seconds += (
+            (channels - 1)
+            * 0.5
+            * passes
+            * (min(by_edge, by_spreading) + PER_POINT)
+            * sum(tile.points for tile in tiles)
+        )
+        channels = 1
     return FourierPlan(
         tiles=tuple(tiles),
         margin=margin,
         sharpness=sharpness,
         spread=spread,
+        channels=channels,
+        block_points=block_points,
         seconds=seconds,
-        memory_bytes=memory,
+        memory_bytes=fixed + channels * transforms,
     )
 
 

@@ -169,7 +169,7 @@ def _spread(block: Block, periods: tuple[int, int], nodes: F64, strengths: F64, 
     middle_i, middle_j = block.first_i + block.count_i // 2, block.first_j + block.count_j // 2
     turn = nodes[:, 0] * middle_i / periods[0] + nodes[:, 1] * middle_j / periods[1]
     x, y = (2.0 * np.pi * ((nodes[:, axis] / periods[axis] + 0.5) % 1.0 - 0.5) for axis in (0, 1))
-    shifted = strengths * np.exp(-2j * np.pi * (turn % 1.0))
+    shifted = np.ascontiguousarray(strengths * np.exp(-2j * np.pi * (turn % 1.0)))
     parts = finufft.nufft2d1(y, x, shifted, n_modes=(block.count_j, block.count_i), eps=precision, isign=-1)
     kx = (block.first_i + np.arange(block.count_i)) / periods[0]
     ky = (block.first_j + np.arange(block.count_j))[:, None] / periods[1]
