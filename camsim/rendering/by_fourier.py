@@ -13,7 +13,7 @@ from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.rendering.by_boundary import RoundLens
 from camsim.rendering.cost import Cost
-from camsim.rendering.fourier import check_tolerance, fourier_cost, fourier_image
+from camsim.rendering.fourier import FINEST, check_tolerance, fourier_cost, fourier_image
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.patterns import RING
 from camsim.rendering.run import Progress
@@ -21,6 +21,7 @@ from camsim.rendering.spotcheck import SHARE
 from camsim.rendering.work import Work
 
 WINDOW = 3  # photosites along a side
+RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 CORES = 2.0  # that the Fourier engine's own model of time assumes
 
 
@@ -129,12 +130,12 @@ class FourierRun:
             shape = (int(rows[part].max()) - row + 1, int(cols[part].max()) - col + 1)
             window = self._image(
                 self.check_nodes,
-                (x0 + col, y0 + row),
-                np.ascontiguousarray(sets[part].reshape(shape)),
-                max(SHARE * self.job.tolerance, 1e-11),
+                (x0 + col - RIM, y0 + row - RIM),
+                np.pad(sets[part].reshape(shape), RIM, mode="edge"),
+                max(SHARE * self.job.tolerance, FINEST),
                 lambda done: None,
             )
-            values[part] = window.ravel()
+            values[part] = window[RIM:-RIM, RIM:-RIM].ravel()
         return values
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
