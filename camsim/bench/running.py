@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -44,7 +45,11 @@ class Request:
 
 @dataclass(slots=True)
 class _Run:
-    """What one run holds: its workers, its lines, and how far it is."""
+    """What one run holds: its workers, its lines, and how far it is.
+
+    laps, budget_s : clock a setting so often, or for so long
+    longest_s      : what takes longer is clocked once and not weighed
+    """
 
     request: Request
     results: Results
@@ -55,6 +60,7 @@ class _Run:
     peers: dict[str, Worker]
     laps: int
     budget_s: float
+    longest_s: float
     spins: list[Spin] = field(default_factory=list)
     done: float = 0.0
     total: float = 1.0
@@ -70,6 +76,9 @@ class _Run:
         if setting.program != "camsim":
             return self.peers[setting.program]
         return self.one if threads == 1 else self.all
+
+    def weigher_of(self, setting: Setting) -> Worker:
+        return self.weigher if setting.program == "camsim" else self.peers[setting.program]
 
     def look(self, when: str) -> None:
         """Clock the fixed work once more and write down what it took."""
@@ -116,6 +125,7 @@ def run(request: Request, results: Results, say: Say) -> None:
             peers={peer.name: worker(1, GIVES_BACK) for peer in request.peers},
             laps=3 if request.quick else 7,
             budget_s=0.1 if request.quick else 0.5,
+            longest_s=0.6 if request.quick else math.inf,
         )
         weights = [1.0 + len(state.settings(psf)) + 12.0 * _slow(psf, state) for psf in request.psfs]
         paper = sum(weights) / 8.0 if request.paper else 0.0
@@ -248,29 +258,33 @@ def _times(
 ) -> dict[Setting, dict[str, object]]:
     """Clock the frame by every setting, in turn, so that a busy moment falls on all of them; then set-up, memory."""
     laps: dict[tuple[Setting, int], list[Lap]] = {}
-    for method in dict.fromkeys((s.program, s.method) for s in settings):
-        first = next(s for s in settings if (s.program, s.method) == method)
-        state.worker(first, 1).call(draw_window, psf, first, (0.0, 0.0))  # loads kernels, plans transforms
+    for program in dict.fromkeys((s.program, s.method) for s in settings):
+        first = next(s for s in settings if (s.program, s.method) == program)
+        for worker in {state.worker(first, 1), state.worker(first, 0), state.weigher_of(first)}:
+            worker.call(draw_window, psf, first, (0.0, 0.0))  # loads kernels, plans transforms
+    long: set[Setting] = set()
     for lap in range(1, state.laps + 1):
         for setting, threads in _lanes(settings):
             done = laps.setdefault((setting, threads), [])
             spent = sum(d.wall_s for d in done)
-            if done and spent + spent / len(done) > state.budget_s:
+            if setting in long or (done and spent + spent / len(done) > state.budget_s):
                 continue
             done.append(state.worker(setting, threads).call(clock_frame, psf, setting, lap))
+            if done[-1].wall_s > state.longest_s:
+                long.add(setting)
     found: dict[Setting, dict[str, object]] = {}
     for setting in settings:
         times: dict[str, object] = {"one_thread": _summary(laps[setting, 1])}
-        if (setting, 0) in laps:
+        if laps.get((setting, 0)):
             times["all_threads"] = _summary(laps[setting, 0])
         if setting.program == "camsim":
             setup = state.one.call(clock_setup, psf, setting, tuple(range(101, 104)))
             times["setup_wall_s"], times["setup_cpu_s"] = setup.wall_s, setup.cpu_s
-        weigher = state.weigher if setting.program == "camsim" else state.peers[setting.program]
-        weighed = weigher.call(weigh_frame, psf, setting)
-        times["peak_mb"], times["beyond_mb"] = weighed.peak_mb, weighed.beyond_mb
-        if setting.program == "camsim":  # whose frame is planned apart from the window
-            times["error_frame_max"] = float(np.abs(weighed.image - truth).max())
+        if setting not in long:
+            weighed = state.weigher_of(setting).call(weigh_frame, psf, setting)
+            times["peak_mb"], times["beyond_mb"] = weighed.peak_mb, weighed.beyond_mb
+            if setting.program == "camsim":  # whose frame is planned apart from the window
+                times["error_frame_max"] = float(np.abs(weighed.image - truth).max())
         found[setting] = times
         state.tell(f"{psf.name}: time of {setting.label}", share)
     return found
