@@ -1,33 +1,28 @@
-"""The camera: its stages, in the order light meets them, and ``expose``, which is the pipeline."""
+"""The camera: its stages, in the order light meets them. What happens when it exposes is in ``exposing``."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F32, F64, U16
-from camsim.description import describe
+from camsim.arrays import F64, U16
 from camsim.errors import InvalidValueError
-from camsim.frame import Frame, Report, check_products
-from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
-from camsim.rendering import Grid, Rendering, render_channels
-from camsim.rendering.cube import SpectralCube, radiance_cube
-from camsim.reporting import Clock, acting, notes, sentence, signal, wavelengths
+from camsim.frame import Frame
+from camsim.optics import FourSpotOlpf, Lens, OpticalSystem, PhotositeShape
+from camsim.rendering import Grid
 from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
-from camsim.sensor.chain import STAGES, mixed, record
-from camsim.sensor.colour_matrix import MatrixOf
-from camsim.sensor.colour_response import colour_response
+from camsim.sensor.chain import STAGES
 from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
-from camsim.sensor.falloff import Falloff, falloff_at, working_f_number
+from camsim.sensor.falloff import Falloff, working_f_number
 from camsim.sensor.linearity import Nonlinearity
 from camsim.sensor.neighbours import Blooming, Crosstalk, Defects
 from camsim.sensor.noise import (
@@ -46,15 +41,8 @@ from camsim.sensor.noise import (
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum
 from camsim.spectra.light import Light, LightSamples
-
-
-@dataclass(frozen=True, slots=True)
-class Region:
-    """A window of the frame; ``origin`` (row, col), None for the middle, rounded down to the CFA's period."""
-
-    rows: int
-    cols: int
-    origin: tuple[int, int] | None = None
+from camsim.window import Region as Region
+from camsim.window import grid_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,9 +62,9 @@ class Camera:
     rows: int
     cols: int
     pitch_um: float
-    lens: Airy
+    lens: Lens
     olpf: FourSpotOlpf | None = None
-    photosite: SquarePhotosite
+    photosite: PhotositeShape
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
     filters: tuple[Spectrum, ...] = ()
@@ -107,7 +95,7 @@ class Camera:
             raise InvalidValueError("blooming: there is no full_well that charge could spill over; give one")
 
     @classmethod
-    def from_yaml(cls, sensor: str | os.PathLike[str], *, lens: Airy) -> Camera:
+    def from_yaml(cls, sensor: str | os.PathLike[str], *, lens: Lens) -> Camera:
         """Return the camera of a sensor file (a path, or the name of a shipped one) behind ``lens``."""
         from camsim.capturing import load_camera  # the one door upward: the name users look for is here
 
@@ -179,222 +167,56 @@ class Camera:
             per_second, saturation_e=self.adc.saturation_e(exposure.iso, self.well_as_read_e(exposure.iso))
         )
 
-    def expose(self, scene: Scene, *, frame_number: int = 0, **how: Any) -> Frame:
-        """Take a picture; ``how`` and what it means: ``expose_frames``.
+    def grid(self, region: Region | None = None) -> Grid:
+        """Return the photosites of a window, None for all of the frame."""
+        return grid_of(region, frame=(self.rows, self.cols), period=self.cfa.period, pitch_um=self.pitch_um)
 
+    def expose(
+        self, scene: Scene, *, frame_number: int = 0, products: Collection[str] = ("mosaic",), **how: Any
+    ) -> Frame:
+        """Take a picture.
+
+        light     : see ``Light``;  exposure: see ``Exposure``
         frame_number : another number is another exposure of the same scene with the same sensor: the same fixed
-                       patterns, fresh temporal noise
-        """
-        return next(self.expose_frames(scene, frame_numbers=(frame_number,), **how))
-
-    def expose_frames(
-        self,
-        scene: Scene,
-        *,
-        frame_numbers: Iterable[int],
-        light: Light,
-        exposure: Exposure,
-        seed: int = 0,
-        region: Region | None = None,
-        products: Collection[str] = ("mosaic",),
-        tolerance: float = 1e-6,
-        noise: bool = True,
-        colour_matrix: MatrixOf = "standard",
-        spectral_nm: Sequence[float] | None = None,
-        scene_name: str = "scene",
-        progress: Callable[[str, float], None] | None = None,
-    ) -> Iterator[Frame]:
-        """Take pictures of one scene, rendered once.
-
+                    patterns, fresh temporal noise
+        products  : "truth" fills ``Frame.truth``, "spectral" ``Frame.spectral``; everything else is there anyway
         seed      : of the temporal noise; the same seed and frame number give the same frame, bit for bit
         region    : a window of the frame; None takes all of it
-        products  : "truth" fills ``Frame.truth``, "spectral" ``Frame.spectral``; everything else is there anyway
         tolerance : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
         noise     : False leaves out every noise and the dark current
         colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
         spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
+        scene_name    : for the report;  progress: called with (stage, fraction done)
         """
-        check_products(products)
-        clock = Clock()
-        grid, samples = self._grid(region), light.samples()
-        time_s = self.exposure_time_s(light, exposure)
-        response = self.electrons_per_reflectance(samples, time_s)
-        cube = (
-            radiance_cube(scene, self.optics, grid, samples=samples, wavelength_nm=spectral_nm, tolerance=tolerance)
-            if "spectral" in products
-            else None
-        )
-        clock.lap("light")
-        # Crosstalk brings in what the window's neighbours see.
-        wide = grid if self.crosstalk is None else _widened(grid)
-        rendering = render_channels(
-            scene,
-            self.optics,
-            wide,
-            response=response,
-            wavelength_nm=samples.wavelength_nm,
-            channel=self.cfa.channel_index(wide.rows, wide.cols, wide.origin),
-            tolerance=tolerance,
-            every_channel="truth" in products,
-            progress=progress,
-        )
-        mean, truth = self._with_falloff(rendering, wide)
-        clock.lap("render")
-        for frame_number in frame_numbers:
-            recorded = self._record(mean, grid, exposure, time_s, seed, frame_number, noise)
-            clock.lap("noise")
-            mosaic = self.adc.quantise(recorded, iso=exposure.iso, origin=grid.origin)
-            clock.lap("adc")
-            yield self._frame(
-                mosaic=mosaic,
-                electrons=recorded,
-                mean=mean if self.crosstalk is None else mixed(mean, self.crosstalk),
-                truth=truth if truth is None or wide is grid else truth[1:-1, 1:-1],
-                spectral=cube,
-                grid=grid,
-                rendering=rendering,
-                samples=samples,
-                time_s=time_s,
-                seconds=clock.seconds,
-                scene_name=scene_name,
-                asked={
-                    "camera": self,
-                    "scene": scene,
-                    "light": light,
-                    "exposure": exposure,
-                    "region": region,
-                    "seed": seed,
-                    "frame_number": frame_number,
-                    "tolerance": tolerance,
-                    "noise": noise,
-                    "colour_matrix": colour_matrix,
-                    "spectral_nm": spectral_nm,
-                },
-            )
+        return next(self.expose_frames(scene, frame_numbers=(frame_number,), products=products, **how))
 
-    def _with_falloff(self, rendering: Rendering, grid: Grid) -> tuple[F64, F32 | None]:
-        """Return the mean electrons and the truth, dimmed towards the corners."""
-        # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
-        mean = np.maximum(rendering.image, 0.0, out=rendering.image)
-        truth = _truth(rendering)
-        if self.falloff is None:
-            return mean, truth
-        dimmed = falloff_at(self.falloff, shape=mean.shape, first_centre=grid.first_centre, pitch_um=self.pitch_um)
-        return mean * dimmed, None if truth is None else (truth * dimmed[..., None]).astype(np.float32)
+    def expose_frames(
+        self, scene: Scene, *, frame_numbers: Iterable[int], products: Collection[str] = ("mosaic",), **how: Any
+    ) -> Iterator[Frame]:
+        """Take pictures of one scene, rendered once; the rest as in ``expose``."""
+        from camsim.exposing import Capture  # the door upward, as in from_yaml
+
+        return Capture(camera=self, scene=scene, **how).frames(frame_numbers, products)
+
+    def expose_rows(
+        self,
+        scene: Scene,
+        *,
+        take: Callable[[U16], None],
+        frame_number: int = 0,
+        products: Collection[str] = ("mosaic",),
+        **how: Any,
+    ) -> Frame:
+        """Take a picture that memory need not hold: ``take`` is given the codes (m, cols) as they are finished.
+
+        From the top; the codes are those of ``expose``. The frame says everything else and holds no photosites.
+        Blooming runs over the whole window, so that with it the window is held all the same.
+        """
+        from camsim.exposing import Capture  # the door upward, as in from_yaml
+
+        return Capture(camera=self, scene=scene, **how).rows(take, frame_number, products)
 
     def electronics(self, iso: float) -> Mapping[str, Any]:
         """Return the electronic stages at an ISO setting by the names and in the order of ``sensor.chain.record``."""
         stages = {name: getattr(self, name) for name in STAGES}
         return stages | {"full_well": self.full_well_at(iso), "read_noise": self.read_noise_at(iso)}
-
-    def _record(
-        self, mean: F64, grid: Grid, exposure: Exposure, time_s: float, seed: int, frame_number: int, noise: bool
-    ) -> F64:
-        """Return the electrons that are read, every electronic stage applied."""
-        return record(
-            mean,
-            **self.electronics(exposure.iso),
-            time_s=time_s,
-            temperature_c=exposure.temperature_c,
-            electrons_per_dn=self.adc.electrons_per_dn_at(exposure.iso),
-            seed=seed,
-            serial=self.serial,
-            origin=grid.origin,
-            frame_cols=self.cols,
-            frame_number=frame_number,
-            noise=noise,
-        )
-
-    def _frame(
-        self,
-        *,
-        mosaic: U16,
-        electrons: F64,
-        mean: F64,
-        truth: F32 | None,
-        spectral: SpectralCube | None,
-        grid: Grid,
-        rendering: Rendering,
-        samples: LightSamples,
-        time_s: float,
-        seconds: Mapping[str, float],
-        scene_name: str,
-        asked: Mapping[str, Any],
-    ) -> Frame:
-        exposure: Exposure = asked["exposure"]
-        channel = self.cfa.channel_index(grid.rows, grid.cols, grid.origin)
-        white = self.adc.white_level_dn(exposure.iso, self.well_as_read_e(exposure.iso))
-        return Frame(
-            mosaic=mosaic,
-            mean_electrons=mean,
-            electrons=electrons,
-            truth=truth,
-            spectral=spectral,
-            channel_index=channel,
-            channels=self.cfa.channels,
-            cfa_pattern=self.cfa.window_pattern(grid.origin),
-            pitch_um=self.pitch_um,
-            bit_depth=self.adc.bit_depth,
-            black_level_dn=self.adc.black_level_dn,
-            black_offsets_dn=self.adc.window_black_offsets_dn(grid.origin),
-            white_level_dn=white,
-            electrons_per_dn=self.adc.electrons_per_dn_at(exposure.iso),
-            read_noise_e=self.dark_noise_e(exposure.iso) if asked["noise"] else 0.0,
-            camera_name=self.name,
-            serial=self.serial,
-            f_number=self.lens.f_number,
-            time_s=time_s,
-            iso=exposure.iso,
-            datetime=exposure.datetime,
-            seed=asked["seed"],
-            frame_number=asked["frame_number"],
-            colour=colour_response(
-                self.quantum_efficiency.select(self.cfa.channels),
-                samples,
-                passes=self.filters if samples.on_sensor else (self.lens.transmission, *self.filters),
-                matrix=asked["colour_matrix"],
-            ),
-            description=describe(asked),
-            report=Report(
-                scene=scene_name,
-                optics=tuple(sentence(stage) for stage in self.optics.stages),
-                electronics=acting(self.electronics(exposure.iso), noise=asked["noise"]),
-                wavelengths=wavelengths(samples, rendering.wavelengths),
-                method=rendering.method,
-                tolerance=rendering.tolerance,
-                error_estimate=rendering.error_estimate,
-                truth_error_estimate=rendering.planes_error,
-                checked_photosites=rendering.checked_photosites,
-                seconds=dict(seconds),
-                signal=signal(self.cfa.channels, channel, mean, mosaic, white),
-                notes=notes(self.adc, self.well_as_read_e(exposure.iso), exposure.iso),
-            ),
-        )
-
-    def _grid(self, region: Region | None) -> Grid:
-        if region is None:
-            return Grid(rows=self.rows, cols=self.cols, pitch_um=self.pitch_um)
-        frame, size, period = (self.rows, self.cols), (region.rows, region.cols), self.cfa.period
-        row, col = region.origin or ((f - s) // 2 // p * p for f, s, p in zip(frame, size, period, strict=True))
-        for name, first, count, most in (
-            ("rows", row, region.rows, self.rows),
-            ("cols", col, region.cols, self.cols),
-        ):
-            if count < 1 or first < 0 or first + count > most:
-                raise InvalidValueError(
-                    f"region: {name} {first}..{first + count} lie outside the frame's 0..{most}; "
-                    "make it smaller or move its origin"
-                )
-        return Grid(rows=region.rows, cols=region.cols, pitch_um=self.pitch_um, origin=(row, col), frame=frame)
-
-
-def _widened(grid: Grid) -> Grid:
-    """Return a grid with one photosite more on every side; beyond the frame's edge the scene goes on."""
-    (row, col), frame = grid.origin, grid.frame or (grid.rows, grid.cols)
-    return dataclasses.replace(grid, rows=grid.rows + 2, cols=grid.cols + 2, origin=(row - 1, col - 1), frame=frame)
-
-
-def _truth(rendering: Rendering) -> Any:
-    if rendering.planes is None:
-        return None
-    return np.ascontiguousarray(np.moveaxis(np.maximum(rendering.planes, 0.0), 0, 2), dtype=np.float32)

@@ -80,6 +80,7 @@ class Frame:
     read_noise_e        all temporal noise of the read-out, one standard deviation
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
+    passed_rows         of a capture whose codes were handed over as they came: so many, and the arrays hold none
     colour              spectral response of the channels and the light, for colour matrices and white balance
     description         plain tree (dicts, lists, numbers, strings) of all stages: what was computed
     """
@@ -107,6 +108,12 @@ class Frame:
     frame_number: int = 0
     black_offsets_dn: tuple[tuple[int, ...], ...] = ((0,),)
     spectral: SpectralCube | None = None
+    passed_rows: int = 0
     colour: ColourResponse
     description: Mapping[str, Any]
     report: Report
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols) of the window, whether or not its photosites are held."""
+        return self.passed_rows + self.mosaic.shape[0], self.mosaic.shape[1]

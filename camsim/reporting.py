@@ -20,16 +20,16 @@ _WORTH_A_NOTE = 1.01
 
 
 class Clock:
-    """Seconds since the last lap, by name."""
+    """Seconds by name: those since the last lap are added to a name's."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
     def lap(self, name: str) -> None:
-        """Note the seconds since the last lap under a name."""
+        """Add the seconds since the last lap to a name's."""
         now = time.perf_counter()
-        self.seconds[name] = now - self._last
+        self.seconds[name] = self.seconds.get(name, 0.0) + now - self._last
         self._last = now
 
 
@@ -54,26 +54,38 @@ def notes(adc: Adc, well_e: float | None, iso: float) -> tuple[str, ...]:
     return ()
 
 
-def signal(
-    channels: tuple[str, ...], channel: U8, mean_electrons: F64, mosaic: U16, white_level_dn: int
-) -> tuple[ChannelSignal, ...]:
-    """Return the signal of every channel that has photosites in the window."""
-    signals = []
-    for k, name in enumerate(channels):
-        here = channel == k
-        photosites = int(np.count_nonzero(here))
-        if photosites:
-            signals.append(
-                ChannelSignal(
-                    name=name,
-                    mean_e=float(np.mean(mean_electrons, where=here)),
-                    max_e=float(np.max(mean_electrons, where=here, initial=0.0)),
-                    mean_dn=float(np.mean(mosaic, where=here)),
-                    clipped_photosites=int(np.count_nonzero((mosaic >= white_level_dn) & here)),
-                    photosites=photosites,
-                )
+class Signals:
+    """The signal of every channel, gathered band by band."""
+
+    def __init__(self, channels: tuple[str, ...], white_level_dn: int) -> None:
+        self._channels, self._white_level_dn = channels, white_level_dn
+        self._photosites, self._clipped = np.zeros((2, len(channels)), np.int64)
+        self._sum_e, self._max_e, self._sum_dn = np.zeros((3, len(channels)))
+
+    def add(self, channel: U8, mean_electrons: F64, mosaic: U16) -> None:
+        """Take in some rows: each photosite's channel, mean electrons and code."""
+        for k in range(len(self._channels)):
+            here = channel == k
+            self._photosites[k] += np.count_nonzero(here)
+            self._clipped[k] += np.count_nonzero((mosaic >= self._white_level_dn) & here)
+            self._sum_e[k] += np.sum(mean_electrons, where=here)
+            self._max_e[k] = np.max(mean_electrons, where=here, initial=self._max_e[k])
+            self._sum_dn[k] += np.sum(mosaic, where=here, dtype=np.float64)
+
+    def all(self) -> tuple[ChannelSignal, ...]:
+        """Return the signal of every channel that has photosites in the window."""
+        return tuple(
+            ChannelSignal(
+                name=name,
+                mean_e=float(self._sum_e[k] / self._photosites[k]),
+                max_e=float(self._max_e[k]),
+                mean_dn=float(self._sum_dn[k] / self._photosites[k]),
+                clipped_photosites=int(self._clipped[k]),
+                photosites=int(self._photosites[k]),
             )
-    return tuple(signals)
+            for k, name in enumerate(self._channels)
+            if self._photosites[k]
+        )
 
 
 def sentence(stage: object) -> str:

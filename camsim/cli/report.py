@@ -26,7 +26,7 @@ def print_report(
         # Nobody wraps the lines of a log.
         console.width = _WIDTH_OF_A_LOG
     report = frame.report
-    rows, cols = frame.mosaic.shape
+    rows, cols = frame.shape
     lines = Table.grid(padding=(0, 2))
     lines.add_column(style="bold")
     lines.add_column()

@@ -6,18 +6,15 @@ specification 1.4. Bayer and X-Trans arrays are written as CFA, mono as linear r
 
 from __future__ import annotations
 
-import hashlib
 import html
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, U16
 from camsim.errors import OutputError
-from camsim.files.atomic import write_chunks
 from camsim.files.describe import (
     ascii_text,
     description_hash,
@@ -26,12 +23,13 @@ from camsim.files.describe import (
     record_json,
     software,
 )
+from camsim.files.dng_image import Image, LosslessTiles, Strip
 from camsim.files.reading import XMP_NAMESPACE
 from camsim.files.tiff_ifd import (
     Tag,
     ascii_string,
     byte,
-    directory,
+    directories,
     double,
     long,
     rational,
@@ -56,18 +54,16 @@ _MAKE = "camsim"
 TRUTH_WHITE_DN = 65535
 """Code of the truth at which the camera itself would clip."""
 
-_STRIP_ROWS = 256
+_PIECE_ROWS = 256
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Content:
-    """What goes into the one image of a file.
+    """What the one image of a file is.
 
     product, photometric, samples : what it is, and how many numbers a pixel has
     black_dn, white_dn            : codes of no light, repeated over the image, and the code at which the signal clips
     noise                         : (S, O) of the noise profile; None for what has no noise
-    raw                           : bytes that identify the numbers
-    strips                        : the codes, little-endian, row after row; sizes are known beforehand
     """
 
     product: str
@@ -76,36 +72,49 @@ class _Content:
     black_dn: tuple[tuple[int, ...], ...]
     white_dn: int
     noise: tuple[float, float] | None
-    raw: memoryview
-    strip_bytes: tuple[int, ...]
-    strips: Iterable[memoryview]
 
 
-def write_dng(frame: Frame, path: Path, *, allow_odd_cfa: bool = False) -> None:
-    """Write the mosaic as an uncompressed DNG; raises OutputError for an array that developers misread.
+class MosaicWriter:
+    """A DNG of a mosaic that is written while the mosaic is computed, so that memory need not hold it.
 
-    allow_odd_cfa : write such an array all the same; :func:`odd_cfa` says which programs fail
+    compress      : as lossless JPEG, see ``dng_image``
+    allow_odd_cfa : write an array that developers misread all the same; ``odd_cfa`` says which programs fail
     """
-    why = odd_cfa(frame.cfa_pattern)
-    if why and not allow_odd_cfa:
-        raise OutputError(why)
-    codes = np.ascontiguousarray(frame.mosaic, dtype="<u2")
-    image = codes.data.cast("B")
-    content = _Content(
-        product="mosaic",
-        photometric=_LINEAR_RAW if is_mono(frame) else _CFA,
-        samples=1,
-        black_dn=tuple(tuple(frame.black_level_dn + offset for offset in row) for row in frame.black_offsets_dn),
-        white_dn=frame.white_level_dn,
-        noise=noise_profile(frame),
-        raw=image,
-        strip_bytes=(image.nbytes,),
-        strips=(image,),
-    )
-    _write(frame, content, path)
+
+    def __init__(self, file: BinaryIO, *, cols: int, compress: bool = False, allow_odd_cfa: bool = False) -> None:
+        self._image = Image(file, LosslessTiles(cols) if compress else Strip())
+        self._allow_odd_cfa = allow_odd_cfa
+
+    def take(self, codes: U16) -> None:
+        """Write the next rows, (m, cols)."""
+        self._image.take(codes)
+
+    def finish(self, frame: Frame) -> None:
+        """Write everything that the frame says; its own photosites are not looked at."""
+        why = odd_cfa(frame.cfa_pattern)
+        if why and not self._allow_odd_cfa:
+            raise OutputError(why)
+        content = _Content(
+            product="mosaic",
+            photometric=_LINEAR_RAW if is_mono(frame) else _CFA,
+            samples=1,
+            black_dn=tuple(tuple(frame.black_level_dn + offset for offset in row) for row in frame.black_offsets_dn),
+            white_dn=frame.white_level_dn,
+            noise=noise_profile(frame),
+        )
+        _finish(frame, content, self._image)
 
 
-def write_truth(frame: Frame, path: Path) -> None:
+def write_dng(frame: Frame, path: Path, *, allow_odd_cfa: bool = False, compress: bool = False) -> None:
+    """Write the mosaic; raises OutputError for an array that developers misread. See ``MosaicWriter``."""
+    refuse_over_4_gib(frame.mosaic.nbytes)
+    with path.open("wb") as file:
+        writer = MosaicWriter(file, cols=frame.shape[1], compress=compress, allow_odd_cfa=allow_odd_cfa)
+        writer.take(frame.mosaic)
+        writer.finish(frame)
+
+
+def write_truth(frame: Frame, path: Path, *, compress: bool = False) -> None:
     """Write the truth as linear raw, 16 bits a channel, never demosaiced: black 0, white where the camera clips.
 
     A developer treats it as it treats the mosaic, so that the two can be compared after development. What is
@@ -121,12 +130,6 @@ def write_truth(frame: Frame, path: Path) -> None:
     rows, cols, samples = truth.shape
     saturation_e = (frame.white_level_dn - frame.black_level_dn) * frame.electrons_per_dn
     codes_per_e = np.float32(TRUTH_WHITE_DN / saturation_e)
-
-    def strips() -> Iterator[memoryview]:
-        for first in range(0, rows, _STRIP_ROWS):
-            codes = np.rint(np.clip(truth[first : first + _STRIP_ROWS] * codes_per_e, 0, TRUTH_WHITE_DN))
-            yield np.ascontiguousarray(codes, dtype="<u2").data.cast("B")
-
     content = _Content(
         product="truth",
         photometric=_LINEAR_RAW,
@@ -134,11 +137,13 @@ def write_truth(frame: Frame, path: Path) -> None:
         black_dn=((0,),),
         white_dn=TRUTH_WHITE_DN,
         noise=None,
-        raw=np.ascontiguousarray(truth).data.cast("B"),
-        strip_bytes=tuple(2 * samples * cols * min(_STRIP_ROWS, rows - first) for first in range(0, rows, _STRIP_ROWS)),
-        strips=strips(),
     )
-    _write(frame, content, path)
+    with path.open("wb") as file:
+        image = Image(file, LosslessTiles(cols) if compress else Strip())
+        for first in range(0, rows, _PIECE_ROWS):
+            codes = np.rint(np.clip(truth[first : first + _PIECE_ROWS] * codes_per_e, 0, TRUTH_WHITE_DN))
+            image.take((codes if samples > 1 else codes[:, :, 0]).astype(np.uint16))
+        _finish(frame, content, image)
 
 
 def is_mono(frame: Frame) -> bool:
@@ -168,31 +173,33 @@ def odd_cfa(pattern: tuple[str, ...]) -> str | None:
     )
 
 
-def _write(frame: Frame, content: _Content, path: Path) -> None:
-    refuse_over_4_gib(sum(content.strip_bytes))
-    tags = (
-        *_image_tags(frame, content),
-        *_level_tags(frame, content),
-        *_identity_tags(frame, content),
-        *_rendering_tags(),
-        *(() if is_mono(frame) else _colour_tags(frame)),
-    )
-    write_chunks(path, chain((directory(tags, _exif_tags(frame), content.strip_bytes),), content.strips))
+def _finish(frame: Frame, content: _Content, image: Image) -> None:
+    record = record_json(frame, content.product)
+
+    def all_tags(layout: tuple[Tag, ...], identity: bytes, at: int) -> tuple[bytes, int]:
+        tags = (
+            *layout,
+            *_image_tags(frame, content),
+            *_level_tags(frame, content),
+            *_identity_tags(frame, content, record, identity),
+            *_rendering_tags(),
+            *(() if is_mono(frame) else _colour_tags(frame)),
+        )
+        return directories(tags, _exif_tags(frame), at)
+
+    image.finish(record, all_tags)
 
 
 def _image_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
-    rows, cols = frame.mosaic.shape
-    rows_per_strip = rows if len(content.strip_bytes) == 1 else _STRIP_ROWS
+    rows, cols = frame.shape
     return (
         long(254, 0),  # NewSubfileType: the main image
         long(256, cols),
         long(257, rows),
         short(258, *[16] * content.samples),  # BitsPerSample
-        short(259, 1),  # Compression: none
         short(262, content.photometric),
         short(274, 1),  # Orientation: row 0 at the top, column 0 at the left
         short(277, content.samples),  # SamplesPerPixel
-        long(278, rows_per_strip),
         short(284, 1),  # PlanarConfiguration
         *(_cfa_tags(frame) if content.photometric == _CFA else ()),
     )
@@ -213,7 +220,7 @@ def _cfa_tags(frame: Frame) -> tuple[Tag, ...]:
 
 
 def _level_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
-    rows, cols = frame.mosaic.shape
+    rows, cols = frame.shape
     # Demosaicing needs neighbours, two at least; a crop keeps whole periods of the array (2 or 6). The truth is
     # cropped as its mosaic is, so that the two lie on one another when developed.
     usual, smallest = (6, 6) if len(frame.cfa_pattern) == 6 else (4, 2)
@@ -243,10 +250,7 @@ def noise_profile(frame: Frame) -> tuple[float, float]:
     return shot, floor_dn2 / span_dn**2
 
 
-def _identity_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
-    record = record_json(frame, content.product)
-    identity = hashlib.blake2b(content.raw, digest_size=16)
-    identity.update(record.encode("ascii"))
+def _identity_tags(frame: Frame, content: _Content, record: str, identity: bytes) -> tuple[Tag, ...]:
     model = ascii_text(frame.camera_name) or "camera"
     return (
         ascii_string(271, _MAKE),
@@ -259,7 +263,7 @@ def _identity_tags(frame: Frame, content: _Content) -> tuple[Tag, ...]:
         # Our make in front: of a real camera's exact name readers have tables of their own.
         ascii_string(50708, f"{_MAKE} {model}"),
         ascii_string(50735, str(frame.serial)),
-        byte(50781, identity.digest()),  # RawDataUniqueID
+        byte(50781, identity),  # RawDataUniqueID
     )
 
 

@@ -37,21 +37,23 @@ def write_electrons(frame: Frame, path: Path) -> None:
 def write_spectral(frame: Frame, path: Path) -> None:
     """Write the scene's radiance, a channel for each wavelength, in the layout of Fichet, Pacanowski and Wilkie (2021).
 
-    Each wavelength is rendered and put aside on the disk, in a file without a name that vanishes whatever happens;
-    then all are written scan line by scan line. Memory holds one plane at a time.
+    Each wavelength is rendered band by band and put aside on the disk, in a file without a name that vanishes whatever
+    happens; then all are written scan line by scan line. Memory never holds a whole plane.
     """
     cube = frame.spectral
     assert cube is not None
-    rows, cols = frame.mosaic.shape
+    rows, cols = frame.shape
     names = [channel_name(wavelength_nm) for wavelength_nm in cube.wavelength_nm]
     # By name, as the format asks: 1000 nm comes before 400 nm.
     order = sorted(range(len(names)), key=names.__getitem__)
     count, plane_bytes, error = len(names), 4 * rows * cols, 0.0
     with tempfile.TemporaryFile(dir=path.parent) as aside:
+
+        def put_aside(band: F32) -> None:
+            aside.write(np.ascontiguousarray(band, dtype="<f4").data)
+
         for k in range(count):
-            plane, plane_error = cube.plane(k)
-            aside.write(np.ascontiguousarray(plane, dtype="<f4").data)
-            error = max(error, plane_error)
+            error = max(error, cube.bands(k, put_aside))
         aside.flush()
 
         def block(first: int, height: int) -> F32:

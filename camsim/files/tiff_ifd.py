@@ -1,7 +1,7 @@
 """The container: a classic little-endian TIFF of one IFD, its Exif IFD and the strips of one image.
 
-Tag types and layout as in TIFF 6.0; entries ascending, values of more than four bytes behind the directory
-at even offsets. The image follows last, so that its strips can be written one after another.
+Tag types and layout as in TIFF 6.0: the image first, so that it can be written while it is computed, then the
+directories; their entries ascending, values of more than four bytes behind them at even offsets.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from camsim.errors import OutputError
 
 _BYTE, _ASCII, _SHORT, _LONG, _RATIONAL, _UNDEFINED, _SRATIONAL, _DOUBLE = 1, 2, 3, 4, 5, 7, 10, 12
 
-_STRIP_OFFSETS, _STRIP_BYTE_COUNTS, _EXIF_IFD = 273, 279, 34665
-_HEADER_BYTES = 8
+_EXIF_IFD = 34665
+HEADER_BYTES = 8
 _LARGEST_FILE = 2**32 - 1
 
 
@@ -95,33 +95,23 @@ def refuse_over_4_gib(size_bytes: int) -> None:
         )
 
 
-def directory(tags: Iterable[Tag], exif: Iterable[Tag], strip_bytes: Sequence[int]) -> bytes:
-    """Return all that comes before the image: header, directory, Exif directory and their values.
+def header(directory_at: int) -> bytes:
+    """Return what a file begins with; its directories are at ``directory_at``, an even offset."""
+    refuse_over_4_gib(directory_at)
+    return struct.pack("<2sHI", b"II", 42, directory_at)
 
-    ``strip_bytes`` are the sizes of the strips that follow at once. The tags that point (to strips and to the
-    Exif directory) are added here, because they depend on where everything lies.
+
+def directories(tags: Iterable[Tag], exif: Iterable[Tag], at: int) -> tuple[bytes, int]:
+    """Return both directories with their values, for file offset ``at``, and the offset of the main one.
+
+    Exif's comes first, so that the main one ends the file and shows whether all of it is there; the tag that points
+    to Exif's is added.
     """
-
-    def laid_out(first_strip: int, exif_at: int) -> tuple[bytes, bytes]:
-        offsets, at = [], first_strip
-        for size in strip_bytes:
-            offsets.append(at)
-            at += size
-        refuse_over_4_gib(at)
-        pointers = (
-            long(_STRIP_OFFSETS, *offsets),
-            long(_STRIP_BYTE_COUNTS, *strip_bytes),
-            long(_EXIF_IFD, exif_at),
-        )
-        main = _ifd((*tags, *pointers), _HEADER_BYTES)
-        return main, _ifd(exif, exif_at)
-
-    tags, exif = tuple(tags), tuple(exif)
-    # Sizes do not depend on the offsets' values: lay out once to learn where things lie, once for real.
-    main, below = laid_out(0, 0)
-    exif_at = _HEADER_BYTES + len(main)
-    main, below = laid_out(exif_at + len(below), exif_at)
-    return struct.pack("<2sHI", b"II", 42, _HEADER_BYTES) + main + below
+    below = _ifd(exif, at)
+    main_at = at + len(below)
+    main = _ifd((*tags, long(_EXIF_IFD, at)), main_at)
+    refuse_over_4_gib(main_at + len(main))
+    return below + main, main_at
 
 
 def _ifd(tags: Iterable[Tag], at: int) -> bytes:

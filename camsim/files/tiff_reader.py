@@ -11,10 +11,13 @@ from camsim.errors import InputError
 
 IMAGE_WIDTH, IMAGE_LENGTH, IMAGE_DESCRIPTION = 256, 257, 270
 STRIP_OFFSETS, STRIP_BYTE_COUNTS = 273, 279
+TILE_OFFSETS, TILE_BYTE_COUNTS = 324, 325
 XMP, DNG_VERSION = 700, 50706
 
-_CODES = {1: "B", 2: "s", 3: "H", 4: "I", 7: "s"}
-"""struct's letters of the TIFF types that we read: BYTE, ASCII, SHORT, LONG, UNDEFINED."""
+_CODES = {1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 7: "s", 9: "i", 10: "ii", 12: "d"}
+"""struct's letters of TIFF's types: BYTE, ASCII, SHORT, LONG, RATIONAL, UNDEFINED, SLONG, SRATIONAL, DOUBLE."""
+
+_NUMBERS = "BHI"
 
 _ENTRY = struct.Struct("<HHI4s")
 
@@ -60,7 +63,7 @@ class Directory:
     def numbers(self, number: int) -> tuple[int, ...]:
         """Return the numbers of a tag of BYTE, SHORT or LONG; none when it is not there."""
         entry = self.entries.get(number)
-        if entry is None or entry.code == "s":
+        if entry is None or entry.code not in _NUMBERS:
             return ()
         return struct.unpack(f"<{entry.count}{entry.code}", self.bytes_of(number, 1 << 20))
 
@@ -72,8 +75,13 @@ class Directory:
         return values[0]
 
     def refuse_truncated(self) -> None:
-        """Raise InputError when the strips of the image end beyond the file."""
-        offsets, counts = self.numbers(STRIP_OFFSETS), self.numbers(STRIP_BYTE_COUNTS)
+        """Raise InputError when the image or a tag's values end beyond the file."""
+        for number, entry in self.entries.items():
+            at = struct.unpack("<I", entry.field)[0] if entry.size > 4 else 0
+            if at + entry.size > self.size:
+                raise InputError(f"it ends at byte {self.size}, before the end of its tag {number}")
+        kinds = (STRIP_OFFSETS, STRIP_BYTE_COUNTS), (TILE_OFFSETS, TILE_BYTE_COUNTS)
+        offsets, counts = next((pair for kind in kinds if (pair := tuple(map(self.numbers, kind)))[0]), ((), ()))
         if not offsets or len(offsets) != len(counts):
             raise InputError("its directory names no image")
         end = max(at + count for at, count in zip(offsets, counts, strict=True))

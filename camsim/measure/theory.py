@@ -66,7 +66,7 @@ class CameraOtf:
         """Return the surface at a distance from the edge's point, along its normal."""
         import shapely
 
-        left, top = self.camera._grid(self.region).first_centre
+        left, top = self.camera.grid(self.region).first_centre
         x = left - 0.5 + line.x_pixel + distance_pixel * math.cos(line.normal_rad)
         y = top - 0.5 + line.y_pixel + distance_pixel * math.sin(line.normal_rad)
         point = shapely.Point(x * self.camera.pitch_um, y * self.camera.pitch_um)

@@ -9,11 +9,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from camsim.arrays import F32
+from camsim.arrays import F32, F64
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.grid import Grid
-from camsim.rendering.render import render_channels
+from camsim.rendering.render import render_bands
 from camsim.scene import Scene
 from camsim.spectra.light import LightSamples
 
@@ -29,15 +29,21 @@ class SpectralCube:
 
     wavelength_nm : (n,) increasing
     units         : "W.m^-2.sr^-1.nm^-1", or "W.m^-2.sr^-1" of a light of one line
-    plane         : k → radiance at wavelength k, (rows, cols) in ``units``, and the error found in that rendering,
-                    relative to a perfect diffuser
+    bands         : (k, take) renders wavelength k, gives ``take`` the radiance in ``units`` band by band, from the
+                    top, and returns the error found, relative to a perfect diffuser
 
     Blurred by lens, low-pass filter and photosite; what the lens and its filters swallow is not taken off.
     """
 
     wavelength_nm: tuple[float, ...]
     units: str
-    plane: Callable[[int], tuple[F32, float]]
+    bands: Callable[[int, Callable[[F32], None]], float]
+
+    def plane(self, k: int) -> tuple[F32, float]:
+        """Return all of one wavelength, (rows, cols), and the error found."""
+        parts: list[F32] = []
+        error = self.bands(k, parts.append)
+        return np.concatenate(parts), error
 
 
 def radiance_cube(
@@ -67,10 +73,16 @@ def radiance_cube(
                 f"spectral_nm: the light has one wavelength, {samples.wavelength_nm[0]:g} nm; leave spectral_nm out"
             )
     irradiance = np.interp(nodes, samples.wavelength_nm, samples.irradiance_w_per_m2_nm, left=0.0, right=0.0)
-    everywhere = np.zeros((grid.rows, grid.cols), np.uint8)
+    everywhere = np.broadcast_to(np.uint8(0), (grid.rows, grid.cols))
 
-    def plane(k: int) -> tuple[F32, float]:
-        rendering = render_channels(
+    def bands(k: int, take: Callable[[F32], None]) -> float:
+        def radiance(band: F64) -> None:
+            # An error of the tolerance may lie below black.
+            np.maximum(band, 0.0, out=band)
+            band *= irradiance[k] / math.pi
+            take(band.astype(np.float32))
+
+        rendering = render_bands(
             scene,
             system,
             grid,
@@ -78,13 +90,11 @@ def radiance_cube(
             wavelength_nm=np.array([nodes[k]]),
             channel=everywhere,
             tolerance=tolerance,
+            take=radiance,
         )
-        # An error of the tolerance may lie below black.
-        image = np.maximum(rendering.image, 0.0, out=rendering.image)
-        image *= irradiance[k] / math.pi
-        return image.astype(np.float32), rendering.error_estimate
+        return rendering.error_estimate
 
-    return SpectralCube(nodes, "W.m^-2.sr^-1" if line else "W.m^-2.sr^-1.nm^-1", plane)
+    return SpectralCube(nodes, "W.m^-2.sr^-1" if line else "W.m^-2.sr^-1.nm^-1", bands)
 
 
 def _checked(wavelength_nm: Sequence[float]) -> tuple[float, ...]:

@@ -77,6 +77,8 @@ def record(
     frame_cols: int,
     frame_number: int = 0,
     noise: bool = True,
+    rows_before: int = 0,
+    rows_in_all: int | None = None,
     threads: int | None = None,
 ) -> F64:
     """Return (rows, cols) electrons after noise and full well, before the ADC.
@@ -92,6 +94,8 @@ def record(
     seed             : of the temporal noise, together with ``frame_number``
     serial           : of the sensor, for the fixed patterns
     origin           : (row, col) of the window's first photosite in the full frame
+    rows_before, rows_in_all : of the window, when ``mean_electrons`` is a band of it; the band begins at a whole block.
+                       Blooming runs over the window, so it needs all of it
     frame_cols       : width of the full frame
     noise            : False leaves what happens to the mean: crosstalk, full well, blooming, non-linearity. No dark
                        current, no pattern, no generator ever made
@@ -99,24 +103,30 @@ def record(
     """
     border = 0 if crosstalk is None else 1
     rows, cols = mean_electrons.shape[0] - 2 * border, mean_electrons.shape[1] - 2 * border
+    rows_in_all = rows if rows_in_all is None else rows_in_all
+    blocks_before, within_block = divmod(rows_before, BLOCK_ROWS)
+    if within_block:
+        raise ValueError(f"rows_before {rows_before}: a band begins at a multiple of {BLOCK_ROWS} rows")
     if blooming is not None and full_well is None:
         raise InvalidValueError("blooming: there is no full_well that charge could spill over; give one")
+    if blooming is not None and rows != rows_in_all:
+        raise ValueError("blooming runs over the whole window; give all of it at once")
     recorded = np.empty((rows, cols), dtype=np.float64)
     # A photosite's own light; crosstalk mixes it with that of rows that belong to other blocks.
     lit = mean_electrons if crosstalk is None or not noise else np.empty_like(mean_electrons)
     rows_e = None
     if noise and flicker_rows is not None:
         rng = generator(seed, Stream.FLICKER, block=0, frame_number=frame_number)
-        rows_e = flicker_rows.offsets_e(rows, rng)
+        rows_e = flicker_rows.offsets_e(rows_in_all, rng)[rows_before : rows_before + rows]
     columns = None
     if noise and column_noise is not None:
         columns = column_normals(serial, first_col=origin[1], cols=cols, frame_cols=frame_cols)
 
     def rng_of(stream: Stream, block: int) -> np.random.Generator:
-        return generator(seed, stream, block=block, frame_number=frame_number)
+        return generator(seed, stream, block=blocks_before + block, frame_number=frame_number)
 
     def place(first_row: int, margin: int = 0) -> tuple[int, int]:
-        return origin[0] + first_row - margin, origin[1] - margin
+        return origin[0] + rows_before + first_row - margin, origin[1] - margin
 
     def fixed(stream: Stream, first_row: int, shape: tuple[int, int], margin: int = 0) -> F32:
         where = place(first_row, margin)

@@ -217,7 +217,7 @@ def test_exiftool_validates(name: str) -> None:
 
 def test_exiftool_validates_the_other_formats(tmp_path: Path) -> None:
     plane = np.ones((48, 66), np.float32)
-    frame = chart.chart(48, 66, spectral=SpectralCube((550.0,), "W.m^-2.sr^-1", lambda k: (plane, 0.0)))
+    frame = chart.chart(48, 66, spectral=SpectralCube((550.0,), "W.m^-2.sr^-1", lambda k, take: take(plane) or 0.0))
     for suffix in sorted(set(SUFFIXES) - {".npy"}):
         for product in SUFFIXES[suffix].writers:
             path = tmp_path / f"a{suffix}"

@@ -122,7 +122,7 @@ def test_one_by_one_frame_can_be_saved_everywhere(tmp_path: Path, frame: Frame) 
         mean_electrons=frame.mean_electrons[:1, :1],
         channel_index=frame.channel_index[:1, :1],
         truth=None if frame.truth is None else np.ascontiguousarray(frame.truth[:1, :1]),
-        spectral=SpectralCube((500.0,), "W.m^-2.sr^-1", lambda k: (np.ones((1, 1), np.float32), 0.0)),
+        spectral=SpectralCube((500.0,), "W.m^-2.sr^-1", lambda k, take: take(np.ones((1, 1), np.float32)) or 0.0),
     )
     for suffix, form in SUFFIXES.items():
         for product in form.writers:

@@ -1,0 +1,318 @@
+"""The pipeline: scene, light and exposure through a camera's stages into a Frame."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F32, F64, U8, U16
+from camsim.camera import Camera
+from camsim.description import describe
+from camsim.errors import InvalidValueError
+from camsim.frame import ChannelSignal, Frame, Report, check_products
+from camsim.rendering import Grid, Rendering, render_bands, render_channels
+from camsim.rendering.cube import SpectralCube, radiance_cube
+from camsim.reporting import Clock, Signals, acting, notes, sentence, wavelengths
+from camsim.scene import Scene
+from camsim.sensor.chain import mixed, record
+from camsim.sensor.colour_matrix import MatrixOf
+from camsim.sensor.colour_response import colour_response
+from camsim.sensor.exposure import Exposure
+from camsim.sensor.falloff import falloff_at
+from camsim.sensor.streams import BLOCK_ROWS
+from camsim.spectra.light import Light, LightSamples
+from camsim.window import Region, rows_of, widened
+
+Progress = Callable[[str, float], None]
+
+STREAMED = ("mosaic", "spectral")
+"""Products that a capture can give while it holds no photosites."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Capture:
+    """Everything that is to be computed; the fields are those of ``Camera.expose``."""
+
+    camera: Camera
+    scene: Scene
+    light: Light
+    exposure: Exposure
+    seed: int = 0
+    region: Region | None = None
+    tolerance: float = 1e-6
+    noise: bool = True
+    colour_matrix: MatrixOf = "standard"
+    spectral_nm: Sequence[float] | None = None
+    scene_name: str = "scene"
+    progress: Progress | None = None
+
+    @functools.cached_property
+    def grid(self) -> Grid:
+        """The window's photosites."""
+        return self.camera.grid(self.region)
+
+    @functools.cached_property
+    def wide(self) -> Grid:
+        """What is rendered: crosstalk brings in what the window's neighbours see."""
+        return self.grid if self.camera.crosstalk is None else widened(self.grid)
+
+    @functools.cached_property
+    def samples(self) -> LightSamples:
+        """The light at its wavelengths."""
+        return self.light.samples()
+
+    @functools.cached_property
+    def time_s(self) -> float:
+        """The exposure time, found when it is "auto"."""
+        return self.camera.exposure_time_s(self.light, self.exposure)
+
+    @functools.cached_property
+    def white_level_dn(self) -> int:
+        """The code at which the signal clips."""
+        iso = self.exposure.iso
+        return self.camera.adc.white_level_dn(iso, self.camera.well_as_read_e(iso))
+
+    def frames(self, frame_numbers: Iterable[int], products: Collection[str]) -> Iterator[Frame]:
+        """Take pictures of one scene, rendered once."""
+        check_products(products)
+        clock = Clock()
+        rendered = self._to_render
+        cube = self._cube(products)
+        clock.lap("light")
+        rendering = render_channels(**rendered, every_channel="truth" in products, progress=self.progress)
+        mean = self._dimmed(rendering.image, self.wide)
+        truth = self._truth(rendering)
+        clock.lap("render")
+        channel = self._channel(self.grid)
+        shown = mean if self.camera.crosstalk is None else mixed(mean, self.camera.crosstalk)
+        for frame_number in frame_numbers:
+            recorded = self._recorded(mean, frame_number, rows_before=0)
+            clock.lap("noise")
+            mosaic = self._codes(recorded, rows_before=0)
+            clock.lap("adc")
+            signals = Signals(self.camera.cfa.channels, self.white_level_dn)
+            signals.add(channel, shown, mosaic)
+            yield self._frame(
+                mosaic=mosaic,
+                electrons=recorded,
+                mean_electrons=shown,
+                truth=truth,
+                channel_index=channel,
+                spectral=cube,
+                frame_number=frame_number,
+                report=self._report(rendering, clock.seconds, signals.all()),
+            )
+
+    def rows(self, take: Callable[[U16], None], frame_number: int, products: Collection[str]) -> Frame:
+        """Take one picture and give ``take`` its codes as they are finished, from the top; keep none of them."""
+        check_products(products)
+        if not set(products) <= set(STREAMED):
+            raise InvalidValueError(f"products: {', '.join(products)}; row by row there are {' and '.join(STREAMED)}")
+        clock = Clock()
+        rendered = self._to_render
+        cube = self._cube(products)
+        clock.lap("light")
+        signals = Signals(self.camera.cfa.channels, self.white_level_dn)
+        border = 0 if self.wide is self.grid else 1
+        passed = 0
+
+        def record_rows(image: F64) -> None:
+            nonlocal passed
+            mean = self._dimmed(image, rows_of(self.wide, passed, len(image)))
+            clock.lap("render")
+            recorded = self._recorded(mean, frame_number, rows_before=passed)
+            clock.lap("noise")
+            codes = self._codes(recorded, rows_before=passed)
+            clock.lap("adc")
+            shown = mean if self.camera.crosstalk is None else mixed(mean, self.camera.crosstalk)
+            signals.add(self._channel(rows_of(self.grid, passed, len(codes))), shown, codes)
+            take(codes)
+            clock.lap("write")
+            passed += len(codes)
+
+        # Noise is drawn in blocks of rows; blooming runs over all of them.
+        together = BLOCK_ROWS if self.camera.blooming is None else self.grid.rows
+        regrouped = _Regrouped(record_rows, together=together, overlap=2 * border)
+        rendering = render_bands(**rendered, take=regrouped.add, progress=self.progress)
+        regrouped.finish()
+        none = np.empty((0, self.grid.cols))
+        return self._frame(
+            mosaic=none.astype(np.uint16),
+            electrons=none,
+            mean_electrons=none,
+            truth=None,
+            channel_index=none.astype(np.uint8),
+            spectral=cube,
+            passed_rows=passed,
+            frame_number=frame_number,
+            report=self._report(rendering, clock.seconds, signals.all()),
+        )
+
+    @property
+    def _to_render(self) -> dict[str, Any]:
+        return {
+            "scene": self.scene,
+            "system": self.camera.optics,
+            "grid": self.wide,
+            "response": self.camera.electrons_per_reflectance(self.samples, self.time_s),
+            "wavelength_nm": self.samples.wavelength_nm,
+            "channel": self._channel(self.wide),
+            "tolerance": self.tolerance,
+        }
+
+    def _channel(self, grid: Grid) -> U8:
+        return self.camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)
+
+    def _cube(self, products: Collection[str]) -> SpectralCube | None:
+        if "spectral" not in products:
+            return None
+        return radiance_cube(
+            self.scene,
+            self.camera.optics,
+            self.grid,
+            samples=self.samples,
+            wavelength_nm=self.spectral_nm,
+            tolerance=self.tolerance,
+        )
+
+    def _dimmed(self, image: F64, grid: Grid) -> F64:
+        """Return mean electrons, dimmed towards the corners."""
+        # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
+        mean = np.maximum(image, 0.0, out=image)
+        return mean if self.camera.falloff is None else mean * self._falloff(grid)
+
+    def _falloff(self, grid: Grid) -> F64:
+        assert self.camera.falloff is not None
+        return falloff_at(
+            self.camera.falloff,
+            shape=(grid.rows, grid.cols),
+            first_centre=grid.first_centre,
+            pitch_um=self.camera.pitch_um,
+        )
+
+    def _truth(self, rendering: Rendering) -> F32 | None:
+        """Return (rows, cols, channels) of the window."""
+        if rendering.planes is None:
+            return None
+        truth = np.ascontiguousarray(np.moveaxis(np.maximum(rendering.planes, 0.0), 0, 2), dtype=np.float32)
+        if self.camera.falloff is not None:
+            truth = (truth * self._falloff(self.wide)[..., None]).astype(np.float32)
+        return truth if self.wide is self.grid else truth[1:-1, 1:-1]
+
+    def _recorded(self, mean: F64, frame_number: int, *, rows_before: int) -> F64:
+        """Return the electrons that are read, every electronic stage applied."""
+        return record(
+            mean,
+            **self.camera.electronics(self.exposure.iso),
+            time_s=self.time_s,
+            temperature_c=self.exposure.temperature_c,
+            electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
+            seed=self.seed,
+            serial=self.camera.serial,
+            origin=self.grid.origin,
+            frame_cols=self.camera.cols,
+            frame_number=frame_number,
+            noise=self.noise,
+            rows_before=rows_before,
+            rows_in_all=self.grid.rows,
+        )
+
+    def _codes(self, recorded: F64, *, rows_before: int) -> U16:
+        row, col = self.grid.origin
+        return self.camera.adc.quantise(recorded, iso=self.exposure.iso, origin=(row + rows_before, col))
+
+    def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
+        """Return the frame: ``photosites`` with all that files say about them."""
+        camera, exposure = self.camera, self.exposure
+        return Frame(
+            **photosites,
+            channels=camera.cfa.channels,
+            cfa_pattern=camera.cfa.window_pattern(self.grid.origin),
+            pitch_um=camera.pitch_um,
+            bit_depth=camera.adc.bit_depth,
+            black_level_dn=camera.adc.black_level_dn,
+            black_offsets_dn=camera.adc.window_black_offsets_dn(self.grid.origin),
+            white_level_dn=self.white_level_dn,
+            electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),
+            read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,
+            camera_name=camera.name,
+            serial=camera.serial,
+            f_number=camera.lens.f_number,
+            time_s=self.time_s,
+            iso=exposure.iso,
+            datetime=exposure.datetime,
+            seed=self.seed,
+            frame_number=frame_number,
+            colour=colour_response(
+                camera.quantum_efficiency.select(camera.cfa.channels),
+                self.samples,
+                passes=camera.filters if self.samples.on_sensor else (camera.lens.transmission, *camera.filters),
+                matrix=self.colour_matrix,
+            ),
+            description=describe(
+                {
+                    "camera": camera,
+                    "scene": self.scene,
+                    "light": self.light,
+                    "exposure": exposure,
+                    "region": self.region,
+                    "seed": self.seed,
+                    "frame_number": frame_number,
+                    "tolerance": self.tolerance,
+                    "noise": self.noise,
+                    "colour_matrix": self.colour_matrix,
+                    "spectral_nm": self.spectral_nm,
+                }
+            ),
+        )
+
+    def _report(self, rendering: Rendering, seconds: Mapping[str, float], signal: tuple[ChannelSignal, ...]) -> Report:
+        camera, iso = self.camera, self.exposure.iso
+        return Report(
+            scene=self.scene_name,
+            optics=tuple(sentence(stage) for stage in camera.optics.stages),
+            electronics=acting(camera.electronics(iso), noise=self.noise),
+            wavelengths=wavelengths(self.samples, rendering.wavelengths),
+            method=rendering.method,
+            tolerance=rendering.tolerance,
+            error_estimate=rendering.error_estimate,
+            truth_error_estimate=rendering.planes_error,
+            checked_photosites=rendering.checked_photosites,
+            seconds=dict(seconds),
+            signal=signal,
+            notes=notes(camera.adc, camera.well_as_read_e(iso), iso),
+        )
+
+
+class _Regrouped:
+    """Rows as they come, handed on in groups of so many, the last group as it is.
+
+    together : rows of a group, or a multiple of it;  overlap: rows that a group shares with the next
+    """
+
+    def __init__(self, take: Callable[[F64], None], *, together: int, overlap: int) -> None:
+        self._take, self._together, self._overlap = take, together, overlap
+        self._held: list[F64] = []
+
+    def add(self, band: F64) -> None:
+        """Take in rows; hand on what is whole."""
+        self._held.append(band)
+        count = sum(map(len, self._held)) - self._overlap
+        whole = count // self._together * self._together
+        if whole > 0:
+            rows = self._joined()
+            self._held = [rows[whole:].copy()]
+            self._take(rows[: whole + self._overlap])
+
+    def finish(self) -> None:
+        """Hand on the rest."""
+        rows = self._joined()
+        if len(rows) > self._overlap:
+            self._take(rows)
+
+    def _joined(self) -> F64:
+        return self._held[0] if len(self._held) == 1 else np.concatenate(self._held)

@@ -1,0 +1,170 @@
+"""The image of a DNG, written row by row while it is computed: one uncompressed strip, or tiles of lossless JPEG.
+
+Lossless JPEG is that of ITU-T T.81 process 14 with predictor 1, as the DNG specification asks; a mosaic's columns are
+dealt out to two components, so that a photosite is predicted from the one of its own filter.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, BinaryIO, Protocol
+
+import numpy as np
+
+from camsim.arrays import U16
+from camsim.errors import OutputError
+from camsim.files.tiff_ifd import HEADER_BYTES, Tag, header, long, refuse_over_4_gib, short
+
+_UNCOMPRESSED, _LOSSLESS_JPEG = 1, 7
+_TILE_ROWS = 128
+_TILE_COLS_STEP = 16
+"""Of TIFF 6.0: a tile's width is a multiple of it."""
+
+_PREDICT_LEFT = 1
+_BITS = 16
+
+
+class Pixels(Protocol):
+    """How rows of codes become bytes."""
+
+    def encoded(self, codes: U16) -> Iterator[memoryview | bytes]:
+        """Yield the bytes of whole pieces; rows that make no whole piece wait."""
+        ...
+
+    def rest(self) -> Iterator[memoryview | bytes]:
+        """Yield the bytes of what waits."""
+        ...
+
+    def tags(self, offsets: list[int], sizes: list[int], rows: int) -> tuple[Tag, ...]:
+        """Return the tags that say where the pieces lie and what they are."""
+        ...
+
+
+class Image:
+    """The image part of a file that is being written: it begins where the header ends."""
+
+    def __init__(self, file: BinaryIO, pixels: Pixels) -> None:
+        self._file, self._pixels = file, pixels
+        self._identity = hashlib.blake2b(digest_size=16)
+        self._offsets: list[int] = []
+        self._sizes: list[int] = []
+        self._rows = 0
+        self._end = HEADER_BYTES
+        file.write(header(0))
+
+    def take(self, codes: U16) -> None:
+        """Write the next rows, (m, cols) or (m, cols, samples)."""
+        codes = np.ascontiguousarray(codes, dtype="<u2")
+        self._identity.update(codes.data.cast("B"))
+        self._rows += len(codes)
+        self._write(self._pixels.encoded(codes))
+
+    def finish(self, text: str, directories: Callable[[tuple[Tag, ...], bytes, int], tuple[bytes, int]]) -> None:
+        """Write what comes behind the image.
+
+        text        : identifies the image together with its codes
+        directories : from the tags of the image, its 16-byte identity and the offset to the bytes of the directories
+                      and the offset of the main one
+        """
+        self._write(self._pixels.rest())
+        # TIFF wants its directories at even offsets.
+        self._file.write(bytes(self._end % 2))
+        at = self._end + self._end % 2
+        self._identity.update(text.encode("ascii"))
+        tags = self._pixels.tags(self._offsets, self._sizes, self._rows)
+        content, main_at = directories(tags, self._identity.digest(), at)
+        self._file.write(content)
+        self._file.seek(0)
+        self._file.write(header(main_at))
+
+    def _write(self, pieces: Iterator[memoryview | bytes]) -> None:
+        for piece in pieces:
+            size = len(piece)
+            refuse_over_4_gib(self._end + size)
+            self._file.write(piece)
+            self._offsets.append(self._end)
+            self._sizes.append(size)
+            self._end += size
+
+
+class Strip:
+    """Codes as they are, one strip for all."""
+
+    def encoded(self, codes: U16) -> Iterator[memoryview]:
+        """Yield the rows' bytes."""
+        yield codes.data.cast("B")
+
+    def rest(self) -> Iterator[memoryview]:
+        """Yield nothing: no row waits."""
+        yield from ()
+
+    def tags(self, offsets: list[int], sizes: list[int], rows: int) -> tuple[Tag, ...]:
+        """Return the tags of one strip: its pieces follow one another."""
+        return (
+            short(259, _UNCOMPRESSED),
+            long(273, offsets[0]),  # StripOffsets
+            long(278, rows),  # RowsPerStrip
+            long(279, sum(sizes)),  # StripByteCounts
+        )
+
+
+class LosslessTiles:
+    """Tiles as wide as the image, each a lossless JPEG of its own."""
+
+    def __init__(self, cols: int) -> None:
+        self._encode = lossless_encoder()
+        self._cols = -(-cols // _TILE_COLS_STEP) * _TILE_COLS_STEP
+        self._waiting: list[U16] = []
+
+    def encoded(self, codes: U16) -> Iterator[bytes]:
+        """Yield the tiles that are whole; the encoder lets go of the interpreter, so threads pay."""
+        self._waiting.append(codes)
+        whole = sum(map(len, self._waiting)) // _TILE_ROWS * _TILE_ROWS
+        if whole:
+            rows = np.concatenate(self._waiting)
+            self._waiting = [rows[whole:].copy()]
+            with ThreadPoolExecutor() as pool:
+                yield from pool.map(self._tile, np.split(rows[:whole], whole // _TILE_ROWS))
+
+    def rest(self) -> Iterator[bytes]:
+        """Yield the last tile, filled up with its last row."""
+        rows = np.concatenate(self._waiting)
+        if len(rows):
+            yield self._tile(rows)
+
+    def tags(self, offsets: list[int], sizes: list[int], rows: int) -> tuple[Tag, ...]:
+        """Return the tags of the tiles."""
+        return (
+            short(259, _LOSSLESS_JPEG),
+            long(322, self._cols),  # TileWidth
+            long(323, _TILE_ROWS),  # TileLength
+            long(324, *offsets),  # TileOffsets
+            long(325, *sizes),  # TileByteCounts
+        )
+
+    def _tile(self, codes: U16) -> bytes:
+        beside, below = self._cols - codes.shape[1], _TILE_ROWS - len(codes)
+        edges = ((0, below), (0, beside), (0, 0))[: codes.ndim]
+        whole = np.pad(codes, edges, mode="edge") if beside or below else codes
+        return self._encode(whole if whole.ndim == 3 else whole.reshape(_TILE_ROWS, -1, 2))
+
+
+def lossless_encoder() -> Callable[[U16], bytes]:
+    """Return what encodes (rows, cols, components); raises OutputError where the library for it is not installed."""
+    try:
+        import imagecodecs
+    except ImportError:
+        raise OutputError(
+            "lossless JPEG needs the package imagecodecs: python -m pip install 'camsim-spectral[compress]'; "
+            "or leave compression out"
+        ) from None
+
+    def encode(codes: U16) -> bytes:
+        components: dict[str, Any] = {"colorspace": "rgb", "outcolorspace": "rgb"} if codes.shape[2] == 3 else {}
+        return bytes(
+            imagecodecs.jpeg8_encode(codes, lossless=True, predictor=_PREDICT_LEFT, bitspersample=_BITS, **components)
+        )
+
+    return encode

@@ -1,0 +1,70 @@
+"""A capture that hands its codes over as they are finished is the capture that holds them."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.errors import InvalidValueError
+from camsim.rendering import engine
+
+SCENE = camsim.Scene(
+    background=0.9,
+    shapes=[camsim.Rectangle(width_um=250.0, height_um=250.0, rotate_deg=4.0, reflectance=0.05)],
+)
+HOW = {
+    "light": camsim.Light("D55", illuminance_lux=5000.0),
+    "exposure": camsim.Exposure(time_s=0.01, iso=200.0),
+    "region": camsim.Region(rows=301, cols=60, origin=(701, 1203)),
+    "seed": 7,
+    "frame_number": 3,
+}
+
+
+@pytest.fixture(autouse=True)
+def small_bands(monkeypatch):
+    monkeypatch.setattr(engine, "BAND_PHOTOSITES", 1000)
+
+
+def everything(camera):
+    """A camera with every stage that knows of rows."""
+    return camera.replace(
+        crosstalk=camsim.Crosstalk(((0.005, 0.01, 0.0), (0.02, 0.94, 0.005), (0.01, 0.01, 0.0))),
+        flicker_rows=camsim.FlickerRows(sigma_e=4.0),
+        row_noise=camsim.RowNoise(sigma_e=3.0),
+        column_noise=camsim.ColumnNoise(sigma_e=3.0),
+        falloff=camsim.Cos4Falloff(exit_pupil_mm=30.0),
+        defects=camsim.Defects(hot_fraction=0.01, hot_e_per_s=1e5, dead_fraction=0.01),
+        adc=dataclasses.replace(camera.adc, black_offsets_dn=((0, 3), (5, 7), (9, 11))),
+    )
+
+
+@pytest.mark.parametrize("kind", ["d40-like", "everything", "blooming", "mono-345", "flat", "clean"])
+def test_the_rows_are_those_of_the_frame(kind):
+    camera = camsim.Camera.from_yaml("mono-345" if kind == "mono-345" else "d40-like", lens=camsim.Airy(f_number=8.0))
+    how = dict(HOW)
+    if kind in ("everything", "blooming"):
+        camera = everything(camera)
+    if kind == "blooming":
+        camera = camera.replace(full_well=camsim.FullWell(20_000.0), blooming=camsim.Blooming(spill=0.5))
+    if kind == "clean":
+        how["noise"] = False
+    scene = camsim.Scene(background=0.5) if kind == "flat" else SCENE
+    whole = camera.expose(scene, **how)
+    rows = []
+    frame = camera.expose_rows(scene, take=rows.append, **how)
+    np.testing.assert_array_equal(np.concatenate(rows), whole.mosaic)
+    assert len(rows) == {"blooming": 1, "flat": 2}.get(kind, 5)
+    assert frame.shape == whole.shape == (301, 60)
+    assert frame.mosaic.shape == frame.electrons.shape == frame.mean_electrons.shape == (0, 60)
+    assert frame.description == whole.description
+    assert frame.report.error_estimate == whole.report.error_estimate
+    for got, want in zip(frame.report.signal, whole.report.signal, strict=True):
+        assert dataclasses.asdict(got) == pytest.approx(dataclasses.asdict(want))
+
+
+def test_the_truth_does_not_come_row_by_row():
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
+    with pytest.raises(InvalidValueError, match="products: truth; row by row there are mosaic and spectral"):
+        camera.expose_rows(SCENE, take=print, products=("truth",), **HOW)
