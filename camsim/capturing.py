@@ -15,7 +15,7 @@ from camsim.config.judged import Judged
 from camsim.config.overrides import Override
 from camsim.errors import CamsimError, ConfigError, Fault
 from camsim.frame import Frame
-from camsim.optics import Airy
+from camsim.optics import Lens
 
 PathOrName = str | os.PathLike[str]
 T = TypeVar("T")
@@ -70,7 +70,7 @@ def load(
     return setup
 
 
-def load_camera(sensor: PathOrName, *, lens: Airy, overrides: Iterable[str] = ()) -> Camera:
+def load_camera(sensor: PathOrName, *, lens: Lens, overrides: Iterable[str] = ()) -> Camera:
     """Make a camera of a sensor file (a path or a shipped name) and a lens."""
     changes, faults = _parsed(overrides)
     judged = _collected(faults, lambda: _sensor(os.fspath(sensor), changes))

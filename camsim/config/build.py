@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from camsim.camera import Camera, Region
-from camsim.config import schema
+from camsim.config import build_optics, schema
 from camsim.config.build_sensor import curve_of, filters_at
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
 from camsim.errors import InvalidValueError
 from camsim.frame import Frame
-from camsim.optics import Airy
+from camsim.optics import Lens
 from camsim.scene import Disc, Polygon, Rectangle, Scene
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
@@ -80,7 +80,7 @@ class Setup:
 class Mount:
     """What a scene file puts in front of a sensor."""
 
-    lens: Airy
+    lens: Lens
     magnification: float
     filters: tuple[Spectrum, ...]
     falloff: Falloff | None
@@ -99,11 +99,11 @@ def mount(scene: SceneDocument) -> Mount | None:
     """Make the lens of a scene file and everything that is on it."""
     transmission = _spectrum(scene, ("lens", "transmission"), names=False)
     filters = filters_at(scene, ("lens", "filters"))
-    table = scene.part(("lens",), schema.AiryLens)
+    table = scene.part(("lens",), schema.LensTable)
     if table is None or filters is None:
         return None
     whole = 1.0 if transmission is None else transmission
-    lens = scene.build(("lens",), lambda: Airy(f_number=table.f_number, transmission=whole))
+    lens = build_optics.lens(scene, table, whole)
     falloff = scene.build(("lens", "falloff"), lambda: _falloff(table.falloff))
     if lens is None or (table.falloff is not None and falloff is None):
         return None

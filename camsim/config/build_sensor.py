@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias, TypeVar
 
 from camsim.camera import Camera
-from camsim.config import schema
+from camsim.config import build_optics, schema
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
-from camsim.optics import Airy, FourSpotOlpf, SquarePhotosite
+from camsim.optics import Lens
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.conversion_gain import DualGain
@@ -36,17 +36,17 @@ SensorDocument: TypeAlias = Judged[schema.SensorFile]
 T = TypeVar("T")
 
 
-def camera(sensor: SensorDocument, lens: Airy | None) -> Camera | None:
+def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
     """Make the camera of a sensor file; None when a part of it is wrong (the document has the faults)."""
     cfa = _cfa(sensor)
     quantum_efficiency = _quantum_efficiency(sensor, cfa)
-    filters = filters_at(sensor, ("filters",))
+    filters, photosite = filters_at(sensor, ("filters",)), build_optics.photosite(sensor)
     adc = _adc(sensor)
     charge, readout = _charge(sensor), _readout(sensor)
     model = sensor.model
     if model is None or lens is None or cfa is None or quantum_efficiency is None or adc is None:
         return None
-    if filters is None or charge is None or readout is None:
+    if filters is None or photosite is None or charge is None or readout is None:
         return None
     return sensor.build(
         (),
@@ -57,10 +57,8 @@ def camera(sensor: SensorDocument, lens: Airy | None) -> Camera | None:
             cols=model.frame.cols,
             pitch_um=model.frame.pitch_um,
             lens=lens,
-            olpf=None if model.olpf is None else FourSpotOlpf(split_um=model.olpf.split_um),
-            photosite=SquarePhotosite.from_fill_factor(
-                pitch_um=model.frame.pitch_um, fill_factor=model.photosite.fill_factor
-            ),
+            olpf=build_optics.olpf(model.olpf),
+            photosite=photosite,
             cfa=cfa,
             quantum_efficiency=quantum_efficiency,
             filters=filters,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any, Literal, TypeAlias, get_args, get_origin
 
@@ -44,7 +45,7 @@ def markdown() -> str:
             places.setdefault(table, []).append(path)
         for table, paths in places.items():
             if paths != [""]:
-                lines += [f"### {', '.join(f'`{path}`' for path in paths)}", "", _sentence(table), ""]
+                lines += [f"### {', '.join(f'`{path}`' for path in _short(paths))}", "", _sentence(table), ""]
             lines += ["| key | value | default | meaning |", "|---|---|---|---|"]
             lines += [_row(key, field) for key, field in table.model_fields.items() if key != "source"]
             lines.append("")
@@ -59,6 +60,18 @@ def _tables(table: type[Table], path: str) -> Iterator[tuple[str, type[Table]]]:
         for member, place in _members(expected_of_field(field), inside):
             kinds = kinds_of(member)
             yield from _tables(member, f"{place} (kind {', '.join(kinds)})" if kinds else place)
+
+
+def _short(paths: list[str]) -> list[str]:
+    """Name a place once that is the same in several kinds of a table, and then without their kinds.
+
+    >>> _short(["lens (kind airy).falloff (kind cos4)", "lens (kind gaussian).falloff (kind cos4)"])
+    ['lens.falloff (kind cos4)']
+    """
+    same: dict[str, list[str]] = {}
+    for path in paths:
+        same.setdefault(re.sub(r" \(kind [^)]*\)(?=[.[])", "", path), []).append(path)
+    return [short if len(whole) > 1 else whole[0] for short, whole in same.items()]
 
 
 def _members(expected: Expected, path: str) -> Iterator[tuple[type[Table], str]]:

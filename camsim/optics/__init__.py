@@ -14,7 +14,7 @@ from camsim.optics.photosite import (
 )
 from camsim.optics.pupil import Pupil
 from camsim.optics.radial import RadialOtf
-from camsim.optics.system import OpticalStage, OpticalSystem
+from camsim.optics.system import Lens, OpticalStage, OpticalSystem, PhotositeShape
 from camsim.optics.wavefront import Wavefront
 
 __all__ = [
@@ -24,9 +24,11 @@ __all__ = [
     "EllipticalGaussian",
     "FourSpotOlpf",
     "Gaussian",
+    "Lens",
     "MeasuredPsf",
     "OpticalStage",
     "OpticalSystem",
+    "PhotositeShape",
     "PolygonPhotosite",
     "Pupil",
     "RadialOtf",

@@ -83,7 +83,7 @@ class EllipticalGaussian:
     f_number       : sets the exposure only, not the blur
     transmission   : fraction of the light that passes, a number or a curve over wavelength
 
-    >>> lens = EllipticalGaussian.from_axes(sigma_long_um=3.0, sigma_short_um=1.0, rotate_deg=90.0)
+    >>> lens = EllipticalGaussian.from_axes(sigma_um=3.0, sigma_across_um=1.0, rotate_deg=90.0)
     >>> np.array(lens.covariance_um2).round(12).tolist()
     [[1.0, 0.0], [0.0, 9.0]]
     """
@@ -111,20 +111,20 @@ class EllipticalGaussian:
     def from_axes(
         cls,
         *,
-        sigma_long_um: float,
-        sigma_short_um: float,
+        sigma_um: float,
+        sigma_across_um: float,
         rotate_deg: float,
         f_number: float = 8.0,
         transmission: Spectrum = 1.0,
     ) -> EllipticalGaussian:
         """Return the Gaussian with standard deviations along two axes, the first turned clockwise from x."""
-        for name, sigma_um in (("sigma_long_um", sigma_long_um), ("sigma_short_um", sigma_short_um)):
-            if not (math.isfinite(sigma_um) and sigma_um > 0):
-                raise InvalidValueError(f"{name}: {sigma_um!r} is not a standard deviation; give µm above 0")
+        for name, sigma in (("sigma_um", sigma_um), ("sigma_across_um", sigma_across_um)):
+            if not (math.isfinite(sigma) and sigma > 0):
+                raise InvalidValueError(f"{name}: {sigma!r} is not a standard deviation; give µm above 0")
         if not math.isfinite(rotate_deg):
             raise InvalidValueError(f"rotate_deg: {rotate_deg!r} is not finite; give ordinary numbers")
         cos, sin = math.cos(math.radians(rotate_deg)), math.sin(math.radians(rotate_deg))
-        a, b = sigma_long_um**2, sigma_short_um**2
+        a, b = sigma_um**2, sigma_across_um**2
         across = (a - b) * cos * sin
         return cls(
             covariance_um2=((a * cos * cos + b * sin * sin, across), (across, a * sin * sin + b * cos * cos)),

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics.photosite import SquarePhotosite
+from camsim.spectra.curve import Spectrum
 
 PLACES = ("lens", "olpf", "photosite")
 
@@ -28,6 +29,43 @@ class OpticalStage(Protocol):
 
         Real or complex, OTF(−f) the conjugate of OTF(f), 1 at zero.
         """
+        ...
+
+
+class Lens(OpticalStage, Protocol):
+    """A lens that a camera can carry: a frozen dataclass with these fields, and ``place`` "lens".
+
+    What else a lens knows makes it quicker or more exact, and is used where it is there: ``blur_um`` and
+    ``cutoff_per_um`` (the pattern's own length, the end of its transfer) by wavelength; ``reach_um(lost_fraction,
+    wavelength_nm)``, a radius that holds all of the light but so much; ``point_spread(r_um, wavelength_nm)`` of a
+    round pattern, or ``point_spread_on(x_um, y_um, wavelength_nm, precision)`` on a lattice; ``fades``, for a
+    pattern that is nothing beyond ``reach_um``.
+    """
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def f_number(self) -> float:
+        """Focal length over aperture diameter."""
+        ...
+
+    @property
+    def transmission(self) -> Spectrum:
+        """Fraction of the light that passes."""
+        ...
+
+
+class PhotositeShape(OpticalStage, Protocol):
+    """The area of a pixel that collects light."""
+
+    @property
+    def area_um2(self) -> float:
+        """Light-collecting area, µm²."""
+        ...
+
+    @property
+    def half_extent_um(self) -> tuple[float, float]:
+        """How far it reaches from its centre along x and y, µm."""
         ...
 
 

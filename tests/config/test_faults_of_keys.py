@@ -55,7 +55,7 @@ FAULTS = {
         "",
         [
             "scene.yaml:1:1: lens: missing; "
-            "a table {kind, f_number, magnification, transmission, filters, falloff} (the lens)"
+            "a table of kind airy, annular, gaussian, wavefront, radial-otf, measured-psf or measured-otf (the lens)"
         ],
     ),
     "missing in a list": (
@@ -75,8 +75,11 @@ FAULTS = {
     ),
     "unknown kind of lens": (
         "kind: airy",
-        "kind: wavefront",
-        ["scene.yaml:3:14: lens.kind: must be airy, not 'wavefront' (what blurs the image)"],
+        "kind: wavefrnt",
+        [
+            "scene.yaml:3:14: lens.kind: must be airy, annular, gaussian, wavefront, radial-otf, measured-psf or "
+            "measured-otf, not 'wavefrnt'; did you mean 'wavefront'?"
+        ],
     ),
     "word for a number": (
         "iso: 200",

@@ -11,51 +11,14 @@ from pydantic_core import PydanticCustomError
 
 from camsim.config.schema.base import (
     Called,
-    Filter,
-    Fraction,
     LightTable,
     Name,
-    NonNegative,
     Positive,
     Reflectance,
     Table,
-    Transmission,
     by_form,
 )
-
-
-class Cos4Falloff(Table):
-    """The natural fall-off of a lens: cos⁴ of the angle of its rays."""
-
-    kind: Literal["cos4"] = Field(description="how the light falls off towards the corners")
-    exit_pupil_mm: float = Field(gt=0, description="from the sensor to the exit pupil, mm; about the focal length")
-
-
-class RadialFalloff(Table):
-    """A measured fall-off, straight between its points."""
-
-    kind: Literal["radial"] = Field(description="how the light falls off towards the corners")
-    radius_mm: list[NonNegative] = Field(min_length=2, description="from the optical axis, increasing from 0, mm")
-    values: list[Fraction] = Field(min_length=2, description="light there relative to the axis, the first 1")
-
-
-Falloff: TypeAlias = Annotated[Cos4Falloff | RadialFalloff, Field(discriminator="kind")]
-
-
-class AiryLens(Table):
-    """A diffraction-limited lens."""
-
-    kind: Literal["airy"] = Field(description="what blurs the image")
-    f_number: float = Field(gt=0, description="focal length over aperture, as engraved on the lens")
-    magnification: float = Field(
-        default=0.0,
-        ge=0,
-        le=100,
-        description="image size over object size; the working f-number is f_number · (1 + magnification)",
-    )
-    transmission: Transmission = Field(default=1.0, description="fraction of the light that passes")
-    filters: list[Filter] = Field(default=[], description="in front of the lens, fractions that pass; all multiply")
-    falloff: Falloff | None = Field(default=None, description="light towards the corners; leave out for even light")
+from camsim.config.schema.lens import Lens
 
 
 class Light(Table):
@@ -229,7 +192,7 @@ class SceneFile(Table):
     sensor: Name | None = Field(
         default=None, description="a shipped sensor (camsim list sensors) or a file in this scene's folder"
     )
-    lens: AiryLens = Field(description="the lens")
+    lens: Lens = Field(description="the lens")
     light: Light = Field(description="the light that falls on the scene")
     exposure: Exposure = Field(description="how long, and how much the signal is amplified")
     region: Region | None = Field(default=None, description="a window of the full frame; leave out for all of it")

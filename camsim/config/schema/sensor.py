@@ -37,11 +37,66 @@ class SquarePhotosite(Table):
     fill_factor: float = Field(default=1.0, gt=0, le=1, description="fraction of the pitch's area that collects light")
 
 
+Corner: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
+
+
+class RectangularPhotosite(Table):
+    """A rectangle that collects light evenly."""
+
+    kind: Literal["rectangular"] = Field(description="shape of the area that collects light")
+    width_um: float = Field(gt=0, description="side along x, µm")
+    height_um: float = Field(gt=0, description="side along y, µm")
+
+
+class CircularPhotosite(Table):
+    """A disc that collects light evenly."""
+
+    kind: Literal["circular"] = Field(description="shape of the area that collects light")
+    diameter_um: float = Field(gt=0, description="µm")
+
+
+class RoundedPhotosite(Table):
+    """A rectangle with rounded corners that collects light evenly."""
+
+    kind: Literal["rounded"] = Field(description="shape of the area that collects light")
+    width_um: float = Field(gt=0, description="side along x, µm")
+    height_um: float = Field(gt=0, description="side along y, µm")
+    radius_um: float = Field(ge=0, description="of the corners, µm; at most half the shorter side")
+
+
+class PolygonPhotosite(Table):
+    """Any polygon that collects light evenly, such as an L."""
+
+    kind: Literal["polygon"] = Field(description="shape of the area that collects light")
+    points_um: list[Corner] = Field(min_length=3, description="corners [x, y] in order from the photosite's centre, µm")
+
+
+Photosite: TypeAlias = Annotated[
+    SquarePhotosite | RectangularPhotosite | CircularPhotosite | RoundedPhotosite | PolygonPhotosite,
+    Field(discriminator="kind"),
+]
+
+
 class FourSpotOlpf(Table):
     """Two birefringent plates: every point becomes four."""
 
     kind: Literal["four-spot"] = Field(description="what the filter makes of a point")
     split_um: float = Field(gt=0, description="full distance between two neighbouring spots, µm")
+    split_y_um: float | None = Field(default=None, gt=0, description="the same along y, µm; as split_um when left out")
+    rotate_deg: float = Field(default=0.0, description="turns the spots clockwise as displayed, degrees")
+
+
+class TwoSpotOlpf(Table):
+    """One birefringent plate: every point becomes two."""
+
+    kind: Literal["two-spot"] = Field(description="what the filter makes of a point")
+    split_um: float = Field(gt=0, description="full distance between the two spots, µm")
+    rotate_deg: float = Field(
+        default=0.0, description="from side by side, clockwise as displayed, degrees; 90: one above the other"
+    )
+
+
+Olpf: TypeAlias = Annotated[FourSpotOlpf | TwoSpotOlpf, Field(discriminator="kind")]
 
 
 class BayerCfa(Table):
@@ -216,10 +271,8 @@ class SensorFile(Table):
     name: Name = Field(description="what reports and files call the camera")
     serial: int = Field(default=1, ge=0, le=2**63 - 1, description="seeds the fixed patterns")
     frame: SensorFrame = Field(description="the lattice of photosites")
-    photosite: SquarePhotosite = Field(
-        default=SquarePhotosite(kind="square"), description="the area that collects light"
-    )
-    olpf: FourSpotOlpf | None = Field(default=None, description="optical low-pass filter; leave out for none")
+    photosite: Photosite = Field(default=SquarePhotosite(kind="square"), description="the area that collects light")
+    olpf: Olpf | None = Field(default=None, description="optical low-pass filter; leave out for none")
     filters: list[Filter] = Field(
         default=[], description="in front of the sensor (infrared cut, cover), fractions that pass; all multiply"
     )
