@@ -29,6 +29,7 @@ class Gaussian:
     """
 
     place: ClassVar[str] = "lens"
+    chromatic: ClassVar[bool] = False
 
     sigma_um: float
     f_number: float = 8.0
@@ -89,6 +90,7 @@ class EllipticalGaussian:
     """
 
     place: ClassVar[str] = "lens"
+    chromatic: ClassVar[bool] = False
     fades: ClassVar[bool] = True
 
     covariance_um2: tuple[tuple[float, float], tuple[float, float]]

@@ -41,6 +41,7 @@ class MeasuredPsf:
     """
 
     place: ClassVar[str] = "lens"
+    chromatic: ClassVar[bool] = False
     fades: ClassVar[bool] = True
 
     irradiance: tuple[tuple[float, ...], ...]

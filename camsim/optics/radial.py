@@ -35,6 +35,7 @@ class RadialOtf:
     """
 
     place: ClassVar[str] = "lens"
+    chromatic: ClassVar[bool] = False
 
     freq_per_um: tuple[float, ...]
     values: tuple[float, ...]

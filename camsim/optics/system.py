@@ -39,7 +39,7 @@ class Lens(OpticalStage, Protocol):
     ``cutoff_per_um`` (the pattern's own length, the end of its transfer) by wavelength; ``reach_um(lost_fraction,
     wavelength_nm)``, a radius that holds all of the light but so much; ``point_spread(r_um, wavelength_nm)`` of a
     round pattern, or ``point_spread_on(x_um, y_um, wavelength_nm, precision)`` on a lattice; ``fades``, for a
-    pattern that is nothing beyond ``reach_um``.
+    pattern that is nothing beyond ``reach_um``; ``chromatic`` False where all wavelengths have the same.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
@@ -140,6 +140,11 @@ class OpticalSystem:
         """OTF of the whole system."""
         product: F64 = self.point_otf(fx_per_um, fy_per_um, wavelength_nm) * self.footprint_otf(fx_per_um, fy_per_um)
         return product
+
+    @property
+    def chromatic(self) -> bool:
+        """Whether the transfer may change with the wavelength."""
+        return bool(self.more) or getattr(self.lens, "chromatic", True)
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
         """The frequency beyond which nothing passes the lens, cycles/µm; looked for where the lens does not say."""

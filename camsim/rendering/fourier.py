@@ -70,6 +70,8 @@ def fourier_image(
     if not len(start) or not np.any(density[1:] != density[0]):
         progress(1.0)
         return image
+    if not system.chromatic:
+        density, wavelength_nm = density.sum(axis=2, keepdims=True), wavelength_nm[:1]
     work = _Work(system, pitch_um, wavelength_nm, density, tolerance)
     start, end = start - origin, end - origin
     kernel = kernel_of(system, wavelength_nm, pitch_um, tolerance)
@@ -109,6 +111,8 @@ def fourier_cost(
     """
     if not len(start):
         return 0.0, 8.0 * channel.size, 0.0
+    if not system.chromatic:
+        density, wavelength_nm = density[..., :1], wavelength_nm[:1]
     work = _Work(system, pitch_um, wavelength_nm, density, tolerance)
     kernel = kernel_of(system, wavelength_nm, pitch_um, tolerance)
     plan = work.plan(kernel, start - origin, end - origin, channel, memory_limit_bytes)
