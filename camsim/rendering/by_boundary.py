@@ -40,7 +40,7 @@ class RoundLens:
         if job.pattern is None or job.footprint is None:
             raise UnsupportedError(job.unknown)
         settings = plan_boundary(job.pattern, job.blur, job.shares, job.footprint, job.start, job.end, job.tolerance)
-        phase = 2.0 * math.pi * settings.quiet_line * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+        phase = 2.0 * math.pi * min(settings.quiet_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
         return cls(
             job=job,
             pattern=job.pattern,

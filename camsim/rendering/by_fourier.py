@@ -11,17 +11,21 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
+from camsim.optics import OpticalSystem
 from camsim.rendering.by_boundary import RoundLens
 from camsim.rendering.cost import Cost
+from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier import FINEST, check_tolerance, fourier_cost, fourier_image
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.patterns import RING
+from camsim.rendering.patterns import AIRY
+from camsim.rendering.plan import quiet_distance
 from camsim.rendering.run import Progress
 from camsim.rendering.spotcheck import SHARE
 from camsim.rendering.work import Work
 
 WINDOW = 3  # photosites along a side
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
+RINGS_SHARE = 1.0 / 6.0  # of the tolerance, as of the boundary engine
 CORES = 2.0  # that the Fourier engine's own model of time assumes
 
 
@@ -181,9 +185,14 @@ def windows(places: F64, rows: int, cols: int, first_centre: tuple[float, float]
 def _phase(job: Job) -> float:
     """Return how far 2πr/L changes over the spectrum at the largest distance r that matters.
 
-    An edge's end leaves RING·(L/r)^{5/2} of rings, which no pupil of the same width exceeds by much; where they are
-    below the tolerance they may be as wrong as they like.
+    Farther out the rings of this spectrum are below the tolerance and may be as wrong as they like. A lens that is not
+    round is taken for an Airy pattern of the same width on a point: no pupil's rings exceed those by much.
     """
     blur = job.blur
-    waves: float = (RING / job.tolerance) ** 0.4
-    return 2.0 * math.pi * waves * float(blur.max() * (1.0 / blur.min() - 1.0 / blur.max()))
+    if job.pattern is not None and job.footprint is not None:
+        pattern, footprint = job.pattern, job.footprint
+    else:
+        pattern, footprint = AIRY, Footprint.of(OpticalSystem(lens=job.system.lens), job.grid.pitch_um)
+    allowed = RINGS_SHARE * job.tolerance
+    quiet = quiet_distance(pattern, blur, job.shares, footprint, allowed, end=False, within=job.span)
+    return 2.0 * math.pi * quiet * float(1.0 / blur.min() - 1.0 / blur.max())

@@ -53,9 +53,9 @@ class Pattern:
 def pattern_of(lens: object) -> Pattern:
     """Return the pattern of a lens."""
     if isinstance(lens, AnnularAiry):
-        return _annular(lens.obstruction) if lens.obstruction > 0.0 else _AIRY
+        return _annular(lens.obstruction) if lens.obstruction > 0.0 else AIRY
     if isinstance(lens, Airy):
-        return _AIRY
+        return AIRY
     if isinstance(lens, Gaussian):
         return _GAUSSIAN
     raise UnsupportedError(
@@ -64,8 +64,8 @@ def pattern_of(lens: object) -> Pattern:
 
 
 _UNIT_NM = 1e3  # at 1000 nm and f/1 a diffraction pattern's λN is 1 µm: lengths are blurs
-_FAR_AIRY = 2.0 / math.pi**2
-_POWERS = (_FAR_AIRY, _FAR_AIRY / (8.0 * math.pi**2), -_FAR_AIRY * 9.0 / (128.0 * math.pi**4))
+_FAR = 2.0 / math.pi**2
+_POWERS = (_FAR, _FAR / (8.0 * math.pi**2), -_FAR * 9.0 / (128.0 * math.pi**4))
 # What oscillates in 1 − E is cos(2πuρ)·b/ρ² to leading order; the end of an edge met square on makes b/(4π√u) of it.
 RING = 1.0 / (4.0 * math.pi**4)
 
@@ -79,7 +79,7 @@ def _round(lens: Airy | AnnularAiry | Gaussian) -> tuple[Callable[[F64], F64], C
 
 
 _AIRY_ENERGY, _AIRY_OTF = _round(Airy(f_number=1.0))
-_AIRY = Pattern(
+AIRY = Pattern(
     energy=_AIRY_ENERGY,
     core=math.pi**2 / 4.0,
     otf=_AIRY_OTF,
@@ -128,7 +128,11 @@ def _annular(e: float) -> Pattern:
         core=math.pi**2 / 4.0 * (1.0 - e * e),
         otf=otf,
         breaks=tuple(sorted(u for u, _ in rings)),
-        powers=tuple(c * share * (1.0 + e ** (2 - k)) for k, c in zip((1, 3, 5), _POWERS, strict=True)),  # type: ignore[arg-type]
+        powers=(
+            _POWERS[0] * share * (1.0 + e),
+            _POWERS[1] * share * (1.0 + 1.0 / e),
+            _POWERS[2] * share * (1.0 + e**-3.0),
+        ),
         rings=rings,
         airy=False,
         grain=1.0,

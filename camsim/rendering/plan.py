@@ -138,9 +138,19 @@ def _tile_nodes(allowed: float) -> int:
 
 
 def quiet_distance(
-    pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, allowed: float, *, end: bool
+    pattern: Pattern,
+    blur: F64,
+    shares: F64,
+    footprint: Footprint,
+    allowed: float,
+    *,
+    end: bool,
+    within: float = math.inf,
 ) -> float:
-    """Distance beyond which what oscillates at an edge's end (else: across a whole line) stays below ``allowed``."""
+    """Distance beyond which what oscillates at an edge's end (else: across a whole line) stays below ``allowed``.
+
+    It is looked for ``within`` a distance; there may be none, and then it is that one.
+    """
     if not pattern.rings:
         return 0.0
     twice = 1.0 if end else 2.0
@@ -149,7 +159,8 @@ def quiet_distance(
     for u, amplitude in pattern.rings:
         phasor = shares[None] * (twice * amplitude * blur**2.5 * footprint.transfer(u / blur))[:, None]
         phasors.append(phasor.reshape(-1, blur.size))
-    farthest = (sum(float(np.abs(phasor).sum(axis=1).max()) for phasor in phasors) / allowed) ** 0.4
+    farthest: float = (sum(float(np.abs(phasor).sum(axis=1).max()) for phasor in phasors) / allowed) ** 0.4
+    farthest = min(farthest, within)
     if shortest == longest or farthest <= NEAREST * longest:
         return farthest
     distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)

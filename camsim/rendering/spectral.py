@@ -13,7 +13,7 @@ from camsim.rendering.quadrature import gauss_legendre
 from camsim.scene import Arrangement
 from camsim.spectra.curve import spectrum_at
 
-FEWEST_NODES, MOST_NODES = 16, 96
+FEWEST_NODES = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,7 +62,7 @@ def fuse(signals: Signals, *, phase: float, tolerance: float) -> tuple[F64, F64]
     for every three more (measured on the shipped sensors and CIE F lamps).
     """
     wavelength_nm = signals.wavelength_nm
-    count = min(MOST_NODES, max(FEWEST_NODES, math.ceil(0.5 * phase + 8.0 - 3.0 * math.log10(tolerance))))
+    count = max(FEWEST_NODES, math.ceil(0.5 * phase + 8.0 - 3.0 * math.log10(tolerance)))
     if wavelength_nm.size <= count:
         return wavelength_nm, signals.density
     x, gauss_w = gauss_legendre(count)

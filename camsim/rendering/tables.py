@@ -88,9 +88,9 @@ def _filtered(
             if long:
                 for b in range(average.size):
                     averaged[i, 0] += average[b] * line[b]
-                for b in changes:
+                for tap in changes:
                     for c in range(1, rows):
-                        averaged[i, c] += change[b] * line[c + b - 1]
+                        averaged[i, c] += change[tap] * line[c + tap - 1]
                 for c in range(1, rows):
                     averaged[i, c] = averaged[i, c - 1] - averaged[i, c]
             else:
@@ -100,9 +100,8 @@ def _filtered(
         for r in nb.prange(rows):
             row = np.zeros(rows)
             for a in slopes:
-                source = abs(r - margin + a - lean)
                 for c in range(rows):
-                    row[c] += slope[a] * averaged[source, c]
+                    row[c] += slope[a] * averaged[abs(r - margin + a - lean), c]
             tables[k, r] = row
     return tables
 
