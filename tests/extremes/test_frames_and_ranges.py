@@ -243,7 +243,8 @@ def test_metameric_neighbours():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"tolerance": 1e-10}, "tolerance"),
+        ({"tolerance": 1e-12}, "tolerance"),
+        ({"tolerance": 1e-10, "method": "boundary"}, "tolerance"),
         ({"tolerance": 0.1}, "tolerance"),
         ({"tolerance": float("nan")}, "tolerance"),
         ({"wavelength_nm": 0.0}, "wavelength_nm"),
