@@ -183,6 +183,8 @@ class Camera:
         seed      : of the temporal noise; the same seed and frame number give the same frame, bit for bit
         region    : a window of the frame; None takes all of it
         tolerance : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
+        method    : "auto", "boundary" or "fourier", see ``camsim.render``
+        strict    : raise AccuracyError where an error above the tolerance is found; else the report has a note
         noise     : False leaves out every noise and the dark current
         colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
         spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line

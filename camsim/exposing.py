@@ -15,12 +15,16 @@ from camsim.description import describe
 from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report, check_products
 from camsim.rendering import Grid, Rendering, render_bands, render_channels
+from camsim.rendering.auto import Choice
 from camsim.rendering.cube import SpectralCube, radiance_cube
-from camsim.reporting import Clock, Signals, acting, notes, sentence, wavelengths
+from camsim.rendering.job import Job
+from camsim.rendering.render import plan_render
+from camsim.reporting import Clock, Signals, accuracy_notes, acting, notes, sentence, wavelengths
 from camsim.scene import Scene
 from camsim.sensor.chain import mixed, record
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.colour_response import colour_response
+from camsim.sensor.draws import random_numbers
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import falloff_at
 from camsim.sensor.streams import BLOCK_ROWS
@@ -44,6 +48,8 @@ class Capture:
     seed: int = 0
     region: Region | None = None
     tolerance: float = 1e-6
+    method: str = "auto"
+    strict: bool = False
     noise: bool = True
     colour_matrix: MatrixOf = "standard"
     spectral_nm: Sequence[float] | None = None
@@ -76,6 +82,22 @@ class Capture:
         iso = self.exposure.iso
         return self.camera.adc.white_level_dn(iso, self.camera.well_as_read_e(iso))
 
+    @functools.cached_property
+    def random_numbers(self) -> int:
+        """How many random numbers one frame draws."""
+        return random_numbers(
+            self.camera.electronics(self.exposure.iso),
+            rows=self.grid.rows,
+            cols=self.grid.cols,
+            origin=self.grid.origin,
+            frame_cols=self.camera.cols,
+            noise=self.noise,
+        )
+
+    def plan(self) -> tuple[Job, Choice]:
+        """Decide how the scene is rendered, and render nothing."""
+        return plan_render(**{name: value for name, value in self._to_render.items() if name != "channel"})
+
     def frames(self, frame_numbers: Iterable[int], products: Collection[str]) -> Iterator[Frame]:
         """Take pictures of one scene, rendered once."""
         check_products(products)
@@ -83,7 +105,9 @@ class Capture:
         rendered = self._to_render
         cube = self._cube(products)
         clock.lap("light")
-        rendering = render_channels(**rendered, every_channel="truth" in products, progress=self.progress)
+        rendering = render_channels(
+            **rendered, every_channel="truth" in products, strict=self.strict, progress=self.progress
+        )
         mean = self._dimmed(rendering.image, self.wide)
         truth = self._truth(rendering)
         clock.lap("render")
@@ -137,7 +161,7 @@ class Capture:
         # Noise is drawn in blocks of rows; blooming runs over all of them.
         together = BLOCK_ROWS if self.camera.blooming is None else self.grid.rows
         regrouped = _Regrouped(record_rows, together=together, overlap=2 * border)
-        rendering = render_bands(**rendered, take=regrouped.add, progress=self.progress)
+        rendering = render_bands(**rendered, take=regrouped.add, strict=self.strict, progress=self.progress)
         regrouped.finish()
         none = np.empty((0, self.grid.cols))
         return self._frame(
@@ -162,6 +186,7 @@ class Capture:
             "wavelength_nm": self.samples.wavelength_nm,
             "channel": self._channel(self.wide),
             "tolerance": self.tolerance,
+            "method": self.method,
         }
 
     def _channel(self, grid: Grid) -> U8:
@@ -177,6 +202,8 @@ class Capture:
             samples=self.samples,
             wavelength_nm=self.spectral_nm,
             tolerance=self.tolerance,
+            method=self.method,
+            strict=self.strict,
         )
 
     def _dimmed(self, image: F64, grid: Grid) -> F64:
@@ -263,6 +290,7 @@ class Capture:
                     "seed": self.seed,
                     "frame_number": frame_number,
                     "tolerance": self.tolerance,
+                    "method": self.method,
                     "noise": self.noise,
                     "colour_matrix": self.colour_matrix,
                     "spectral_nm": self.spectral_nm,
@@ -284,7 +312,9 @@ class Capture:
             checked_photosites=rendering.checked_photosites,
             seconds=dict(seconds),
             signal=signal,
-            notes=notes(camera.adc, camera.well_as_read_e(iso), iso),
+            notes=(*accuracy_notes(rendering), *notes(camera.adc, camera.well_as_read_e(iso), iso)),
+            standard_error=rendering.standard_error,
+            work={**rendering.work.counts(), "random_numbers": self.random_numbers},
         )
 
 

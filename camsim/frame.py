@@ -48,7 +48,11 @@ class ChannelSignal:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """What a capture did and how well; ``seconds`` is the only part that differs between equal captures."""
+    """What a capture did and how well; ``seconds`` is the only part that differs between equal captures.
+
+    standard_error : of the sampled methods, see ``camsim.Rendering``
+    work           : what was computed, counted: see ``camsim.rendering.work``
+    """
 
     scene: str
     optics: tuple[str, ...]
@@ -59,6 +63,8 @@ class Report:
     error_estimate: float
     checked_photosites: int
     truth_error_estimate: float | None = None
+    standard_error: float | None = None
+    work: Mapping[str, int] = field(default_factory=dict)
     signal: tuple[ChannelSignal, ...]
     seconds: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

@@ -11,6 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64, U8, U16
 from camsim.frame import ChannelSignal
+from camsim.rendering import Rendering
 from camsim.sensor.adc import Adc
 from camsim.sensor.chain import STAGES_OF_THE_MEAN
 from camsim.spectra.light import LightSamples
@@ -37,6 +38,17 @@ def acting(stages: Mapping[str, Any], *, noise: bool) -> tuple[str, ...]:
     """Return the electronic stages that act, in their order, as people write them."""
     return tuple(
         sentence(stage) for name, stage in stages.items() if stage is not None and (noise or name in STAGES_OF_THE_MEAN)
+    )
+
+
+def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:
+    """Return a warning when a rendering is less accurate than was asked for."""
+    worst = max(rendering.error_estimate, rendering.planes_error or 0.0)
+    if worst <= rendering.tolerance:
+        return ()
+    return (
+        f"warning: the error found, {worst:.2g}, is above the tolerance of {rendering.tolerance:g}; "
+        "render: {strict: true} or --strict makes that a failure",
     )
 
 

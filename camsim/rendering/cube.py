@@ -54,6 +54,8 @@ def radiance_cube(
     samples: LightSamples,
     wavelength_nm: Sequence[float] | None,
     tolerance: float,
+    method: str = "auto",
+    strict: bool = False,
 ) -> SpectralCube:
     """Return the cube of a scene of diffusers in a light; ``wavelength_nm`` None: 400 to 700 nm every 10, or the line.
 
@@ -90,6 +92,8 @@ def radiance_cube(
             wavelength_nm=np.array([nodes[k]]),
             channel=everywhere,
             tolerance=tolerance,
+            method=method,
+            strict=strict,
             take=radiance,
         )
         return rendering.error_estimate

@@ -227,6 +227,7 @@ def render_bands(
     channel: U8,
     tolerance: float,
     take: Callable[[F64], None],
+    method: str = "auto",
     strict: bool = False,
     progress: Progress | None = None,
 ) -> Rendering:
@@ -236,7 +237,15 @@ def render_bands(
     everything as one band. With ``strict`` the error is known, and raised, only when all bands are out.
     """
     begin = time.perf_counter()
-    job, choice = plan_render(scene, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance)
+    job, choice = plan_render(
+        scene,
+        system,
+        grid,
+        response=response,
+        wavelength_nm=wavelength_nm,
+        tolerance=tolerance,
+        method=method,
+    )
     run, scale, report = choice.run, job.signals.scale, progress or _silent
     report("render", 0.0)
     rows, cols = run.hardest()

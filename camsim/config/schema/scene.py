@@ -150,13 +150,19 @@ class SceneContent(Table):
 
 
 class Render(Table):
-    """How accurately the image is computed."""
+    """How the image is computed, and how accurately."""
 
     tolerance: float = Field(
         default=1e-6,
         ge=1e-11,
         le=1e-2,
         description="largest error of any photosite, a fraction of the brightest surface",
+    )
+    method: Literal["auto", "boundary", "fourier"] = Field(
+        default="auto", description="the engine; auto takes the cheaper one of those that can"
+    )
+    strict: bool = Field(
+        default=False, description="true writes nothing when an error above the tolerance is found, and exits with 1"
     )
 
 
