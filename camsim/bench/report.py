@@ -15,7 +15,7 @@ from camsim.bench.findings import TABLE_PSF, contender, seconds, true_error
 from camsim.bench.results import Line, of_kind
 from camsim.bench.tables import paper_tables, point_table, shown, table
 
-REPORT, FIGURE = "report.html", "work-precision"
+FIGURE = "work-precision"
 MOST_FIGURES = 12
 PAPER = (
     "The methods are those of F. van den Bergh, “On the rendering of synthetic images with specific point spread "
@@ -25,12 +25,12 @@ PAPER = (
 )
 
 
-def write_report(lines: Sequence[Line], folder: Path) -> list[Path]:
+def write_report(lines: Sequence[Line], folder: Path, name: str = "report.html") -> list[Path]:
     """Write the page, and the work–precision diagram as SVG and PNG; return what was written."""
-    written = [folder / REPORT]
+    written = [folder / name]
     written[0].write_text(page(lines), encoding="utf-8")
-    for name in figure_psfs(lines)[:1]:
-        figure = work_precision(lines, name)
+    for psf in figure_psfs(lines)[:1]:
+        figure = work_precision(lines, psf)
         written += [folder / f"{FIGURE}.svg", folder / f"{FIGURE}.png"]
         written[1].write_text(svg(figure, "wp"), encoding="utf-8")
         written[2].write_bytes(png(figure))
@@ -50,11 +50,12 @@ def page(lines: Sequence[Line]) -> str:
     css, script = (style.joinpath(name).read_text(encoding="utf-8") for name in ("report.css", "report.js"))
     words = {str(n): _words(p) for n, p in enumerate(lines) if p["kind"] == "point"}
     marks = json.dumps(words, ensure_ascii=False).replace("<", "\\u003c")
+    title = "Error against run time" if of_kind(lines, "point") else "Stiff and extreme cases"
     parts = [
         "<!doctype html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>",
         "<meta name='viewport' content='width=device-width, initial-scale=1'>",
         "<link rel='icon' href='data:,'>",
-        f"<title>camsim bench</title>\n<style>\n{css}</style>\n</head>\n<body>\n<h1>Error against run time</h1>",
+        f"<title>camsim bench: {title}</title>\n<style>\n{css}</style>\n</head>\n<body>\n<h1>{title}</h1>",
         _head(run, lines),
         _found(lines),
         _diagrams(lines),

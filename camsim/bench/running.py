@@ -14,10 +14,11 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.bench import cases, esf, findings, table_two
 from camsim.bench.cases import Psf, Setting
-from camsim.bench.machine import Spin, cores, machine, spin, versions, words_of_load
+from camsim.bench.lists import start
+from camsim.bench.machine import Spin, cores, spin, words_of_load
 from camsim.bench.measuring import Drawn, Lap, clock_frame, clock_setup, draw_window, weigh_frame
 from camsim.bench.peers import Peer, settings_of_peer
-from camsim.bench.results import FORMAT, Results
+from camsim.bench.results import Results
 from camsim.bench.truth import photosite_value
 from camsim.bench.windows import Lens, window_truths
 from camsim.bench.worker import GIVES_BACK, Worker, WorkerError
@@ -97,17 +98,7 @@ def run(request: Request, results: Results, say: Say) -> None:
     say : called with the fraction done and what was just done
     """
     began = time.perf_counter()
-    results.add(
-        "run",
-        format=FORMAT,
-        quick=request.quick,
-        started=time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-        machine=machine(),
-        versions=versions(),
-        threads=cores(),
-        photosites=cases.WINDOW_ROWS * cases.WINDOW_COLS,
-        frame=[cases.SIZE, cases.SIZE],
-    )
+    start(results, quick=request.quick)
     with ExitStack() as stack:
 
         def worker(threads: int, environment: dict[str, str] | None = None) -> Worker:
@@ -140,7 +131,8 @@ def run(request: Request, results: Results, say: Say) -> None:
         results.add("machine", busy=any(s.busy for s in state.spins), sentence=words_of_load(state.spins))
         for finding in findings.findings(results.lines):
             results.add("finding", **finding)
-        results.add("end", seconds=time.perf_counter() - began, complete=True)
+        results.add("end", seconds=time.perf_counter() - began)
+        say(1.0, "done")
 
 
 def _slow(psf: Psf, state: _Run) -> int:

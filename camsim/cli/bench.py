@@ -23,6 +23,9 @@ _EVERY_S = 2.0
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="A minute: few systems, few shifts, few laps.")] = False,
     peers: Annotated[bool, typer.Option("--peers", help="Also run GalSim and prysm, where installed.")] = False,
+    extremes: Annotated[
+        bool, typer.Option("--extremes", help="Instead: stiff and extreme cases, exit code 1 when one is wrong.")
+    ] = False,
     compare: Annotated[
         str | None,
         typer.Option("--compare", metavar="OLD.jsonl", help="Say what got slower or less accurate since that run."),
@@ -51,6 +54,10 @@ def bench(
     from camsim.bench.running import Request, run
 
     check_matplotlib()
+    teller = _Teller(shown=not quiet)
+    if extremes:
+        _run_extremes(Path(output), teller)
+        return
     request = Request(
         psfs=tuple(chosen_psfs(psfs or (), quick=quick)),
         methods=tuple(chosen_methods(methods or ())),
@@ -63,14 +70,33 @@ def bench(
     _check_folder(folder)
     with Results(folder / FILE) as results:
         try:
-            run(request, results, _Teller(shown=not quiet).tell)
+            run(request, results, teller.tell)
             if old is not None:
                 for line in compared(old, results.lines):
                     results.add("compared", **line)
         except KeyboardInterrupt:
-            _report(results, folder, "interrupted; what was measured is in")
+            _report(results, "interrupted; what was measured is in")
             raise
-    _report(results, folder, "written:")
+    _report(results, "written:")
+
+
+def _run_extremes(folder: Path, teller: _Teller) -> None:
+    """Run the extremes; exit code 1 when one is wrong."""
+    from camsim.bench.lists import run_extremes, start
+    from camsim.bench.results import Results
+
+    _check_folder(folder)
+    page = "extremes.html"
+    with Results(folder / "extremes.jsonl") as results:
+        start(results, quick=False)
+        try:
+            failed = run_extremes(results, teller.tell)
+        except KeyboardInterrupt:
+            _report(results, "interrupted; what was measured is in", page)
+            raise
+    _report(results, "written:", page)
+    if failed:
+        raise typer.Exit(1)
 
 
 def _check_folder(folder: Path) -> None:
@@ -85,12 +111,12 @@ def _check_folder(folder: Path) -> None:
         ) from None
 
 
-def _report(results: Results, folder: Path, words: str) -> None:
+def _report(results: Results, words: str, page: str = "report.html") -> None:
     from camsim.bench.report import write_report
 
     for line in _sentences(results.lines):
         print(line)
-    files = [results.path, *write_report(results.lines, folder)]
+    files = [results.path, *write_report(results.lines, results.path.parent, page)]
     print(f"{words} {', '.join(os.path.relpath(file) for file in files)}")
 
 
