@@ -79,8 +79,12 @@ class RadialOtf:
         """Transfer function at (fx, fy) cycles/µm."""
         radius = np.hypot(fx_per_um, fy_per_um)
         inside = np.minimum(radius, self.freq_per_um[-1])
-        otf: F64 = interpolate.PchipInterpolator(self.freq_per_um, self.values)(inside)
+        otf: F64 = self.curve()(inside)
         return otf
+
+    def curve(self) -> interpolate.PPoly:
+        """Return the transfer over frequency (cycles/µm) as a cubic between every two points."""
+        return interpolate.PchipInterpolator(self.freq_per_um, self.values)
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²: 2π ∫ OTF(f)·J0(2πfr)·f df."""

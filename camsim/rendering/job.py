@@ -168,7 +168,7 @@ class Job:
     def span(self) -> float:
         """Largest distance of a photosite from an edge's end, pitches."""
         first = np.array(self.grid.first_centre)
-        last = first + [self.grid.cols - 1, self.grid.rows - 1]
+        last = first + np.array([self.grid.cols - 1, self.grid.rows - 1])
         points = np.concatenate([self.start, self.end])
         gap = np.maximum(np.abs(points - first), np.abs(points - last))
         return float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0))

@@ -14,7 +14,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.optics import Airy, AnnularAiry, Gaussian
+from camsim.optics import Airy, AnnularAiry, Gaussian, RadialOtf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +26,7 @@ class Pattern:
     otf     : transfer at u
     breaks  : where the transfer is not smooth, in rising order; it is 0 (or below 1e-16) past the last
     powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + what oscillates
-    rings   : (u, a): an edge's end at distance R leaves oscillation of frequency u, at most a·R^{−5/2}, in the far form
+    rings   : (u, a, n): an edge's end at distance R leaves oscillation of frequency u, at most a·R⁻ⁿ, in the far form
     airy    : rings.py knows what oscillates; else it is kept out by distance
     grain   : how much coarser than for an Airy pattern a table may be
     quiet   : tolerance → ρ past which the smooth powers hold
@@ -38,16 +38,11 @@ class Pattern:
     otf: Callable[[F64], F64]
     breaks: tuple[float, ...]
     powers: tuple[float, float, float]
-    rings: tuple[tuple[float, float], ...]
+    rings: tuple[tuple[float, float, float], ...]
     airy: bool
     grain: float
     quiet: Callable[[float], float]
     finest: float
-
-    @property
-    def ring(self) -> float:
-        """Amplitude of all rings together."""
-        return sum(a for _, a in self.rings)
 
 
 def pattern_of(lens: object) -> Pattern:
@@ -58,8 +53,11 @@ def pattern_of(lens: object) -> Pattern:
         return AIRY
     if isinstance(lens, Gaussian):
         return _GAUSSIAN
+    if isinstance(lens, RadialOtf):
+        return _curve(lens)
     raise UnsupportedError(
-        f"lens: the boundary engine knows Airy, AnnularAiry or Gaussian, not {type(lens).__name__}; use fourier"
+        f"lens: the boundary engine knows Airy, AnnularAiry, Gaussian or RadialOtf, not {type(lens).__name__}; "
+        "use fourier"
     )
 
 
@@ -85,7 +83,7 @@ AIRY = Pattern(
     otf=_AIRY_OTF,
     breaks=(1.0,),
     powers=_POWERS,  # (2/πx)(1 + 1/8x² − 9/128x⁴ + …), x = πρ (DLMF 10.18.17)
-    rings=((1.0, RING),),
+    rings=((1.0, RING, 2.5),),
     airy=True,
     grain=1.0,
     quiet=lambda tolerance: 5.0,
@@ -118,16 +116,16 @@ def _annular(e: float) -> Pattern:
     energy, otf = _round(AnnularAiry(f_number=1.0, obstruction=e))
     share = 1.0 / (1.0 - e * e)
 
-    def cross(sign: float) -> tuple[float, float]:
+    def cross(sign: float) -> tuple[float, float, float]:
         u = 0.5 * (1.0 + sign * e)
-        return u, share * 4.0 * math.sqrt(e) / (1.0 + sign * e) * RING / math.sqrt(u)
+        return u, share * 4.0 * math.sqrt(e) / (1.0 + sign * e) * RING / math.sqrt(u), 2.5
 
-    rings = (cross(-1.0), (e, share / math.sqrt(e) * RING), cross(1.0), (1.0, share * RING))
+    rings = (cross(-1.0), (e, share / math.sqrt(e) * RING, 2.5), cross(1.0), (1.0, share * RING, 2.5))
     return Pattern(
         energy=energy,
         core=math.pi**2 / 4.0 * (1.0 - e * e),
         otf=otf,
-        breaks=tuple(sorted(u for u, _ in rings)),
+        breaks=tuple(sorted(u for u, _, _ in rings)),
         powers=(
             _POWERS[0] * share * (1.0 + e),
             _POWERS[1] * share * (1.0 + 1.0 / e),
@@ -137,5 +135,38 @@ def _annular(e: float) -> Pattern:
         airy=False,
         grain=1.0,
         quiet=lambda tolerance: max(5.0, 5.0 / (1.0 - e), (e * e * 1e-2 / tolerance) ** (1.0 / 7.0) / e),
+        finest=1e-7,
+    )
+
+
+@functools.cache
+def _curve(lens: RadialOtf) -> Pattern:
+    """Return the pattern of a transfer that is a cubic between its knots; the blur is the inverse of the last one.
+
+    A power uⁿ of the transfer at 0 makes 2πρ·∫uⁿ·J1(2πuρ) du = 1/(2πρ) of E for n = 1, −3/(2πρ)³ for n = 3, and nothing
+    for n even. A jump J of the m-th derivative at u makes J/(π√(uρ)·(2πρ)^m) of oscillation there, and an edge's end
+    met square on 1/(4π√(uρ)) of that.
+    """
+    last = lens.freq_per_um[-1]
+    cubic = lens.curve()
+    knots = cubic.x / last
+    at_zero = cubic.c[::-1, 0] * last ** np.arange(4)
+    rings = []
+    for order in (1, 2, 3):
+        slope = cubic.derivative(order)
+        jumps = np.append(slope.c[-1, 1:], 0.0) - slope(cubic.x[1:] * (1.0 - 1e-12))
+        for u, jump in zip(knots[1:], np.abs(jumps) * last**order, strict=True):
+            if jump > 1e-9:
+                rings.append((float(u), float(jump / (4.0 * math.pi**2 * u * (2.0 * math.pi) ** order)), order + 1.0))
+    return Pattern(
+        energy=lambda rho: lens.encircled_energy(rho / last, _UNIT_NM),
+        core=math.pi * float(lens.point_spread(np.zeros(1), _UNIT_NM)[0]) / last**2,
+        otf=lambda u: lens.otf(u * last, np.zeros(1), _UNIT_NM),
+        breaks=tuple(float(u) for u in knots[1:]),
+        powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
+        rings=tuple(rings),
+        airy=False,
+        grain=1.0,
+        quiet=lambda tolerance: max(5.0, 2.0 / float(knots[1])),
         finest=1e-7,
     )

@@ -18,6 +18,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import optimize
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
@@ -156,18 +157,23 @@ def quiet_distance(
     twice = 1.0 if end else 2.0
     shortest, longest = float(blur.min()), float(blur.max())
     phasors = []
-    for u, amplitude in pattern.rings:
-        phasor = shares[None] * (twice * amplitude * blur**2.5 * footprint.transfer(u / blur))[:, None]
+    for u, amplitude, power in pattern.rings:
+        phasor = shares[None] * (twice * amplitude * blur**power * footprint.transfer(u / blur))[:, None]
         phasors.append(phasor.reshape(-1, blur.size))
-    farthest: float = (sum(float(np.abs(phasor).sum(axis=1).max()) for phasor in phasors) / allowed) ** 0.4
+    powers = np.array([power for _, _, power in pattern.rings])
+    loudest_in_step = np.array([np.abs(phasor).sum(axis=1).max() for phasor in phasors])
+    # All in step are that quiet between where the loudest alone is and where each of them is by its share.
+    low = float(((loudest_in_step / allowed) ** (1.0 / powers)).max())
+    high = float(((len(phasors) * loudest_in_step / allowed) ** (1.0 / powers)).max())
+    farthest = high if low == high else optimize.brentq(lambda r: loudest_in_step @ r**-powers - allowed, low, high)
     farthest = min(farthest, within)
     if shortest == longest or farthest <= NEAREST * longest:
         return farthest
     distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
     loudest = np.zeros_like(distance)
-    for (u, _), phasor in zip(pattern.rings, phasors, strict=True):
+    for (u, _, power), phasor in zip(pattern.rings, phasors, strict=True):
         wave = np.exp(2j * np.pi * u * distance[:, None] / blur)
-        loudest += DULL * np.abs(wave @ phasor.T).max(axis=1) * distance**-2.5
+        loudest += DULL * np.abs(wave @ phasor.T).max(axis=1) * distance**-power
     loud = np.flatnonzero(loudest > allowed)
     return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
 

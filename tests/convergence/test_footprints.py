@@ -1,4 +1,4 @@
-"""Lopsided photosites, turned and single plates, obstructed lenses: edges against Fourier transforms."""
+"""Lopsided photosites, turned and single plates, obstructed lenses, curves: edges against Fourier transforms."""
 
 import numpy as np
 import pytest
@@ -46,4 +46,20 @@ def test_central_obstruction(f_number, obstruction):
     optics = [camsim.AnnularAiry(f_number=f_number, obstruction=obstruction), camsim.SquarePhotosite(side_um=4.0)]
     exact = rendered(optics, 1e-11, "fourier").image
     for tolerance in (1e-3, 1e-5, 1e-6):
+        assert np.abs(rendered(optics, tolerance, "boundary").image - exact).max() <= tolerance
+
+
+CURVES = {
+    "few points": [(0.0, 1.0), (0.05, 0.6), (0.1, 0.3), (0.2, 0.0)],
+    "many points": [(f, max(1.0 - 4.0 * f, 0.0) ** 1.5) for f in np.linspace(0.0, 0.25, 26)],
+    "sharp": [(0.0, 1.0), (0.3, 0.7), (0.6, 0.45), (0.9, 0.2), (1.2, 0.0)],
+}
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_a_transfer_given_as_a_curve(curve):
+    frequency, values = zip(*CURVES[curve], strict=True)
+    optics = [camsim.RadialOtf(freq_per_um=frequency, values=values), camsim.SquarePhotosite(side_um=4.0)]
+    exact = rendered(optics, 1e-11, "fourier").image
+    for tolerance in (1e-3, 1e-4, 1e-5, 1e-6):
         assert np.abs(rendered(optics, tolerance, "boundary").image - exact).max() <= tolerance
