@@ -10,9 +10,12 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
+from camsim.optics import EllipticalGaussian
 from camsim.rendering import sampled
 from camsim.rendering.by_boundary import RoundLens
+from camsim.rendering.by_fourier import FourierRun
 from camsim.rendering.cost import Cost
+from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job
 from camsim.rendering.run import Progress
 from camsim.rendering.work import Work
@@ -22,9 +25,12 @@ SECONDS_PER_CLIP = 4e-9  # of one square against one edge
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SampledRun:
-    """One of the paper's methods."""
+    """One of the paper's methods.
 
-    lens: RoundLens
+    lens : what checks it; Fourier transforms where the lens is not round
+    """
+
+    lens: RoundLens | FourierRun
     rule: sampled.Rule
 
     @classmethod
@@ -32,11 +38,19 @@ class SampledRun:
         """Return what prepares the method of this name."""
 
         def prepare(job: Job, samples: int | None) -> SampledRun:
-            lens = RoundLens.prepare(job)
+            lens: RoundLens | FourierRun
+            if method == "strips" and isinstance(job.system.lens, EllipticalGaussian):
+                lens = FourierRun.prepare(job, None)
+            else:
+                lens = RoundLens.prepare(job)
             if lens.nodes.weights.shape[1:] != (1, 1):
                 raise UnsupportedError(f"{method} renders one wavelength at a time: use boundary, or camsim.render")
             rule = sampled.rule_of(
-                method, job.system, blur=float(job.blur[0]), footprint=lens.footprint, samples=samples
+                method,
+                job.system,
+                blur=float(job.blur[0]),
+                footprint=Footprint.of(job.system, job.grid.pitch_um),
+                samples=samples,
             )
             return cls(lens=lens, rule=rule)
 

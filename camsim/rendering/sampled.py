@@ -8,7 +8,7 @@ area           the footprint alone, clipped exactly: no lens at all
 uniform-pixel  11 × 11 samples on whole pixels, weighted by the pattern
 uniform        11 × 11 samples that reach as far as the pattern does (3 σ, or the third dark ring)
 importance     N samples (default 2025) of the Halton sequence (2, 3), distributed as the pattern (Airy cut at 18 λN)
-strips         Gaussian pattern, point photosite
+strips         Gaussian pattern of any covariance, point photosite
 
 One difference from the paper is deliberate: a photosite's rectangle and the OLPF's spots are clipped exactly at every
 sample, for all methods.
@@ -28,7 +28,7 @@ from scipy.stats import qmc
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
-from camsim.optics import Airy, Gaussian, OpticalSystem
+from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import pattern_of
@@ -45,7 +45,7 @@ class Rule:
 
     places, shares : (m, 2) centres of the footprint's rectangles about a photosite, and (m,) what each counts
     width, height  : of the rectangles
-    sigma          : of the Gaussian that ``strips`` integrates instead; 0 for all others
+    whiten         : (2, 2) makes the Gaussian that ``strips`` integrates instead round, σ = 1; None for all others
     random         : whether the samples may be taken for random draws of the pattern
     """
 
@@ -53,7 +53,7 @@ class Rule:
     shares: F64
     width: float = 0.0
     height: float = 0.0
-    sigma: float = 0.0
+    whiten: F64 | None = None
     random: bool = False
 
     @property
@@ -77,8 +77,9 @@ class Rule:
         """
         (x0, y0), (rows, cols) = origin, shape
         with ONE_AT_A_TIME:
-            if self.sigma:
-                return _strips(x0, y0, rows, cols, start, end, contrast, background, self.sigma)
+            if self.whiten is not None:
+                ends = start @ self.whiten.T, end @ self.whiten.T
+                return _strips(x0, y0, rows, cols, *ends, contrast, background, self.whiten)
             return _weighted(
                 x0,
                 y0,
@@ -115,12 +116,12 @@ def rule_of(method: str, system: OpticalSystem, *, blur: float, footprint: Footp
     if samples is not None and method != "importance":
         raise UnsupportedError(f"samples: {method} has a fixed set of samples; only importance takes a number")
     if method == "strips":
-        if not isinstance(lens, Gaussian) or footprint.side > 0.0 or len(spots) > 1:
+        if not isinstance(lens, Gaussian | EllipticalGaussian) or footprint.side > 0.0 or len(spots) > 1:
             raise UnsupportedError(
                 "strips needs a Gaussian lens and a point photosite (side_um 0, no OLPF); "
                 f"this is {type(lens).__name__} on {footprint.side:g} pitches: use boundary"
             )
-        return Rule(places=np.zeros((1, 2)), shares=np.ones(1), sigma=blur)
+        return Rule(places=np.zeros((1, 2)), shares=np.ones(1), whiten=_whitening(lens, blur))
     if not isinstance(lens, Airy | Gaussian):
         raise UnsupportedError(f"{method} knows Airy and Gaussian lenses; this is {type(lens).__name__}: use boundary")
     offsets, weights = SAMPLES[method](lens, blur, samples)
@@ -131,6 +132,15 @@ def rule_of(method: str, system: OpticalSystem, *, blur: float, footprint: Footp
         height=footprint.height,
         random=method == "importance",
     )
+
+
+def _whitening(lens: Gaussian | EllipticalGaussian, blur: float) -> F64:
+    """Return the map from pitches to a plane in which the pattern is round, σ = 1: the covariance to the power −½."""
+    if isinstance(lens, Gaussian):
+        return np.eye(2) / blur
+    size, axes = np.linalg.eigh(np.array(lens.covariance_um2) * (blur / lens.blur_um(0.0)) ** 2)
+    matrix: F64 = (axes / np.sqrt(size)) @ axes.T
+    return matrix
 
 
 def _area(lens: Airy | Gaussian, blur: float, samples: int | None) -> tuple[F64, F64]:
@@ -261,21 +271,19 @@ def _each_sample(
 
 
 @nb.njit(cache=True, inline="always")
-def _strip(y: float, x_edge: float, sigma: float) -> float:
-    """Density of a Gaussian pattern at height y, integrated over everything on the lower-x side of x_edge."""
-    return (
-        math.exp(-0.5 * (y / sigma) ** 2)
-        / (sigma * math.sqrt(2.0 * math.pi))
-        * 0.5
-        * math.erfc(-x_edge / (sigma * math.sqrt(2.0)))
-    )
+def _strip(y: float, x_edge: float) -> float:
+    """Density of a Gaussian with σ = 1 at height y, integrated over everything on the lower-x side of x_edge."""
+    return math.exp(-0.5 * y * y) / math.sqrt(2.0 * math.pi) * 0.5 * math.erfc(-x_edge / math.sqrt(2.0))
 
 
 @nb.njit(cache=True, parallel=True)
 def _strips(
-    x0: float, y0: float, rows: int, cols: int, start: F64, end: F64, contrast: F64, background: float, sigma: float
+    x0: float, y0: float, rows: int, cols: int, start: F64, end: F64, contrast: F64, background: float, whiten: F64
 ) -> F64:
-    """Integrate a Gaussian pattern over the bands of every edge: erf along x, adaptive Simpson along y."""
+    """Integrate a Gaussian pattern over the bands of every edge: erf along x, adaptive Simpson along y.
+
+    start, end : in the plane that ``whiten`` leads to, where σ = 1 in every direction; the photosites are taken there
+    """
     image = np.empty((rows, cols))
     depth = 24
     allowed = 1e-10
@@ -283,17 +291,19 @@ def _strips(
         a_stack, b_stack = np.empty(depth + 2), np.empty(depth + 2)
         for c in range(cols):
             total = background
+            x = whiten[0, 0] * (x0 + c) + whiten[0, 1] * (y0 + r)
+            y = whiten[1, 0] * (x0 + c) + whiten[1, 1] * (y0 + r)
             for e in range(len(contrast)):
-                xa, ya = start[e, 0] - (x0 + c), start[e, 1] - (y0 + r)
-                xb, yb = end[e, 0] - (x0 + c), end[e, 1] - (y0 + r)
+                xa, ya = start[e, 0] - x, start[e, 1] - y
+                xb, yb = end[e, 0] - x, end[e, 1] - y
                 if ya == yb:
                     continue
                 slope = (xb - xa) / (yb - ya)
-                low, high = max(min(ya, yb), -9.0 * sigma), min(max(ya, yb), 9.0 * sigma)
+                low, high = max(min(ya, yb), -9.0), min(max(ya, yb), 9.0)
                 if low >= high:
                     continue
                 # Start from pieces of one σ, so that no narrow bell is missed; then halve where Simpson disagrees.
-                pieces = math.ceil((high - low) / sigma)
+                pieces = math.ceil(high - low)
                 band = 0.0
                 for p in range(pieces):
                     a_stack[0] = low + (high - low) * p / pieces
@@ -303,10 +313,10 @@ def _strips(
                         top -= 1
                         a, b = a_stack[top], b_stack[top]
                         m = 0.5 * (a + b)
-                        fa, fb = _strip(a, xa + slope * (a - ya), sigma), _strip(b, xa + slope * (b - ya), sigma)
-                        fm = _strip(m, xa + slope * (m - ya), sigma)
-                        f1 = _strip(0.5 * (a + m), xa + slope * (0.5 * (a + m) - ya), sigma)
-                        f2 = _strip(0.5 * (m + b), xa + slope * (0.5 * (m + b) - ya), sigma)
+                        fa, fb = _strip(a, xa + slope * (a - ya)), _strip(b, xa + slope * (b - ya))
+                        fm = _strip(m, xa + slope * (m - ya))
+                        f1 = _strip(0.5 * (a + m), xa + slope * (0.5 * (a + m) - ya))
+                        f2 = _strip(0.5 * (m + b), xa + slope * (0.5 * (m + b) - ya))
                         coarse = (b - a) / 6.0 * (fa + 4.0 * fm + fb)
                         fine = (b - a) / 12.0 * (fa + 4.0 * f1 + 2.0 * fm + 4.0 * f2 + fb)
                         if abs(fine - coarse) <= 15.0 * allowed or top >= depth:

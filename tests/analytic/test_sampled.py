@@ -89,3 +89,14 @@ def test_point_samples_count_what_lies_inside():
     x, y = centres()
     inside = shapely.contains_xy(shapely.Polygon(OUTLINE), x, y)
     np.testing.assert_allclose(image, np.where(inside, 0.9, 0.2), atol=1e-12)
+
+
+def test_strips_of_any_covariance_against_fourier_transforms():
+    shape = camsim.Polygon(points_um=[(-31, -22), (28, -30), (33, 19), (5, 8), (-20, 31)], reflectance=0.1)
+    scene = camsim.Scene(background=1.0, shapes=[shape])
+    lens = camsim.EllipticalGaussian.from_axes(sigma_um=6.0, sigma_across_um=2.0, rotate_deg=30.0)
+    grid = camsim.Grid(rows=20, cols=23, pitch_um=4.0)
+    exact = camsim.render(scene, [lens], grid, wavelength_nm=550.0, tolerance=1e-11, method="fourier").image
+    strips = camsim.render(scene, [lens], grid, wavelength_nm=550.0, method="strips")
+    assert np.abs(strips.image - exact).max() < 1e-8
+    assert strips.error_estimate < 1e-8
