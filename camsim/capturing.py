@@ -53,8 +53,12 @@ def load(
     overrides: Iterable[str] = (),
     seed: int | None = None,
     products: Collection[str] = ("mosaic",),
+    held: bool = True,
 ) -> Setup:
-    """Read and judge everything that a capture needs, and take no picture yet; see ``capture``."""
+    """Read and judge everything that a capture needs, and take no picture yet; see ``capture``.
+
+    held : False when its codes will go to files as they are finished (``Setup.expose_rows``)
+    """
     changes, faults = _parsed(overrides)
     if seed is not None and not 0 <= seed < 2**63:
         faults.append(Fault("--seed", 0, 0, "", f"must be a whole number from 0 to 2^63 − 1, not {seed}"))
@@ -63,7 +67,7 @@ def load(
     if not located or not judged:
         raise ConfigError(_in_order(faults))
     body = _collected(faults, lambda: _sensor_of(judged, sensor, changes))
-    setup = _setup(judged, body, Path(located.path).stem, seed, products)
+    setup = _setup(judged, body, Path(located.path).stem, seed, products, held=held)
     faults += [*judged.faults, *(body.faults if body else ())]
     if faults or setup is None:
         raise ConfigError(_in_order(faults))
@@ -87,6 +91,8 @@ def _setup(
     stem: str,
     seed: int | None,
     products: Collection[str],
+    *,
+    held: bool,
 ) -> Setup | None:
     """Build every part, so that every fault is found; None when there is any."""
     frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
@@ -97,7 +103,7 @@ def _setup(
     if mount and camera:
         camera = mount.on(camera)
     if sensor and camera and not scene.faults:
-        _refuse_what_does_not_fit(scene, sensor, camera, products)
+        _refuse_what_does_not_fit(scene, sensor, camera, products, held=held)
         if light is not None:
             coverage.refuse_what_light_lies_beyond(scene, sensor, camera, light)
     model = scene.model
@@ -111,6 +117,8 @@ def _setup(
         exposure=exposure,
         region=region,
         tolerance=model.render.tolerance,
+        method=model.render.method,
+        strict=model.render.strict,
         noise=model.noise.enabled,
         seed=model.noise.seed if seed is None else seed,
         frame_number=model.noise.frame_number,
@@ -120,11 +128,12 @@ def _setup(
 
 
 def _refuse_what_does_not_fit(
-    scene: SceneDocument, sensor: SensorDocument, camera: Camera, products: Collection[str]
+    scene: SceneDocument, sensor: SensorDocument, camera: Camera, products: Collection[str], *, held: bool
 ) -> None:
     region = scene.part(("region",), schema.Region)
     rows, cols = (region.rows, region.cols) if region else (camera.rows, camera.cols)
-    needed = memory.needed_bytes(rows, cols, len(camera.cfa.channels), products)
+    held = held or camera.blooming is not None
+    needed = memory.needed_bytes(rows, cols, len(camera.cfa.channels), products, held=held)
     free = memory.available_bytes()
     if needed <= free:
         return

@@ -13,7 +13,8 @@ import typer
 from typer.core import TyperGroup
 
 from camsim.cli.bench import bench
-from camsim.errors import CamsimError
+from camsim.cli.explain import explain
+from camsim.errors import AccuracyError, CamsimError
 
 _BEGAN_S = time.perf_counter()
 _MOST_LINES = 200
@@ -27,7 +28,7 @@ class _Commands(TyperGroup):
             return super().invoke(ctx)
         except CamsimError as error:
             _say(str(error))
-            code = 2
+            code = 1 if isinstance(error, AccuracyError) else 2
         except KeyboardInterrupt:
             _say("camsim: interrupted")
             code = 130
@@ -162,6 +163,12 @@ def capture(
     allow_odd_cfa: Annotated[
         bool, typer.Option("--allow-odd-cfa", help="Write a DNG even of a filter array that raw developers misread.")
     ] = False,
+    compress: Annotated[
+        bool, typer.Option("--compress", help="Write DNGs as lossless JPEG, about half the size (package imagecodecs).")
+    ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Write nothing, and exit with 1, if an error above the tolerance is found.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON on stdout.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
@@ -174,13 +181,14 @@ def capture(
         Request(
             scene=scene,
             sensor=sensor,
-            changes=tuple(changes or ()),
+            changes=(*(changes or ()), *(("render.strict=true",) if strict else ())),
             seed=seed,
             frames=frames,
             outputs=tuple(outputs or ()),
             pairs=pairs,
             levels=levels,
             allow_odd_cfa=allow_odd_cfa,
+            compress=compress,
             force=force,
             as_json=as_json,
             quiet=quiet,
@@ -245,7 +253,8 @@ def measure_mtf(
         str | None, typer.Option("--gamma", metavar="G", help="Undo an encoding: srgb, 2.2 …; 1 when data is linear.")
     ] = None,
     cfa: Annotated[
-        str | None, typer.Option("--cfa", metavar="RGGB", help="The filter array of a file that does not say it, or x-trans.")
+        str | None,
+        typer.Option("--cfa", metavar="RGGB", help="The filter array of a file that does not say it, or x-trans."),
     ] = None,
     layer: Annotated[str | None, typer.Option("--layer", metavar="NAME", help="Of an EXR or NPZ with several.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout.")] = False,
@@ -276,6 +285,7 @@ def measure_mtf(
 
 
 app.command()(bench)
+app.command()(explain)
 
 
 @app.command("list")

@@ -1,0 +1,199 @@
+"""``camsim explain``: what a capture will compute, what it leaves out, why, and at what cost. Nothing is rendered."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from camsim.errors import CamsimError, OutputError, UnknownNameError
+
+if TYPE_CHECKING:
+    from camsim.exposing import Capture
+    from camsim.rendering.decisions import Decision
+
+# Seconds of one core: a random number with what is done to it, a photosite's code, a byte of a file.
+NOISE_SECONDS, CODE_SECONDS, FILE_SECONDS = 13e-9, 12e-9, 8e-9
+BYTES_OF = {"mosaic": 2.0, "electrons": 8.0, "truth": 12.0, "preview": 3.0, "spectral": 4.0 * 31, "frame": 30.0}
+
+
+def explain(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, or the name of a shipped scene.")],
+    sensor: Annotated[
+        str | None, typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's.")
+    ] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as exposure.iso=800; repeatable."),
+    ] = None,
+    outputs: Annotated[
+        list[str] | None,
+        typer.Option("-o", "--output", metavar="FILE[:PRODUCT]", help="As if this were to be written; repeatable."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    plot: Annotated[
+        tuple[str, str] | None,
+        typer.Option(
+            "--plot", metavar="mtf|psf FILE", help="Draw lens, OLPF, photosite and system (needs matplotlib)."
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
+) -> None:
+    """Print what a capture will compute and what it leaves out, each with its reason, time, memory and error."""
+    from camsim.capturing import load
+    from camsim.cli.outputs import check
+
+    if plot is not None:
+        _check_plot(*plot, force=force)
+    texts = outputs or (f"{Path(scene).stem}.dng",)
+    files, errors = check(texts, force=True)
+    if errors:
+        raise CamsimError("\n".join(map(str, errors)))
+    products = {file.product for file in files}
+    setup = load(scene, sensor=sensor, overrides=changes or (), products=products)
+    capture = setup.capture
+    if plot is not None:
+        from camsim.cli.explain_plot import draw
+
+        Path(plot[1]).write_bytes(draw(capture, plot[0], Path(plot[1]).suffix.lower()[1:]))
+    told = explained(capture, products, [(file.path, file.product) for file in files])
+    if as_json:
+        print(json.dumps(told, indent=2, ensure_ascii=False))
+    else:
+        _print(told)
+
+
+def explained(capture: Capture, products: Collection[str], files: list[tuple[str, str]]) -> dict[str, Any]:
+    """Return every decision about a capture and what it is expected to take, as a plain tree."""
+    from camsim.config.memory import needed_bytes
+    from camsim.rendering.decisions import expectation, rendering_decisions
+
+    job, choice = capture.plan()
+    camera, grid = capture.camera, capture.grid
+    decisions = [
+        *rendering_decisions(
+            job, choice, light_samples=capture.samples.wavelength_nm.size, shapes=len(capture.scene.shapes)
+        ),
+        *_of_channels(capture, products),
+        *_of_camera(capture),
+        *_of_files(files),
+    ]
+    expected = expectation(choice, job)
+    photosites = float(grid.rows * grid.cols)
+    images = len(camera.cfa.channels) if "truth" in products else 1
+    seconds = {
+        "render": expected["seconds"] * images,
+        "noise": NOISE_SECONDS * capture.random_numbers,
+        "adc": CODE_SECONDS * photosites,
+        "write": FILE_SECONDS * photosites * sum(BYTES_OF[product] for _, product in files),
+    }
+    memory = expected["memory_bytes"] + needed_bytes(grid.rows, grid.cols, len(camera.cfa.channels), products)
+    return {
+        "scene": capture.scene_name,
+        "camera": camera.name,
+        "rows": grid.rows,
+        "cols": grid.cols,
+        "tolerance": capture.tolerance,
+        "method": choice.method,
+        "decisions": [asdict(decision) for decision in decisions],
+        "expected": {"seconds": seconds, "memory_bytes": memory, "error": expected["error"]},
+        "work": {**choice.run.work(images).counts(), "random_numbers": capture.random_numbers},
+    }
+
+
+def _of_channels(capture: Capture, products: Collection[str]) -> Iterator[Decision]:
+    from camsim.rendering.decisions import Decision
+
+    channels = capture.camera.cfa.channels
+    if len(channels) == 1:
+        return
+    if "truth" in products:
+        yield Decision(
+            topic="channels", decision=f"all {len(channels)} everywhere", reason="the truth is to be written"
+        )
+    else:
+        yield Decision(
+            topic="channels",
+            decision="each photosite in its own",
+            reason=f"nobody reads the other {len(channels) - 1}: no truth is written",
+        )
+
+
+def _of_camera(capture: Capture) -> Iterator[Decision]:
+    from camsim.rendering.decisions import Decision
+    from camsim.reporting import acting
+
+    camera = capture.camera
+    if camera.falloff is None:
+        yield Decision(topic="fall-off", decision="left out", reason="the lens has none: even light")
+    if camera.crosstalk is None:
+        yield Decision(
+            topic="crosstalk", decision="left out", reason="the sensor has none: no photosite beyond the window"
+        )
+    if not capture.noise:
+        yield Decision(topic="noise", decision="no random number", reason="noise is switched off")
+    else:
+        stages = acting(camera.electronics(capture.exposure.iso), noise=True)
+        yield Decision(
+            topic="noise",
+            decision=f"{capture.random_numbers} random numbers",
+            reason=f"{' → '.join(stages)}" if stages else "no stage draws any",
+        )
+
+
+def _of_files(files: list[tuple[str, str]]) -> Iterator[Decision]:
+    from camsim.rendering.decisions import Decision
+
+    if any(path.lower().endswith(".dng") or product == "preview" for path, product in files):
+        yield Decision(topic="colour matrix", decision="fitted", reason="a DNG or a preview is written")
+    else:
+        yield Decision(topic="colour matrix", decision="none", reason="no DNG and no preview is written")
+
+
+def _print(told: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    from camsim.config.memory import readable
+
+    console = Console(highlight=False, markup=False, emoji=False)
+    if not console.is_terminal:
+        console.width = 200
+    console.print(
+        f"{told['scene']}: {told['rows']} × {told['cols']} photosites of {told['camera']}, "
+        f"tolerance {told['tolerance']:g}"
+    )
+    table = Table(box=None, pad_edge=False, show_header=False)
+    for style in ("bold", "", "dim"):
+        table.add_column(style=style, overflow="fold")
+    for line in told["decisions"]:
+        table.add_row(line["topic"], line["decision"], line["reason"])
+    expected = told["expected"]
+    seconds = expected["seconds"]
+    parts = ", ".join(f"{name} {value:.2g}" for name, value in seconds.items())
+    table.add_row("time", f"about {sum(seconds.values()):.2g} s of one core", f"kernels compiled: {parts}")
+    table.add_row("memory", f"about {readable(expected['memory_bytes'])}", "beyond what the program itself holds")
+    table.add_row("error", f"at most {expected['error']:g}", "of a perfect diffuser, or of the brightest surface")
+    with console.capture() as printed:
+        console.print(table)
+    print("\n".join(line.rstrip() for line in printed.get().splitlines()))
+
+
+def _check_plot(kind: str, file: str, *, force: bool) -> None:
+    """Refuse what cannot be drawn, before any work."""
+    from camsim.cli.plot import check_matplotlib
+
+    if kind not in ("mtf", "psf"):
+        raise UnknownNameError("plot", kind, ("mtf", "psf"))
+    suffixes = (".png", ".svg", ".pdf")
+    if Path(file).suffix.lower() not in suffixes:
+        raise OutputError(f"cannot write {file!r}: a plot is one of {', '.join(suffixes)}")
+    if not Path(file).parent.is_dir():
+        raise OutputError(f"cannot write {file!r}: the folder {str(Path(file).parent)!r} does not exist; make it first")
+    if Path(file).exists() and not force:
+        raise OutputError(f"{file!r} exists; overwrite it with --force")
+    check_matplotlib()

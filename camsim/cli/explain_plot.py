@@ -1,0 +1,123 @@
+"""Transfer functions and patterns of lens, OLPF, photosite and system, as in figures 3 to 7 of the paper."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camsim.arrays import F64
+
+if TYPE_CHECKING:
+    from camsim.exposing import Capture
+
+COLOURS = {"R": "#c0392b", "G": "#1e8449", "B": "#2456a6", "Y": "#333333"}
+WAVELENGTHS = 24  # of a curve or pattern, at the most
+ALONG = 400
+FOOTPRINT = "photosite"
+PITCHES, PERIOD, CELLS = 4.0, 32.0, 1024  # what is shown to either side; a period that hardly wraps, and its samples
+
+
+def draw(capture: Capture, kind: str, suffix: str) -> bytes:
+    """Return a picture, "mtf" or "psf", as bytes of a PNG, SVG or PDF."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 5.4) if kind == "mtf" else (10.0, 6.6), layout="constrained")
+    (_draw_mtf if kind == "mtf" else _draw_psf)(figure, capture)
+    out = io.BytesIO()
+    figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
+    return out.getvalue()
+
+
+def _shares(capture: Capture, channel: int) -> tuple[F64, F64]:
+    """Return wavelengths (nm) and the share that each has in what a channel sees of a white surface."""
+    samples = capture.samples
+    response = capture.camera.electrons_per_reflectance(samples, 1.0)[channel]
+    step = max(1, -(-int(np.count_nonzero(response)) // WAVELENGTHS))
+    used = np.flatnonzero(response)[step // 2 :: step]
+    shares: F64 = response[used] / response[used].sum()
+    return samples.wavelength_nm[used], shares
+
+
+def _lens(capture: Capture, channel: int, fx: F64, fy: F64) -> Any:
+    system = capture.camera.optics
+    wavelength_nm, shares = _shares(capture, channel)
+    return sum(s * system.point_otf(fx, fy, float(w)) for w, s in zip(wavelength_nm, shares, strict=True))
+
+
+def _draw_mtf(figure: Any, capture: Capture) -> None:
+    camera, system = capture.camera, capture.camera.optics
+    axes = figure.subplots()
+    shortest = min(_shares(capture, k)[0].min(initial=1e9) for k in range(len(camera.cfa.channels)))
+    last = min(2.5, max(1.05, 1.05 * system.cutoff_per_um(float(shortest)) * camera.pitch_um))
+    f = np.linspace(0.0, last, ALONG)
+    per_um, zero = f / camera.pitch_um, np.zeros(ALONG)
+    aperture = np.abs(system.photosite.otf(per_um, zero, 0.0))
+    axes.plot(f, aperture, color="grey", lw=1.0, ls=":", label="photosite")
+    if system.olpf is not None:
+        axes.plot(f, np.abs(system.olpf.otf(per_um, zero, 0.0)), color="grey", lw=1.0, ls="--", label="OLPF")
+    footprint, slanted = system.footprint_otf(per_um, zero), per_um * np.sqrt(0.5)
+    for k, name in enumerate(camera.cfa.channels):
+        if not _shares(capture, k)[0].size:
+            continue
+        colour = COLOURS.get(name, "#7d3c98")
+        lens = _lens(capture, k, per_um, zero)
+        axes.plot(f, np.abs(lens), color=colour, lw=0.9, alpha=0.6, label=f"lens, {name}")
+        axes.plot(f, np.abs(lens * footprint), color=colour, lw=2.0, label=f"system, {name}")
+        diagonal = _lens(capture, k, slanted, slanted) * system.footprint_otf(slanted, slanted)
+        axes.plot(f, np.abs(diagonal), color=colour, lw=1.2, ls="-.", label=f"system, {name}, 45°")
+    axes.axvline(0.5, color="black", lw=0.8, ls=":")
+    axes.text(0.5, 1.03, "Nyquist", ha="center", fontsize=8)
+    axes.set(
+        xlim=(0.0, last), ylim=(0.0, 1.02), ylabel="MTF", xlabel="cycles per pitch, along x (45°: along a diagonal)"
+    )
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    axes.set_title(f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}", pad=18)
+
+
+def _draw_psf(figure: Any, capture: Capture) -> None:
+    camera, system = capture.camera, capture.camera.optics
+    channel = int(np.argmax(camera.electrons_per_reflectance(capture.samples, 1.0).sum(axis=1)))
+    name = camera.cfa.channels[channel]
+    step = PERIOD / CELLS
+    f = np.fft.fftfreq(CELLS, step) / camera.pitch_um
+    fx, fy = np.meshgrid(f, f)
+    lens = _lens(capture, channel, fx, fy)
+    # A photosite's transfer never ends; a little blur keeps what the samples cut off from ringing.
+    blur = np.exp(-2.0 * np.pi**2 * (1.2 * step * camera.pitch_um) ** 2 * (fx**2 + fy**2))
+    footprint = system.footprint_otf(fx, fy)
+    parts = {f"lens, {name}": lens, FOOTPRINT: footprint * blur, f"system, {name}": lens * footprint}
+    half = round(PITCHES / step)
+    patterns = {title: _pattern(otf, half) for title, otf in parts.items()}
+    pictures, slices = figure.subplots(2, 3, height_ratios=[3, 2])
+    along = np.arange(-half, half + 1) * step
+    ticks = np.arange(-PITCHES, PITCHES + 1.0)
+    for above, below, (title, pattern) in zip(pictures, slices, patterns.items(), strict=True):
+        brightest = pattern.max()
+        shown = np.sqrt(np.maximum(pattern, 0.0) / brightest)
+        above.imshow(shown, extent=(-PITCHES, PITCHES, PITCHES, -PITCHES), cmap="magma", interpolation="nearest")
+        above.set_title(title if system.olpf is None or title != FOOTPRINT else "OLPF ⊗ photosite", fontsize=10)
+        above.set(xticks=ticks, yticks=ticks)
+        below.semilogy(along, np.maximum(pattern[half] / brightest, 1e-12), color="black", lw=1.0, label="along x")
+        diagonal = np.maximum(np.diagonal(pattern) / brightest, 1e-12)
+        below.semilogy(along * np.sqrt(2.0), diagonal, color="grey", lw=0.8, ls="--", label="along a diagonal")
+        below.set(xlim=(-PITCHES, PITCHES), ylim=(1e-4, 1.5), xticks=ticks, xlabel="pitches")
+        below.grid(alpha=0.3)
+    slices[0].set_ylabel("relative irradiance")
+    slices[0].legend(fontsize=7)
+    figure.suptitle(
+        f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}; above: root of the irradiance"
+    )
+
+
+def _pattern(otf: F64, half: int) -> F64:
+    """Return the relative irradiance on ``half`` samples to either side of the middle."""
+    pattern = np.fft.fftshift(np.fft.ifft2(otf).real)
+    middle = slice(CELLS // 2 - half, CELLS // 2 + half + 1)
+    shown: F64 = pattern[middle, middle]
+    return shown
