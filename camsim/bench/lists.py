@@ -26,9 +26,9 @@ def start(results: Results, *, quick: bool) -> None:
 
 def run_extremes(results: Results, say: Callable[[float, str], None]) -> int:
     """Run every stiff and extreme case; return how many came out wrong. One that breaks does not stop the others."""
-    from camsim.bench.extremes import cases
+    from camsim.bench import extremes, sensor_extremes
 
-    failed, everything, begin = 0, cases(), time.perf_counter()
+    failed, everything, begin = 0, (*extremes.cases(), *sensor_extremes.cases()), time.perf_counter()
     for number, case in enumerate(everything, 1):
         began = time.perf_counter()
         line: dict[str, object] = {"name": case.name, "input": case.input}

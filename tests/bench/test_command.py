@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from camsim.bench import extremes
+from camsim.bench import extremes, sensor_extremes
 from camsim.bench.results import read_results, rounded
 from camsim.bench.tables import shown
 from camsim.errors import InputError
@@ -162,7 +162,7 @@ def test_numbers_are_kept_to_four_digits():
 
 
 BROKEN = """
-from camsim.bench import extremes
+from camsim.bench import extremes, sensor_extremes
 from camsim.bench.extremes import ExtremeCase, Outcome
 
 
@@ -180,7 +180,7 @@ CASES = [
     ExtremeCase(name="bad", input="another", run=lambda: outcome("wrong")),
     ExtremeCase(name="broken", input="a third", run=breaks),
 ]
-extremes.cases = lambda: CASES[:{count}]
+extremes.cases, sensor_extremes.cases = lambda: CASES[:{count}], lambda: []
 from camsim.cli import main
 main()
 """
@@ -207,6 +207,12 @@ def test_extremes_are_a_table_and_an_exit_code(tmp_path, count, code, words):
 
 
 def test_the_list_of_extremes_is_whole_and_its_names_differ():
-    cases = extremes.cases()
-    assert len(cases) > 30
+    cases = (*extremes.cases(), *sensor_extremes.cases())
+    assert len(cases) > 60
     assert len({case.name for case in cases}) == len(cases)
+
+
+def test_every_extreme_of_the_sensor_is_right_or_refused():
+    for case in sensor_extremes.cases():
+        found = case.run()
+        assert found.verdict in ("right", "refused"), (case.name, found)
