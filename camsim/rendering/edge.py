@@ -55,6 +55,7 @@ class Numbers(NamedTuple):
     gauss_w: F64
     sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
     m22: float
+    turns: int  # its symmetry: a half turn (2) or a quarter turn (4) leaves it as it is
     apart: F64  # (c, 2): the field is the mean of its table at these offsets
     separation: float  # a source is smooth over a tile when it is this many half-widths away
     nodes: F64  # (n,) Chebyshev nodes on −1 … 1
@@ -146,7 +147,7 @@ def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables
     """Rings of the half line from s ≥ 0 on, going in direction (tx, ty)."""
     if math.hypot(h, s) >= n.quiet_end:
         return 0.0
-    return ring_tail(h, s, tx, ty, weights, tables.blur, tables.rings, n.near)
+    return ring_tail(h, s, tx, ty, weights, tables.blur, tables.rings, n.turns, n.near)
 
 
 @nb.njit(cache=True)
@@ -154,8 +155,8 @@ def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables,
     """Rings of an infinite line at |h| ≥ ``reach``."""
     if abs(h) >= n.quiet_line:
         return 0.0
-    ahead = ring_tail(h, 0.0, tx, ty, weights, tables.blur, tables.rings, n.near)
-    return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.blur, tables.rings, n.near)
+    ahead = ring_tail(h, 0.0, tx, ty, weights, tables.blur, tables.rings, n.turns, n.near)
+    return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.blur, tables.rings, n.turns, n.near)
 
 
 @nb.njit(cache=True)

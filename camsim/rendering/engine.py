@@ -70,6 +70,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         gauss_w=gauss_w,
         sigma2=footprint.sigma2,
         m22=footprint.m22,
+        turns=_turns(footprint),
         apart=footprint.grid()[2],
         separation=settings.separation,
         nodes=nodes,
@@ -160,6 +161,7 @@ def boundary_bands(
                 origin[0], origin[1] + row, np.ascontiguousarray(channel[row : row + band]), edges, tables, n
             )
         yield part
+        del part  # or it would stay until the next one is finished
 
 
 def _rings(blur: F64, footprint: Footprint, settings: Settings) -> C128:
@@ -168,7 +170,11 @@ def _rings(blur: F64, footprint: Footprint, settings: Settings) -> C128:
         return np.empty((0, 2, 1, 1), np.complex128)
     order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
     nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
-    return airy_rings(blur, nodes, weights, nearest=settings.near)
+    return airy_rings(blur, nodes, weights, turns=_turns(footprint), nearest=settings.near)
+
+
+def _turns(footprint: Footprint) -> int:
+    return 4 if footprint.square else 2
 
 
 def _directions(tx: F64, ty: F64, wanted: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:

@@ -7,8 +7,8 @@ direction, also where the edge is met square on, and a dozen Gauss nodes give th
 
 The footprint enters exactly. Averaged over it the field is e^{2πir/λN}·r⁻³·A(1/r, θ), with A smooth in 1/r and
 band-limited in θ by the footprint's size over λN. A is made once by a product rule over the footprint, as a
-polynomial in 1/r and a Fourier series in 2θ (a footprint is symmetric about its centre); both may be followed off the
-real axis.
+polynomial in 1/r and a Fourier series in 2θ (a footprint is symmetric about its centre) or in 4θ (where a quarter turn
+leaves it as it is); both may be followed off the real axis.
 """
 
 from __future__ import annotations
@@ -29,20 +29,22 @@ _RAY = complex(math.sqrt(0.5), math.sqrt(0.5))
 _SERIES = np.array([1.0, -1 / 4, 9 / 32, -57 / 128, 1875 / 2048, -19035 / 8192, 460845 / 65536, -6486165 / 262144])
 
 
-def airy_rings(blur: F64, nodes: F64, weights: F64, *, nearest: float) -> C128:
+def airy_rings(blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: float) -> C128:
     """Tabulate the amplitudes of Airy patterns averaged over a footprint.
 
     blur    : (j,) λN, pitches
     nodes   : (n, 2), weights (n,): a rule over the footprint that resolves λN
+    turns   : 2, or 4 where a quarter turn leaves the footprint as it is
     nearest : pitches; they hold from there on, to 1e-6 of themselves
-    returns : (j, 2, m, q): radial and tangential, harmonics of 2θ from −(m − 1)/2 on, powers of nearest/r
+    returns : (j, 2, m, q): radial and tangential, harmonics of turns·θ from −(m − 1)/2 on, powers of nearest/r
     """
     extent = float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
     ripple = 2.0 * math.pi * extent / blur.min()  # radians across the footprint
     powers = 6 + math.ceil(0.5 * ripple * extent / nearest)
-    most = 6 + math.ceil(ripple)
+    # Bessel functions of order n vanish from n = ripple on, within a few times its third root.
+    most = math.ceil((ripple + 4.0 * ripple ** (1.0 / 3.0) + 8.0) / turns)
     count = 2 * most + 1
-    angle = np.pi * np.arange(count) / count
+    angle = 2.0 * np.pi / turns * np.arange(count) / count
     inverse = 0.5 * (1.0 + np.cos(np.pi * (np.arange(powers) + 0.5) / powers))
     to_powers = np.linalg.inv(np.vander(inverse, powers, increasing=True))
     amplitude = np.empty((blur.size, 2, count, powers), np.complex128)
@@ -81,11 +83,11 @@ def _amplitude(length: float, nodes: F64, weights: F64, radius: F64, angle: F64)
 
 @nb.njit(cache=True)
 def ring_tail(
-    h: float, s: float, tx: float, ty: float, weights: F64, blur: F64, amplitude: C128, nearest: float
+    h: float, s: float, tx: float, ty: float, weights: F64, blur: F64, amplitude: C128, turns: int, nearest: float
 ) -> float:
     """Oscillating part of the half line from s ≥ 0 on, going in direction (tx, ty), seen from h to its left.
 
-    weights : (j,);  blur, amplitude, nearest : as of ``airy_rings``
+    weights : (j,);  blur, amplitude, turns, nearest : as of ``airy_rings``
 
     It is ∫ −V·n ds along the ray, n = (−ty, tx), with V from its radial and tangential amplitudes.
     """
@@ -106,6 +108,8 @@ def ring_tail(
             inverse = 1.0 / rr
             turn = complex(tx, ty) * ((along - 1j * h) * inverse)  # e^{iθ}, on and off the real axis
             turn *= turn
+            if turns == 4:
+                turn *= turn
             back = 1.0 / turn
             u = nearest * inverse
             radial, tangential = 0j, 0j

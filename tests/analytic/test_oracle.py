@@ -23,7 +23,7 @@ def rendered(case, tolerance):
     if case["olpf"]:
         optics.append(camsim.FourSpotOlpf(split_um=case["olpf"] * PITCH_UM))
     grid = camsim.Grid(rows=1, cols=1, pitch_um=PITCH_UM)
-    return camsim.render(scene, optics, grid, wavelength_nm=WAVELENGTH_NM, tolerance=tolerance)
+    return camsim.render(scene, optics, grid, wavelength_nm=WAVELENGTH_NM, tolerance=tolerance, method="boundary")
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9])
