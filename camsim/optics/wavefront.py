@@ -33,7 +33,7 @@ class Wavefront:
 
     The pupil's x and y run along the sensor's (y down). A positive path difference at a point of the pupil turns its
     phase by exp(+2πi·W/λ), and the image's amplitude is its transform with exp(−2πi): so a positive coefficient 2
-    shifts the image to the right by 4·c·λ_ref·N, a positive 1 down, and coma 8 has its tail to the left.
+    shifts the image to the right by 4·c·λ_ref·N, a positive 1 down, and coma 8 has its tail to the right.
 
     >>> lens = Wavefront(f_number=4.0, zernike_waves=((4, 0.05),), reference_nm=550.0)
     >>> round(lens.strehl(550.0), 3)  # exp(−(2π·0.05)²) = 0.906
@@ -116,7 +116,8 @@ class Wavefront:
         nodes, before = 24, complex(math.inf)
         while True:
             x, y, weights = self.pupil.overlap(shift, angle, nodes)
-            phase = self.waves(x + dx, y + dy, wavelength_nm) - self.waves(x - dx, y - dy, wavelength_nm)
+            # ∫ |a|²·exp(−2πi f·x) pairs the amplitude of a point with the conjugate of that f further on.
+            phase = self.waves(x - dx, y - dy, wavelength_nm) - self.waves(x + dx, y + dy, wavelength_nm)
             value = complex(np.sum(weights * np.exp(2j * np.pi * phase))) / self.pupil.area
             if abs(value - before) <= SETTLED or nodes > 1000:
                 return value

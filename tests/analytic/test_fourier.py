@@ -1,0 +1,346 @@
+"""The Fourier engine against quadrature, against the boundary engine, and against itself by other roads."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tolerances import ROUNDING
+
+import camsim
+from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.optics import OpticalSystem
+from camsim.rendering import fourier_plan, render_channels
+from camsim.rendering.fourier import fourier_cost, fourier_image
+from tests.fourier_truth import white_with_a_black_polygon
+from tests.many_polygons import bayer, random_scene, three_channels
+
+CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
+OUTLINE = np.array([(-9.3, -12.1), (14.2, -7.7), (3.3, 15.9), (-2.0, 2.5)])
+AIRY, SQUARE = camsim.Airy(f_number=2.4), camsim.SquarePhotosite(side_um=1.0)
+
+
+def polygon_image(
+    stages,
+    tolerance,
+    *,
+    outline=OUTLINE,
+    shape=(1, 1),
+    origin=None,
+    levels=(1.0, 0.0),
+    wavelength_nm=500.0,
+    **limits,
+):
+    """A polygon of one level on another, at a pitch of 1 µm."""
+    outline = np.asarray(outline, float)
+    return fourier_image(
+        start=outline,
+        end=np.roll(outline, -1, axis=0),
+        left=np.ones(len(outline), np.int64),
+        right=np.zeros(len(outline), np.int64),
+        density=np.array(levels).reshape(2, 1, 1),
+        base=np.array(levels[:1]),
+        wavelength_nm=np.array([wavelength_nm]),
+        system=OpticalSystem.of(stages),
+        pitch_um=1.0,
+        origin=((1 - shape[1]) / 2, (1 - shape[0]) / 2) if origin is None else origin,
+        channel=np.zeros(shape, np.uint8),
+        tolerance=tolerance,
+        **limits,
+    )
+
+
+def oracle_error(case, tolerance):
+    stages = [camsim.Airy(f_number=2.0 * case["L"]), camsim.SquarePhotosite(side_um=case["box"])]
+    if case["olpf"]:
+        stages.append(camsim.FourSpotOlpf(split_um=case["olpf"]))
+    outline = np.array(case["polygon"]) - [case["x"], case["y"]]
+    return abs(polygon_image(stages, tolerance, outline=outline, levels=(0.0, 1.0))[0, 0] - case["value"])
+
+
+def test_all_reference_values_to_1e_11():
+    assert len(CASES) == 296
+    assert max(oracle_error(case, 1e-11) for case in CASES) <= 1e-11
+
+
+def test_any_tolerance_is_kept(rng):
+    """No point above the diagonal, wherever between the limits it lies."""
+    for index in rng.integers(len(CASES), size=120):
+        tolerance = 10 ** rng.uniform(-11, -2)
+        assert oracle_error(CASES[index], tolerance) <= tolerance, (CASES[index], tolerance)
+
+
+@pytest.mark.parametrize("tolerance", [1e-12, 0.02, 0.0, float("nan")])
+def test_tolerances_that_cannot_be_kept_are_refused(tolerance):
+    with pytest.raises(InvalidValueError, match=r"outside 1e-11 … 0\.01, what the Fourier engine renders to"):
+        polygon_image([AIRY], tolerance)
+
+
+@pytest.mark.parametrize(("side", "split"), [(0.0, 0.0), (1.0, 0.0), (0.8, 0.75)])
+def test_a_whole_image_against_the_slow_judge(side, split):
+    stages = [AIRY, camsim.SquarePhotosite(side_um=side)]
+    if split:
+        stages.append(camsim.FourSpotOlpf(split_um=split))
+    exact = white_with_a_black_polygon(OUTLINE, 40, 48, 1.2, side=side, split=split, taper=120.0, band=24.0)
+    assert np.abs(polygon_image(stages, 1e-9, shape=(40, 48)) - exact).max() <= 1e-10
+
+
+@pytest.mark.parametrize("olpf", [False, True], ids=["plain", "OLPF"])
+@pytest.mark.parametrize("mosaic", [False, True], ids=["mono", "Bayer"])
+@pytest.mark.parametrize("seed", range(5))
+def test_two_engines_make_one_image(seed, mosaic, olpf):
+    rng = np.random.default_rng(1000 * seed + 10 * mosaic + olpf)
+    pitch_um = float(rng.uniform(2.0, 6.0))
+    grid = camsim.Grid(rows=30, cols=36, pitch_um=pitch_um)
+    stages = [
+        camsim.Airy(f_number=float(10 ** rng.uniform(0.3, 0.8))),
+        camsim.SquarePhotosite.from_fill_factor(pitch_um=pitch_um, fill_factor=float(rng.uniform(0.3, 1.0))),
+    ]
+    if olpf:
+        stages.append(camsim.FourSpotOlpf(split_um=0.7 * pitch_um))
+    scene = random_scene(rng, size_um=36 * pitch_um, spectral=mosaic)
+    wavelength_nm = np.linspace(400.0, 700.0, 31) if mosaic else np.array([550.0])
+    images = [
+        render_channels(
+            scene,
+            OpticalSystem.of(stages),
+            grid,
+            response=three_channels(wavelength_nm) if mosaic else np.ones((1, 1)),
+            wavelength_nm=wavelength_nm,
+            channel=bayer(30, 36) if mosaic else np.zeros((30, 36), np.uint8),
+            tolerance=1e-8 if mosaic else 4e-9,
+            method=method,
+        )
+        for method in ("boundary", "fourier")
+    ]
+    assert np.abs(images[0].image - images[1].image).max() <= 1e-8
+    assert sum(image.error_estimate for image in images) <= 1e-8
+
+
+class OnlyOtf:
+    """A lens of the user's own: five lines."""
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return camsim.Airy(f_number=2.4).otf(fx_per_um, fy_per_um, wavelength_nm)
+
+
+class Box:
+    """A blur of the user's own besides the lens: what a photosite of 1 µm does."""
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return np.sinc(fx_per_um) * np.sinc(fy_per_um)
+
+
+def test_a_lens_of_ones_own_needs_an_otf_only():
+    expected = polygon_image([AIRY, SQUARE], 1e-9, shape=(8, 9))
+    assert np.abs(polygon_image([OnlyOtf(), SQUARE], 1e-9, shape=(8, 9)) - expected).max() <= 1e-9
+
+
+def test_a_blur_of_ones_own_goes_besides_the_lens():
+    expected = polygon_image([AIRY, SQUARE], 1e-9, shape=(8, 9))
+    assert np.abs(polygon_image([AIRY, Box()], 1e-9, shape=(8, 9)) - expected).max() <= 1e-9
+    scene = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=tuple(map(tuple, OUTLINE)), reflectance=0.0)])
+    rendering = camsim.render(
+        scene, [AIRY, Box()], camsim.Grid(rows=8, cols=9, pitch_um=1.0), wavelength_nm=500.0, tolerance=1e-6
+    )
+    assert rendering.method == "fourier"
+    assert np.abs(rendering.image - expected).max() <= 1e-6
+
+
+def test_a_transfer_without_an_end_is_refused():
+    with pytest.raises(UnsupportedError, match="does not end by 4096 cycles/µm; give the stage a cutoff_per_um"):
+        polygon_image([Box()], 1e-6)
+
+
+ASYMMETRIC = {
+    "L": camsim.PolygonPhotosite(
+        points_um=((-0.5, -0.5), (0.5, -0.5), (0.5, 0.0), (0.0, 0.0), (0.0, 0.5), (-0.5, 0.5))
+    ),
+    "the same, listed the other way round": camsim.PolygonPhotosite(
+        points_um=((-0.5, 0.5), (0.0, 0.5), (0.0, 0.0), (0.5, 0.0), (0.5, -0.5), (-0.5, -0.5))
+    ),
+}
+
+
+@pytest.mark.parametrize("photosite", ASYMMETRIC.values(), ids=ASYMMETRIC)
+def test_an_l_is_three_squares(photosite):
+    parts = [
+        polygon_image([AIRY, camsim.SquarePhotosite(side_um=0.5)], 1e-10, shape=(6, 7), origin=(-3 + x, 4 + y))
+        for x, y in ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25))
+    ]
+    image = polygon_image([AIRY, photosite], 1e-10, shape=(6, 7), origin=(-3.0, 4.0))
+    assert np.abs(image - np.mean(parts, axis=0)).max() <= 2e-10
+    assert np.abs(image - image.mean()).max() > 0.1
+
+
+def test_round_photosites_against_point_samples(rng):
+    """The light on an area is the mean of points in it: 20 × 20 Gauss nodes in polar coordinates."""
+    x, w = np.polynomial.legendre.leggauss(12)
+    angle = 2 * np.pi * np.arange(24) / 24
+    total = 0.0
+    for r, share in zip(0.25 * (1 + x), 0.25 * w, strict=True):
+        for a in angle:
+            point = polygon_image([AIRY], 1e-9, origin=(8.0 + r * np.cos(a), -5.0 + r * np.sin(a)))[0, 0]
+            total += point * share * r / 24 * 8.0
+    disc = polygon_image([AIRY, camsim.CircularPhotosite(diameter_um=1.0)], 1e-9, origin=(8.0, -5.0))[0, 0]
+    assert disc == pytest.approx(total, abs=2e-9)
+    nearly_a_disc = camsim.RoundedPhotosite(width_um=1.0, height_um=1.0, radius_um=0.5)
+    assert polygon_image([AIRY, nearly_a_disc], 1e-9, origin=(8.0, -5.0))[0, 0] == pytest.approx(total, abs=2e-9)
+    not_rounded = camsim.RoundedPhotosite(width_um=1.0, height_um=1.0, radius_um=0.0)
+    square = polygon_image([AIRY, SQUARE], 1e-9, origin=(8.0, -5.0))[0, 0]
+    assert polygon_image([AIRY, not_rounded], 1e-9, origin=(8.0, -5.0))[0, 0] == pytest.approx(square, abs=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    "olpf",
+    [
+        camsim.FourSpotOlpf(split_um=0.8, split_y_um=0.4, rotate_deg=25.0),
+        camsim.FourSpotOlpf(split_um=0.8, split_y_um=0.0, rotate_deg=60.0),
+    ],
+    ids=["unequal and turned", "one plate"],
+)
+def test_an_olpf_is_the_mean_of_its_images(olpf):
+    parts = [polygon_image([AIRY, SQUARE], 1e-10, shape=(5, 6), origin=(-3.0 - x, 4.0 - y)) for x, y in olpf.spots_um()]
+    image = polygon_image([AIRY, SQUARE, olpf], 1e-10, shape=(5, 6), origin=(-3.0, 4.0))
+    assert np.abs(image - np.mean(parts, axis=0)).max() <= 2e-10
+
+
+def test_a_measured_pattern_beside_the_centre_shifts_the_image():
+    def lens(row, col):
+        samples = np.zeros((7, 7))
+        samples[row, col] = 1.0
+        return camsim.MeasuredPsf(irradiance=tuple(map(tuple, samples)), spacing_um=0.5)
+
+    # A point's light falls one sample to the right and two down of where it should.
+    image = polygon_image([lens(5, 4), SQUARE], 1e-9, shape=(20, 20))
+    expected = polygon_image([lens(3, 3), SQUARE], 1e-9, shape=(20, 20), outline=OUTLINE + np.array([0.5, 1.0]))
+    assert np.abs(image - expected).max() <= 1e-9
+    assert np.abs(image - polygon_image([lens(3, 3), SQUARE], 1e-9, shape=(20, 20))).max() > 0.1
+
+
+def test_samples_of_a_gaussian_make_that_gaussian():
+    x = 0.4 * np.arange(-20, 21)
+    row = np.exp(-0.5 * x**2)
+    measured = camsim.MeasuredPsf(irradiance=tuple(map(tuple, np.outer(row, row))), spacing_um=0.4)
+    gaussian = camsim.Gaussian(sigma_um=1.0)
+    images = [polygon_image([lens, SQUARE], 1e-9, shape=(20, 20)) for lens in (measured, gaussian)]
+    assert np.abs(images[0] - images[1]).max() <= 1e-9
+
+
+def test_an_ellipse_is_a_round_pattern_in_a_stretched_world():
+    """A Gaussian twice as wide along a direction: the scene is squeezed along it, and the pattern is round."""
+    angle = np.deg2rad(30.0)
+    axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    lens = camsim.EllipticalGaussian.from_axes(sigma_um=2.0, sigma_across_um=1.0, rotate_deg=30.0)
+    squeezed = (OUTLINE @ axes.T) / [2.0, 1.0]
+    for x, y in ((0.0, 0.0), (5.0, -3.0), (12.0, -9.0)):
+        where = axes @ [x, y] / [2.0, 1.0]
+        expected = polygon_image([camsim.Gaussian(sigma_um=1.0)], 1e-9, outline=squeezed, origin=tuple(where))
+        assert polygon_image([lens], 1e-9, origin=(x, y))[0, 0] == pytest.approx(expected[0, 0], abs=2e-9)
+
+
+def test_edges_by_non_uniform_transform(monkeypatch):
+    """Nodes along the edges and one big transform, or edge by edge: it is a matter of cost alone."""
+    rng = np.random.default_rng(5)
+    pitch_um = 2.0
+    scene = random_scene(rng, size_um=60.0, spectral=True)
+    wavelength_nm = np.linspace(400.0, 700.0, 5)
+
+    def image():
+        return render_channels(
+            scene,
+            OpticalSystem.of([camsim.Airy(f_number=4.0), camsim.SquarePhotosite(side_um=2.0)]),
+            camsim.Grid(rows=24, cols=30, pitch_um=pitch_um),
+            response=three_channels(wavelength_nm),
+            wavelength_nm=wavelength_nm,
+            channel=bayer(24, 30),
+            tolerance=1e-10,
+            method="fourier",
+        ).image
+
+    one_by_one = image()
+    monkeypatch.setattr(fourier_plan, "PER_EDGE_POINT", 1.0)
+    assert np.abs(image() - one_by_one).max() <= 1e-10
+
+
+def test_tiles_make_the_same_image(monkeypatch):
+    """A short pattern: a frame that must be cut to fit the memory, and scenery far outside that is cut off."""
+    outline = OUTLINE * [300.0, 8.0]
+    lens = [camsim.Gaussian(sigma_um=1.5), SQUARE]
+    whole = polygon_image(lens, 1e-9, outline=outline, shape=(200, 900))
+    monkeypatch.setattr(fourier_plan, "BLOCK_POINTS", 20_000)
+    monkeypatch.setattr(fourier_plan, "PART", 20_000)
+    assert fourier_plan.FEWEST_IN_BLOCK <= 20_000
+    limit = 1.2e7
+    cut = polygon_image(lens, 1e-9, outline=outline, shape=(200, 900), memory_limit_bytes=limit)
+    assert np.abs(cut - whole).max() <= 1e-9
+
+
+def test_what_lies_millions_of_pitches_away_is_clamped():
+    far = np.array([(-1e7, -3.3), (2e7, 4.4), (1e7, 5e6)])
+    image = polygon_image([camsim.Gaussian(sigma_um=1.5), SQUARE], 1e-9, outline=far, shape=(9, 9))
+    grid = camsim.Grid(rows=9, cols=9, pitch_um=1.0)
+    scene = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=tuple(map(tuple, far)), reflectance=0.0)])
+    optics = [camsim.Gaussian(sigma_um=1.5), SQUARE]
+    boundary = camsim.render(scene, optics, grid, wavelength_nm=500.0, tolerance=1e-9, method="boundary")
+    assert np.abs(image - boundary.image).max() <= 2e-9
+
+
+def test_too_much_memory_is_refused_with_the_figure():
+    # An Airy pattern reaches everywhere: a far polygon makes the period long.
+    with pytest.raises(InvalidValueError) as caught:
+        polygon_image([AIRY, SQUARE], 1e-9, outline=OUTLINE * 3000.0, shape=(64, 64))
+    message = str(caught.value)
+    assert message.startswith("method: fourier would take ")
+    assert "GB for this frame and scene, and its limit is 2.0 GB; render a smaller region" in message
+    seconds, memory, _ = fourier_cost(
+        start=OUTLINE * 3000.0,
+        end=np.roll(OUTLINE, -1, axis=0) * 3000.0,
+        density=np.ones((2, 1, 1)),
+        wavelength_nm=np.array([500.0]),
+        system=OpticalSystem.of([AIRY, SQUARE]),
+        pitch_um=1.0,
+        origin=(0.0, 0.0),
+        channel=np.zeros((64, 64), np.uint8),
+        tolerance=1e-9,
+    )
+    assert memory > 2e9
+    assert seconds > 1.0
+
+
+def test_channels_one_by_one_where_memory_is_short(monkeypatch):
+    rng = np.random.default_rng(8)
+    scene = random_scene(rng, size_um=60.0, spectral=True)
+    wavelength_nm = np.linspace(400.0, 700.0, 5)
+    plans = []
+    planned = fourier_plan._tiled
+    monkeypatch.setattr(fourier_plan, "_tiled", lambda *a: plans.append(planned(*a)) or plans[-1])
+
+    def image(limit):
+        monkeypatch.setattr("camsim.rendering.fourier.MEMORY_LIMIT_BYTES", limit)
+        edges = camsim.scene.arrange(scene, max_segment_um=1.0)
+        density = rng.uniform(size=(len(edges.spectra), 3, 5)) if not densities else densities[0]
+        densities.append(density)
+        return fourier_image(
+            start=edges.start_um,
+            end=edges.end_um,
+            left=edges.left,
+            right=edges.right,
+            density=density,
+            base=density[0].sum(axis=1),
+            wavelength_nm=wavelength_nm,
+            system=OpticalSystem.of([camsim.Airy(f_number=4.0), camsim.SquarePhotosite(side_um=1.0)]),
+            pitch_um=1.0,
+            origin=(-15.0, -12.0),
+            channel=bayer(24, 30),
+            tolerance=1e-8,
+            memory_limit_bytes=limit,
+        )
+
+    densities = []
+    together = image(2e9)
+    assert plans[0].channels == 3
+    least = min(plan.memory_bytes for plan in plans)
+    apart = image(least * 0.999)
+    assert plans[-1].channels == 1
+    assert np.abs(together - apart).max() <= 1e-10

@@ -1,0 +1,287 @@
+"""Lenses with aberrations against closed forms, integrals derived otherwise, and brute force over the pupil."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy import integrate
+
+import camsim
+from camsim.errors import InvalidValueError
+from camsim.optics import Pupil, Wavefront
+from camsim.optics.airy import airy_otf
+from camsim.optics.zernike import orders, zernike
+from camsim.rendering.fourier import fourier_image
+
+NM, N = 500.0, 4.0  # λN = 2 µm
+LAMBDA_N = 2.0
+
+
+@pytest.fixture
+def frequencies(rng):
+    """Frequencies all over the pass band and a little beyond, cycles/µm."""
+    return rng.uniform(-0.55, 0.55, (2, 60))
+
+
+def test_without_aberrations_a_circle_makes_an_airy_pattern(frequencies):
+    lens = Wavefront(f_number=N)
+    fx, fy = frequencies
+    expected = airy_otf(np.hypot(fx, fy), f_number=N, wavelength_nm=NM)
+    np.testing.assert_allclose(lens.otf(fx, fy, NM), expected, rtol=0, atol=1e-12)
+    x = 0.37 * np.arange(-40, 41)
+    expected = camsim.Airy(f_number=N).point_spread(np.hypot(x, x[:, None]), NM)
+    np.testing.assert_allclose(lens.point_spread_on(x, x, NM, 1e-14), expected, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 30.0])
+def test_a_square_pupil_makes_triangles(frequencies, turn_deg):
+    angle = math.radians(turn_deg)
+    fx, fy = frequencies
+    along = fx * math.cos(angle) + fy * math.sin(angle)
+    across = fy * math.cos(angle) - fx * math.sin(angle)
+    expected = np.maximum(1 - np.abs(along) * LAMBDA_N, 0) * np.maximum(1 - np.abs(across) * LAMBDA_N, 0)
+    lens = Wavefront(f_number=N, pupil=Pupil(shape="square", rotate_deg=turn_deg))
+    np.testing.assert_allclose(lens.otf(fx, fy, NM), expected, rtol=0, atol=1e-12)
+    x = 0.41 * np.arange(-9, 10)
+    turned = [x[None] * math.cos(angle) + x[:, None] * math.sin(angle)]
+    turned.append(x[:, None] * math.cos(angle) - x[None] * math.sin(angle))
+    expected = np.sinc(turned[0] / LAMBDA_N) ** 2 * np.sinc(turned[1] / LAMBDA_N) ** 2 / LAMBDA_N**2
+    np.testing.assert_allclose(lens.point_spread_on(x, x, NM, 1e-14), expected, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("obstruction", [0.1, 0.4, 0.9])
+def test_an_obstruction_by_two_roads(frequencies, obstruction):
+    """The overlap integrated within its boundaries, and the areas of overlapping circles added up."""
+    fx, fy = frequencies
+    integrated = Wavefront(f_number=N, pupil=Pupil(obstruction=obstruction))
+    closed = camsim.AnnularAiry(f_number=N, obstruction=obstruction)
+    np.testing.assert_allclose(integrated.otf(fx, fy, NM), closed.otf(fx, fy, NM), rtol=0, atol=1e-11)
+    x = 0.37 * np.arange(-20, 21)
+    np.testing.assert_allclose(
+        integrated.point_spread_on(x, x, NM, 1e-14),
+        closed.point_spread(np.hypot(x, x[:, None]), NM),
+        rtol=0,
+        atol=1e-13,
+    )
+
+
+@pytest.mark.parametrize("obstruction", [0.2, 0.6])
+@pytest.mark.parametrize("r_um", [0.4, 3.0, 40.0, 900.0])
+def test_energy_behind_an_obstruction_is_the_pattern_added_up(obstruction, r_um):
+    lens = camsim.AnnularAiry(f_number=N, obstruction=obstruction)
+    inside, _ = integrate.quad(
+        lambda r: float(lens.point_spread(np.array(r), NM)) * 2 * np.pi * r, 0.0, r_um, limit=4000, epsabs=1e-12
+    )
+    assert float(lens.encircled_energy(np.array(r_um), NM)) == pytest.approx(inside, abs=1e-10)
+
+
+def test_a_hexagon_is_between_its_circles():
+    """Area and transfer of a bladed iris: exact area, and the mean over many blades tends to the circle."""
+    assert Pupil(shape="bladed", blades=6).area == pytest.approx(1.5 * math.sqrt(3.0), abs=1e-14)
+    f = np.linspace(0.0, 0.5, 12)
+    round_one = Wavefront(f_number=N).otf(f, 0 * f, NM)
+    apart = [
+        np.abs(Wavefront(f_number=N, pupil=Pupil(shape="bladed", blades=b)).otf(f, 0 * f, NM) - round_one).max()
+        for b in (6, 12, 24, 48)
+    ]
+    assert all(later < 0.3 * earlier for earlier, later in pairwise(apart))
+
+
+@pytest.mark.parametrize(
+    "pupil",
+    [
+        Pupil(),
+        Pupil(obstruction=0.3),
+        Pupil(shape="square", obstruction=0.5, rotate_deg=10.0),
+        Pupil(shape="bladed", blades=5, rotate_deg=7.0),
+        Pupil(shape="bladed", blades=8, obstruction=0.4),
+    ],
+    ids=lambda p: f"{p.shape} {p.obstruction}",
+)
+def test_overlaps_against_dice(rng, pupil):
+    """The transfer's own definition by Monte Carlo: how much of the pupil is also in its shifted copy."""
+    lens = Wavefront(f_number=N, pupil=pupil, zernike_waves=((4, 0.15), (6, 0.1), (7, 0.2)))
+    half = pupil.outer_radius
+    x, y = rng.uniform(-half, half, (2, 400_000))
+
+    def within(x, y):
+        inside = np.hypot(x, y) >= pupil.obstruction
+        corners = pupil.corners
+        if not len(corners):
+            return inside & (np.hypot(x, y) <= 1.0)
+        for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            inside &= (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) >= 0
+        return inside
+
+    for fx, fy in ((0.05, 0.02), (-0.2, 0.13), (0.1, -0.31)):
+        dx, dy = LAMBDA_N * fx, LAMBDA_N * fy  # half the shift, in half diameters
+        both = within(x + dx, y + dy) & within(x - dx, y - dy)
+        phase = lens.waves(x - dx, y - dy, NM) - lens.waves(x + dx, y + dy, NM)
+        expected = np.mean(both * np.exp(2j * np.pi * phase)) * 4 * half * half / pupil.area
+        assert abs(lens.otf(np.array(fx), np.array(fy), NM) - expected) < 0.012
+
+
+def test_zernike_polynomials_are_those_of_the_standard(rng):
+    """The first fifteen, as the standard prints them."""
+    r, t = np.sqrt(rng.uniform(size=20)), rng.uniform(0, 2 * np.pi, 20)
+    table = [
+        np.ones(20),
+        2 * r * np.sin(t),
+        2 * r * np.cos(t),
+        np.sqrt(6) * r**2 * np.sin(2 * t),
+        np.sqrt(3) * (2 * r**2 - 1),
+        np.sqrt(6) * r**2 * np.cos(2 * t),
+        np.sqrt(8) * r**3 * np.sin(3 * t),
+        np.sqrt(8) * (3 * r**3 - 2 * r) * np.sin(t),
+        np.sqrt(8) * (3 * r**3 - 2 * r) * np.cos(t),
+        np.sqrt(8) * r**3 * np.cos(3 * t),
+        np.sqrt(10) * r**4 * np.sin(4 * t),
+        np.sqrt(10) * (4 * r**4 - 3 * r**2) * np.sin(2 * t),
+        np.sqrt(5) * (6 * r**4 - 6 * r**2 + 1),
+        np.sqrt(10) * (4 * r**4 - 3 * r**2) * np.cos(2 * t),
+        np.sqrt(10) * r**4 * np.cos(4 * t),
+    ]
+    for index, expected in enumerate(table):
+        np.testing.assert_allclose(zernike(index, r * np.cos(t), r * np.sin(t)), expected, rtol=0, atol=1e-13)
+
+
+def test_zernike_polynomials_are_orthonormal():
+    x, y, w = Pupil().rule(24, 64)
+    values = np.array([zernike(index, x, y) for index in range(45)])
+    np.testing.assert_allclose((values * w) @ values.T / np.pi, np.eye(45), rtol=0, atol=1e-11)
+    assert orders(230) == (20, 20)
+
+
+@pytest.mark.parametrize("waves", [0.3, 1.0, 2.5])
+def test_defocus_by_a_single_integral(waves):
+    """Hopkins's defocused lens: the phases of two shifted pupils differ by a straight ramp, so one integral is left.
+
+    With W = w·r² the difference over a shift s is 2·w·s·x, and the overlap's height at x is that of one circle.
+    """
+    lens = Wavefront(f_number=N, zernike_waves=((4, waves / (2 * math.sqrt(3))),), reference_nm=NM)
+    for s in (0.1, 0.5, 1.2, 1.8):
+        expected, _ = integrate.quad(
+            lambda x, s=s: math.sqrt(1 - (x + s / 2) ** 2) * math.cos(4 * math.pi * waves * s * x),
+            0.0,
+            1 - s / 2,
+            limit=400,
+            epsabs=1e-12,
+        )
+        value = lens.otf(np.array(0.6 * s / (2 * LAMBDA_N)), np.array(0.8 * s / (2 * LAMBDA_N)), NM)
+        assert value == pytest.approx(4 / math.pi * expected, abs=1e-10)
+
+
+def test_a_focus_shift_is_a_path_difference(frequencies):
+    """δ/(8N²) at the rim: 16 µm behind f/4 are 0.125 µm, a quarter wave of 500 nm."""
+    shifted = Wavefront(f_number=N, defocus_um=16.0)
+    named = Wavefront(f_number=N, zernike_waves=((4, 0.25 / (2 * math.sqrt(3))),), reference_nm=NM)
+    np.testing.assert_allclose(shifted.otf(*frequencies, NM), named.otf(*frequencies, NM), rtol=0, atol=1e-11)
+    # Path differences are lengths: at twice the wavelength they are half as many waves.
+    np.testing.assert_allclose(
+        shifted.otf(*frequencies, 2 * NM),
+        Wavefront(f_number=N, zernike_waves=((4, 0.125 / (2 * math.sqrt(3))),), reference_nm=2 * NM).otf(
+            *frequencies, 2 * NM
+        ),
+        rtol=0,
+        atol=1e-11,
+    )
+
+
+@pytest.mark.parametrize("index", [3, 4, 5, 7, 8, 12, 24])
+def test_small_aberrations_lower_the_peak_as_marechal_says(index):
+    for waves in (0.01, 0.03):
+        lens = Wavefront(f_number=N, zernike_waves=((index, waves),), reference_nm=NM)
+        assert lens.strehl(NM) == pytest.approx(math.exp(-((2 * math.pi * waves) ** 2)), abs=(2 * math.pi * waves) ** 3)
+        x = np.array([-1e-3, 0.0, 1e-3])
+        peak = lens.point_spread_on(x, x, NM, 1e-13)[1, 1]
+        assert peak / (math.pi / 4 / LAMBDA_N**2) == pytest.approx(lens.strehl(NM), abs=1e-10)
+
+
+def test_tilt_moves_the_image_without_changing_it(frequencies):
+    fx, fy = frequencies
+    lens = Wavefront(f_number=N, zernike_waves=((2, 0.3), (1, -0.2)), reference_nm=NM)
+    right_um, down_um = 4 * 0.3 * LAMBDA_N, -4 * 0.2 * LAMBDA_N
+    expected = Wavefront(f_number=N).otf(fx, fy, NM) * np.exp(-2j * np.pi * (fx * right_um + fy * down_um))
+    np.testing.assert_allclose(lens.otf(fx, fy, NM), expected, rtol=0, atol=1e-11)
+
+
+def by_fft(lens, size=1024, across=128):
+    """Pattern on a lattice of λN·across/size by an FFT of the sampled pupil: coarse at the rim, and nobody's code."""
+    u = (np.arange(size) - size // 2) / (across / 2)
+    x, y = np.meshgrid(u, u)
+    amplitude = (np.hypot(x, y) <= 1) * np.exp(2j * np.pi * lens.waves(x, y, NM))
+    field = np.fft.fftshift(np.fft.fft2(np.fft.ifftshift(amplitude)))
+    pattern = np.abs(field) ** 2
+    step_um = LAMBDA_N * across / size
+    return pattern / (pattern.sum() * step_um**2), step_um
+
+
+ABERRATED = Wavefront(f_number=N, zernike_waves=((4, 0.2), (5, 0.1), (8, 0.25), (7, -0.1), (12, 0.08)), reference_nm=NM)
+
+
+def test_an_aberrated_pattern_against_an_fft_of_the_pupil():
+    pattern, step_um = by_fft(ABERRATED)
+    middle, around = pattern.shape[0] // 2, 60
+    x = step_um * np.arange(-around, around + 1)
+    here = slice(middle - around, middle + around + 1)
+    ours = ABERRATED.point_spread_on(x, x, NM, 1e-12)
+    assert np.abs(ours - pattern[here, here]).max() < 0.01 * ours.max()
+
+
+def test_coma_points_to_the_right():
+    """A positive coefficient 8: the bright head at the left of the light's centre, the tail to its right."""
+    lens = Wavefront(f_number=N, zernike_waves=((8, 0.3),), reference_nm=NM)
+    x = 0.25 * np.arange(-60, 61)
+    pattern = lens.point_spread_on(x, x, NM, 1e-12)
+    centre = np.sum(pattern * x) / pattern.sum()
+    brightest = x[np.unravel_index(np.argmax(pattern), pattern.shape)[1]]
+    assert brightest < centre
+    np.testing.assert_allclose(pattern, pattern[::-1], rtol=0, atol=1e-12)
+
+
+def test_the_engine_makes_the_image_that_the_pattern_makes():
+    """A small square through an aberrated lens against the FFT's pattern, summed by hand: orientation and scale."""
+    half_um = 1.625  # on the middle between the pattern's samples
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half_um
+    image = fourier_image(
+        start=corners,
+        end=np.roll(corners, -1, axis=0),
+        left=np.ones(4, np.int64),
+        right=np.zeros(4, np.int64),
+        density=np.array([0.0, 1.0]).reshape(2, 1, 1),
+        base=np.zeros(1),
+        wavelength_nm=np.array([NM]),
+        system=camsim.optics.OpticalSystem.of([ABERRATED]),
+        pitch_um=1.0,
+        origin=(-10.0, -10.0),
+        channel=np.zeros((21, 21), np.uint8),
+        tolerance=1e-8,
+    )
+    pattern, step_um = by_fft(ABERRATED)
+    place = step_um * (np.arange(pattern.shape[0]) - pattern.shape[0] // 2)
+    for row in range(0, 21, 4):
+        for col in range(0, 21, 4):
+            dx, dy = col - 10 - place, row - 10 - place  # from each place of the pattern back to the scene
+            inside = (np.abs(dy) <= half_um)[:, None] & (np.abs(dx) <= half_um)
+            assert image[row, col] == pytest.approx(np.sum(pattern * inside) * step_um**2, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Wavefront(f_number=0.0), "f_number: 0.0 is not a lens"),
+        (lambda: Wavefront(f_number=8.0, zernike_waves=((231, 0.1),)), "index 231 is outside 0 … 230"),
+        (lambda: Wavefront(f_number=8.0, zernike_waves=((4, 51.0),)), "51.0 waves of index 4; give finite numbers"),
+        (lambda: Wavefront(f_number=8.0, zernike_waves=((4, 0.1), (4, 0.2))), "an index is given twice"),
+        (lambda: Wavefront(f_number=8.0, defocus_um=math.inf), "defocus_um: inf is not finite"),
+        (lambda: Pupil(shape="round"), "shape: 'round' is not a pupil; give circular, square or bladed"),
+        (lambda: Pupil(shape="bladed", blades=2), "blades: 2 make no iris; give 3 to 64"),
+        (lambda: Pupil(blades=6), "blades: a circular pupil has none"),
+        (lambda: Pupil(obstruction=1.0), "obstruction: 1.0 is outside 0 … 0.95"),
+        (lambda: camsim.AnnularAiry(f_number=8.0, obstruction=1.0), "obstruction: 1.0 is outside 0 … 0.95"),
+    ],
+)
+def test_what_is_no_lens_is_refused(make, message):
+    with pytest.raises(InvalidValueError, match=message.replace("(", r"\(")):
+        make()
