@@ -2,22 +2,86 @@
 
 Every edge is a line minus its two ends. Seen from a photosite, the line is one look-up in the edge response of its
 direction (or its far form), and an end is the half line beyond it: closed form when it is far, quadrature over the
-tabulated field when it is near (edge.py). Far contributions vary slowly, so a quadtree collects them on Chebyshev
-nodes of the largest tile for which they are smooth, and only what is left is visited per photosite.
+tabulated field when it is near (edge.py). Far contributions vary slowly: a quadtree collects them on Chebyshev nodes
+of the largest tile for which they are smooth, and crowds of edges come as cells (crowd.py) of the size of the tile or
+larger. Only what is left is visited per photosite.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at, moments_of
-from camsim.rendering.far import far_edge, far_line, far_tail, mirrored, weigh
+from camsim.rendering.crowd import Cells, cell_at_points
+from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at
+from camsim.rendering.far import weigh
+from camsim.rendering.smooth import ENDS, LINE, WHOLE, far_and_quiet, far_at_points
 
-WHOLE, LINE = 0, 1  # what a tile still owes of an edge: all of it, or its infinite line alone
+CELL = 3  # what a tile's list may hold besides a WHOLE edge or a LINE
+
+
+class Scratch(NamedTuple):
+    """Where one thread writes what it needs for a moment."""
+
+    node_x: F64  # a tile's nodes about its centre, and an edge's far form there (4, order²)
+    node_y: F64
+    node_g: F64
+    site_x: F64  # a tile's photosites about its first one, and an edge's far form there (4, leaf²)
+    site_y: F64
+    site_g: F64
+    site_sums: F64  # (channels, leaf²) what cells send there
+    quiet: U8  # (leaf²,)
+    opened: I64  # (cells,)
+
+
+@nb.njit(cache=True)
+def _scratch(leaf: int, order: int, channels: int, cells: int) -> Scratch:
+    nodes, sites = order * order, leaf * leaf
+    index = np.arange(sites)
+    return Scratch(
+        np.empty(nodes),
+        np.empty(nodes),
+        np.empty((4, nodes)),
+        (index % leaf).astype(np.float64),
+        (index // leaf).astype(np.float64),
+        np.empty((4, sites)),
+        np.empty((channels, sites)),
+        np.empty(sites, np.uint8),
+        np.empty(cells, np.int64),
+    )
+
+
+@nb.njit(cache=True, inline="always")
+def _gap(dx: float, dy: float, half_x: float, half_y: float) -> float:
+    """Distance of a point at (dx, dy) from a box around the origin."""
+    gap_x, gap_y = max(abs(dx) - half_x, 0.0), max(abs(dy) - half_y, 0.0)
+    return math.sqrt(gap_x * gap_x + gap_y * gap_y)
+
+
+@nb.njit(cache=True)
+def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: Edges, n: Numbers) -> int:
+    """Return which part of an edge is quiet and smooth over a tile, −1 for none."""
+    apart = n.separation * half
+    tx, ty = edges.tx[e], edges.ty[e]
+    dx, dy = edges.x[e] - x, edges.y[e] - y
+    h = dx * ty - dy * tx
+    s1 = dx * tx + dy * ty
+    s2 = s1 + edges.length[e]
+    spread = half * (abs(tx) + abs(ty))
+    line_gap = abs(h) - spread if s1 < spread and s2 > -spread else math.inf
+    if state == LINE:
+        return LINE if line_gap >= apart and line_gap >= n.quiet_line else -1
+    x2, y2 = dx + edges.length[e] * tx, dy + edges.length[e] * ty
+    gap = min(_gap(dx, dy, half, half), _gap(x2, y2, half, half))
+    if gap < n.quiet_end or gap < apart:
+        return -1
+    if line_gap >= apart and line_gap >= (n.quiet_line if edges.response[e] >= 0 else n.quiet_end):
+        return WHOLE
+    return ENDS if edges.response[e] >= 0 and s1 <= -spread and s2 >= spread else -1
 
 
 @nb.njit(cache=True)
@@ -25,73 +89,72 @@ def _collect(
     x: float,
     y: float,
     half: float,
+    last: bool,
     count: int,
     source: I64,
     state: U8,
     keep: I64,
     keep_state: U8,
-    cheb: F64,
+    sums: F64,
+    scratch: Scratch,
     edges: Edges,
+    cells: Cells,
     tables: Tables,
     n: Numbers,
 ) -> tuple[int, int]:
-    """Add to ``cheb`` every source that is smooth over the tile at (x, y); list the others, count the WHOLE ones."""
+    """Add to ``sums`` every source that is smooth over the tile at (x, y); list the others, count all but LINEs.
+
+    sums : (channels, order²) at the tile's nodes; ``last`` says that the tile will not be quartered
+    """
     kept = 0
-    whole = 0
+    lines = 0
     apart = n.separation * half
-    channels = tables.far.shape[1]
-    order = n.nodes.size
-    for c in range(count):
-        e = source[c]
-        tx, ty = edges.tx[e], edges.ty[e]
-        dx, dy = edges.x[e] - x, edges.y[e] - y
-        h = dx * ty - dy * tx
-        s1 = dx * tx + dy * ty
-        s2 = s1 + edges.length[e]
-        spread = half * (abs(tx) + abs(ty))
-        line_gap = abs(h) - spread if s1 < spread and s2 > -spread else math.inf
-        mode = 0  # 1: whole edge, 2: minus both ends, 3: line
-        if state[c] == WHOLE:
-            x2, y2 = dx + edges.length[e] * tx, dy + edges.length[e] * ty
-            gap1 = math.hypot(max(abs(dx) - half, 0.0), max(abs(dy) - half, 0.0))
-            gap2 = math.hypot(max(abs(x2) - half, 0.0), max(abs(y2) - half, 0.0)) if s2 < math.inf else math.inf
-            gap = min(gap1, gap2)
-            if gap >= n.quiet_end and gap >= apart:
-                if line_gap >= apart and line_gap >= (n.quiet_line if edges.response[e] >= 0 else n.quiet_end):
-                    mode = 1
-                elif edges.response[e] >= 0 and s1 <= -spread and s2 >= spread:
-                    mode = 2
-        elif line_gap >= apart and line_gap >= n.quiet_line:
-            mode = 3
-        if mode != 1 and mode != 3:
-            keep[kept] = e
-            keep_state[kept] = LINE if (mode == 2 or state[c] == LINE) else WHOLE
-            if keep_state[kept] == WHOLE:
-                whole += 1
-            kept += 1
-        if mode == 0:
-            continue
-        moments = moments_of(e, edges, n)
-        for i in range(order):
-            py = half * n.nodes[i]
-            for j in range(order):
-                px = half * n.nodes[j]
-                hh = h - px * ty + py * tx
-                ss = s1 - px * tx - py * ty
-                if mode == 1:
-                    g0, g1, g3, g5 = far_edge(hh, ss, ss + edges.length[e], moments)
-                elif mode == 3:
-                    g0, g1, g3, g5 = far_line(hh, moments)
-                else:
-                    a0, a1, a3, a5 = far_tail(hh, -ss, mirrored(moments))
-                    g0, g1, g3, g5 = -a0, -a1, -a3, -a5
-                    if s2 < math.inf:
-                        a0, a1, a3, a5 = far_tail(hh, ss + edges.length[e], moments)
-                        g0, g1, g3, g5 = g0 - a0, g1 - a1, g3 - a3, g5 - a5
-                for k in range(channels):
-                    far = tables.far[edges.pair[e], k]
-                    cheb[k, i, j] += weigh((g0, g1, g3, g5), far)
-    return kept, whole
+    px, py, g, opened = scratch.node_x, scratch.node_y, scratch.node_g, scratch.opened
+    for i in range(n.nodes.size):
+        for j in range(n.nodes.size):
+            px[i * n.nodes.size + j] = half * n.nodes[j]
+            py[i * n.nodes.size + j] = half * n.nodes[i]
+    for item in range(count):
+        first, end = source[item], source[item] + 1
+        waiting = 0
+        if state[item] == CELL:
+            opened[0] = source[item]
+            first, end, waiting = 0, 0, 1
+        while waiting > 0 or end > first:
+            for e in range(first, end):
+                owed = WHOLE if state[item] == CELL else state[item]
+                part = _smooth_part(e, owed, x, y, half, edges, n)
+                if part >= 0:
+                    far_at_points(e, part, x, y, px, py, edges, n, g)
+                    for k in range(sums.shape[0]):
+                        far = tables.far[edges.pair[e], k]
+                        for i in range(px.size):
+                            sums[k, i] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
+                if part < 0 or part == ENDS:
+                    keep[kept] = e
+                    keep_state[kept] = LINE if part == ENDS else owed
+                    lines += keep_state[kept] == LINE
+                    kept += 1
+            first, end = 0, 0
+            if waiting > 0:
+                waiting -= 1
+                c = opened[waiting]
+                size = max(cells.half_x[c], cells.half_y[c])
+                gap = _gap(cells.x[c] - x, cells.y[c] - y, half + cells.half_x[c], half + cells.half_y[c])
+                if gap < n.quiet_end or gap < n.separation * size:
+                    if last or size > half:
+                        first, end = cells.first_edge[c], cells.first_edge[c + 1]
+                        for child in range(cells.first_child[c], cells.first_child[c + 1]):
+                            opened[waiting] = child
+                            waiting += 1
+                        continue
+                elif gap >= apart:
+                    cell_at_points(c, x, y, px, py, n.sigma2, n.m22, n.harmonic, cells, sums)
+                    continue
+                keep[kept] = c
+                keep_state[kept] = CELL
+                kept += 1
+    return kept, kept - lines
 
 
 @nb.njit(cache=True)
@@ -103,53 +166,73 @@ def _finish(
     count: int,
     source: I64,
     state: U8,
-    cheb: F64,
-    has_far: bool,
-    origin_x: float,
-    origin_y: float,
+    sums: F64,
     channel: U8,
     image: F64,
+    scratch: Scratch,
+    origin_x: float,
+    origin_y: float,
     edges: Edges,
+    cells: Cells,
     tables: Tables,
     n: Numbers,
 ) -> None:
-    """Write the photosites of one tile: background, interpolated far part, lines, and whole edges."""
-    rows, cols = image.shape
-    channels = tables.far.shape[1]
+    """Write the photosites of one tile: background, what was collected, and what its list still holds."""
+    rows, cols = min(size, image.shape[0] - row), min(size, image.shape[1] - col)
     order = n.nodes.size
-    line = np.empty((channels, order))
+    line = np.empty((sums.shape[0], order))
     weights = n.to_photosites[level]
-    for r in range(row, min(row + size, rows)):
-        y = origin_y + r
-        if has_far:
-            for k in range(channels):
+    for r in range(rows):
+        for k in range(sums.shape[0]):
+            for j in range(order):
+                line[k, j] = 0.0
+            for i in range(order):
                 for j in range(order):
-                    line[k, j] = 0.0
-                for i in range(order):
-                    w = weights[r - row, i]
-                    for j in range(order):
-                        line[k, j] += w * cheb[k, i, j]
-        for c in range(col, min(col + size, cols)):
-            k = channel[r, c]
+                    line[k, j] += weights[r, i] * sums[k, i * order + j]
+        for c in range(cols):
+            k = channel[row + r, col + c]
             value = tables.base[k]
-            if has_far:
-                for j in range(order):
-                    value += weights[c - col, j] * line[k, j]
-            image[r, c] = value
-        for m in range(count):
-            e = source[m]
+            for j in range(order):
+                value += weights[c, j] * line[k, j]
+            image[row + r, col + c] = value
+    x0, y0 = origin_x + col, origin_y + row
+    px, py, g, quiet = scratch.site_x, scratch.site_y, scratch.site_g, scratch.quiet
+    from_cells = False
+    for m in range(count):
+        e = source[m]
+        if state[m] == LINE:
             tx, ty = edges.tx[e], edges.ty[e]
-            if state[m] == LINE:
-                h0 = (edges.x[e] - origin_x) * ty - (edges.y[e] - y) * tx
-                for c in range(col, min(col + size, cols)):
-                    image[r, c] += line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
-            else:
-                for c in range(col, min(col + size, cols)):
-                    image[r, c] += edge_at(origin_x + c, y, e, channel[r, c], edges, tables, n)
+            for r in range(rows):
+                h0 = (edges.x[e] - x0) * ty - (edges.y[e] - (y0 + r)) * tx
+                for c in range(cols):
+                    image[row + r, col + c] += line_at(h0 - c * ty, e, channel[row + r, col + c], edges, tables, n)
+        elif state[m] == CELL:
+            if not from_cells:
+                scratch.site_sums[:] = 0.0
+                from_cells = True
+            cell_at_points(e, x0, y0, px, py, n.sigma2, n.m22, n.harmonic, cells, scratch.site_sums)
+        else:
+            far_and_quiet(e, x0, y0, px, py, edges, n, quiet)
+            far_at_points(e, WHOLE, x0, y0, px, py, edges, n, g)
+            for r in range(rows):
+                for c in range(cols):
+                    k = channel[row + r, col + c]
+                    i = r * size + c
+                    if quiet[i]:
+                        far = tables.far[edges.pair[e], k]
+                        image[row + r, col + c] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
+                    else:
+                        image[row + r, col + c] += edge_at(x0 + c, y0 + r, e, k, edges, tables, n)
+    if from_cells:
+        for r in range(rows):
+            for c in range(cols):
+                image[row + r, col + c] += scratch.site_sums[channel[row + r, col + c], r * size + c]
 
 
 @nb.njit(cache=True, parallel=True)
-def render_edges(origin_x: float, origin_y: float, channel: U8, edges: Edges, tables: Tables, n: Numbers) -> F64:
+def render_edges(
+    origin_x: float, origin_y: float, channel: U8, edges: Edges, cells: Cells, tables: Tables, n: Numbers
+) -> F64:
     """Render every photosite in its own channel.
 
     origin   : x, y of the first photosite's centre, pitches
@@ -167,19 +250,22 @@ def render_edges(origin_x: float, origin_y: float, channel: U8, edges: Edges, ta
     for turn in nb.prange(tiles):
         # Threads take halves of the turns; crossing them spreads a crowded corner of the frame over all threads.
         tile = 2 * turn if 2 * turn < tiles else 2 * (turn - (tiles + 1) // 2) + 1
+        # Level 0 of the stacks is "outside": all sources, nothing collected.
         source = np.empty((levels + 1, total), np.int64)
         state = np.empty((levels + 1, total), np.uint8)
-        source[0] = np.arange(total)
-        state[0] = WHOLE
         counts = np.zeros(levels + 1, np.int64)
-        counts[0] = total
-        cheb = np.zeros((levels + 1, channels, order, order))
+        if cells.x.size:
+            source[0, 0], state[0, 0], counts[0] = 0, CELL, 1
+        else:
+            source[0], state[0], counts[0] = np.arange(total), WHOLE, total
+        sums = np.zeros((levels + 1, channels, order * order))
+        scratch = _scratch(n.leaf, order, channels, cells.x.size)
         half_way = np.empty((order, order))
         child = np.zeros(levels + 1, np.int64)
         tile_row = np.zeros(levels + 1, np.int64)
         tile_col = np.zeros(levels + 1, np.int64)
         tile_row[1], tile_col[1] = (tile // across) * n.root, (tile % across) * n.root
-        level = 1  # level 0 of the stacks is "outside": all edges, no expansion
+        level = 1
         enter = True
         while level > 0:
             size = n.root >> (level - 1)
@@ -190,17 +276,20 @@ def render_edges(origin_x: float, origin_y: float, channel: U8, edges: Edges, ta
                     origin_x + col + half - 0.5,
                     origin_y + row + half - 0.5,
                     half,
+                    size == n.leaf,
                     counts[level - 1],
                     source[level - 1],
                     state[level - 1],
                     source[level],
                     state[level],
-                    cheb[level],
+                    sums[level],
+                    scratch,
                     edges,
+                    cells,
                     tables,
                     n,
                 )
-                if whole == 0 or size <= n.smallest or (size <= n.leaf and whole <= n.crowded):
+                if whole == 0 or size == n.leaf:
                     _finish(
                         row,
                         col,
@@ -209,13 +298,14 @@ def render_edges(origin_x: float, origin_y: float, channel: U8, edges: Edges, ta
                         counts[level],
                         source[level],
                         state[level],
-                        cheb[level],
-                        True,
-                        origin_x,
-                        origin_y,
+                        sums[level],
                         channel,
                         image,
+                        scratch,
+                        origin_x,
+                        origin_y,
                         edges,
+                        cells,
                         tables,
                         n,
                     )
@@ -240,13 +330,13 @@ def render_edges(origin_x: float, origin_y: float, channel: U8, edges: Edges, ta
                         for m in range(order):
                             w = down_matrix[i, m]
                             for j in range(order):
-                                half_way[i, j] += w * cheb[level, k, m, j]
+                                half_way[i, j] += w * sums[level, k, m * order + j]
                     for i in range(order):
                         for j in range(order):
                             value = 0.0
                             for m in range(order):
                                 value += across_matrix[j, m] * half_way[i, m]
-                            cheb[level + 1, k, i, j] = value
+                            sums[level + 1, k, i * order + j] = value
                 level += 1
                 enter = True
     return image

@@ -90,7 +90,7 @@ def boundary_counts(
     # Mean of √(near² − h²) over the disc, less what lies before the foot: half of it; a short edge is all there is.
     chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
     nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
-    close = within(ends, settings.near + settings.smallest, grid) - near
+    close = within(ends, settings.near + settings.leaf, grid) - near
     band = 2.0 * (settings.reach + settings.leaf)
     looked_up = float(np.sum(np.minimum(_inside_length(start[long], end[long], grid, settings.reach), 1e9))) * band
     photosites = float(grid.rows * grid.cols)

@@ -55,16 +55,15 @@ class Numbers(NamedTuple):
     gauss_w: F64
     sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
     m22: float
+    harmonic: C128  # (4,) its ⟨ζ²⟩, ⟨ζ³ζ̄⟩, ⟨ζ⁴⟩, ⟨ζ⁶⟩ in the photosite's own frame
     turns: int  # its symmetry: a half turn (2) or a quarter turn (4) leaves it as it is
     apart: F64  # (c, 2): the field is the mean of its table at these offsets
-    separation: float  # a source is smooth over a tile when it is this many half-widths away
+    separation: float  # half-widths of a tile, or of a cell of sources, from which one is smooth over the other
     nodes: F64  # (n,) Chebyshev nodes on −1 … 1
     to_children: F64  # (2, n, n)
     to_photosites: F64  # (levels, root, n), level 0 the root
     root: int  # photosites along the largest tile
-    leaf: int  # tiles up to this size are finished when few edges are left
-    smallest: int
-    crowded: int
+    leaf: int  # tiles of this size are finished whatever is left
 
 
 @nb.njit(cache=True, inline="always")

@@ -9,6 +9,7 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64, U8
 from camsim.rendering.boundary import render_edges
+from camsim.rendering.crowd import gather
 from camsim.rendering.edge import Edges, Numbers, Tables
 from camsim.rendering.far import far_moments
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
@@ -16,34 +17,14 @@ from camsim.rendering.job import Job, Nodes
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import Settings
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.rendering.quadrature import chebyshev, gauss_legendre, interpolation
 from camsim.rendering.rings import airy_rings
 from camsim.rendering.tables import edge_responses, field_tables
-
-
-def chebyshev(order: int) -> F64:
-    """Chebyshev nodes of the first kind on −1 … 1."""
-    nodes: F64 = np.cos(np.pi * (np.arange(order)[::-1] + 0.5) / order)
-    return nodes
-
-
-def interpolation(nodes: F64, points: F64) -> F64:
-    """Return the matrix (points, nodes) of polynomial interpolation, by the barycentric formula."""
-    k = np.arange(nodes.size)
-    weights = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / nodes.size)
-    gap = points[:, None] - nodes[None, :]
-    hit = np.abs(gap) < 1e-14
-    terms = weights / np.where(hit, 1.0, gap)
-    matrix: F64 = terms / terms.sum(axis=1, keepdims=True)
-    exact = hit.any(axis=1)
-    matrix[exact] = hit[exact]
-    return matrix
-
 
 BAND_PHOTOSITES = 2_000_000
 MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
 RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, relative to no footprint
-CROWDED = 6  # edges: with more of them left, quartering a tile is cheaper than visiting its photosites
+CELL_NODES = 1  # more along a cell than along a tile: every part of a cell counts, few photosites lie at a tile's rim
 
 
 def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) -> Numbers:
@@ -53,7 +34,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         root *= 2
     nodes = chebyshev(settings.tile_nodes)
     gauss_x, gauss_w = gauss_legendre(settings.panel_nodes)
-    levels = int(math.log2(root // settings.smallest)) + 1
+    levels = int(math.log2(root // settings.leaf)) + 1
     to_photosites = np.zeros((levels, root, nodes.size))
     for level in range(levels):
         size = root >> level
@@ -70,6 +51,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         gauss_w=gauss_w,
         sigma2=footprint.sigma2,
         m22=footprint.m22,
+        harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),
         turns=_turns(footprint),
         apart=footprint.grid()[2],
         separation=settings.separation,
@@ -78,8 +60,6 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         to_photosites=to_photosites,
         root=root,
         leaf=settings.leaf,
-        smallest=settings.smallest,
-        crowded=CROWDED,
     )
 
 
@@ -96,11 +76,14 @@ def boundary_bands(
 
     channel : (rows, cols) channel of each photosite
     """
-    start, end, pair, weights = job.start, job.end, job.pair, nodes.weights
+    weights = nodes.weights
     system, pitch_um, origin = job.system, job.grid.pitch_um, job.grid.first_centre
     blur = job.blur_at(nodes.wavelength_nm)
     pairs, channels, count = weights.shape
     flat = weights.reshape(-1, count)
+    far = far_moments(pattern, blur, flat).reshape(pairs, channels, 4)
+    order, cells = gather(job.start, job.end, job.pair, far, settings.tile_nodes + CELL_NODES)
+    start, end, pair = job.start[order], job.end[order], job.pair[order]
     along = end - start
     length = np.hypot(along[:, 0], along[:, 1])
     tx, ty = along[:, 0] / length, along[:, 1] / length
@@ -143,7 +126,7 @@ def boundary_bands(
     else:
         responses = np.empty((0, flat.shape[0], 1, 6))
     tables = Tables(
-        far=far_moments(pattern, blur, flat).reshape(pairs, channels, 4),
+        far=far,
         field=field.reshape(pairs, channels, *field.shape[1:]),
         response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
         base=job.base,
@@ -158,7 +141,7 @@ def boundary_bands(
     for row in range(0, rows, band):
         with ONE_AT_A_TIME:
             part = render_edges(
-                origin[0], origin[1] + row, np.ascontiguousarray(channel[row : row + band]), edges, tables, n
+                origin[0], origin[1] + row, np.ascontiguousarray(channel[row : row + band]), edges, cells, tables, n
             )
         yield part
         del part  # or it would stay until the next one is finished

@@ -65,7 +65,7 @@ def weigh(g: tuple[float, float, float, float], far: F64) -> float:
 
 
 @nb.njit(cache=True, inline="always")
-def _tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
+def smooth_tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the half line from s ≥ 0 to infinity, all but the angle itself; h and s are not both 0."""
     r2 = h * h + s * s
     r = math.sqrt(r2)
@@ -105,15 +105,15 @@ def _tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
 @nb.njit(cache=True, inline="always")
 def far_tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the half line from s ≥ 0 to infinity at signed distance h; not both 0."""
-    a0, a1, a3, a5 = _tail(h, s, m)
+    a0, a1, a3, a5 = smooth_tail(h, s, m)
     return math.atan2(h, s) + a0, a1, a3, a5
 
 
 @nb.njit(cache=True, inline="always")
 def far_line(h: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the whole line at signed distance h ≠ 0."""
-    a0, a1, a3, a5 = _tail(h, 0.0, m)
-    b0, b1, b3, b5 = _tail(h, 0.0, mirrored(m))
+    a0, a1, a3, a5 = smooth_tail(h, 0.0, m)
+    b0, b1, b3, b5 = smooth_tail(h, 0.0, mirrored(m))
     return math.copysign(math.pi, h) + a0 + b0, a1 + b1, a3 + b3, a5 + b5
 
 
@@ -124,12 +124,12 @@ def far_edge(h: float, s1: float, s2: float, m: Moments) -> tuple[float, float, 
     A tail towards −∞ is the mirror image of one towards +∞, and mirroring turns moments into their conjugates.
     """
     angle = math.atan2(h * (s2 - s1), h * h + s1 * s2)
-    a0, a1, a3, a5 = _tail(h, abs(s1), m if s1 >= 0.0 else mirrored(m))
-    b0, b1, b3, b5 = _tail(h, abs(s2), m if s2 >= 0.0 else mirrored(m))
+    a0, a1, a3, a5 = smooth_tail(h, abs(s1), m if s1 >= 0.0 else mirrored(m))
+    b0, b1, b3, b5 = smooth_tail(h, abs(s2), m if s2 >= 0.0 else mirrored(m))
     if s1 >= 0.0:
         return angle + a0 - b0, a1 - b1, a3 - b3, a5 - b5
     if s2 <= 0.0:
         return angle + b0 - a0, b1 - a1, b3 - a3, b5 - a5
-    c0, c1, c3, c5 = _tail(h, 0.0, m)
-    d0, d1, d3, d5 = _tail(h, 0.0, mirrored(m))
+    c0, c1, c3, c5 = smooth_tail(h, 0.0, m)
+    d0, d1, d3, d5 = smooth_tail(h, 0.0, mirrored(m))
     return angle + c0 + d0 - a0 - b0, c1 + d1 - a1 - b1, c3 + d3 - a3 - b3, c5 + d5 - a5 - b5

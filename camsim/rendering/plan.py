@@ -56,7 +56,6 @@ class Settings:
     tile_nodes: int
     separation: float = SEPARATION
     leaf: int = 16
-    smallest: int = 4
 
 
 def check_tolerance(tolerance: float, pattern: Pattern) -> None:

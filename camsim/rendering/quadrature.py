@@ -18,6 +18,25 @@ def gauss_legendre(order: int) -> tuple[F64, F64]:
     return nodes, weights
 
 
+def chebyshev(order: int) -> F64:
+    """Chebyshev nodes of the first kind on −1 … 1."""
+    nodes: F64 = np.cos(np.pi * (np.arange(order)[::-1] + 0.5) / order)
+    return nodes
+
+
+def interpolation(nodes: F64, points: F64) -> F64:
+    """Return the matrix (points, nodes) of polynomial interpolation, by the barycentric formula."""
+    k = np.arange(nodes.size)
+    weights = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / nodes.size)
+    gap = points[:, None] - nodes[None, :]
+    hit = np.abs(gap) < 1e-14
+    terms = weights / np.where(hit, 1.0, gap)
+    matrix: F64 = terms / terms.sum(axis=1, keepdims=True)
+    exact = hit.any(axis=1)
+    matrix[exact] = hit[exact]
+    return matrix
+
+
 def quintic_cells(values: F64) -> F64:
     """Return (..., cells, 6): coefficients of t⁰ … t⁵ on every cell, 0 ≤ t < 1, through six values about it.
 

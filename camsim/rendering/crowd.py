@@ -1,0 +1,194 @@
+"""Many short edges: cells that send their light from a few nodes, so that far tiles need not see every edge.
+
+Far away an edge is a line of dipoles: with z = source − photosite in the plane of complex numbers, a piece dz gives
+
+    dK = Im(F(z)·dz),   F = 2∂⟨Φ⟩,   Φ = (1/2π)·(ln r + c1/r + c3/3r³ + c5/5r⁵)
+
+where ⟨ ⟩ is the footprint's average, to the moments that far.py keeps; with m = M·(z̄/r)ⁿ, M = ⟨ζⁿ⟩ or ⟨ζ³ζ̄⟩,
+
+    2∂Re(M·∂ⁿ ln r)/n! = m/(z·rⁿ),   2∂Re(M·∂² r⁻ᵏ) = −¼k(k + 2)·(z̄/r)·r⁻ᵏ⁻³·[(k + 2)·Re m + 2i·Im m].
+ F is smooth over a cell that is far enough
+away, so each piece may be spread over the cell's q × q Chebyshev nodes y_m by the interpolation's own weights: node m
+holds Σ_edges ∫ ℓ_m(z) dz. Larger cells take theirs from the nodes of smaller ones.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import C128, F64, I64
+from camsim.rendering.quadrature import chebyshev, gauss_legendre
+
+FEWEST = 32  # edges of a cell: fewer are quicker one by one than its nodes
+FITS = 0.25  # an edge longer than this part of a cell stays with the next larger one, and so sticks out little
+
+
+class Cells(NamedTuple):
+    """Cells of edges, the first one of all edges; none for a handful of edges. Lengths in pitches."""
+
+    x: F64  # centre and half-widths of the box around all of a cell's edges
+    y: F64
+    half_x: F64
+    half_y: F64
+    first_edge: I64  # (cells + 1,) its own edges; the others are its children's
+    first_child: I64  # (cells + 1,)
+    nodes: F64  # (q,) Chebyshev nodes on −1 … 1
+    strength: F64  # (cells, channels, 4, 2, q, q): by moment of the far form, real and imaginary part; [y, x]
+
+
+def gather(start: F64, end: F64, pair: I64, far: F64, nodes: int) -> tuple[I64, Cells]:
+    """Sort edges into cells and give the cells their strengths.
+
+    start, end : (n, 2); pair: (n,) index into far (pairs, channels, 4), the moments of the far form
+    nodes      : along a cell's side
+    returns    : an order (n,) of the edges that puts each cell's own side by side, and the cells in that order
+    """
+    count = len(start)
+    middle, length = 0.5 * (start + end), np.hypot(*(end - start).T)
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    centre = 0.5 * (middle.min(axis=0) + middle.max(axis=0))
+    queue = [(np.arange(count), centre, float(np.ptp(middle, axis=0).max()))] if count >= FEWEST else []
+    order, boxes, first_edge, first_child = [np.arange(0 if queue else count)], [], [0], [1]
+    for members, centre, size in queue:
+        own = np.ones(members.size, bool)
+        quarter = (middle[members] >= centre) @ np.array([1, 2])
+        quarter[length[members] > 0.5 * FITS * size] = -1
+        for k in range(4):
+            inside = quarter == k
+            if members.size > 2 * FEWEST and np.count_nonzero(inside) >= FEWEST:
+                own &= ~inside
+                shift = 0.25 * size * np.array([2 * (k & 1) - 1, (k & 2) - 1])
+                queue.append((members[inside], centre + shift, 0.5 * size))
+        order.append(members[own])
+        boxes.append(np.concatenate([low[members].min(axis=0), high[members].max(axis=0)]))
+        first_edge.append(first_edge[-1] + order[-1].size)
+        first_child.append(len(queue))
+    sorted_edges = np.concatenate(order)
+    x0, y0, x1, y1 = np.array(boxes).reshape(-1, 4).T
+    cells = Cells(
+        x=0.5 * (x0 + x1),
+        y=0.5 * (y0 + y1),
+        half_x=0.5 * (x1 - x0),
+        half_y=0.5 * (y1 - y0),
+        first_edge=np.array(first_edge),
+        first_child=np.array(first_child),
+        nodes=chebyshev(nodes),
+        strength=np.zeros((len(boxes), far.shape[1], 4, 2, nodes, nodes)),
+    )
+    if boxes:
+        # ℓ·ℓ is of degree 2(q − 1) along an edge, but what it interpolates needs no more than q over a whole cell.
+        rule = gauss_legendre(nodes // 2 + 1)
+        _spread(start[sorted_edges], end[sorted_edges], pair[sorted_edges], far, cells, *rule)
+    return sorted_edges, cells
+
+
+@nb.njit(cache=True)
+def _basis(nodes: F64, u: float, out: F64) -> None:
+    """Write the Lagrange polynomials of Chebyshev nodes of the first kind at u (barycentric formula)."""
+    total = 0.0
+    for k in range(nodes.size):
+        gap = u - nodes[k]
+        if abs(gap) < 1e-14:
+            out[:] = 0.0
+            out[k] = 1.0
+            return
+        out[k] = (1.0 - 2.0 * (k % 2)) * np.sqrt(1.0 - nodes[k] * nodes[k]) / gap
+        total += out[k]
+    out /= total
+
+
+@nb.njit(cache=True)
+def _spread(start: F64, end: F64, pair: I64, far: F64, cells: Cells, gauss_x: F64, gauss_w: F64) -> None:
+    """Fill in the cells' strengths, the smallest cells first."""
+    nodes, strength = cells.nodes, cells.strength
+    q = nodes.size
+    along_x, along_y = np.empty((q, q)), np.empty((q, q))
+    part, half_way = np.empty((q, q)), np.empty((q, q))
+    for c in range(cells.x.size - 1, -1, -1):
+        # In a box of no width every node serves alike.
+        to_x = 1.0 / cells.half_x[c] if cells.half_x[c] > 0.0 else 0.0
+        to_y = 1.0 / cells.half_y[c] if cells.half_y[c] > 0.0 else 0.0
+        for e in range(cells.first_edge[c], cells.first_edge[c + 1]):
+            dx, dy = end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
+            part[:] = 0.0
+            for g in range(gauss_x.size):
+                t = 0.5 * (1.0 + gauss_x[g])
+                _basis(nodes, (start[e, 0] + t * dx - cells.x[c]) * to_x, along_x[0])
+                _basis(nodes, (start[e, 1] + t * dy - cells.y[c]) * to_y, along_y[0])
+                for i in range(q):
+                    for j in range(q):
+                        part[i, j] += 0.5 * gauss_w[g] * along_y[0, i] * along_x[0, j]
+            for k in range(far.shape[1]):
+                for m in range(4):
+                    wx, wy = far[pair[e], k, m] * dx, far[pair[e], k, m] * dy
+                    for i in range(q):
+                        for j in range(q):
+                            strength[c, k, m, 0, i, j] += wx * part[i, j]
+                            strength[c, k, m, 1, i, j] += wy * part[i, j]
+        for child in range(cells.first_child[c], cells.first_child[c + 1]):
+            for a in range(q):
+                _basis(nodes, (cells.x[child] + cells.half_x[child] * nodes[a] - cells.x[c]) * to_x, along_x[a])
+                _basis(nodes, (cells.y[child] + cells.half_y[child] * nodes[a] - cells.y[c]) * to_y, along_y[a])
+            for k in range(far.shape[1]):
+                for m in range(4):
+                    for axis in range(2):
+                        half_way[:] = 0.0
+                        for a in range(q):
+                            for b in range(q):
+                                for j in range(q):
+                                    half_way[a, j] += strength[child, k, m, axis, a, b] * along_x[b, j]
+                        for a in range(q):
+                            for i in range(q):
+                                for j in range(q):
+                                    strength[c, k, m, axis, i, j] += along_y[a, i] * half_way[a, j]
+
+
+@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+def cell_at_points(
+    c: int, x0: float, y0: float, x: F64, y: F64, sigma2: float, m22: float, harmonic: C128, cells: Cells, total: F64
+) -> None:
+    """Add cell ``c`` to ``total`` (channels, points) at points (x0 + x, y0 + y), all of them far away.
+
+    sigma2, m22, harmonic : the footprint's moments, as in ``edge.Numbers``
+    """
+    q = cells.nodes.size
+    m2_re, m2_im, m31_re, m31_im = harmonic[0].real, harmonic[0].imag, harmonic[1].real, harmonic[1].imag
+    m4_re, m4_im, m6_re, m6_im = harmonic[2].real, harmonic[2].imag, harmonic[3].real, harmonic[3].imag
+    for k in range(total.shape[0]):
+        for i in range(q):
+            dy = cells.y[c] + cells.half_y[c] * cells.nodes[i] - y0
+            for j in range(q):
+                dx = cells.x[c] + cells.half_x[c] * cells.nodes[j] - x0
+                s0x, s0y = cells.strength[c, k, 0, 0, i, j], cells.strength[c, k, 0, 1, i, j]
+                s1x, s1y = cells.strength[c, k, 1, 0, i, j], cells.strength[c, k, 1, 1, i, j]
+                s3x, s3y = cells.strength[c, k, 2, 0, i, j], cells.strength[c, k, 2, 1, i, j]
+                s5x, s5y = cells.strength[c, k, 3, 0, i, j], cells.strength[c, k, 3, 1, i, j]
+                for p in range(x.size):
+                    zx, zy = dx - x[p], dy - y[p]
+                    inv2 = 1.0 / (zx * zx + zy * zy)
+                    inv = math.sqrt(inv2)
+                    # e = z̄/r; F is e/r times a factor for each moment of the far form.
+                    e_re, e_im = zx * inv, -zy * inv
+                    e2_re, e2_im = e_re * e_re - e_im * e_im, 2.0 * e_re * e_im
+                    e4_re, e4_im = e2_re * e2_re - e2_im * e2_im, 2.0 * e2_re * e2_im
+                    e6_re, e6_im = e4_re * e2_re - e4_im * e2_im, e4_re * e2_im + e4_im * e2_re
+                    a_re, a_im = m2_re * e2_re - m2_im * e2_im, m2_re * e2_im + m2_im * e2_re
+                    b_re, b_im = m31_re * e2_re - m31_im * e2_im, m31_re * e2_im + m31_im * e2_re
+                    c_re, c_im = m4_re * e4_re - m4_im * e4_im, m4_re * e4_im + m4_im * e4_re
+                    d_re, d_im = m6_re * e6_re - m6_im * e6_im, m6_re * e6_im + m6_im * e6_re
+                    f0_re = 1.0 + inv2 * (a_re + inv2 * (c_re + inv2 * d_re))
+                    f0_im = inv2 * (a_im + inv2 * (c_im + inv2 * d_im))
+                    second = 1.5 * sigma2 + 2.25 * a_re
+                    fourth = 0.703125 * m22 + 1.5625 * b_re + 2.734375 * c_re
+                    f1_re = -inv * (1.0 + inv2 * (second + inv2 * fourth))
+                    f1_im = -inv * inv2 * (1.5 * a_im + inv2 * (0.625 * b_im + 2.1875 * c_im))
+                    f3_re = -inv * inv2 * (1.0 + inv2 * (7.5 * sigma2 + 6.25 * a_re))
+                    f3_im = -inv * inv2 * inv2 * 2.5 * a_im
+                    f5 = -inv * inv2 * inv2
+                    sum_x = f0_re * s0x - f0_im * s0y + f1_re * s1x - f1_im * s1y + f3_re * s3x - f3_im * s3y + f5 * s5x
+                    sum_y = f0_re * s0y + f0_im * s0x + f1_re * s1y + f1_im * s1x + f3_re * s3y + f3_im * s3x + f5 * s5y
+                    total[k, p] += inv * (e_re * sum_y + e_im * sum_x)

@@ -1,0 +1,111 @@
+"""The far form at many points at once: what edges send to the nodes of a tile, or to its photosites.
+
+The loops over points have no branch and call nothing that the compiler cannot turn into vector instructions.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+
+from camsim.arrays import F64, U8
+from camsim.rendering.edge import Edges, Numbers, moments_of
+from camsim.rendering.far import Moments, far_line, mirrored, smooth_tail
+
+WHOLE, LINE, ENDS = 0, 1, 2  # parts of an edge: all of it, its infinite line, or minus both ends (WHOLE = LINE + ENDS)
+HALF_PI, QUARTER_PI = 0.5 * math.pi, 0.25 * math.pi
+TAN_EIGHTH = math.sqrt(2.0) - 1.0
+
+
+@nb.njit(cache=True, inline="always")
+def _angle(y: float, x: float) -> float:
+    """Return atan2(y, x) to 1e-16; nan for (0, 0).
+
+    The polynomial is atan(√u)/√u at the eleven Chebyshev nodes of 0 ≤ u ≤ tan²(π/8); larger angles are turned by π/4.
+    """
+    ay, ax = abs(y), abs(x)
+    low, high = (ay, ax) if ay < ax else (ax, ay)
+    turned = low > TAN_EIGHTH * high
+    t = (low - high if turned else low) / (low + high if turned else high)
+    u = t * t
+    p = 0.0568830340363325 + u * (-0.04347919839046537 + u * 0.021133752033748364)
+    p = -0.09090773003240828 + u * (0.07689952488233016 + u * (-0.066402251735395 + u * p))
+    p = -0.14285714180900647 + u * (0.11111106177375227 + u * p)
+    p = t * (1.0 + u * (-0.33333333333328435 + u * (0.19999999998854168 + u * p)))
+    p += QUARTER_PI if turned else 0.0
+    p = HALF_PI - p if ay > ax else p
+    p = math.pi - p if x < 0.0 else p
+    return -p if y < 0.0 else p
+
+
+@nb.njit(cache=True, inline="always")
+def _ends(h: float, s1: float, length: float, side: float, m: Moments) -> tuple[float, float, float, float]:
+    """Return g of an edge but for the smooth part of its line, which counts where the photosite is beside it."""
+    s2 = s1 + length
+    up1 = 1.0 if s1 >= 0.0 else -1.0
+    up2 = 1.0 if s2 >= 0.0 else -1.0
+    a0, a1, a3, a5 = smooth_tail(h, abs(s1), m if s1 >= 0.0 else mirrored(m))
+    b0, b1, b3, b5 = smooth_tail(h, abs(s2), m if s2 >= 0.0 else mirrored(m))
+    angle = side * _angle(h * length, side * (h * h + s1 * s2))
+    return angle + up1 * a0 - up2 * b0, up1 * a1 - up2 * b1, up1 * a3 - up2 * b3, up1 * a5 - up2 * b5
+
+
+@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+def far_at_points(e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges: Edges, n: Numbers, g: F64) -> None:
+    """Write to ``g`` (4, points) the far form of a part of edge ``e`` at the points (x0 + x, y0 + y).
+
+    It means nothing at points that are not far away, and at those beside an edge it takes |h| for at least ``near``.
+    """
+    tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
+    dx, dy = edges.x[e] - x0, edges.y[e] - y0
+    m = moments_of(e, edges, n)
+    plain = Moments(m.sigma2, m.m22, 0j, 0j, m.m4, 0j)  # spelt out, so that the compiler leaves the rest away
+    is_plain = m.m2 == 0.0 and m.m31 == 0.0 and m.m6 == 0.0
+    if part == LINE:
+        for i in range(x.size):
+            g[0, i], g[1, i], g[2, i], g[3, i] = far_line((dx - x[i]) * ty - (dy - y[i]) * tx, m)
+        return
+    side = -1.0 if part == ENDS else 1.0
+    if is_plain:
+        for i in range(x.size):
+            h = (dx - x[i]) * ty - (dy - y[i]) * tx
+            s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
+            g[0, i], g[1, i], g[2, i], g[3, i] = _ends(h, s1, length, side, plain)
+    else:
+        for i in range(x.size):
+            h = (dx - x[i]) * ty - (dy - y[i]) * tx
+            s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
+            g[0, i], g[1, i], g[2, i], g[3, i] = _ends(h, s1, length, side, m)
+    beside = 0
+    for i in range(x.size):
+        s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
+        beside += (s1 < 0.0) & (s1 + length >= 0.0)
+    if part == ENDS or beside == 0:
+        return
+    for i in range(x.size):
+        h = (dx - x[i]) * ty - (dy - y[i]) * tx
+        s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
+        counts = 1.0 if (s1 < 0.0) & (s1 + length >= 0.0) else 0.0
+        h = h if abs(h) > n.near else n.near
+        c0, c1, c3, c5 = smooth_tail(h, 0.0, m)
+        d0, d1, d3, d5 = smooth_tail(h, 0.0, mirrored(m))
+        g[0, i] += counts * (c0 + d0)
+        g[1, i] += counts * (c1 + d1)
+        g[2, i] += counts * (c3 + d3)
+        g[3, i] += counts * (c5 + d5)
+
+
+@nb.njit(cache=True, fastmath={"contract"})
+def far_and_quiet(e: int, x0: float, y0: float, x: F64, y: F64, edges: Edges, n: Numbers, quiet: U8) -> None:
+    """Write to ``quiet`` (points) 1 where the far form is all there is of an edge: no rings, no line to look up."""
+    tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
+    dx, dy = edges.x[e] - x0, edges.y[e] - y0
+    line = n.quiet_line if edges.response[e] >= 0 else n.quiet_end
+    end2 = n.quiet_end * n.quiet_end
+    for i in range(x.size):
+        h = (dx - x[i]) * ty - (dy - y[i]) * tx
+        s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
+        s2 = s1 + length
+        ends = min(s1 * s1, s2 * s2) + h * h >= end2
+        quiet[i] = ends & ((s1 >= 0.0) | (s2 <= 0.0) | (abs(h) >= line))
