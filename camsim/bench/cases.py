@@ -28,6 +28,8 @@ WINDOW_ROWS, WINDOW_COLS, WINDOW_ORIGIN = 62, 64, (87, 72)
 MTF50S = (0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40)
 F_NUMBERS = (2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0)
 SHIFTS = 25
+FEW_SHIFTS = (3, 5)  # of other programs and quick runs; of what takes long
+FINE = 0.9e-6  # tolerances below this take long
 TOLERANCES = tuple(10.0**-k for k in range(2, 12))
 EXACT = ("auto", "boundary", "fourier")
 IMPORTANCE = (121, 2025, 40401)  # samples; the last on an Airy pattern alone, elsewhere it shows the same for longer
@@ -124,7 +126,7 @@ def _psfs() -> tuple[Psf, ...]:
 
 PSF_HINT = "; patterns such as 'airy-f8*', 'gaussian-*' and '*-olpf' name several"
 PSFS = {psf.name: psf for psf in _psfs()}
-# Every decade of tolerance here, every second one elsewhere; other programs are timed here.
+# Every decade of tolerance here, every second one elsewhere; everything is clocked here, ``auto`` elsewhere.
 CORE_PSFS = (
     *("gaussian-0.10", "gaussian-0.25", "gaussian-0.40", "airy-f8", "airy-f2.8-box", "airy-f8-box", "airy-f32-box"),
     *("airy-f8-box-olpf", "bayer-green"),
@@ -176,16 +178,23 @@ def settings_of(psf: Psf, methods: Sequence[str], *, quick: bool = False) -> lis
 
 
 def is_timed(psf: Psf, setting: Setting) -> bool:
-    """Whether the frame is clocked: long sampling takes as long with every lens, so one lens of each kind does."""
-    return (setting.samples or 0) <= IMPORTANCE[0] or psf.name in CLOCKED_PSFS
+    """Whether the frame is clocked: everything on the core systems, ``auto`` on all.
+
+    Sampling takes as long with every lens, so one lens of each kind does for its long settings.
+    """
+    if (setting.samples or 0) > IMPORTANCE[0]:
+        return psf.name in CLOCKED_PSFS
+    return setting.method == "auto" or psf.name in CORE_PSFS
 
 
 def shift_count(setting: Setting, *, quick: bool = False) -> int:
     """Return how many of the 25 shifts errors are taken over; always the same for a setting."""
     if setting.program != "camsim":
-        return 1 if setting.program == "prysm" else 3
-    most = 5 if setting.samples == IMPORTANCE[-1] else SHIFTS
-    return min(most, 3) if quick else most
+        return 1 if setting.program == "prysm" else FEW_SHIFTS[0]
+    if quick:
+        return FEW_SHIFTS[0]
+    long = setting.samples == IMPORTANCE[-1] or (setting.tolerance or 1.0) < FINE
+    return FEW_SHIFTS[1] if long else SHIFTS
 
 
 def chosen_psfs(patterns: Sequence[str], *, quick: bool = False) -> list[Psf]:

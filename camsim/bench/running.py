@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-import statistics
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
@@ -14,9 +12,10 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.bench import cases, esf, findings, table_two
 from camsim.bench.cases import Psf, Setting
+from camsim.bench.clocking import Clocks
 from camsim.bench.lists import start
 from camsim.bench.machine import Spin, cores, spin, words_of_load
-from camsim.bench.measuring import Drawn, Lap, clock_frame, clock_setup, draw_window, weigh_frame
+from camsim.bench.measuring import Drawn, draw_window
 from camsim.bench.peers import Peer, settings_of_peer
 from camsim.bench.results import Results
 from camsim.bench.truth import photosite_value
@@ -46,22 +45,12 @@ class Request:
 
 @dataclass(slots=True)
 class _Run:
-    """What one run holds: its workers, its lines, and how far it is.
-
-    laps, budget_s : clock a setting so often, or for so long
-    longest_s      : what takes longer is clocked once and not weighed
-    """
+    """What one run holds: its workers, its lines, and how far it is."""
 
     request: Request
     results: Results
     say: Say
-    one: Worker
-    all: Worker
-    weigher: Worker
-    peers: dict[str, Worker]
-    laps: int
-    budget_s: float
-    longest_s: float
+    clocks: Clocks
     spins: list[Spin] = field(default_factory=list)
     done: float = 0.0
     total: float = 1.0
@@ -72,14 +61,6 @@ class _Run:
             for peer in self.request.peers:
                 found += settings_of_peer(peer, psf, quick=self.request.quick)
         return found
-
-    def worker(self, setting: Setting, threads: int) -> Worker:
-        if setting.program != "camsim":
-            return self.peers[setting.program]
-        return self.one if threads == 1 else self.all
-
-    def weigher_of(self, setting: Setting) -> Worker:
-        return self.weigher if setting.program == "camsim" else self.peers[setting.program]
 
     def look(self, when: str) -> None:
         """Clock the fixed work once more and write down what it took."""
@@ -106,17 +87,20 @@ def run(request: Request, results: Results, say: Say) -> None:
             stack.callback(new.stop)
             return new
 
+        quick = request.quick
         state = _Run(
             request=request,
             results=results,
             say=say,
-            one=worker(1),
-            all=worker(cores()),
-            weigher=worker(cores(), GIVES_BACK),
-            peers={peer.name: worker(1, GIVES_BACK) for peer in request.peers},
-            laps=3 if request.quick else 7,
-            budget_s=0.1 if request.quick else 0.5,
-            longest_s=0.6 if request.quick else math.inf,
+            clocks=Clocks(
+                one=worker(1),
+                all=worker(cores()),
+                weigher=worker(cores(), GIVES_BACK),
+                peers={peer.name: worker(1, GIVES_BACK) for peer in request.peers},
+                laps=3 if quick else 7,
+                budget_s=0.1 if quick else 0.4,
+                longest_s=0.6 if quick else 3.0,
+            ),
         )
         weights = [1.0 + len(state.settings(psf)) + 12.0 * _slow(psf, state) for psf in request.psfs]
         paper = sum(weights) / 8.0 if request.paper else 0.0
@@ -145,6 +129,7 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
     shifts = cases.shifts_px(cases.shift_count(Setting(method="auto"), quick=quick))
     truth = _truth(psf, shifts, state)
     errors: dict[Setting, dict[str, object]] = {}
+    times: dict[Setting, dict[str, object]] = {}
     refused: set[str] = set()
     settings = state.settings(psf)
     share = weight / (2 * len(settings) + 1)
@@ -158,14 +143,11 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
                     errors[setting] = found
             state.tell(f"{psf.name}: error of {setting.label}", share)
         timed = [s for s in errors if cases.is_timed(psf, s)]
-        times = _times(psf, timed, truth[len(shifts) // 2], state, share)
-    except KeyboardInterrupt:
-        # What is known of this system's errors is worth keeping.
+        for setting in state.clocks.clock(psf, timed, truth[len(shifts) // 2], times):
+            state.tell(f"{psf.name}: time of {setting.label}", share)
+    finally:  # also when somebody interrupts: what is known of this system is worth keeping
         for setting, found in errors.items():
-            _write(psf, setting, found, {}, state)
-        raise
-    for setting, found in errors.items():
-        _write(psf, setting, found, times.get(setting, {}), state)
+            _write(psf, setting, found, times.get(setting, {}), state)
     state.look(psf.name)
     state.tell(f"{psf.name}: written", share)
 
@@ -210,7 +192,7 @@ def _accuracy(psf: Psf, setting: Setting, shifts: F64, truth: F64, state: _Run) 
     """Return the errors over the window and the shifts; None when the program refuses."""
     count = min(cases.shift_count(setting, quick=state.request.quick), len(shifts))
     some = np.round(np.linspace(0, len(shifts) - 1, count)).astype(int) if count > 1 else np.array([len(shifts) // 2])
-    worker, images, last = state.worker(setting, cores()), [], Drawn(image=None)
+    worker, images, last = state.clocks.worker(setting, 0), [], Drawn(image=None)
     try:
         for k in some:
             last = worker.call(draw_window, psf, setting, tuple(shifts[k]))
@@ -242,61 +224,6 @@ def _figures(image: F64, truth: F64) -> dict[str, object]:
         "error_mean": float(np.mean(error)),
         "error_max_16bit": float(np.abs(codes).max()),
         "error_rms_16bit": float(np.sqrt(np.mean(codes**2))),
-    }
-
-
-def _times(
-    psf: Psf, settings: Sequence[Setting], truth: F64, state: _Run, share: float
-) -> dict[Setting, dict[str, object]]:
-    """Clock the frame by every setting, in turn, so that a busy moment falls on all of them; then set-up, memory."""
-    laps: dict[tuple[Setting, int], list[Lap]] = {}
-    for program in dict.fromkeys((s.program, s.method) for s in settings):
-        first = next(s for s in settings if (s.program, s.method) == program)
-        for worker in {state.worker(first, 1), state.worker(first, 0), state.weigher_of(first)}:
-            worker.call(draw_window, psf, first, (0.0, 0.0))  # loads kernels, plans transforms
-    long: set[Setting] = set()
-    for lap in range(1, state.laps + 1):
-        for setting, threads in _lanes(settings):
-            done = laps.setdefault((setting, threads), [])
-            spent = sum(d.wall_s for d in done)
-            if setting in long or (done and spent + spent / len(done) > state.budget_s):
-                continue
-            done.append(state.worker(setting, threads).call(clock_frame, psf, setting, lap))
-            if done[-1].wall_s > state.longest_s:
-                long.add(setting)
-    found: dict[Setting, dict[str, object]] = {}
-    for setting in settings:
-        times: dict[str, object] = {"one_thread": _summary(laps[setting, 1])}
-        if laps.get((setting, 0)):
-            times["all_threads"] = _summary(laps[setting, 0])
-        if setting.program == "camsim":
-            setup = state.one.call(clock_setup, psf, setting, tuple(range(101, 104)))
-            times["setup_wall_s"], times["setup_cpu_s"] = setup.wall_s, setup.cpu_s
-        if setting not in long:
-            weighed = state.weigher_of(setting).call(weigh_frame, psf, setting)
-            times["peak_mb"], times["beyond_mb"] = weighed.peak_mb, weighed.beyond_mb
-            if setting.program == "camsim":  # whose frame is planned apart from the window
-                times["error_frame_max"] = float(np.abs(weighed.image - truth).max())
-        found[setting] = times
-        state.tell(f"{psf.name}: time of {setting.label}", share)
-    return found
-
-
-def _lanes(settings: Sequence[Setting]) -> Iterator[tuple[Setting, int]]:
-    """Yield each setting with 1 thread, and camsim's with all (0): the other programs here use one."""
-    for setting in settings:
-        yield setting, 1
-        if setting.program == "camsim":
-            yield setting, 0
-
-
-def _summary(laps: Sequence[Lap]) -> dict[str, float]:
-    cpu = [lap.cpu_s for lap in laps]
-    return {
-        "wall_s": min(lap.wall_s for lap in laps),
-        "cpu_s": min(cpu),
-        "spread": statistics.median(cpu) / max(min(cpu), 1e-9) - 1.0,
-        "laps": len(laps),
     }
 
 
