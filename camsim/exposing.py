@@ -335,7 +335,7 @@ class _Regrouped:
         whole = count // self._together * self._together
         if whole > 0:
             rows = self._joined()
-            self._held = [rows[whole:].copy()]
+            self._held = [rows[whole:].copy()]  # a view would keep all of them
             self._take(rows[: whole + self._overlap])
 
     def finish(self) -> None:

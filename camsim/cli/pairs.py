@@ -68,12 +68,12 @@ def check_folder(path: str, *, force: bool) -> Path:
     return folder
 
 
-def write_pairs(setup: Setup, folder: Path, levels: Sequence[float], *, quiet: bool) -> None:
+def write_pairs(setup: Setup, folder: Path, levels: Sequence[float], *, compress: bool, quiet: bool) -> None:
     """Write noisy and clean mosaics (.dng) and the truth (.exr) of every variant and level, and the index of all."""
     rows: list[dict[str, Any]] = []
     for variant in _variants(setup):
         for level in levels:
-            rows.append(_write_pair(variant, level, folder, number=len(rows)))
+            rows.append(_write_pair(variant, level, folder, number=len(rows), compress=compress))
             if not quiet:
                 print(f"{rows[-1]['noisy']}, {rows[-1]['clean']}, {rows[-1]['truth']}", file=sys.stderr)
     table = io.StringIO(newline="")
@@ -114,7 +114,7 @@ def _variants(setup: Setup) -> Iterator[_Variant]:
         yield _Variant(f"{own}+{down}+{right}", windowed(camera.cfa, origin), origin)
 
 
-def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int) -> dict[str, Any]:
+def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int, compress: bool) -> dict[str, Any]:
     setup = variant.setup
     exposure = dataclasses.replace(setup.exposure, time_s=setup.exposure_time_s * level)
     noisy = dataclasses.replace(setup, exposure=exposure, noise=True, seed=setup.seed + number)
@@ -124,8 +124,8 @@ def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int) -
     # What raw developers would misread goes into a plain TIFF.
     suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
     names = {"noisy": f"{stem}-noisy{suffix}", "clean": f"{stem}-clean{suffix}", "truth": f"{stem}-truth.exr"}
-    save(frame, folder / names["noisy"])
-    save(clean, folder / names["clean"])
+    save(frame, folder / names["noisy"], compress=compress)
+    save(clean, folder / names["clean"], compress=compress)
     save(clean, folder / names["truth"], product="truth")
     return {**names, **_figures(variant, frame, level)}
 

@@ -36,7 +36,7 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
         products = {output.product for output in outputs} | ({"truth"} if held.has_truth else set())
         frame = frame_of(held, products, bar)
         for output in outputs:
-            save(frame, output.path, product=output.product, allow_odd_cfa=True)
+            save(frame, output.path, product=output.product, allow_odd_cfa=True, compress=held.compressed)
     if not quiet:
         for output in outputs:
             print(f"{output.path}: {_compared(held, output)}", file=sys.stderr)

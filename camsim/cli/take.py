@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import json
 import sys
@@ -17,6 +18,8 @@ from camsim.cli.progress import Bar
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 
 if TYPE_CHECKING:
+    from camsim.arrays import U16
+    from camsim.config.build import Setup
     from camsim.frame import Frame
 
 
@@ -33,6 +36,7 @@ class Request:
     pairs: str | None
     levels: str | None
     allow_odd_cfa: bool
+    compress: bool
     force: bool
     as_json: bool
     quiet: bool
@@ -45,6 +49,7 @@ def take(request: Request) -> None:
     texts = request.outputs or (f"{Path(request.scene).stem}.dng",)
     outputs, errors = outputs_of.check(outputs_of.numbered(texts, request.frames), force=request.force)
     products = {output.product for output in outputs}
+    held = request.frames > 1 or not all(_needs_no_photosites(output) for output in outputs)
     from camsim.capturing import load
 
     try:
@@ -54,10 +59,13 @@ def take(request: Request) -> None:
             overrides=request.changes,
             seed=request.seed,
             products=products,
+            held=held,
         )
         warning = odd_cfa_of(setup.camera.cfa.pattern, outputs, allowed=request.allow_odd_cfa)
     except CamsimError as error:
         errors.insert(0, error)
+    if request.compress:
+        errors += _compression_faults(outputs)
     if errors:
         raise CamsimError("\n".join(str(error) for error in errors))
     if warning:
@@ -69,15 +77,18 @@ def take(request: Request) -> None:
     ready_s = time.perf_counter()
     with Bar(shown=not request.quiet) as bar:
         writing_s = 0.0
-        frames = setup.expose_frames(request.frames, products=products, progress=bar.update)
+        if held:
+            frames = setup.expose_frames(request.frames, products=products, progress=bar.update)
+        else:
+            frames = iter((_expose_rows(setup, outputs, products, bar, request),))
         for number, frame in enumerate(frames):
             began_s = time.perf_counter()
             of_frame = outputs[number * len(texts) : (number + 1) * len(texts)]
-            _write(frame, of_frame, bar, allow_odd_cfa=request.allow_odd_cfa)
+            _write(frame, [output for output in of_frame if held or output.product == "spectral"], bar, request)
             writing_s += time.perf_counter() - began_s
     done_s = time.perf_counter()
     set_up = {"set up": ready_s - request.began_s}
-    seconds = {**set_up, **frame.report.seconds, "write": writing_s}
+    seconds = {**set_up, **frame.report.seconds, "write": frame.report.seconds.get("write", 0.0) + writing_s}
     total_s = done_s - request.began_s
     if not request.quiet:
         from camsim.cli.report import print_report
@@ -97,6 +108,10 @@ def take_pairs(request: Request) -> None:
     from camsim.cli.pairs import check_folder, parse_levels, write_pairs
 
     levels = parse_levels(request.levels)
+    if request.compress:
+        from camsim.files.dng_image import lossless_encoder
+
+        lossless_encoder()
     setup = load(
         request.scene, sensor=request.sensor, overrides=request.changes, seed=request.seed, products=("mosaic", "truth")
     )
@@ -105,7 +120,7 @@ def take_pairs(request: Request) -> None:
         _say_that_it_compiles()
     gc.freeze()
     gc.enable()
-    write_pairs(setup, folder, levels, quiet=request.quiet)
+    write_pairs(setup, folder, levels, compress=request.compress, quiet=request.quiet)
 
 
 def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: bool) -> str | None:
@@ -126,12 +141,59 @@ def _say_that_it_compiles() -> None:
         print("camsim: compiling its kernels, once on this machine (about half a minute)", file=sys.stderr)
 
 
-def _write(frame: Frame, outputs: list[Output], bar: Bar, *, allow_odd_cfa: bool) -> None:
+def _needs_no_photosites(output: Output) -> bool:
+    """Whether a file can be written while the capture is computed, or has nothing of it."""
+    from camsim.files import comes_row_by_row
+
+    return output.product == "spectral" or comes_row_by_row(output.path, output.product)
+
+
+def _compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
+    """Return what speaks against lossless JPEG, before any work."""
+    from camsim.files.dng_image import lossless_encoder
+
+    if not any(output.path.lower().endswith(".dng") for output in outputs):
+        return [OutputError("--compress is for DNG and none is written; EXR and PNG are always compressed")]
+    try:
+        lossless_encoder()
+    except OutputError as error:
+        return [error]
+    return []
+
+
+def _expose_rows(setup: Setup, outputs: list[Output], products: set[str], bar: Bar, request: Request) -> Frame:
+    """Take the picture and write its mosaics while it is computed: memory does not grow with the frame."""
+    from camsim.files import writing_rows
+
+    mosaics = [output.path for output in outputs if output.product == "mosaic"]
+    how = {"allow_odd_cfa": request.allow_odd_cfa, "compress": request.compress}
+    with contextlib.ExitStack() as stack:
+        writers = [
+            stack.enter_context(writing_rows(path, camera=setup.camera, region=setup.region, **how)) for path in mosaics
+        ]
+
+        def take(codes: U16) -> None:
+            for writer in writers:
+                writer.take(codes)
+
+        frame = setup.expose_rows(take, products=products, progress=bar.update)
+        for writer in writers:
+            writer.finish(frame)
+    return frame
+
+
+def _write(frame: Frame, outputs: list[Output], bar: Bar, request: Request) -> None:
     from camsim.files import save
 
     for number, output in enumerate(outputs):
         bar.update("write", number / len(outputs))
-        save(frame, output.path, product=output.product, allow_odd_cfa=allow_odd_cfa)
+        save(
+            frame,
+            output.path,
+            product=output.product,
+            allow_odd_cfa=request.allow_odd_cfa,
+            compress=request.compress,
+        )
 
 
 def _as_json(frame: Frame, outputs: list[Output], seconds: dict[str, float], total_s: float) -> dict[str, Any]:

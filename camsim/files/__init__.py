@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from camsim.camera import Camera, Region
 from camsim.errors import OutputError, did_you_mean
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
@@ -43,11 +45,17 @@ SUFFIXES: Mapping[str, Format] = {
 
 
 def save(
-    frame: Frame, path: str | os.PathLike[str], *, product: str | None = None, allow_odd_cfa: bool = False
+    frame: Frame,
+    path: str | os.PathLike[str],
+    *,
+    product: str | None = None,
+    allow_odd_cfa: bool = False,
+    compress: bool = False,
 ) -> None:
     """Write one product of the frame; the suffix of ``path`` chooses the format.
 
     allow_odd_cfa : write a DNG even of a colour filter array that raw developers misread (`odd_cfa` names them)
+    compress      : write a DNG as lossless JPEG; needs the package imagecodecs
 
     The file is written beside its place and moved there when it is whole: whatever goes wrong, an older file
     of that name is still there as it was. Equal frames give equal bytes. Raises OutputError in one sentence.
@@ -57,10 +65,34 @@ def save(
         raise OutputError(f"cannot write {str(path)!r}: the capture holds no {chosen}; ask for products=({chosen!r},)")
     target = Path(path)
     writer = SUFFIXES[target.suffix.lower()].writers[chosen]
-    if allow_odd_cfa and writer is dng.write_dng:
-        writer = functools.partial(dng.write_dng, allow_odd_cfa=True)
+    if writer is dng.write_dng:
+        writer = functools.partial(dng.write_dng, allow_odd_cfa=allow_odd_cfa, compress=compress)
+    elif writer is dng.write_truth:
+        writer = functools.partial(dng.write_truth, compress=compress)
     with replacing(target) as beside:
         writer(frame, beside)
+
+
+def comes_row_by_row(path: str, product: str) -> bool:
+    """Whether ``writing_rows`` can write this."""
+    return SUFFIXES[Path(path).suffix.lower()].writers[product] is dng.write_dng
+
+
+@contextlib.contextmanager
+def writing_rows(
+    path: str | os.PathLike[str], *, camera: Camera, region: Region | None = None, **how: bool
+) -> Iterator[dng.MosaicWriter]:
+    """Write a DNG while its mosaic is computed: the same bytes as ``save``, and no memory for the mosaic.
+
+    camera, region : as the rows are exposed: ``frame = camera.expose_rows(..., take=writer.take)``; give the frame to
+                     ``writer.finish``
+    how            : ``allow_odd_cfa`` and ``compress``, as of ``save``
+
+    The file is moved to its place when the block ends well, and none is left when it does not.
+    """
+    check_output(path, "mosaic")
+    with replacing(Path(path)) as beside, beside.open("wb") as file:
+        yield dng.MosaicWriter(file, cols=camera.grid(region).cols, mono=len(camera.cfa.channels) == 1, **how)
 
 
 def check_output(path: str | os.PathLike[str], product: str | None = None) -> str:

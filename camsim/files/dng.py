@@ -77,12 +77,15 @@ class _Content:
 class MosaicWriter:
     """A DNG of a mosaic that is written while the mosaic is computed, so that memory need not hold it.
 
+    mono          : whether every photosite has the same filter
     compress      : as lossless JPEG, see ``dng_image``
     allow_odd_cfa : write an array that developers misread all the same; ``odd_cfa`` says which programs fail
     """
 
-    def __init__(self, file: BinaryIO, *, cols: int, compress: bool = False, allow_odd_cfa: bool = False) -> None:
-        self._image = Image(file, LosslessTiles(cols) if compress else Strip())
+    def __init__(
+        self, file: BinaryIO, *, cols: int, mono: bool, compress: bool = False, allow_odd_cfa: bool = False
+    ) -> None:
+        self._image = Image(file, LosslessTiles(cols, components=1 if mono else 2) if compress else Strip())
         self._allow_odd_cfa = allow_odd_cfa
 
     def take(self, codes: U16) -> None:
@@ -109,7 +112,9 @@ def write_dng(frame: Frame, path: Path, *, allow_odd_cfa: bool = False, compress
     """Write the mosaic; raises OutputError for an array that developers misread. See ``MosaicWriter``."""
     refuse_over_4_gib(frame.mosaic.nbytes)
     with path.open("wb") as file:
-        writer = MosaicWriter(file, cols=frame.shape[1], compress=compress, allow_odd_cfa=allow_odd_cfa)
+        writer = MosaicWriter(
+            file, cols=frame.shape[1], mono=is_mono(frame), compress=compress, allow_odd_cfa=allow_odd_cfa
+        )
         writer.take(frame.mosaic)
         writer.finish(frame)
 
@@ -139,7 +144,7 @@ def write_truth(frame: Frame, path: Path, *, compress: bool = False) -> None:
         noise=None,
     )
     with path.open("wb") as file:
-        image = Image(file, LosslessTiles(cols) if compress else Strip())
+        image = Image(file, LosslessTiles(cols, components=1) if compress else Strip())
         for first in range(0, rows, _PIECE_ROWS):
             codes = np.rint(np.clip(truth[first : first + _PIECE_ROWS] * codes_per_e, 0, TRUTH_WHITE_DN))
             image.take((codes if samples > 1 else codes[:, :, 0]).astype(np.uint16))

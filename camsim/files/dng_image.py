@@ -111,28 +111,32 @@ class Strip:
 
 
 class LosslessTiles:
-    """Tiles as wide as the image, each a lossless JPEG of its own."""
+    """Tiles in two columns, each a lossless JPEG of its own.
 
-    def __init__(self, cols: int) -> None:
-        self._encode = lossless_encoder()
-        self._cols = -(-cols // _TILE_COLS_STEP) * _TILE_COLS_STEP
+    components : that a mosaic's columns are dealt out to: 2, or 1 without filters, as LibRaw and dcraw expect
+    """
+
+    def __init__(self, cols: int, *, components: int) -> None:
+        self._encode, self._components = lossless_encoder(), components
+        # More than half the image: dcraw and LibRaw break the rows of a tile wider than the image where the image ends,
+        # and LibRaw takes tiles of exactly half its width for another layout.
+        self._cols = (cols // (2 * _TILE_COLS_STEP) + 1) * _TILE_COLS_STEP
         self._waiting: list[U16] = []
 
     def encoded(self, codes: U16) -> Iterator[bytes]:
-        """Yield the tiles that are whole; the encoder lets go of the interpreter, so threads pay."""
+        """Yield the tiles of rows that are whole."""
         self._waiting.append(codes)
         whole = sum(map(len, self._waiting)) // _TILE_ROWS * _TILE_ROWS
         if whole:
             rows = np.concatenate(self._waiting)
             self._waiting = [rows[whole:].copy()]
-            with ThreadPoolExecutor() as pool:
-                yield from pool.map(self._tile, np.split(rows[:whole], whole // _TILE_ROWS))
+            yield from self._tiles(rows[:whole])
 
     def rest(self) -> Iterator[bytes]:
-        """Yield the last tile, filled up with its last row."""
+        """Yield the last tiles, filled up with their last rows."""
         rows = np.concatenate(self._waiting)
         if len(rows):
-            yield self._tile(rows)
+            yield from self._tiles(rows)
 
     def tags(self, offsets: list[int], sizes: list[int], rows: int) -> tuple[Tag, ...]:
         """Return the tags of the tiles."""
@@ -144,11 +148,21 @@ class LosslessTiles:
             long(325, *sizes),  # TileByteCounts
         )
 
+    def _tiles(self, rows: U16) -> Iterator[bytes]:
+        """Yield the tiles from left to right and from the top; the encoder releases the interpreter: threads pay."""
+        parts = [
+            rows[first : first + _TILE_ROWS, left : left + self._cols]
+            for first in range(0, len(rows), _TILE_ROWS)
+            for left in range(0, rows.shape[1], self._cols)
+        ]
+        with ThreadPoolExecutor() as pool:
+            yield from pool.map(self._tile, parts)
+
     def _tile(self, codes: U16) -> bytes:
         beside, below = self._cols - codes.shape[1], _TILE_ROWS - len(codes)
         edges = ((0, below), (0, beside), (0, 0))[: codes.ndim]
-        whole = np.pad(codes, edges, mode="edge") if beside or below else codes
-        return self._encode(whole if whole.ndim == 3 else whole.reshape(_TILE_ROWS, -1, 2))
+        whole = np.pad(codes, edges, mode="edge") if beside or below else np.ascontiguousarray(codes)
+        return self._encode(whole if whole.ndim == 3 else whole.reshape(_TILE_ROWS, -1, self._components))
 
 
 def lossless_encoder() -> Callable[[U16], bytes]:

@@ -40,6 +40,7 @@ class Held:
     size_bytes : of the file
     product    : which of the frame's products it is
     has_truth  : whether the truth is in it
+    compressed : whether it is a DNG of lossless JPEG
     record     : the figures that explain its numbers, and ``description``: all stages with all parameters
     """
 
@@ -51,6 +52,7 @@ class Held:
     size_bytes: int
     product: str
     has_truth: bool
+    compressed: bool
     record: Mapping[str, Any]
 
     @property
@@ -68,6 +70,7 @@ class _Found:
     cols: int
     text: str | None
     has_truth: bool = False
+    compressed: bool = False
 
 
 def read_file(path: str | os.PathLike[str]) -> Held:
@@ -98,6 +101,7 @@ def read_file(path: str | os.PathLike[str]) -> Held:
         size_bytes=size,
         product=str(record["product"]),
         has_truth=found.has_truth or record["product"] == "truth",
+        compressed=found.compressed,
         record=record,
     )
 
@@ -145,7 +149,8 @@ def _tiff(file: BinaryIO, size: int) -> _Found:
     directory.refuse_truncated()
     if is_dng:
         text = _record_in_xmp(directory.bytes_of(tiff_reader.XMP, 2 * LONGEST_RECORD))
-        return _Found("DNG", ".dng", rows, cols, text)
+        compressed = directory.number(tiff_reader.COMPRESSION) == tiff_reader.LOSSLESS_JPEG
+        return _Found("DNG", ".dng", rows, cols, text, compressed=compressed)
     words = directory.bytes_of(tiff_reader.IMAGE_DESCRIPTION, LONGEST_RECORD).rstrip(b"\0")
     return _Found("TIFF", ".tiff", rows, cols, words.decode("ascii", "replace") if words[:1] == b"{" else None)
 

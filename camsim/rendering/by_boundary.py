@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
-from camsim.rendering.cost import Cost, Counts, boundary_cost, boundary_counts
+from camsim.rendering.cost import Cost, Counts, boundary_cost, boundary_counts, check_seconds
 from camsim.rendering.engine import boundary_bands
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.hardest import hardest_photosites
@@ -23,7 +24,7 @@ from camsim.rendering.spotcheck import SHARE, Check, reference_values
 from camsim.rendering.work import Work
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RoundLens:
     """A job with a round lens, and what the boundary engine and the check need for it; the check has its own nodes."""
 
@@ -56,7 +57,7 @@ class RoundLens:
             self, job=job, nodes=job.nodes_like(self.nodes), check_nodes=job.nodes_like(self.check_nodes)
         )
 
-    @property
+    @functools.cached_property
     def counts(self) -> Counts:
         """What the boundary engine has to do for one image."""
         job = self.job
@@ -70,7 +71,7 @@ class RoundLens:
             wavelengths=self.nodes.wavelength_nm.size,
         )
 
-    @property
+    @functools.cached_property
     def check(self) -> Check:
         """Settings of the check."""
         job = self.job
@@ -84,10 +85,15 @@ class RoundLens:
             job.end,
             job.grid,
             self.settings,
-            self.check,
-            job.blur_at(self.nodes.wavelength_nm),
-            len(job.sides),
+            render_seconds=boundary_cost(self.counts, check_seconds=0.0).seconds,
+            check_seconds=self.check_seconds,
         )
+
+    @functools.cached_property
+    def check_seconds(self) -> float:
+        """What the check of one photosite is expected to take."""
+        blur = self.job.blur_at(self.check_nodes.wavelength_nm)
+        return check_seconds(self.check, self.job.start, self.job.end, blur)
 
     def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again, by the path of ``spotcheck``."""
@@ -129,9 +135,7 @@ class BoundaryRun:
     def cost(self) -> Cost:
         """What one image takes, the check included."""
         lens = self.lens
-        blur = lens.job.blur_at(lens.nodes.wavelength_nm)
-        check_seconds = lens.hardest()[0].size * lens.check.seconds(blur, 2.0, lens.job.edges)
-        return boundary_cost(lens.counts, check_seconds=check_seconds)
+        return boundary_cost(lens.counts, check_seconds=lens.hardest()[0].size * lens.check_seconds)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
@@ -163,6 +167,7 @@ class BoundaryRun:
         ):
             row += len(band)
             yield band
+            del band  # or it would stay until the next one is finished
             progress(row / len(channel))
 
     def hardest(self) -> tuple[I64, I64]:

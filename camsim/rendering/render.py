@@ -21,6 +21,7 @@ from camsim.rendering.run import Found, Run, check, compare
 from camsim.rendering.work import Work
 from camsim.scene import Scene
 
+TAKEN_PHOTOSITES = 2_000_000
 Progress = Callable[[str, float], None]
 
 
@@ -253,9 +254,13 @@ def render_bands(
     for band in run.bands(channel, _part(report, 0.0, 0.9)):
         here = (first <= rows) & (rows < first + len(band))
         values[here] = band[rows[here] - first, cols[here]]
-        band *= scale[channel[first : first + len(band)]]
-        take(band)
-        first += len(band)
+        # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
+        step = max(1, TAKEN_PHOTOSITES // grid.cols)
+        for part in np.split(band, range(step, len(band), step)):
+            part *= scale[channel[first : first + len(part)]]
+            take(part)
+            first += len(part)
+        del band, part  # or they would stay until the next band is finished
     found = compare(run, values, rows, cols, channel[rows, cols])
     if strict:
         _refuse(found, choice, grid, tolerance)

@@ -69,3 +69,16 @@ def test_mistakes(folder: Path, camsim: Run) -> None:
     refused = camsim("recapture", "a.dng", "-o", "a.dng")
     assert refused.returncode == 2
     assert "exists; overwrite it with --force" in refused.stderr
+
+
+def test_a_compressed_dng_is_compressed_again(folder: Path, camsim: Run) -> None:
+    take(camsim, "plain.dng")
+    changes = ("--set", "exposure.iso=800", "--set", "region.origin=[901, 1200]", "--seed", "9")
+    packed = camsim("capture", "small.yaml", *changes, "-q", "--compress", "-o", "packed.dng", "-o", "packed.exr")
+    assert (packed.returncode, packed.stderr) == (0, "")
+    assert camsim("recapture", "packed.dng").stderr == "packed-again.dng: the same bytes as packed.dng\n"
+    assert (folder / "packed.dng").read_bytes() != (folder / "plain.dng").read_bytes()
+    needless = camsim("capture", "small.yaml", "--compress", "-o", "a.tiff")
+    assert needless.returncode == 2
+    assert "--compress is for DNG and none is written" in needless.stderr
+    assert not (folder / "a.tiff").exists()

@@ -7,6 +7,7 @@ import pytest
 
 import camsim
 from camsim.errors import InvalidValueError
+from camsim.files import save, writing_rows
 from camsim.rendering import engine
 
 SCENE = camsim.Scene(
@@ -68,3 +69,28 @@ def test_the_truth_does_not_come_row_by_row():
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
     with pytest.raises(InvalidValueError, match="products: truth; row by row there are mosaic and spectral"):
         camera.expose_rows(SCENE, take=print, products=("truth",), **HOW)
+
+
+@pytest.mark.parametrize("compress", [False, True])
+@pytest.mark.parametrize("sensor", ["d40-like", "mono-345"])
+def test_a_file_written_row_by_row_has_the_same_bytes(tmp_path, sensor, compress):
+    camera = camsim.Camera.from_yaml(sensor, lens=camsim.Airy(f_number=8.0))
+    save(camera.expose(SCENE, **HOW), tmp_path / "whole.dng", compress=compress)
+    with writing_rows(tmp_path / "rows.dng", camera=camera, region=HOW["region"], compress=compress) as writer:
+        writer.finish(camera.expose_rows(SCENE, take=writer.take, **HOW))
+    assert (tmp_path / "rows.dng").read_bytes() == (tmp_path / "whole.dng").read_bytes()
+
+
+def test_a_capture_that_fails_half_way_leaves_the_old_file(tmp_path):
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
+    (tmp_path / "a.dng").write_bytes(b"old")
+
+    def one_band_then_stop():
+        with writing_rows(tmp_path / "a.dng", camera=camera, region=HOW["region"]) as writer:
+            writer.take(np.zeros((64, 60), np.uint16))
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        one_band_then_stop()
+    assert (tmp_path / "a.dng").read_bytes() == b"old"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.dng"]

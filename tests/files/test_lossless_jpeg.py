@@ -1,0 +1,72 @@
+"""DNGs of lossless JPEG: the codes come back exactly, from other people's decoders."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import rawpy
+import tifffile
+from conftest import X_TRANS
+
+from camsim.errors import OutputError
+from camsim.files import save
+from camsim.files.reading import read_file
+from camsim.frame import Frame
+
+# Around the sizes at which tiles are full: 128 rows, multiples of 32 columns.
+SIZES = [(48, 66), (128, 64), (129, 65), (127, 63), (300, 33), (256, 800)]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("pattern", ["RG GB", "GB RG", X_TRANS, "Y"])
+def test_the_codes_come_back(
+    tmp_path: Path, make_frame: Callable[..., Frame], size: tuple[int, int], pattern: str
+) -> None:
+    frame = make_frame(*size, pattern)
+    save(frame, tmp_path / "a.dng", compress=True)
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image_visible, frame.mosaic)
+    with tifffile.TiffFile(tmp_path / "a.dng") as file:
+        assert file.pages.first.compression == 7
+    held = read_file(tmp_path / "a.dng")
+    assert (held.compressed, held.rows, held.cols) == (True, *size)
+
+
+@pytest.mark.parametrize("codes", ["noise", "zero", "largest"])
+def test_any_16_bits_come_back(tmp_path: Path, make_frame: Callable[..., Frame], codes: str) -> None:
+    frame = make_frame(200, 300, bit_depth=16, black_level_dn=0, white_level_dn=65535)
+    drawn = np.random.default_rng(1).integers(0, 65536, frame.mosaic.shape).astype(np.uint16)
+    frame.mosaic[:] = {"noise": drawn, "zero": 0, "largest": 65535}[codes]
+    save(frame, tmp_path / "a.dng", compress=True)
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image_visible, frame.mosaic)
+
+
+def test_the_truth_comes_back(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+    frame = make_frame(300, 200)
+    for name, compress in (("a.dng", True), ("b.dng", False)):
+        save(frame, tmp_path / name, product="truth", compress=compress)
+    with rawpy.imread(str(tmp_path / "a.dng")) as one, rawpy.imread(str(tmp_path / "b.dng")) as other:
+        np.testing.assert_array_equal(one.raw_image_visible[:, :, :3], other.raw_image_visible[:, :, :3])
+
+
+def test_it_is_smaller_and_the_same_each_time(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+    frame = make_frame(400, 600)
+    save(frame, tmp_path / "plain.dng")
+    for name in ("a.dng", "b.dng"):
+        save(frame, tmp_path / name, compress=True)
+    assert (tmp_path / "a.dng").read_bytes() == (tmp_path / "b.dng").read_bytes()
+    assert (tmp_path / "a.dng").stat().st_size < 0.8 * (tmp_path / "plain.dng").stat().st_size
+
+
+def test_without_the_library_the_message_says_which(
+    tmp_path: Path, frame: Frame, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "imagecodecs", None)
+    with pytest.raises(OutputError, match=r"needs the package imagecodecs: .*camsim-spectral\[compress\]"):
+        save(frame, tmp_path / "a.dng", compress=True)
+    assert list(tmp_path.iterdir()) == []
