@@ -128,8 +128,8 @@ PSF_HINT = "; patterns such as 'airy-f8*', 'gaussian-*' and '*-olpf' name severa
 PSFS = {psf.name: psf for psf in _psfs()}
 # Every decade of tolerance here, every second one elsewhere; everything is clocked here, ``auto`` elsewhere.
 CORE_PSFS = (
-    *("gaussian-0.10", "gaussian-0.25", "gaussian-0.40", "airy-f8", "airy-f2.8-box", "airy-f8-box", "airy-f32-box"),
-    *("airy-f8-box-olpf", "bayer-green"),
+    *("airy-f8-box", "airy-f8-box-olpf", "airy-f8", "gaussian-0.25", "bayer-green"),
+    *("airy-f2.8-box", "airy-f32-box", "gaussian-0.10", "gaussian-0.40"),
 )
 CLOCKED_PSFS = ("gaussian-0.25", "airy-f8", "airy-f8-box", "airy-f8-box-olpf")
 QUICK_PSFS = ("gaussian-0.25", "airy-f8-box", "airy-f8-box-olpf")
@@ -200,7 +200,8 @@ def shift_count(setting: Setting, *, quick: bool = False) -> int:
 def chosen_psfs(patterns: Sequence[str], *, quick: bool = False) -> list[Psf]:
     """Return the systems that the patterns (names, or ``airy-f8*``) name; all, or the quick ones, without any."""
     if not patterns:
-        return [PSFS[name] for name in (QUICK_PSFS if quick else PSFS)]
+        # The core ones first: a run that is interrupted has them.
+        return [PSFS[name] for name in (QUICK_PSFS if quick else dict.fromkeys((*CORE_PSFS, *PSFS)))]
     names: dict[str, None] = {}
     for pattern in patterns:
         found = fnmatch.filter(PSFS, pattern)
