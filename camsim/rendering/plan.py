@@ -30,7 +30,7 @@ SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is in
 FEW = 4  # corners, or lines, that the shares below were set for
 NEAREST = 5.0  # blurs: where the search for quiet begins
 RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength
-RINGS_ALWAYS = 150.0  # blurs: a table of the field as wide as this is too large whatever the rings cost
+TABLE_BYTES = 3e8  # of the field: larger ones cost more than rings whatever these cost
 RINGS_NEAREST = 10.0  # blurs, beyond the footprint: their series and the smooth powers of 1/r hold to 1e-11
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
@@ -91,11 +91,12 @@ def plan_boundary(
     lines = int(np.count_nonzero(np.hypot(*(end - start).T) >= quiet_end))
     allowed = tolerance / 6.0 * math.sqrt(FEW / max(lines, FEW))
     quiet_line = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, allowed, end=False))
-    near, reach = quiet_end, quiet_line
-    if pattern.airy and quiet_end > min(RINGS_FROM * blur.size, RINGS_ALWAYS) * longest:
-        near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
     field_step = pattern.grain * shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
     response_step = pattern.grain * shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
+    near, reach = quiet_end, quiet_line
+    table_bytes = 16.0 * len(shares) * (quiet_end / field_step) ** 2
+    if pattern.airy and (quiet_end > RINGS_FROM * blur.size * longest or table_bytes > TABLE_BYTES):
+        near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
     digits = -math.log10(tolerance)
     return Settings(
         tolerance=tolerance,
