@@ -50,9 +50,10 @@ class Numbers(NamedTuple):
     quiet_line: float  # beyond this one a line sends no rings
     field_step: float
     response_step: float
-    panel: float
-    gauss_x: F64
+    piece: float  # the longest that one rule integrates
+    gauss_x: F64  # (lengths, most): rules for pieces of 1/lengths, 2/lengths … of it
     gauss_w: F64
+    gauss_count: I64  # (lengths,) nodes of each
     sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
     m22: float
     harmonic: C128  # (4,) its ⟨ζ²⟩, ⟨ζ³ζ̄⟩, ⟨ζ⁴⟩, ⟨ζ⁶⟩ in the photosite's own frame
@@ -103,15 +104,16 @@ def _flux(
     n: Numbers,
 ) -> float:
     """Integrate −V·n along the edge from s_from to s_to, seen from signed distance h."""
-    panels = max(1, math.ceil((s_to - s_from) / n.panel))
+    panels = max(1, math.ceil((s_to - s_from) / n.piece))
     half = 0.5 * (s_to - s_from) / panels
+    rule = min(int(2.0 * half / n.piece * n.gauss_count.size), n.gauss_count.size - 1)
     nx, ny = -ty, tx
     inv_step = 1.0 / n.field_step
     total = 0.0
     for p in range(panels):
         middle = s_from + (2 * p + 1) * half
-        for q in range(n.gauss_x.size):
-            s = middle + half * n.gauss_x[q]
+        for q in range(n.gauss_count[rule]):
+            s = middle + half * n.gauss_x[rule, q]
             for spot in range(len(n.apart)):
                 vx = s * tx - h * nx + n.apart[spot, 0]
                 vy = s * ty - h * ny + n.apart[spot, 1]
@@ -137,7 +139,7 @@ def _flux(
                     sum_x = -sum_x
                 if vy < 0.0:
                     sum_y = -sum_y
-                total -= n.gauss_w[q] * (sum_x * nx + sum_y * ny)
+                total -= n.gauss_w[rule, q] * (sum_x * nx + sum_y * ny)
     return total * half / len(n.apart)
 
 

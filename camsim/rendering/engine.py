@@ -16,12 +16,13 @@ from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import Pattern
-from camsim.rendering.plan import Settings
-from camsim.rendering.quadrature import chebyshev, gauss_legendre, interpolation
+from camsim.rendering.plan import PANEL_BLURS, Settings
+from camsim.rendering.quadrature import chebyshev, gauss_by_length, interpolation
 from camsim.rendering.rings import airy_rings
 from camsim.rendering.tables import edge_responses, field_tables
 
 BAND_PHOTOSITES = 2_000_000
+LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
 MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
 RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, relative to no footprint
 CELL_NODES = 1  # more along a cell than along a tile: every part of a cell counts, few photosites lie at a tile's rim
@@ -33,7 +34,8 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
     while -(-shape[0] // root) * -(-shape[1] // root) > MOST_TILES:
         root *= 2
     nodes = chebyshev(settings.tile_nodes)
-    gauss_x, gauss_w = gauss_legendre(settings.panel_nodes)
+    longest = LONGEST_PIECE / PANEL_BLURS
+    gauss_x, gauss_w, gauss_count = gauss_by_length(math.pi * PANEL_BLURS, settings.panel_nodes, longest, LENGTHS)
     levels = int(math.log2(root // settings.leaf)) + 1
     to_photosites = np.zeros((levels, root, nodes.size))
     for level in range(levels):
@@ -46,9 +48,10 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         quiet_line=settings.quiet_line,
         field_step=settings.field_step,
         response_step=settings.response_step,
-        panel=settings.panel,
+        piece=longest * settings.panel,
         gauss_x=gauss_x,
         gauss_w=gauss_w,
+        gauss_count=gauss_count,
         sigma2=footprint.sigma2,
         m22=footprint.m22,
         harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),

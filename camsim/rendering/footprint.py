@@ -10,7 +10,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.rendering.quadrature import gauss_error, gauss_legendre
 
 _SAME = 1e-9  # pitches: offsets this close are one
 
@@ -122,18 +122,9 @@ def _same_spots(a: F64, b: F64) -> bool:
 def rule_order(phase: float, allowed: float) -> int:
     """Return the order of a Gauss rule that integrates cos(phase·x) over −1 … 1 to ``allowed``."""
     order = 3
-    log_phase = math.log(max(phase, 1e-3))
-    while True:
-        error = (
-            (2 * order + 1) * math.log(2.0)
-            + 4 * math.lgamma(order + 1)
-            - math.log(2 * order + 1)
-            - 3 * math.lgamma(2 * order + 1)
-            + 2 * order * log_phase
-        )
-        if error < math.log(allowed):
-            return order
+    while gauss_error(order, phase) > math.log(allowed):
         order += 1
+    return order
 
 
 def footprint_rule(width: float, height: float, spots: F64, order: int) -> tuple[F64, F64]:

@@ -28,6 +28,7 @@ from camsim.rendering.patterns import Pattern
 COARSEST = 1e-2
 SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
 FEW = 4  # corners, or lines, that the shares below were set for
+PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
 NEAREST = 5.0  # blurs: where the search for quiet begins
 RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength
 TABLE_BYTES = 3e8  # of the field: larger ones cost more than rings whatever these cost
@@ -106,7 +107,7 @@ def plan_boundary(
         quiet_line=quiet_line,
         field_step=field_step,
         response_step=response_step,
-        panel=shortest * 1.6,
+        panel=shortest * PANEL_BLURS,
         panel_nodes=math.ceil(4 + 0.5 * digits),
         tile_nodes=_tile_nodes(0.125 * tolerance),
     )

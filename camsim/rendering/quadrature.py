@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import functools
+import math
 
 import numpy as np
 from scipy import special
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 
 
 @functools.cache
@@ -16,6 +17,39 @@ def gauss_legendre(order: int) -> tuple[F64, F64]:
     nodes, weights = special.roots_legendre(order)
     nodes.flags.writeable = weights.flags.writeable = False
     return nodes, weights
+
+
+def gauss_error(order: int, phase: float) -> float:
+    """Return the natural logarithm of a Gauss rule's error for cos(phase·x) over −1 … 1."""
+    return (
+        (2 * order + 1) * math.log(2.0)
+        + 4 * math.lgamma(order + 1)
+        - math.log(2 * order + 1)
+        - 3 * math.lgamma(2 * order + 1)
+        + 2 * order * math.log(max(phase, 1e-3))
+    )
+
+
+@functools.cache
+def gauss_by_length(phase: float, order: int, longest: float, steps: int) -> tuple[F64, F64, I64]:
+    """Return rules for pieces of 1/steps, 2/steps … 1 of ``longest``, each as exact as ``order`` nodes are for a phase.
+
+    phase   : half of what a piece of length 1 spans, radians
+    returns : nodes and weights (steps, most), of which the first count (steps,) are used; read-only
+    """
+    allowed = gauss_error(order, phase)
+    counts = np.empty(steps, np.int64)
+    count = 1
+    for k in range(steps):
+        while gauss_error(count, phase * longest * (k + 1) / steps) > allowed:
+            count += 1
+        counts[k] = count
+    nodes, weights = np.zeros((steps, count)), np.zeros((steps, count))
+    for k, n in enumerate(counts):
+        nodes[k, :n], weights[k, :n] = gauss_legendre(int(n))
+    for array in (nodes, weights, counts):
+        array.flags.writeable = False
+    return nodes, weights, counts
 
 
 def chebyshev(order: int) -> F64:
