@@ -144,6 +144,28 @@ def edge_panels(lines: Sequence[Line], psf: str, *, narrow: bool = False) -> Fig
     return figure
 
 
+def scaling_panels(lines: Sequence[Line], *, narrow: bool = False) -> Figure:
+    """Return CPU time against every kind of size, wall time against threads."""
+    from matplotlib.figure import Figure
+
+    kinds = list(dict.fromkeys(line["over"] for line in of_kind(lines, "scaling")))
+    across = min(2 if narrow else 3, len(kinds))
+    down = math.ceil(len(kinds) / across)
+    figure = Figure(figsize=(5.2 if narrow else 9.2, 2.6 * down + 0.3), layout="constrained")
+    grid = figure.subplots(down, across, squeeze=False)
+    for axes in grid.ravel()[len(kinds) :]:
+        axes.remove()
+    for axes, over in zip(grid.ravel(), kinds, strict=False):
+        mine = [line for line in of_kind(lines, "scaling") if line["over"] == over]
+        clock = "wall_s" if over == "threads" else "cpu_s"
+        axes.loglog([m["size"] for m in mine], [m[clock] for m in mine], "o-", color="#0072B2", ms=5)
+        axes.set_xlabel(over, fontsize=9)
+        axes.set_ylabel("wall s" if over == "threads" else "CPU s", fontsize=9)
+        axes.tick_params(labelsize=8)
+        axes.grid(which="major", alpha=0.3)
+    return figure
+
+
 def svg(figure: Figure, prefix: str) -> str:
     """Return a figure as SVG with text as text; every id begins with ``prefix``, so that a page can hold many."""
     import matplotlib as mpl

@@ -26,6 +26,9 @@ def bench(
     extremes: Annotated[
         bool, typer.Option("--extremes", help="Instead: stiff and extreme cases, exit code 1 when one is wrong.")
     ] = False,
+    scaling: Annotated[
+        bool, typer.Option("--scaling", help="Instead: time and memory against photosites, edges, wavelengths, ….")
+    ] = False,
     compare: Annotated[
         str | None,
         typer.Option("--compare", metavar="OLD.jsonl", help="Say what got slower or less accurate since that run."),
@@ -55,8 +58,8 @@ def bench(
 
     check_matplotlib()
     teller = _Teller(shown=not quiet)
-    if extremes:
-        _run_extremes(Path(output), teller)
+    if extremes or scaling:
+        _run_lists(Path(output), teller, extremes=extremes, scaling=scaling, quick=quick)
         return
     request = Request(
         psfs=tuple(chosen_psfs(psfs or (), quick=quick)),
@@ -80,21 +83,26 @@ def bench(
     _report(results, "written:")
 
 
-def _run_extremes(folder: Path, teller: _Teller) -> None:
-    """Run the extremes; exit code 1 when one is wrong."""
+def _run_lists(folder: Path, teller: _Teller, *, extremes: bool, scaling: bool, quick: bool) -> None:
+    """Run the extremes, the scaling or both, each into files of its own; exit code 1 when an extreme is wrong."""
     from camsim.bench.lists import run_extremes, start
     from camsim.bench.results import Results
+    from camsim.bench.scaling import run_scaling
 
     _check_folder(folder)
-    page = "extremes.html"
-    with Results(folder / "extremes.jsonl") as results:
-        start(results, quick=False)
-        try:
-            failed = run_extremes(results, teller.tell)
-        except KeyboardInterrupt:
-            _report(results, "interrupted; what was measured is in", page)
-            raise
-    _report(results, "written:", page)
+    failed = 0
+    for name in ("extremes",) * extremes + ("scaling",) * scaling:
+        with Results(folder / f"{name}.jsonl") as results:
+            start(results, quick=quick)
+            try:
+                if name == "extremes":
+                    failed = run_extremes(results, teller.tell)
+                else:
+                    run_scaling(results, teller.tell, quick=quick)
+            except KeyboardInterrupt:
+                _report(results, "interrupted; what was measured is in", f"{name}.html")
+                raise
+        _report(results, "written:", f"{name}.html")
     if failed:
         raise typer.Exit(1)
 

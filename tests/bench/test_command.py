@@ -9,10 +9,13 @@ import time
 
 import pytest
 
-from camsim.bench import extremes, sensor_extremes
-from camsim.bench.results import read_results, rounded
+from camsim.bench import extremes, scaling, sensor_extremes
+from camsim.bench.lists import start as start_lines
+from camsim.bench.report import page
+from camsim.bench.results import Results, read_results, rounded
 from camsim.bench.tables import shown
 from camsim.errors import InputError
+from camsim.scene import arrange
 from tests.cli.conftest import COMMAND
 
 from .lines import head
@@ -63,22 +66,22 @@ def test_the_lines_hold_what_was_measured(small):
 
 def test_every_number_of_the_page_is_in_the_lines(small):
     folder, _, _, lines = small
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert_numbers_are_from(page, lines)
-    assert "http" not in re.sub(r"http://www\.w3\.org/\S+", "", page)
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert_numbers_are_from(text, lines)
+    assert "http" not in re.sub(r"http://www\.w3\.org/\S+", "", text)
 
 
-def assert_numbers_are_from(page, lines):
+def assert_numbers_are_from(text, lines):
     """Cells carry the value they show; that value is in the lines, and sentences are lines' own."""
     values = set(numbers_of(lines))
-    cells = re.findall(r'<td data-v="([^"]+)">([^<]+)</td>', page)
-    assert len(cells) > 20
-    for value, text in cells:
+    cells = re.findall(r'<td data-v="([^"]+)">([^<]+)</td>', text)
+    assert len(cells) > 10
+    for value, printed in cells:
         assert float(value) in values, value
-        assert text == shown(float(value))
-    assert not re.findall(r"<td[^>]*>\s*[-+]?\d[\d.e-]*\s*</td>", re.sub(r"<td data-v=[^<]+</td>", "", page))
+        assert printed == shown(float(value))
+    assert not re.findall(r"<td[^>]*>\s*[-+]?\d[\d.e-]*\s*</td>", re.sub(r"<td data-v=[^<]+</td>", "", text))
     said = "\n".join(line["sentence"] for line in lines if "sentence" in line)
-    for item in re.findall(r"<li>([^<]+)</li>", page):
+    for item in re.findall(r"<li>([^<]+)</li>", text):
         assert item.replace("&#x27;", "'") in said
 
 
@@ -201,9 +204,9 @@ def test_extremes_are_a_table_and_an_exit_code(tmp_path, count, code, words):
     assert re.search(r"good +asked 1e-06 +reached 2e-07 +0\.1 s +right", done.stdout)
     lines = read_results(tmp_path / "out" / "extremes.jsonl")
     assert [line["name"] for line in lines if line["kind"] == "extreme"] == ["good", "refused", "bad", "broken"][:count]
-    page = (tmp_path / "out" / "extremes.html").read_text(encoding="utf-8")
-    assert "a &lt;square&gt;" in page
-    assert ("RuntimeError: no" in page) == (count == 4)
+    text = (tmp_path / "out" / "extremes.html").read_text(encoding="utf-8")
+    assert "a &lt;square&gt;" in text
+    assert ("RuntimeError: no" in text) == (count == 4)
 
 
 def test_the_list_of_extremes_is_whole_and_its_names_differ():
@@ -216,3 +219,31 @@ def test_every_extreme_of_the_sensor_is_right_or_refused():
     for case in sensor_extremes.cases():
         found = case.run()
         assert found.verdict in ("right", "refused"), (case.name, found)
+
+
+def test_scaling_is_lines_and_words(monkeypatch, tmp_path):
+    monkeypatch.setattr(scaling, "SIZES", {"photosites": (100, 400), "threads": (1,)})
+    monkeypatch.setattr(scaling, "cores", lambda: 2)
+    with Results(tmp_path / "scaling.jsonl") as results:
+        start_lines(results, quick=True)
+        scaling.run_scaling(results, lambda fraction, words: None, quick=True)
+    lines = read_results(tmp_path / "scaling.jsonl")
+    found = [(line["over"], line["size"]) for line in lines if line["kind"] == "scaling"]
+    assert found == [("photosites", 100), ("photosites", 400), ("threads", 1), ("threads", 2)]
+    assert [line["over"] for line in lines if line["kind"] == "finding"] == ["photosites", "threads"]
+    text = page(lines)
+    assert "Time and memory against size" in text
+    assert_numbers_are_from(text, lines)
+
+
+@pytest.mark.parametrize(("over", "size"), [("photosites", 10_000), ("edges", 1000), ("patches", 24), ("threads", 1)])
+def test_scenes_of_every_size_are_as_large_as_they_say(over, size):
+    task = scaling.task_of(over, size)
+    edges = arrange(task.scene, max_segment_um=1.0).start_um.shape[0]
+    if over == "photosites":
+        assert task.rows * task.cols == size
+    if over == "edges":
+        assert edges == size // 3 * 3  # none lies over another
+    if over == "patches":
+        assert edges == 4 * size
+        assert len({shape.reflectance for shape in task.scene.shapes}) == size
