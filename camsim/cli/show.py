@@ -11,6 +11,7 @@ from camsim.config.library import Kind, Located
 
 if TYPE_CHECKING:
     from camsim.camera import Camera
+    from camsim.optics import FourSpotOlpf
 
 Row = tuple[str, str]
 
@@ -79,9 +80,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
         ("Nyquist frequency", f"{0.5 / pitch_um:.5g} cycles/µm ({500.0 / pitch_um:.1f} line pairs/mm)"),
     ]
     if camera.olpf is not None:
-        null = 0.5 / camera.olpf.split_um
-        share = null / (0.5 / pitch_um)
-        rows.append(("OLPF null", f"{null:.5g} cycles/µm along x and y, {share:.2f} of Nyquist"))
+        rows.append(("OLPF null", _olpf_null(camera.olpf, pitch_um)))
     rows += [
         ("white level", f"{adc.white_level_dn(adc.base_iso, well_e)} DN at ISO {adc.base_iso:g}"),
         ("saturation", f"{saturation_e:.0f} e⁻ at ISO {adc.base_iso:g}"),
@@ -94,6 +93,28 @@ def _figures_of_sensor(located: Located) -> list[Row]:
         ),
     ]
     return rows
+
+
+def _blur(camera: Camera, wavelength_nm: float) -> Row:
+    """Return the pattern's own length, and where its transfer ends."""
+    system, kind = camera.optics, type(camera.lens).__name__
+    scale_um, cutoff_per_um = system.blur_um(wavelength_nm), system.cutoff_per_um(wavelength_nm)
+    ends = f"{scale_um / camera.pitch_um:.3g} pitches; cut-off {cutoff_per_um:.4g} cycles/µm"
+    if system.chromatic:
+        return "diffraction", f"λN = {scale_um:.4g} µm at {wavelength_nm:g} nm, {ends}"
+    return "lens", f"{kind}, the same at every wavelength: {scale_um:.4g} µm, {ends}"
+
+
+def _olpf_null(olpf: FourSpotOlpf, pitch_um: float) -> str:
+    """Return the frequencies at which the low-pass filter first passes nothing."""
+    splits = {"x": olpf.split_um, "y": olpf.split_down_um}
+    along = [axis for axis, split_um in splits.items() if split_um]
+    if len(along) == 2 and splits["x"] == splits["y"]:
+        splits, along = {"x and y": splits["x"]}, ["x and y"]
+    nulls = [
+        f"{0.5 / splits[axis]:.5g} cycles/µm along {axis}, {pitch_um / splits[axis]:.2f} of Nyquist" for axis in along
+    ]
+    return "; ".join(nulls) + (f"; turned by {olpf.rotate_deg:g}°" if olpf.rotate_deg else "")
 
 
 def _snr_maximum(camera: Camera, saturation_e: float, dark_e: float) -> str:
@@ -123,7 +144,6 @@ def _figures_of_scene(located: Located) -> list[Row]:
     camera, light = setup.camera, setup.light
     rows, cols = (setup.region.rows, setup.region.cols) if setup.region else (camera.rows, camera.cols)
     wavelength_nm = light.line_nm or 550.0
-    scale_um = camera.optics.lens.blur_um(wavelength_nm)
     electrons = camera.electrons_per_reflectance(light.samples(), setup.exposure_time_s).sum(axis=1)
     white = ", ".join(f"{c} {e:.5g}" for c, e in zip(camera.cfa.channels, electrons, strict=True))
     on_sensor = ""
@@ -141,9 +161,5 @@ def _figures_of_scene(located: Located) -> list[Row]:
         ("light", f"{light.name}, {light.level} on the {light.at}{on_sensor}"),
         ("exposure", f"{setup.exposure_time_s:.6g} s at a working f-number of {camera.working_f_number:g}"),
         ("white", f"mean electrons of a perfect diffuser on the axis: {white}"),
-        (
-            "diffraction",
-            f"λN = {scale_um:.4g} µm at {wavelength_nm:g} nm, {scale_um / camera.pitch_um:.3g} pitches; "
-            f"cut-off {1.0 / scale_um:.4g} cycles/µm",
-        ),
+        _blur(camera, wavelength_nm),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -154,10 +155,11 @@ class MeasuredPsf:
 def _roll_off(f: F64) -> F64:
     """Return 1 up to PASSES and 0 from ENDS on; the slope is the integral of a Kaiser–Bessel window."""
     t = np.clip((2.0 * np.abs(f) - PASSES - ENDS) / (ENDS - PASSES), -1.0, 1.0)
-    values: F64 = 1.0 - _SLOPE(t)
+    values: F64 = 1.0 - _slope()(t)
     return values
 
 
+@functools.cache
 def _slope() -> np.polynomial.Chebyshev:
     window = np.polynomial.Chebyshev.interpolate(
         lambda t: special.i0(SHARPNESS * np.sqrt((1.0 - t) * (1.0 + t))) / special.i0(SHARPNESS), ROLL_OFF_DEGREE
@@ -166,6 +168,3 @@ def _slope() -> np.polynomial.Chebyshev:
     whole = total / total(1.0)
     assert isinstance(whole, np.polynomial.Chebyshev)
     return whole
-
-
-_SLOPE = _slope()

@@ -185,7 +185,9 @@ class RoundedPhotosite:
         flat = height - 2.0 * radius
         total = width * np.sinc(width * fx) * flat * np.sinc(flat * fy)
         highest = float(np.hypot(fx, fy).max(initial=0.0))
-        x, w = special.roots_legendre(math.ceil(2.0 * math.pi * radius * min(highest, 500.0 / max(radius, 1e-300))) + 16)
+        x, w = special.roots_legendre(
+            math.ceil(2.0 * math.pi * radius * min(highest, 500.0 / max(radius, 1e-300))) + 16
+        )
         angle, share = 0.25 * math.pi * (1.0 + x), 0.25 * math.pi * w
         for a, s in zip(angle, share, strict=True):
             row = width - 2.0 * radius + 2.0 * radius * math.cos(a)

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
-from scipy import interpolate, special
+from scipy import special
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
@@ -77,6 +77,8 @@ class RadialOtf:
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function at (fx, fy) cycles/µm."""
+        from scipy import interpolate  # a tenth of a second that most captures can do without
+
         radius = np.hypot(fx_per_um, fy_per_um)
         inside = np.minimum(radius, self.freq_per_um[-1])
         otf: F64 = self.curve()(inside)
