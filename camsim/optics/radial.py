@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from scipy import special
@@ -14,6 +14,9 @@ from scipy import special
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.spectra.curve import Spectrum
+
+if TYPE_CHECKING:
+    from scipy import interpolate
 
 CHUNK = 2_000_000  # Bessel functions at a time
 
@@ -77,8 +80,6 @@ class RadialOtf:
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function at (fx, fy) cycles/µm."""
-        from scipy import interpolate  # a tenth of a second that most captures can do without
-
         radius = np.hypot(fx_per_um, fy_per_um)
         inside = np.minimum(radius, self.freq_per_um[-1])
         otf: F64 = self.curve()(inside)
@@ -86,6 +87,8 @@ class RadialOtf:
 
     def curve(self) -> interpolate.PPoly:
         """Return the transfer over frequency (cycles/µm) as a cubic between every two points."""
+        from scipy import interpolate  # a fifth of a second that most captures can do without
+
         return interpolate.PchipInterpolator(self.freq_per_um, self.values)
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
