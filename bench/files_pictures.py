@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw
 import camsim
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "clients"))
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "clients")]
 
 XYZ_TO_SRGB = np.array(
     [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560], [0.0556434, -0.2040259, 1.0572252]]
@@ -42,13 +42,14 @@ def labelled(pictures: dict[str, Image.Image]) -> Image.Image:
 
 def developers() -> Image.Image:
     """Develop one ColorChecker with every program that develops."""
-    import chart
     from raw_programs import PROGRAMS
+
+    from tests.colorchecker import chart
 
     pictures = {}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.dng"
-        camsim.save(chart.chart(300, 446), path)
+        camsim.save(chart(300, 446), path)
         for program in PROGRAMS:
             own = Path(folder) / program.name
             own.mkdir()

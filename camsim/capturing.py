@@ -77,7 +77,7 @@ def load(
 def load_camera(sensor: PathOrName, *, lens: Lens, overrides: Iterable[str] = ()) -> Camera:
     """Make a camera of a sensor file (a path or a shipped name) and a lens."""
     changes, faults = _parsed(overrides)
-    judged = _collected(faults, lambda: _sensor(os.fspath(sensor), changes))
+    judged = _collected(faults, lambda: _sensor(os.fspath(sensor), changes, asked_by="sensor"))
     camera = judged and build_sensor.camera(judged, lens)
     faults += judged.faults if judged else []
     if faults or not camera:
@@ -149,7 +149,7 @@ def _refuse_what_does_not_fit(
 def _sensor_of(scene: SceneDocument, sensor: PathOrName | None, changes: Iterable[Override]) -> SensorDocument | None:
     """Read the sensor of a capture: the flag's, or else the scene's."""
     if sensor is not None:
-        return _sensor(os.fspath(sensor), changes)
+        return _sensor(os.fspath(sensor), changes, asked_by="--sensor")
     name, node = scene.value(("sensor",)), scene.document.find(("sensor",))
     if name is None:
         scene.refuse(("sensor",), "missing; name one (camsim list sensors) or use --sensor")
@@ -166,13 +166,13 @@ def _sensor_of(scene: SceneDocument, sensor: PathOrName | None, changes: Iterabl
     return None if located is None else _read(located, changes, schema.SensorFile)
 
 
-def _sensor(name: str, changes: Iterable[Override]) -> SensorDocument:
+def _sensor(name: str, changes: Iterable[Override], *, asked_by: str) -> SensorDocument:
     try:
         located = library.locate("sensor", name)
     except ConfigError:
         raise
     except CamsimError as error:
-        raise ConfigError([Fault("--sensor", 0, 0, "", str(error))]) from None
+        raise ConfigError([Fault(asked_by, 0, 0, "", str(error))]) from None
     return _read(located, changes, schema.SensorFile)
 
 

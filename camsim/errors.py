@@ -76,10 +76,22 @@ def did_you_mean(name: str, known: Iterable[str], shown: int = 12) -> str:
     """Return the tail of a message about an unknown name: the likely one, and the list when it is short."""
     names = list(known)
     lowered = {n.lower(): n for n in names}
-    near = [lowered[m] for m in difflib.get_close_matches(name.lower(), lowered, n=3, cutoff=0.6)]
+    alike = difflib.get_close_matches(name.lower(), lowered, n=max(len(names), 1), cutoff=0.6)
+    near = [lowered[m] for m in sorted(alike, key=lambda m: _unlikeness(name.lower(), m))[:3]]
     text = f"; did you mean {' or '.join(repr(n) for n in near)}?" if near else ";" if names else ""
     if names and len(names) <= shown:
         text += f" (known: {', '.join(names)})"
     elif not near:
         text = ""
     return text.replace("; (", " (")
+
+
+def _unlikeness(name: str, known: str) -> tuple[float, float]:
+    """Order names by their letters and, among equals that differ in a number only, by how near the number is.
+
+    >>> min(["d75", "d65", "d60", "d55"], key=lambda known: _unlikeness("d56", known))
+    'd55'
+    """
+    letters = -difflib.SequenceMatcher(a=known, b=name).ratio()
+    one, other = ("".join(filter(str.isdigit, word)) for word in (name, known))
+    return letters, abs(int(one) - int(other)) if one and other else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import functools
 import operator
 import types
@@ -59,24 +60,34 @@ class Expected:
         return tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Table))
 
     def table(self, node: Node) -> type[Table] | None:
-        """Return the table that ``node`` is meant to be; None when it is none, or its kind says nothing."""
+        """Return the table that ``node`` is meant to be; None when it is none, or its kind says nothing.
+
+        A kind that is misspelt says what it is near to, so that it does not hide what else is wrong.
+        """
         tables = self.tables()
         if not isinstance(node.content, Mapping):
             return None
         if len(tables) == 1:
             return tables[0]
-        kind = node.content.get("kind")
-        return next((table for table in tables if kind is not None and kind.content in kinds_of(table)), None)
+        word = self.meant_kind(node)
+        return next((table for table in tables if word is not None and word in kinds_of(table)), None)
+
+    def meant_kind(self, node: Node) -> str | None:
+        """Return the word of a kind that stands in ``node``, or the one that it is near to."""
+        kind = node.content.get("kind") if isinstance(node.content, Mapping) else None
+        words = [word for table in self.tables() for word in kinds_of(table)]
+        near = difflib.get_close_matches(str(kind.content), words, n=1) if kind is not None else []
+        return near[0] if near else None
 
     def inside(self, node: Node, key: str | int) -> Expected | None:
         """Return what is expected under ``key`` of a value; None where the schema has nothing to say."""
         if isinstance(key, str):
+            if key == "kind" and len(self.tables()) > 1:
+                return Expected(Literal[tuple(kind for each in self.tables() for kind in kinds_of(each))])
             table = self.table(node)
             if table is not None:
                 field = table.model_fields.get(key)
                 return None if field is None else expected_of_field(field)
-            if key == "kind" and self.tables():
-                return Expected(Literal[tuple(kind for each in self.tables() for kind in kinds_of(each))])
             return next((Expected.of(get_args(a.kind)[1]) for a in self._with_origin(dict)), None)
         for alternative in self._with_origin(list):
             return Expected.of(get_args(alternative.kind)[0])

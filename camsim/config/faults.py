@@ -31,16 +31,22 @@ def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
         raise ConfigError([*faults, wrong_format])
     root = Expected.of(model)
     valid: T | None = None
-    try:
-        valid = validate(document.tree, model)
-    except ValidationError as error:
-        said: set[KeyPath] = set()
-        for detail in error.errors(include_url=False, include_context=False, include_input=False):
-            path = _path_of(root, document.root, detail["loc"], detail["type"])
-            judged = path[:-1] if detail["type"] == "extra_forbidden" else path
-            if path not in said and not document.refuses(judged):
-                said.add(path)
-                faults.append(_fault(document, model, path, detail))
+    tree, said = document.tree, set[KeyPath]()
+    for _ in range(2):
+        try:
+            valid = validate(tree, model)
+            break
+        except ValidationError as error:
+            misspelt = False
+            for detail in error.errors(include_url=False, include_context=False, include_input=False):
+                path = _path_of(root, document.root, detail["loc"], detail["type"])
+                judged = path[:-1] if detail["type"] == "extra_forbidden" else path
+                if path not in said and not document.refuses(judged):
+                    said.add(path)
+                    faults.append(_fault(document, model, path, detail))
+                misspelt |= detail["type"].startswith("union_tag") and _mend_kind(tree, root, document, path)
+            if not misspelt:
+                break
     for path, message in _contradictions(root, document.root, ()):
         if not document.refuses(path):
             faults.append(document.fault(path, message, at_key=True))
@@ -80,6 +86,18 @@ def _format_fault(document: Document, model: type[Table]) -> Fault | None:
         message = f"{said.content} is newer than this camsim, which reads {wanted}; update camsim"
         return document.fault(("camsim",), message)
     return document.fault(("camsim",), f"must be {wanted}, not {_got(said)}; mend the file for {wanted}")
+
+
+def _mend_kind(tree: Any, root: Expected, document: Document, path: KeyPath) -> bool:
+    """Put the kind that is meant in place of a misspelt one, so that it does not hide what is wrong beside it."""
+    expected, node = along(root, document.root, path[:-1]), document.find(path[:-1])
+    word = expected.meant_kind(node) if expected is not None and node is not None else None
+    for key in path[:-1]:
+        tree = tree[key]
+    if word is None or tree.get("kind") == word:
+        return False
+    tree["kind"] = word
+    return True
 
 
 def _path_of(root: Expected, node: Node, loc: tuple[str | int, ...], error: str) -> KeyPath:

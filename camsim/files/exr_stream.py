@@ -26,8 +26,8 @@ _ZIP, _FLOAT, _INCREASING_Y = 3, 2, 0
 _DEFLATE_LEVEL = 4
 """OpenEXR's own default."""
 
-_AHEAD = 4
-"""Chunks that wait for their turn to be written, per worker."""
+_AHEAD_BYTES = 16 << 20
+"""Of chunks that wait for their turn to be written; there is always one for each worker."""
 
 
 def write_exr(
@@ -67,8 +67,10 @@ def _packed(starts: range, rows: int, block: Callable[[int, int], F32]) -> Itera
         for first in starts:
             # Channel after channel within a row, row after row.
             lines = np.swapaxes(block(first, min(ROWS_PER_CHUNK, rows - first)), 0, 1)
-            waiting.append((first, pool.submit(_zip, np.ascontiguousarray(lines, dtype="<f4").tobytes())))
-            if len(waiting) > _AHEAD * workers:
+            raw = np.ascontiguousarray(lines, dtype="<f4").tobytes()
+            most = max(workers, _AHEAD_BYTES // len(raw))
+            waiting.append((first, pool.submit(_zip, raw)))
+            if len(waiting) > most:
                 begun, packed = waiting.popleft()
                 yield begun, packed.result()
         for begun, packed in waiting:

@@ -24,7 +24,6 @@ from typing import Any
 import numba as nb
 import numpy as np
 from scipy import special
-from scipy.stats import qmc
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
@@ -172,6 +171,8 @@ def _importance(lens: Airy | Gaussian, blur: float, samples: int | None) -> tupl
     count = IMPORTANCE_SAMPLES if samples is None else samples
     if count < 1:
         raise InvalidValueError(f"samples: {count} samples show nothing; give 1 or more")
+    from scipy.stats import qmc  # half a second and 30 MB
+
     u = qmc.Halton(2, scramble=False).random(count + 1)[1:]  # its first point is the origin, which has no inverse
     if isinstance(lens, Gaussian):
         offsets = blur * special.ndtri(u)

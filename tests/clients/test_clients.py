@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import chart
 import numpy as np
 import pytest
 import table
@@ -23,6 +22,7 @@ from camsim.files import SUFFIXES, save
 from camsim.files.dng import TRUTH_WHITE_DN
 from camsim.frame import Frame
 from camsim.rendering.cube import SpectralCube
+from tests import colorchecker as chart
 
 pytestmark = pytest.mark.clients
 

@@ -116,7 +116,7 @@ FAULTS = {
     "unknown illuminant": (
         "illuminant: D55",
         "illuminant: D56",
-        ["scene.yaml:4:21: light.illuminant: unknown illuminant 'D56'; did you mean 'D75' or 'D65' or 'D60'?"],
+        ["scene.yaml:4:21: light.illuminant: unknown illuminant 'D56'; did you mean 'D55' or 'D60' or 'D50'?"],
     ),
     "unknown reflectance": (
         "reflectance: dark skin",

@@ -165,3 +165,21 @@ def test_whatever_is_changed_the_answer_is_a_setup_or_sentences(folder: Path) ->
             assert fault.message, overrides
             assert "\n" not in str(fault), overrides
     assert outcomes == {True, False}
+
+
+def test_a_misspelt_kind_does_not_hide_what_is_wrong_beside_it(folder: Path) -> None:
+    text = (folder / "good.yaml").read_text()
+    shapes = text[text.index("  shapes:") :].splitlines()
+    kept = text[: text.index("  shapes:")] + "  shapes:\n    - {kind: disk, radius: -1, colour: red}\n"
+    after = [line for line in shapes[1:] if line and not line.startswith(" ")]
+    (folder / "scene.yaml").write_text(kept + "\n".join(shapes[shapes.index(after[0]) :] if after else []) + "\n")
+    with pytest.raises(ConfigError) as caught:
+        load("scene.yaml")
+    said = {fault.key: fault.message for fault in caught.value.faults}
+    assert set(said) == {
+        "scene.shapes.0.kind",
+        "scene.shapes.0.radius",
+        "scene.shapes.0.colour",
+        "scene.shapes.0.reflectance",
+    }
+    assert said["scene.shapes.0.kind"] == "must be rectangle, polygon or disc, not 'disk'; did you mean 'disc'?"

@@ -20,90 +20,15 @@ import rawpy
 
 from camsim.files import save
 from camsim.files.preview import develop
-from camsim.frame import Frame, Report
-from camsim.sensor.colour_matrix import ColourResponse
+from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
-from tests.colour_data import aligned, patches, white_xyz
+from tests.colorchecker import WHITE, chart, delta_e, patch_means, reference_xyz
 
-PATCH = 32
-ROWS, COLS = 4, 6
-WHITE = 0.8
-BLACK_DN, WHITE_DN = 128, 4023
-NODES_NM = np.arange(380.0, 781.0, 5.0)
-
-
-def reference_xyz(light: str) -> np.ndarray:
-    """Return (24, 3): the patches as seen, adapted from the light's white to D65."""
-    colour = colour_science()
-    observer = aligned("observer", "CIE 1931 2 Degree Standard Observer")
-    power = aligned("light", light)
-    seen = (patches() * power) @ observer / (power @ observer[:, 1])
-    adapted = colour.adaptation.matrix_chromatic_adaptation_VonKries(white_xyz(light), white_xyz("D65"), "Bradford")
-    return seen @ adapted.T
+ROWS, COLS = 128, 192
 
 
 def colorchecker(light: str) -> Frame:
-    sensitivity = aligned("camera", "Nikon 5100 (NPL)").T
-    exposed = (patches() * aligned("light", light)) @ sensitivity.T
-    exposed /= (sensitivity @ aligned("light", light)).max()
-    shape = ROWS * PATCH, COLS * PATCH
-    index = np.tile(np.array([[0, 1], [1, 2]], dtype=np.uint8), (shape[0] // 2, shape[1] // 2))
-    patch = np.kron(np.arange(24).reshape(ROWS, COLS), np.ones((PATCH, PATCH), dtype=int))
-    signal = WHITE * exposed[patch, index]
-    electrons = 10 * signal * (WHITE_DN - BLACK_DN)
-    return Frame(
-        mosaic=np.rint(BLACK_DN + electrons / 10).astype(np.uint16),
-        mean_electrons=electrons,
-        electrons=electrons,
-        truth=None,
-        channel_index=index,
-        channels=("R", "G", "B"),
-        cfa_pattern=("RG", "GB"),
-        pitch_um=4.88,
-        bit_depth=12,
-        black_level_dn=BLACK_DN,
-        white_level_dn=WHITE_DN,
-        electrons_per_dn=10.0,
-        read_noise_e=0.0,
-        camera_name="ColorChecker",
-        serial=1,
-        f_number=8.0,
-        time_s=0.01,
-        iso=200.0,
-        datetime="2000-01-01 00:00:00",
-        seed=0,
-        colour=ColourResponse(
-            channels=("R", "G", "B"),
-            wavelength_nm=NODES_NM,
-            sensitivity=sensitivity,
-            light=aligned("light", light),
-        ),
-        description={},
-        report=Report(
-            scene="ColorChecker",
-            optics=(),
-            wavelengths="",
-            method="by hand",
-            tolerance=0.0,
-            error_estimate=0.0,
-            checked_photosites=0,
-            signal=(),
-        ),
-    )
-
-
-def patch_means(image: np.ndarray) -> np.ndarray:
-    """Return (24, 3): the middle of each patch."""
-    tiles = image.reshape(ROWS, PATCH, COLS, PATCH, 3)[:, 8:-8, :, 8:-8]
-    return tiles.mean(axis=(1, 3)).reshape(24, 3)
-
-
-def delta_e(light: str, found_xyz: np.ndarray) -> np.ndarray:
-    colour = colour_science()
-    white = colour.XYZ_to_xy(white_xyz("D65"))
-    return colour.delta_E(
-        colour.XYZ_to_Lab(reference_xyz(light), white), colour.XYZ_to_Lab(found_xyz, white), method="CIE 2000"
-    )
+    return chart(ROWS, COLS, light=light)
 
 
 def libraw_xyz(path: Path) -> np.ndarray:
@@ -117,7 +42,7 @@ def libraw_xyz(path: Path) -> np.ndarray:
             no_auto_bright=True,
             adjust_maximum_thr=0,
         )
-    return patch_means(developed) / 65535 / WHITE
+    return patch_means(developed, ROWS, COLS) / 65535
 
 
 # Measured: mean 0.93, largest 3.4 under D65; 1.04 and 3.7 under D55; 2.9 and 8.3 under A, because developers
@@ -136,17 +61,17 @@ def test_the_exposure_is_kept(tmp_path: Path, light: str) -> None:
     """Luminance of the grey patches, with no freedom to scale: white at 80 % is Y = 0.8."""
     save(colorchecker(light), tmp_path / "a.dng")
     found, expected = libraw_xyz(tmp_path / "a.dng")[18:, 1], reference_xyz(light)[18:, 1]
-    np.testing.assert_allclose(found, expected, rtol=0.01, atol=0.0005)
+    np.testing.assert_allclose(found / WHITE, expected, rtol=0.01, atol=0.0005)
 
 
 @pytest.mark.parametrize(("light", "mean"), [("D65", 1.3), ("D55", 1.4)])
 def test_colorchecker_in_the_preview(light: str, mean: float) -> None:
     """The picture is 8-bit sRGB, out of whose gamut cyan lies; otherwise it is as good as a developer's."""
     colour = colour_science()
-    pixels = patch_means(develop(colorchecker(light)) / 255)
+    pixels = patch_means(develop(colorchecker(light)) / 255, ROWS, COLS)
     found = colour.sRGB_to_XYZ(pixels)
-    # The picture shows 80 % white as it is; the reference is relative to white.
-    differences = delta_e(light, found / WHITE)
+    # The picture shows 80 % white as it is.
+    differences = delta_e(light, found)
     assert differences.mean() <= mean
 
 

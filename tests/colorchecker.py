@@ -57,7 +57,7 @@ def patch_means(image: np.ndarray, rows: int, cols: int) -> np.ndarray:
 
 
 def delta_e(light: str, found_xyz: np.ndarray) -> np.ndarray:
-    """Return (24,) ΔE2000 of XYZ relative to D65, Y = 0.8 for the perfect diffuser."""
+    """Return (24,) ΔE2000 of XYZ relative to D65, Y = ``WHITE`` for the perfect diffuser."""
     colour = colour_science()
     white = colour.XYZ_to_xy(white_xyz("D65"))
     found = colour.XYZ_to_Lab(found_xyz / WHITE, white)
