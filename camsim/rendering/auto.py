@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from camsim.errors import UnknownNameError
-from camsim.rendering.fourier import FINEST, MEMORY_LIMIT_BYTES
+from camsim.rendering.cost import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.fourier import FINEST
 from camsim.rendering.job import Job
 from camsim.rendering.methods import METHODS
 from camsim.rendering.run import FlatRun, Run
@@ -44,20 +45,20 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
     boundary = _chosen("boundary", "exact for this lens, and cheap", job, samples)
     if isinstance(boundary.run, FlatRun):
         return _chosen("boundary", "there is no edge to render", job, samples)
-    seconds = boundary.run.cost.seconds
-    if seconds <= CHEAP_SECONDS:
+    if boundary.run.cost.seconds <= CHEAP_SECONDS:
         return boundary
     other = _chosen("fourier", "", job, samples)
-    cost = other.run.cost
-    if cost.seconds < seconds and cost.memory_bytes <= MEMORY_LIMIT_BYTES:
-        why = f"{cost.seconds:.2g} s of one core expected, boundary {seconds:.2g} s"
-        return Choice(method="fourier", why=why, run=other.run)
-    more = (
-        f"{cost.seconds:.2g} s"
-        if cost.memory_bytes <= MEMORY_LIMIT_BYTES
-        else f"{cost.memory_bytes / 1e9:.2g} GB of memory"
-    )
-    return Choice(method="boundary", why=f"{seconds:.2g} s of one core expected, fourier {more}", run=boundary.run)
+    cost, own = other.run.cost, boundary.run.cost
+    fits = cost.memory_bytes <= MEMORY_LIMIT_BYTES
+    if fits and (cost.seconds < own.seconds or own.memory_bytes > MEMORY_LIMIT_BYTES):
+        return Choice(method="fourier", why=f"{_taking(cost)} expected, boundary {_taking(own)}", run=other.run)
+    return Choice(method="boundary", why=f"{_taking(own)} expected, fourier {_taking(cost)}", run=boundary.run)
+
+
+def _taking(cost: Cost) -> str:
+    if cost.memory_bytes > MEMORY_LIMIT_BYTES:
+        return f"{cost.memory_bytes / 1e9:.2g} GB of memory"
+    return f"{cost.seconds:.2g} s of one core"
 
 
 def _chosen(method: str, why: str, job: Job, samples: int | None) -> Choice:

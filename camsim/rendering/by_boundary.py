@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.errors import UnsupportedError
-from camsim.rendering.cost import Cost, Counts, boundary_cost, boundary_counts, check_seconds
+from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.rendering.cost import MEMORY_LIMIT_BYTES, Cost, Counts, boundary_cost, boundary_counts, check_seconds
 from camsim.rendering.engine import boundary_bands
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.hardest import hardest_photosites
@@ -77,15 +77,15 @@ class RoundLens:
         job = self.job
         return Check.planned(self.pattern, job.blur, job.shares, self.footprint, self.settings.tolerance)
 
-    def hardest(self) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites that the check looks at."""
+    def hardest(self, render_seconds: float) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites that the check looks at: a tenth of that time's worth of them."""
         job = self.job
         return hardest_photosites(
             job.start,
             job.end,
             job.grid,
             self.settings,
-            render_seconds=boundary_cost(self.counts, check_seconds=0.0).seconds,
+            render_seconds=render_seconds,
             check_seconds=self.check_seconds,
         )
 
@@ -134,8 +134,7 @@ class BoundaryRun:
     @property
     def cost(self) -> Cost:
         """What one image takes, the check included."""
-        lens = self.lens
-        return boundary_cost(lens.counts, check_seconds=lens.hardest()[0].size * lens.check_seconds)
+        return boundary_cost(self.lens.counts, check_seconds=self.hardest()[0].size * self.lens.check_seconds)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
@@ -155,8 +154,14 @@ class BoundaryRun:
         return BoundaryRun(lens=self.lens.of(job))
 
     def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
-        """Yield the image band by band."""
+        """Yield the image band by band; raises InvalidValueError where the tables would take too much memory."""
         lens, row = self.lens, 0
+        table_bytes = 8.0 * lens.counts.table_values
+        if table_bytes > MEMORY_LIMIT_BYTES:
+            raise InvalidValueError(
+                f"method: boundary would take {table_bytes / 1e9:.1f} GB for its tables, and its limit is "
+                f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; allow a larger tolerance, fewer colours, or use fourier"
+            )
         for band in boundary_bands(
             lens.job,
             pattern=lens.pattern,
@@ -172,7 +177,7 @@ class BoundaryRun:
 
     def hardest(self) -> tuple[I64, I64]:
         """Return the photosites that the check looks at."""
-        return self.lens.hardest()
+        return self.lens.hardest(boundary_cost(self.lens.counts, check_seconds=0.0).seconds)
 
     def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again."""

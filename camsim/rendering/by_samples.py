@@ -101,7 +101,7 @@ class SampledRun:
 
     def hardest(self) -> tuple[I64, I64]:
         """Return the photosites that the check looks at."""
-        return self.lens.hardest()
+        return self.lens.hardest(self.cost.seconds)
 
     def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again, exactly."""

@@ -16,8 +16,14 @@ from camsim.arrays import F64
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.plan import Settings
+from camsim.rendering.spotcheck import CELLS_PER_BLUR, PANEL_BLUR, PANEL_NODES, Check
 
-MOST_ENDS = 2048  # looked at for what lies near; more are thinned out
+PANEL_BLURS = 1.6  # as of plan.py
+MATRIX, SINE, RING_TABLE = 0.1, 20.0, 2e7  # terms: of a matrix product, one sine, one wavelength's rings
+MOST_ROOTS = 100  # as of engine.py
+MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
+MOST_ROWS = 128  # looked at for the photosites in a circle
+MOST_ENDS = 512  # looked at for what lies near; more are thinned out
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +39,7 @@ class Counts:
     """What the boundary engine is going to do for one image.
 
     photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × lines close by
+    ringed     : ends × photosites where rings are computed, × wavelengths
     close      : photosites × edges just beyond the near zone;  collected: sources × tiles that sum them up
     tables     : fields and edge responses;  table_values: numbers in them;  table_terms: terms added up for them
     """
@@ -40,6 +47,7 @@ class Counts:
     photosites: float
     near_nodes: float
     looked_up: float
+    ringed: float
     close: float
     collected: float
     tables: int
@@ -48,19 +56,24 @@ class Counts:
 
 
 def within(points: F64, radius: float, grid: Grid) -> F64:
-    """Return how many photosites of the grid lie within ``radius`` of each point (n, 2), pitches."""
+    """Return how many photosites of the grid lie within ``radius`` of each point (n, 2), pitches.
+
+    Chords of the circle, row by row; of many rows every so many-th.
+
+    >>> within(np.array([[0.0, 0.0]]), 1.0, Grid(rows=2, cols=4, pitch_um=1.0))
+    array([4.])
+    """
     x0, y0 = grid.first_centre
+    first = max(0, math.ceil(float(points[:, 1].min()) - radius - y0))
+    last = min(grid.rows - 1, math.floor(float(points[:, 1].max()) + radius - y0))
+    step = max(1, (last - first + 1) // MOST_ROWS)
     counts = np.zeros(len(points))
-    rows = y0 + np.arange(grid.rows)
-    reach = math.ceil(radius) + 1
-    for offset in range(-reach, reach + 1):
-        row = np.round(points[:, 1]) + offset + (y0 - math.floor(y0))
-        inside = (row >= rows[0]) & (row <= rows[-1])
-        half = np.sqrt(np.maximum(radius**2 - (row - points[:, 1]) ** 2, 0.0))
+    for row in range(first, last + 1, step):
+        half = np.sqrt(np.maximum(radius**2 - (y0 + row - points[:, 1]) ** 2, 0.0))
         left = np.maximum(np.ceil(points[:, 0] - half - x0), 0.0)
         right = np.minimum(np.floor(points[:, 0] + half - x0), grid.cols - 1.0)
-        counts += np.where(inside & (half > 0.0), np.maximum(right - left + 1.0, 0.0), 0.0)
-    return counts
+        counts += np.where(half > 0.0, np.maximum(right - left + 1.0, 0.0), 0.0)
+    return step * counts
 
 
 def _inside_length(start: F64, end: F64, grid: Grid, margin: float) -> F64:
@@ -91,40 +104,75 @@ def boundary_counts(
     chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
     nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
     close = within(ends, settings.near + settings.leaf, grid) - near
-    band = 2.0 * (settings.reach + settings.leaf)
+    root = settings.leaf
+    while -(-grid.rows // root) * -(-grid.cols // root) > MOST_ROOTS:
+        root *= 2
+    # A tile that sees nothing but lines is not quartered: all of it looks them up.
+    band = 2.0 * settings.reach + root
     looked_up = float(np.sum(np.minimum(_inside_length(start[long], end[long], grid, settings.reach), 1e9))) * band
     photosites = float(grid.rows * grid.cols)
-    levels = max(1.0, math.log2(max(grid.rows, grid.cols) / settings.leaf))
-    roots = min(100.0, math.ceil(grid.rows / settings.leaf) * math.ceil(grid.cols / settings.leaf))
+    roots = -(-grid.rows // root) * -(-grid.cols // root)
+    levels = 1.0 + math.log2(root / settings.leaf)
+    ringed = 0.0
+    if settings.quiet_end > settings.near:
+        ringed = float((within(ends, settings.quiet_end, grid) - near).sum()) * thin * wavelengths
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step
     taps = (2.0 * footprint.extent) / settings.field_step
     directions = min(float(np.count_nonzero(long)), 64.0)
     cells = settings.reach / settings.response_step
-    waves = 14.0 + 1.1 * math.pi * (settings.reach + footprint.extent) / settings.near * 8.0
+    # Nodes of the edge responses' integrals: some between every two cut-offs, and what the phase asks for.
+    shortest = settings.panel / PANEL_BLURS
+    waves = 14.0 * wavelengths + 1.1 * math.pi * (settings.reach + footprint.extent) / shortest
     return Counts(
         photosites=photosites,
         near_nodes=float(near @ (nodes * share)),
         looked_up=min(looked_up, photosites * float(np.count_nonzero(long))),
+        ringed=ringed,
         close=float(close @ share),
         collected=collected,
         tables=sets * (1 + int(directions)),
         table_values=sets * (2.0 * rows * rows + directions * 6.0 * cells),
-        table_terms=sets * (rows * (rows + taps) * (taps + 8.0) + directions * cells * (waves + wavelengths)),
+        table_terms=sets * (rows * (rows + taps) * (taps + 8.0) + MATRIX * directions * cells * waves)
+        + SINE * cells * waves
+        + RING_TABLE * wavelengths * (settings.quiet_end > settings.near),
     )
 
 
 # Nanoseconds of one core each.
 PRICES = {
-    "photosites": 15.0,
-    "near_nodes": 40.0,
-    "looked_up": 8.0,
-    "close": 60.0,
-    "collected": 25.0,
-    "table_values": 20.0,
-    "table_terms": 1.0,
+    "photosites": 55.0,
+    "near_nodes": 34.0,
+    "looked_up": 19.0,
+    "ringed": 14_600.0,
+    "close": 87.0,
+    "collected": 1.05,
+    "table_values": 12.0,
+    "table_terms": 0.3,
 }
-SET_UP_SECONDS = 4e-3
+SET_UP_SECONDS = 5e-3
+
+
+def check_seconds(check: Check, start: F64, end: F64, blur: F64) -> float:
+    """Return what one photosite of the check takes; arguments in pitches, ``blur`` at the wavelengths of the tables."""
+    along = end - start
+    length, middle = np.hypot(along[:, 0], along[:, 1]), 0.5 * (start + end)
+    shortest = float(blur.min())
+    panels = np.ceil(np.minimum(length, 2.0 * check.radius) / (PANEL_BLUR * shortest))
+    some = start[:: max(1, math.ceil(len(start) / MOST_CHECKED))]
+    nodes = PANEL_NODES * np.mean(
+        [panels[np.hypot(*(middle - point).T) <= check.radius + 0.5 * length].sum() for point in some]
+    )
+    cells = check.radius / shortest * CELLS_PER_BLUR
+    return float(
+        CHECK_SECONDS
+        + len(check.weights) * (nodes * CHECK_NODE_SECONDS + len(start) * CHECK_EDGE_SECONDS)
+        + cells * blur.size * CHECK_CELL_SECONDS
+    )
+
+
+MOST_CHECKED = 16  # ends looked at for how much lies near a photosite that is checked
+CHECK_SECONDS, CHECK_NODE_SECONDS, CHECK_EDGE_SECONDS, CHECK_CELL_SECONDS = 5e-5, 6e-9, 5e-8, 1.2e-8
 
 
 def boundary_cost(counts: Counts, *, check_seconds: float) -> Cost:

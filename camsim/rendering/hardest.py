@@ -7,27 +7,14 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.rendering.grid import Grid
 from camsim.rendering.plan import Settings
-from camsim.rendering.spotcheck import Check
 
 FEWEST, MOST = 4, 256
 MOST_EDGES = 256  # looked at for a hard tile; more are thinned out
 SHARE_OF_TIME = 0.1
 
 
-def predict_seconds(edges: int, photosites: int, settings: Settings, blur: F64, tables: int) -> float:
-    """Predict a rendering's wall time on two cores (a model fitted once: no clock enters)."""
-    near_nodes = settings.near / settings.panel * settings.panel_nodes
-    table_size = (settings.near / settings.field_step) ** 2
-    return (
-        4e-3
-        + photosites * 15e-9
-        + edges * min(np.pi * settings.near**2, photosites) * 0.5 * near_nodes * 40e-9
-        + tables * table_size * (100e-9 + 4e-9 * blur.size / settings.near)
-    )
-
-
 def hardest_photosites(
-    start: F64, end: F64, grid: Grid, settings: Settings, check: Check, blur: F64, tables: int
+    start: F64, end: F64, grid: Grid, settings: Settings, *, render_seconds: float, check_seconds: float
 ) -> tuple[I64, I64]:
     """Return rows and columns of the photosites to check, at least four (all of a smaller grid), none twice.
 
@@ -35,10 +22,11 @@ def hardest_photosites(
     omits most); across the middle of an edge, at the end of the edge response's table, beyond it, or close to the edge;
     a corner of a tile that is just far enough from a corner of the scene to be interpolated, or of the frame, far
     from everything. As many as a tenth of the predicted time pays for.
+
+    render_seconds, check_seconds : expected of the rendering, and of the check of one photosite
     """
     photosites = grid.rows * grid.cols
-    budget = SHARE_OF_TIME * predict_seconds(len(start), photosites, settings, blur, tables)
-    count = min(photosites, MOST, max(FEWEST, int(budget / check.seconds(blur, 2.0, len(start)))))
+    count = min(photosites, MOST, max(FEWEST, int(SHARE_OF_TIME * render_seconds / check_seconds)))
     x0, y0 = grid.first_centre
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):

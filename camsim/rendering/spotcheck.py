@@ -56,13 +56,6 @@ class Check:
         )
         return cls(radius=radius + float(np.abs(nodes).max()), nodes=nodes, weights=weights)
 
-    def seconds(self, blur: F64, near_edges: float, edges: int) -> float:
-        """Predict what one photosite costs (a model fitted once, not a measurement)."""
-        span = self.radius / float(blur.min())
-        nodes = 2.0 * span * PANEL_NODES / PANEL_BLUR
-        profiles = near_edges * span * CELLS_PER_BLUR * blur.size * 6e-9
-        return len(self.weights) * (near_edges * nodes * 1.6e-9 + edges * 8e-9) + profiles + 3e-5
-
 
 def reference_values(
     points: F64,

@@ -91,7 +91,12 @@ def test_wrong_moments_of_the_footprint(monkeypatch, moment, factor):
 
 @pytest.mark.parametrize(
     "factors",
-    [{"near": 0.3, "reach": 0.3}, {"field_step": 8.0}, {"response_step": 8.0}, {"panel": 5.0}],
+    [
+        {"near": 0.3, "reach": 0.3, "quiet_end": 0.3, "quiet_line": 0.3},
+        {"field_step": 8.0},
+        {"response_step": 8.0},
+        {"panel": 5.0},
+    ],
     ids=lambda factors: " and ".join(factors),
 )
 def test_careless_settings(monkeypatch, factors):
