@@ -146,6 +146,7 @@ class BoundaryRun:
             photosites=images * int(counts.photosites),
             tables=counts.tables,
             table_values=round(counts.table_values),
+            table_terms=round(counts.table_terms),
             nodes_integrated=images * round(counts.near_nodes),
         )
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.rendering.engine import directions
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.plan import Settings
@@ -119,7 +120,8 @@ def boundary_counts(
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step
     taps = (2.0 * footprint.extent) / settings.field_step
-    directions = min(float(np.count_nonzero(long)), 64.0)
+    along = (end - start) / length[:, None]
+    normals = len(directions(along[:, 0], along[:, 1], long, footprint)[1])
     cells = settings.reach / settings.response_step
     # Nodes of the edge responses' integrals: some between every two cut-offs, and what the phase asks for.
     shortest = settings.panel / PANEL_BLURS
@@ -131,9 +133,9 @@ def boundary_counts(
         ringed=ringed,
         close=float(close @ share),
         collected=collected,
-        tables=sets * (1 + int(directions)),
-        table_values=sets * (2.0 * rows * rows + directions * 6.0 * cells),
-        table_terms=sets * (rows * (rows + taps) * (taps + 8.0) + MATRIX * directions * cells * waves)
+        tables=sets * (1 + normals),
+        table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells),
+        table_terms=sets * (rows * (rows + taps) * (taps + 8.0) + MATRIX * normals * cells * waves)
         + SINE * cells * waves
         + RING_TABLE * wavelengths * (settings.quiet_end > settings.near),
     )

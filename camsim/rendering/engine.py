@@ -91,7 +91,7 @@ def boundary_bands(
     length = np.hypot(along[:, 0], along[:, 1])
     tx, ty = along[:, 0] / length, along[:, 1] / length
     turn = tx + 1j * ty
-    response, normals = _directions(tx, ty, length >= settings.near, footprint)
+    response, normals = directions(tx, ty, length >= settings.near, footprint)
     edges = Edges(
         x=np.ascontiguousarray(start[:, 0]),
         y=np.ascontiguousarray(start[:, 1]),
@@ -163,7 +163,7 @@ def _turns(footprint: Footprint) -> int:
     return 4 if footprint.square else 2
 
 
-def _directions(tx: F64, ty: F64, wanted: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:
+def directions(tx: F64, ty: F64, wanted: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:
     """Return each edge's edge response (−1: none) and the distinct normals, the footprint's symmetries folded.
 
     A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and

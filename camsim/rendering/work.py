@@ -17,7 +17,7 @@ class Work:
     wavelengths      : of the light that some channel sees;  wavelength_nodes: at which optics were computed
     channels         : images of the grid that were computed
     photosites       : values of a photosite in a channel that were computed
-    tables           : of fields and edge responses;  table_values: numbers in them
+    tables           : of fields and edge responses;  table_values: numbers in them;  table_terms: added up for them
     nodes_integrated : quadrature nodes on edges near a photosite, as the settings have it (``cost.near_nodes``)
     frequencies      : of the Fourier engine
     samples          : of the sampled methods
@@ -37,6 +37,7 @@ class Work:
     photosites: int = 0
     tables: int = 0
     table_values: int = 0
+    table_terms: int = 0
     nodes_integrated: int = 0
     frequencies: int = 0
     samples: int = 0
