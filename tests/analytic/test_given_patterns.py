@@ -1,0 +1,132 @@
+"""Lenses given by numbers: a transfer as a curve, a pattern or a transfer as a table."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import integrate, special
+
+import camsim
+from camsim.errors import InvalidValueError
+
+SQUARE = camsim.SquarePhotosite(side_um=1.0)
+SCENE = camsim.Scene(
+    background=1.0, shapes=[camsim.Polygon(points_um=((-5.0, -7.0), (9.0, -4.0), (1.0, 8.0)), reflectance=0.0)]
+)
+GRID = camsim.Grid(rows=16, cols=18, pitch_um=1.0)
+
+
+def image(lens, tolerance=1e-8):
+    return camsim.render(
+        SCENE, [lens, SQUARE], GRID, wavelength_nm=500.0, tolerance=tolerance, method="fourier", strict=True
+    ).image
+
+
+def airy_curve(points):
+    frequency = np.linspace(0.0, 0.5, points)
+    values = camsim.Airy(f_number=4.0).otf(frequency, np.zeros(points), 500.0)
+    return camsim.RadialOtf(freq_per_um=tuple(frequency), values=tuple(values))
+
+
+def test_a_curve_through_an_airy_transfer_makes_nearly_its_image():
+    exact = image(camsim.Airy(f_number=4.0))
+    apart = [np.abs(image(airy_curve(points)) - exact).max() for points in (17, 65, 257)]
+    assert apart[0] < 2e-3
+    assert apart[2] < 0.1 * apart[1] < 0.01 * apart[0] * 1.5
+
+
+def test_a_curves_pattern_and_energy_are_its_hankel_transforms():
+    lens = camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.25, 0.4), values=(1.0, 0.5, -0.1, 0.0))
+    for r_um in (0.0, 0.7, 5.0, 60.0):
+        pattern, energy = 0.0, 0.0
+        for low, high in ((0.0, 0.1), (0.1, 0.25), (0.25, 0.4)):
+            for bessel, kind in ((special.j0, 0), (special.j1, 1)):
+                part, _ = integrate.quad(
+                    lambda f, bessel=bessel, kind=kind: (
+                        float(lens.otf(np.array(f), np.array(0.0), 500.0))
+                        * (2 * np.pi * f if kind == 0 else 2 * np.pi * r_um)
+                        * bessel(2 * np.pi * f * r_um)
+                    ),
+                    low,
+                    high,
+                    limit=500,
+                    epsabs=1e-12,
+                )
+                pattern, energy = (pattern + part, energy) if kind == 0 else (pattern, energy + part)
+        assert float(lens.point_spread(np.array(r_um), 500.0)) == pytest.approx(pattern, abs=1e-11)
+        assert float(lens.encircled_energy(np.array(r_um), 500.0)) == pytest.approx(energy, abs=1e-10)
+
+
+def test_both_engines_on_a_curve():
+    lens = airy_curve(33)
+    boundary = camsim.render(SCENE, [lens, SQUARE], GRID, wavelength_nm=500.0, tolerance=1e-5, method="boundary")
+    assert np.abs(boundary.image - image(lens)).max() <= 1e-5
+
+
+def test_a_measured_transfer_passes_what_was_measured(rng):
+    """At the table's own frequencies the transfer is the table's, in between a sum of waves goes through it."""
+    half, step = 20, 0.02
+    f = step * np.arange(-half, half + 1)
+    fx, fy = np.meshgrid(f, f)
+    # A Gaussian that is lopsided by a shift: conjugate at opposite frequencies, nothing in the outer fifth.
+    table = np.exp(-2 * np.pi**2 * (9.0 * fx**2 + 6.25 * fy**2) - 2j * np.pi * (0.8 * fx - 1.1 * fy))
+    lens = camsim.MeasuredPsf.from_otf(table, spacing_per_um=step)
+    within = np.maximum(np.abs(fx), np.abs(fy)) <= 0.8 * half * step
+    np.testing.assert_allclose(lens.otf(fx, fy, 500.0)[within], table[within], rtol=0, atol=1e-9)
+    between = rng.uniform(-0.25, 0.25, (2, 50))
+    expected = np.exp(-2 * np.pi**2 * (9.0 * between[0] ** 2 + 6.25 * between[1] ** 2))
+    np.testing.assert_allclose(np.abs(lens.otf(*between, 500.0)), expected, rtol=0, atol=1e-6)
+    gaussian = camsim.EllipticalGaussian(covariance_um2=((9.0, 0.0), (0.0, 6.25)))
+    moved = camsim.Scene(
+        background=1.0,
+        shapes=[camsim.Polygon(points_um=((-4.2, -8.1), (9.8, -5.1), (1.8, 6.9)), reflectance=0.0)],
+    )
+    exact = camsim.render(moved, [gaussian, SQUARE], GRID, wavelength_nm=500.0, tolerance=1e-9).image
+    assert np.abs(image(lens) - exact).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (
+            lambda: camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.1), values=(1.0, 0.5, 0.0)),
+            "freq_per_um: must start at 0 and increase, each frequency given once",
+        ),
+        (
+            lambda: camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(0.9, 0.5, 0.0)),
+            "values: the first is 0.9; a lens passes 1 at frequency 0",
+        ),
+        (
+            lambda: camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 1.5, 0.0)),
+            "values: a lens amplifies no frequency; give −1 to 1",
+        ),
+        (lambda: camsim.MeasuredPsf(irradiance=((0.0, 0.0),), spacing_um=1.0), "irradiance: the samples add up to no"),
+        (
+            lambda: camsim.MeasuredPsf(irradiance=((1.0,) * 257,), spacing_um=1.0),
+            "irradiance: 1 × 257 samples; give at most 256 along a side",
+        ),
+        (
+            lambda: camsim.MeasuredPsf.from_otf(np.ones((5, 5)), spacing_per_um=0.1),
+            "values: the transfer has not died away in the outer fifth of the table",
+        ),
+        (
+            lambda: camsim.MeasuredPsf.from_otf(np.ones((4, 4)), spacing_per_um=0.1),
+            r"values: a table of \(4, 4\); give as many rows as columns, an odd number",
+        ),
+        (
+            lambda: camsim.MeasuredPsf.from_otf(np.triu(np.ones((5, 5))), spacing_per_um=0.1),
+            "values: opposite frequencies are not conjugate; no pattern has such a transfer",
+        ),
+        (
+            lambda: camsim.EllipticalGaussian(covariance_um2=((1.0, 2.0), (2.0, 1.0))),
+            "covariance_um2: .* is not a covariance; give .* and xy² below xx·yy",
+        ),
+        (lambda: camsim.PolygonPhotosite(points_um=((0, 0), (1, 1), (2, 2))), "points_um: the polygon has no area"),
+        (lambda: camsim.CircularPhotosite(diameter_um=math.nan), "diameter_um: nan is not the side of a photosite"),
+        (lambda: camsim.FourSpotOlpf(split_um=0.0), "split_um: 0.0 is not a distance between spots"),
+        (lambda: camsim.FourSpotOlpf(split_um=1.0, split_y_um=-1.0), "split_y_um: -1.0 is not a distance"),
+    ],
+)
+def test_numbers_that_make_no_stage_are_refused(make, message):
+    with pytest.raises(InvalidValueError, match=message):
+        make()
