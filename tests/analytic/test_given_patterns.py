@@ -42,7 +42,7 @@ def test_a_curves_pattern_and_energy_are_its_hankel_transforms():
         for low, high in ((0.0, 0.1), (0.1, 0.25), (0.25, 0.4)):
             for bessel, kind in ((special.j0, 0), (special.j1, 1)):
                 part, _ = integrate.quad(
-                    lambda f, bessel=bessel, kind=kind: (
+                    lambda f, bessel=bessel, kind=kind, r_um=r_um: (
                         float(lens.otf(np.array(f), np.array(0.0), 500.0))
                         * (2 * np.pi * f if kind == 0 else 2 * np.pi * r_um)
                         * bessel(2 * np.pi * f * r_um)
