@@ -128,8 +128,8 @@ PSF_HINT = "; patterns such as 'airy-f8*', 'gaussian-*' and '*-olpf' name severa
 PSFS = {psf.name: psf for psf in _psfs()}
 # Every decade of tolerance here, every second one elsewhere; everything is clocked here, ``auto`` elsewhere.
 CORE_PSFS = (
-    *("airy-f8-box", "airy-f8-box-olpf", "airy-f8", "gaussian-0.25", "bayer-green"),
-    *("airy-f2.8-box", "airy-f32-box", "gaussian-0.10", "gaussian-0.40"),
+    *("airy-f8-box", "airy-f8-box-olpf", "gaussian-0.25", "bayer-green", "airy-f2.8-box", "airy-f32-box"),
+    *("gaussian-0.10", "gaussian-0.40", "airy-f8"),
 )
 CLOCKED_PSFS = ("gaussian-0.25", "airy-f8", "airy-f8-box", "airy-f8-box-olpf")
 QUICK_PSFS = ("gaussian-0.25", "airy-f8-box", "airy-f8-box-olpf")
