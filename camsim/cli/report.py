@@ -54,6 +54,10 @@ def print_report(
             )
     for note in report.notes:
         lines.add_row("note", note)
+    if report.standard_error is not None:
+        lines.add_row("", f"{report.standard_error:.2g}, standard error of the samples' mean, the worst of those")
+    if verbose:
+        lines.add_row("work", ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in report.work.items()))
     stages = ", ".join(f"{stage} {value:.3f}" for stage, value in seconds.items())
     lines.add_row("time", f"{total_s:.2f} s in all ({stages})")
     for output in outputs:

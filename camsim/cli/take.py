@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import gc
 import json
 import sys
@@ -20,7 +21,7 @@ from camsim.errors import CamsimError, InvalidValueError, OutputError
 if TYPE_CHECKING:
     from camsim.arrays import U16
     from camsim.config.build import Setup
-    from camsim.frame import Frame
+    from camsim.frame import Frame, Report
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +91,7 @@ def take(request: Request) -> None:
     set_up = {"set up": ready_s - request.began_s}
     seconds = {**set_up, **frame.report.seconds, "write": frame.report.seconds.get("write", 0.0) + writing_s}
     total_s = done_s - request.began_s
+    frame = dataclasses.replace(frame, report=_with_files(frame, outputs))
     if not request.quiet:
         from camsim.cli.report import print_report
 
@@ -194,6 +196,16 @@ def _write(frame: Frame, outputs: list[Output], bar: Bar, request: Request) -> N
             allow_odd_cfa=request.allow_odd_cfa,
             compress=request.compress,
         )
+
+
+def _with_files(frame: Frame, outputs: Iterable[Output]) -> Report:
+    """Return the report with the work that writing was."""
+    matrices = len(frame.channels) > 1 and sum(
+        output.path.lower().endswith(".dng") or output.product == "preview" for output in outputs
+    )
+    written = sum(Path(output.path).stat().st_size for output in outputs)
+    work = {**frame.report.work, "colour_matrices": int(matrices), "bytes_written": written}
+    return dataclasses.replace(frame.report, work=work)
 
 
 def _as_json(frame: Frame, outputs: list[Output], seconds: dict[str, float], total_s: float) -> dict[str, Any]:

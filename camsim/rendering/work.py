@@ -23,7 +23,7 @@ class Work:
     samples          : of the sampled methods
     photosites_checked : computed again by the check
     random_numbers   : drawn for noise and fixed patterns, defects' places apart
-    colour_matrices  : fitted;  bytes_written: of all files (both known to the command line)
+    colour_matrices  : files that one was fitted for;  bytes_written: of all files (the command line knows both)
     """
 
     shapes: int = 0

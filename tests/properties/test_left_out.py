@@ -15,7 +15,7 @@ from camsim.rendering.patterns import pattern_of
 from camsim.rendering.prune import far_outlines
 
 # Ten pitches wide, far outside a window of twenty.
-OUTSIDE = (np.array([(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)]) + (2000.0, 300.0), 0.9)
+OUTSIDE = (np.array([(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)]) + np.array([2000.0, 300.0]), 0.9)
 GAUSSIAN = [camsim.Gaussian(sigma_um=3.0), camsim.SquarePhotosite(side_um=4.0)]
 
 CAPTURE = Capture(
@@ -169,7 +169,7 @@ def test_edges_that_no_channel_sees_are_dropped_and_weigh_nothing():
 def test_the_bound_is_one(rng):
     """The light of a far square at photosites, by the largest value that its whole could have: its own density."""
     for distance in (20.0, 100.0, 400.0):
-        square = np.array([(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0)]) + (distance, rng.uniform(-20, 20))
+        square = np.array([(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0)]) + np.array([distance, rng.uniform(-20, 20)])
         image = rendered([(square, 1.0)], OPTICS["f/8"], prune=False, tolerance=1e-8).image
         light = (image - 0.3) / 0.7
         following = np.roll(square, -1, axis=0)

@@ -1,0 +1,120 @@
+"""``camsim explain`` says what is computed and what is not; ``--strict`` and the counters, as a user meets them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Run = Callable[..., subprocess.CompletedProcess[str]]
+SHIPPED = ("colorchecker", "edge-chart", "flat-field", "knife-edge", "paper-square", "slanted-edge")
+
+
+def decisions_of(camsim: Run, *arguments: str) -> dict[str, list[str]]:
+    done = camsim("explain", *arguments, "--json")
+    assert done.returncode == 0, done.stderr
+    told: dict[str, list[str]] = {}
+    for line in json.loads(done.stdout)["decisions"]:
+        told.setdefault(line["topic"], []).append(f"{line['decision']}: {line['reason']}")
+    return told
+
+
+def test_every_decision_has_its_reason(camsim: Run, folder: Path) -> None:
+    told = decisions_of(camsim, "small.yaml")
+    assert told["engine"] == ["boundary: exact for this lens, and cheap"]
+    assert told["wavelengths"] == ["one: the light is a line"]
+    assert told["channels"] == ["each photosite in its own: nobody reads the other 2: no truth is written"]
+    assert "ShotNoise()" in told["noise"][0]
+    assert told["colour matrix"][0].startswith("fitted")
+    assert [path.name for path in folder.iterdir()] == ["small.yaml"]
+
+
+def test_what_is_switched_off_is_left_out(camsim: Run) -> None:
+    told = decisions_of(
+        camsim, "small.yaml", "-o", "a.exr", "--set", "noise.enabled=false", "--set", "sensor.olpf=null"
+    )
+    assert told["OLPF"] == ["left out: the camera has none: one spot"]
+    assert told["noise"] == ["no random number: noise is switched off"]
+    assert told["channels"] == ["all 3 everywhere: the truth is to be written"]
+    assert told["colour matrix"] == ["none: no DNG and no preview is written"]
+
+
+def test_the_engine_follows_the_tolerance_and_the_word(camsim: Run) -> None:
+    assert (
+        "fourier: boundary keeps 1e-09"
+        in decisions_of(camsim, "small.yaml", "--set", "render.tolerance=1e-10")["engine"][0]
+    )
+    assert decisions_of(camsim, "small.yaml", "--set", "render.method=fourier")["engine"] == ["fourier: asked for"]
+
+
+def test_it_can_be_read(camsim: Run) -> None:
+    done = camsim("explain", "small.yaml")
+    for word in (
+        "16 × 20 photosites",
+        "engine",
+        "boundary",
+        "time",
+        "of one core",
+        "memory",
+        "error",
+        "at most 0.0001",
+    ):
+        assert word in done.stdout
+
+
+@pytest.mark.parametrize("scene", SHIPPED)
+def test_every_shipped_scene(camsim: Run, scene: str) -> None:
+    done = camsim("explain", scene, "--json")
+    expected = json.loads(done.stdout)["expected"]
+    assert 0.0 < sum(expected["seconds"].values()) < 60.0
+    assert 1e6 < expected["memory_bytes"] < 2e9
+
+
+@pytest.mark.parametrize("kind", ["mtf", "psf"])
+def test_plots(camsim: Run, folder: Path, kind: str) -> None:
+    done = camsim("explain", "small.yaml", "--plot", kind, "a.svg")
+    assert done.returncode == 0, done.stderr
+    assert "<svg" in (folder / "a.svg").read_text(encoding="utf-8")
+    again = camsim("explain", "small.yaml", "--plot", kind, "a.svg")
+    assert (again.returncode, again.stderr) == (2, "'a.svg' exists; overwrite it with --force\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["slanted-ege"], "unknown scene 'slanted-ege'; did you mean 'slanted-edge'?"),
+        (["small.yaml", "--sensor", "d40like"], "unknown sensor 'd40like'; did you mean 'd40-like'?"),
+        (["small.yaml", "--plot", "mft", "a.png"], "unknown plot 'mft'; did you mean 'mtf'? (known: mtf, psf)"),
+        (["small.yaml", "--plot", "mtf", "a.jpg"], "a plot is one of .png, .svg, .pdf"),
+        (["small.yaml", "--set", "render.metod=auto"], "did you mean 'method'?"),
+    ],
+)
+def test_faults(camsim: Run, arguments: list[str], said: str) -> None:
+    done = camsim("explain", *arguments)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert said in done.stderr
+
+
+def test_strict_captures_are_the_same_when_all_is_well(camsim: Run, folder: Path) -> None:
+    assert camsim("capture", "small.yaml", "--strict", "-q", "-o", "a.dng").returncode == 0
+    assert camsim("capture", "small.yaml", "-q", "-o", "b.dng").returncode == 0
+    assert (folder / "a.dng").read_bytes() == (folder / "b.dng").read_bytes()
+
+
+def test_the_report_counts_what_was_done(camsim: Run, folder: Path) -> None:
+    done = camsim("capture", "small.yaml", "-q", "--json", "-o", "a.dng", "-o", "a.exr")
+    work = json.loads(done.stdout)["work"]
+    written = sum((folder / name).stat().st_size for name in ("a.dng", "a.exr"))
+    assert (work["bytes_written"], work["colour_matrices"], work["channels"]) == (written, 1, 3)
+    less = json.loads(
+        camsim("capture", "small.yaml", "-q", "--json", "-o", "b.npy", "--set", "noise.enabled=false").stdout
+    )["work"]
+    assert (less["colour_matrices"], less["random_numbers"], less["channels"]) == (0, 0, 1)
+    assert less["bytes_written"] < written
+    told = camsim("capture", "small.yaml", "-v", "-o", "c.dng").stderr
+    assert "edges 4, " in told
+    assert "bytes written " in told

@@ -1,0 +1,150 @@
+"""strict: an error above the tolerance is a failure that says where; without it a warning in the report."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from examples import OPTICS, PICTURE, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
+
+import camsim
+from camsim.errors import AccuracyError
+from camsim.rendering import by_boundary
+from camsim.rendering.by_fourier import WINDOW, windows
+
+
+def rendered(method, *, optics=OPTICS["f/8"], tolerance=TOLERANCE, strict=False, samples=None, **window):
+    return camsim.render(
+        scene_of(PICTURE),
+        optics,
+        grid_of(24, 24, **window),
+        wavelength_nm=WAVELENGTH_NM,
+        method=method,
+        tolerance=tolerance,
+        strict=strict,
+        samples=samples,
+    )
+
+
+@pytest.mark.parametrize("method", ["area", "uniform", "uniform-pixel", "importance"])
+def test_a_method_that_is_not_accurate_enough_fails(method):
+    found = rendered(method)
+    assert found.error_estimate > TOLERANCE
+    with pytest.raises(
+        AccuracyError, match=r"photosite \[\d+, \d+\] is off by .*tolerance is 1e-06 \(method"
+    ) as raised:
+        rendered(method, strict=True)
+    assert "use method boundary, or allow more" in str(raised.value)
+    assert f"{found.error_estimate:.2g}" in str(raised.value)
+
+
+@pytest.mark.parametrize("method", ["boundary", "fourier", "auto"])
+def test_an_accurate_one_does_not(method):
+    assert worst(rendered(method, strict=True).image, rendered(method).image) == 0.0
+
+
+def test_the_place_is_where_the_error_is(monkeypatch):
+    """One photosite of the frame is corrupted: it is the one that is named, in the frame's own rows and columns."""
+    run = by_boundary.BoundaryRun
+    true_bands = run.bands
+    row, col = (int(i[0]) for i in camsim_hardest())
+
+    def corrupted(self, channel, progress):
+        for band in true_bands(self, channel, progress):
+            band[row, col] += 1e-3
+            yield band
+
+    monkeypatch.setattr(run, "bands", corrupted)
+    place = rf"photosite \[{row + 100}, {col + 50}\] is off by 0.001,"
+    with pytest.raises(AccuracyError, match=place):
+        rendered("boundary", strict=True, origin=(100, 50), frame=(224, 124))
+
+
+def camsim_hardest():
+    """Rows and columns that are checked of the 24 × 24 window, from a job of the same scene."""
+    from camsim.optics import OpticalSystem
+    from camsim.rendering.render import plan_render
+
+    _, choice = plan_render(
+        scene_of(PICTURE),
+        OpticalSystem.of(OPTICS["f/8"]),
+        grid_of(24, 24, origin=(100, 50), frame=(224, 124)),
+        response=np.ones((1, 1)),
+        wavelength_nm=np.array([WAVELENGTH_NM]),
+        tolerance=TOLERANCE,
+        method="boundary",
+    )
+    return choice.run.hardest()
+
+
+def test_a_capture_warns_or_fails(monkeypatch):
+    plan = by_boundary.plan_boundary
+
+    def careless(*args, **kwargs):
+        return dataclasses.replace(plan(*args, **kwargs), field_step=1.5, panel=4.0)
+
+    monkeypatch.setattr(by_boundary, "plan_boundary", careless)
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
+    pitch = camera.pitch_um
+    scene = camsim.Scene(
+        background=0.9, shapes=[camsim.Rectangle(width_um=6 * pitch, height_um=7 * pitch, reflectance=0.1)]
+    )
+    how = {
+        "light": camsim.Light("D55", illuminance_lux=1000.0),
+        "exposure": camsim.Exposure(time_s=0.01, iso=100.0),
+        "region": camsim.Region(rows=20, cols=20),
+    }
+    warned = camera.expose(scene, **how).report
+    assert warned.error_estimate > warned.tolerance
+    assert warned.notes[0].startswith("warning: the error found, ")
+    with pytest.raises(AccuracyError, match="report this as a bug of camsim, or allow more"):
+        camera.expose(scene, strict=True, **how)
+
+
+def test_importance_says_what_chance_has_left():
+    """A quarter of the spread for sixteen times the samples; about the error that is really there."""
+    few, many = (rendered("importance", samples=n) for n in (500, 8000))
+    assert few.standard_error / many.standard_error == pytest.approx(4.0, rel=0.1)
+    assert 0.02 * few.standard_error < few.error_estimate < 4.0 * few.standard_error
+    for method in ("area", "uniform", "boundary", "fourier"):
+        assert rendered(method).standard_error is None
+
+
+class Coma:
+    """A lens of the user's own: an Airy pattern, smeared to one side."""
+
+    place = "lens"
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        blur = np.exp(-2j * np.pi * 1.5 * fx_per_um) * 0.3 + 0.7
+        return camsim.Airy(f_number=8.0).otf(fx_per_um, fy_per_um, wavelength_nm) * blur
+
+    def cutoff_per_um(self, wavelength_nm):
+        return camsim.Airy(f_number=8.0).cutoff_per_um(wavelength_nm)
+
+
+def test_fourier_judges_itself_where_nothing_else_can(monkeypatch):
+    """A lens that is not round: windows of its own, by other periods, tapers and bands; a corrupted image is seen."""
+    from camsim.rendering import by_fourier
+
+    optics = [Coma(), camsim.SquarePhotosite(side_um=4.0)]
+    honest = rendered("auto", optics=optics, tolerance=1e-8)
+    assert honest.method == "fourier"
+    assert honest.error_estimate <= 1e-8
+    assert honest.checked_photosites == 2 * WINDOW**2
+    true_image = by_fourier.fourier_image
+
+    def corrupted(**job):
+        image = true_image(**job)
+        return image * (1.0 + 1e-5) if job["channel"].shape == (24, 24) else image
+
+    monkeypatch.setattr(by_fourier, "fourier_image", corrupted)
+    assert rendered("auto", optics=optics, tolerance=1e-8).error_estimate > 1e-6
+
+
+@pytest.mark.parametrize(("rows", "cols"), [(1, 1), (2, 9), (24, 24)])
+def test_windows_lie_within_the_grid(rows, cols):
+    row, col = windows(np.array([(-1e3, 0.0), (0.2, 0.3), (1e3, 1e3)]), rows, cols, (0.5 - cols / 2, 0.5 - rows / 2))
+    assert row.min() >= 0
+    assert row.max() < rows
+    assert col.min() >= 0
+    assert col.max() < cols
