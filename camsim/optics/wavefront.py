@@ -16,6 +16,7 @@ from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
 from camsim.spectra.curve import Spectrum
 
 MOST_WAVES = 50.0
+COARSE = 1e-9  # a non-uniform FFT to this precision may use a grid of less than half the size
 SETTLED = 1e-11  # two rules that differ by no more than this agree
 
 
@@ -153,6 +154,7 @@ class Wavefront:
             strengths,
             n_modes=(y_um.size, x_um.size),
             eps=max(precision, 1e-14),
+            upsampfac=1.25 if precision >= COARSE else 2.0,
             isign=-1,
         )
         irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)

@@ -189,7 +189,7 @@ def _tiled(
             kernel_bytes = 8.0 * 12 * work.spectra * work.channels * (32.0 * tile.outer[0] * tile.cut)
         elif kernel.tapered:
             seconds += work.wavelengths * PER_PUPIL_NODE * (tile.outer[0] * tile.outer[1] / kernel.blur**2 + samples)
-            kernel_bytes = 120.0 * samples
+            kernel_bytes = 160.0 * samples
         fixed = max(fixed, kernel_bytes + area * 8.0 * tile.rows / tile.periods[1])
         transforms = max(transforms, area * 8.0)
     # Spreading works on a grid of twice the block's sides, and on two sums at once.

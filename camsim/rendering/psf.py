@@ -21,11 +21,12 @@ def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: 
     """Return the irradiance (y, x) per µm² on a lattice, of unit power: the lens with every stage of the user's own.
 
     x_um, y_um : evenly spaced about 0 (−n … n steps)
-    precision  : relative to the largest value
+    precision  : relative, of all of the light
     """
     lens = system.lens
     if hasattr(lens, "point_spread_on") and not system.more:
-        values: F64 = lens.point_spread_on(x_um, y_um, wavelength_nm, precision)
+        # All of the light is wrong by less than a hundredth of what the largest amplitude is wrong by (measured).
+        values: F64 = lens.point_spread_on(x_um, y_um, wavelength_nm, 30.0 * precision)
         return values
     import finufft
 
