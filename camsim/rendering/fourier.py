@@ -86,6 +86,8 @@ def fourier_image(
         first = np.array([tile.col, tile.row], float)
         low, high = np.array(tile.low), np.array(tile.high)
         begins, ends, kept = clamped(start - first, end - first, low, high)
+        if not kept.size:
+            continue  # all that could be seen lies elsewhere
         regions = Regions.of(begins, ends, left[kept] - 1, right[kept] - 1, tile, plan, len(density) - 1, tolerance)
         image[part] += work.image(tile, plan, kernel, regions, channel[part])
         progress((done + 1) / len(plan.tiles))

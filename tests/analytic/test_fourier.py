@@ -286,6 +286,17 @@ def test_what_lies_millions_of_pitches_away_is_clamped():
     assert np.abs(image - boundary.image).max() <= 2e-9
 
 
+@pytest.mark.parametrize("spread", [False, True], ids=["edge by edge", "non-uniform"])
+def test_scenery_wholly_elsewhere_and_wholly_around(monkeypatch, spread):
+    if spread:
+        monkeypatch.setattr(fourier_plan, "PER_EDGE_POINT", 1.0)
+    lens = [camsim.Gaussian(sigma_um=1.0), SQUARE]
+    for elsewhere in ([(1000, 1000), (1100, 1000), (1050, 1100)], [(1000, -5), (1100, -5), (1050, 5)]):
+        np.testing.assert_array_equal(polygon_image(lens, 1e-9, outline=elsewhere, shape=(3, 4)), 1.0)
+    around = [(-1e6, -1e6), (1e6, -1e6), (1e6, 1e6), (-1e6, 1e6)]
+    assert np.abs(polygon_image(lens, 1e-9, outline=around, shape=(3, 4))).max() <= 1e-9
+
+
 def test_too_much_memory_is_refused_with_the_figure():
     # An Airy pattern reaches everywhere: a far polygon makes the period long.
     with pytest.raises(InvalidValueError) as caught:
