@@ -144,6 +144,7 @@ class _Work:
         corners = np.concatenate([start, end])
         spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
         spectra, channels, wavelengths = self.density.shape
+        longest = 2.0 * (sum(channel.shape) + 4.0 * kernel.reach)  # that an edge may be once it is clamped
         return plan_fourier(
             kernel,
             shape=(channel.shape[0], channel.shape[1]),
@@ -152,7 +153,7 @@ class _Work:
             footprint=(float(spots[0] + photosite[0]) / self.pitch_um, float(spots[1] + photosite[1]) / self.pitch_um),
             work=Work(
                 edges=len(start),
-                length=float(np.hypot(*(end - start).T).sum()),
+                length=float(np.minimum(np.hypot(*(end - start).T), longest).sum()),
                 spectra=spectra - 1,
                 channels=channels,
                 wavelengths=wavelengths,
