@@ -14,7 +14,8 @@ from camsim.errors import UnsupportedError
 from camsim.optics.photosite import SquarePhotosite
 from camsim.spectra.curve import Spectrum
 
-PLACES = ("lens", "olpf", "photosite")
+PLACES = {"lens": "otf", "olpf": "spots_um", "photosite": "half_extent_um"}
+"""What a stage can stand for, and what it must know for that; one that knows less is a blur besides the others."""
 
 
 class OpticalStage(Protocol):
@@ -96,13 +97,13 @@ class OpticalSystem:
                     "a stage needs that much"
                 )
             place = getattr(stage, "place", None)
-            if place is None:
-                more.append(stage)
-                continue
-            if place not in PLACES:
+            if place is not None and place not in PLACES:
                 raise UnsupportedError(
                     f"optics: {type(stage).__name__}.place is {place!r}; it is one of {', '.join(PLACES)}"
                 )
+            if place is None or not hasattr(stage, PLACES[place]):
+                more.append(stage)
+                continue
             if place in places:
                 raise UnsupportedError(f"optics: two stages for the {place}; give one")
             places[place] = stage

@@ -127,6 +127,8 @@ class OnlyOtf:
 class Box:
     """A blur of the user's own besides the lens: what a photosite of 1 µm does."""
 
+    place = None
+
     def otf(self, fx_per_um, fy_per_um, wavelength_nm):
         return np.sinc(fx_per_um) * np.sinc(fy_per_um)
 
@@ -136,9 +138,16 @@ def test_a_lens_of_ones_own_needs_an_otf_only():
     assert np.abs(polygon_image([OnlyOtf(), SQUARE], 1e-9, shape=(8, 9)) - expected).max() <= 1e-9
 
 
+class OwnPhotosite(Box):
+    """One that says what it is, and still knows its transfer only."""
+
+    place = "photosite"
+
+
 def test_a_blur_of_ones_own_goes_besides_the_lens():
     expected = polygon_image([AIRY, SQUARE], 1e-9, shape=(8, 9))
-    assert np.abs(polygon_image([AIRY, Box()], 1e-9, shape=(8, 9)) - expected).max() <= 1e-9
+    for own in (Box(), OwnPhotosite()):
+        assert np.abs(polygon_image([AIRY, own], 1e-9, shape=(8, 9)) - expected).max() <= 1e-9
     scene = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=tuple(map(tuple, OUTLINE)), reflectance=0.0)])
     rendering = camsim.render(
         scene, [AIRY, Box()], camsim.Grid(rows=8, cols=9, pitch_um=1.0), wavelength_nm=500.0, tolerance=1e-6

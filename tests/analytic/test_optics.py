@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate, special
 
+from camsim.errors import UnsupportedError
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
 from camsim.optics.airy import airy_encircled_energy, airy_otf
 from tests import truth
@@ -39,3 +40,33 @@ def test_system_otf_is_the_transform_of_its_parts():
     r = np.linspace(0, 4000, 4_000_001)  # Hankel transform of the PSF; its tail beyond 4000 µm is below 1e-3
     lens = np.trapezoid(truth.airy_psf(r, 2.2) * special.j0(2 * np.pi * math.hypot(fx, fy) * r) * 2 * np.pi * r, r)
     assert system.otf(np.array(fx), np.array(fy), 550.0) == pytest.approx(lens * box * spots, abs=1e-3)
+
+
+class Placed:
+    def __init__(self, place):
+        self.place = place
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return np.ones(np.broadcast(fx_per_um, fy_per_um).shape)
+
+
+@pytest.mark.parametrize(
+    ("stages", "message"),
+    [
+        ([SquarePhotosite(side_um=3.0)], r"optics: no lens; add camsim.Airy\(f_number=…\)"),
+        ([Airy(f_number=4.0), Airy(f_number=8.0)], "optics: two stages for the lens; give one"),
+        ([Airy(f_number=4.0), Placed("mirror")], "Placed.place is 'mirror'; it is one of lens, olpf, photosite"),
+        ([Airy(f_number=4.0), object()], "object has no otf"),
+    ],
+)
+def test_stages_that_make_no_system_are_refused(stages, message):
+    with pytest.raises(UnsupportedError, match=message):
+        OpticalSystem.of(stages)
+
+
+def test_a_stage_without_a_place_is_the_lens_where_there_is_no_other():
+    own, besides = Placed(None), Placed(None)
+    system = OpticalSystem.of([own, besides, SquarePhotosite(side_um=3.0)])
+    assert system.lens is own
+    assert system.more == (besides,)
+    assert system.stages == (own, besides, SquarePhotosite(side_um=3.0))
