@@ -1,7 +1,7 @@
 """Files and Frames in, Pictures out: linear numbers with their levels, whoever wrote them.
 
-Read are uncompressed DNG (and what else tifffile decodes by itself), TIFF, PNG, EXR, NPY and NPZ. Raw files of camera
-makers (CR3, NEF, ARW …) and DNG compressed as lossless JPEG are not: a message says how to convert them.
+Read are DNG (compressed ones with the package imagecodecs), TIFF, PNG, EXR, NPY and NPZ. Raw files of camera makers
+(CR3, NEF, ARW …) are not: a message says how to convert them.
 """
 
 from __future__ import annotations

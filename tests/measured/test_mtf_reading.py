@@ -61,3 +61,21 @@ def test_a_capture_with_a_gaussian_lens_has_its_theory():
     line = EdgeLine(x_pixel=0.5 * camera.cols, y_pixel=0.5 * camera.rows, normal_rad=0.0)
     got = theory.along_normal(np.array([0.0, 0.345]), channel="Y", line=line)
     np.testing.assert_allclose(got, [1.0, 0.5 * np.sinc(0.345)], rtol=1e-12)
+
+
+@pytest.mark.parametrize("sensor", ["d40-like", "x-trans-376", "mono-345"])
+def test_lossless_jpeg_is_read_as_the_uncompressed_file(tmp_path, sensor):
+    camera = camsim.Camera.from_yaml(sensor, lens=camsim.Airy(f_number=8.0))
+    frame = camera.expose(
+        camsim.Scene(background=0.5),
+        light=camsim.Light("D55", illuminance_lux=5000),
+        exposure=camsim.Exposure(time_s=0.01, iso=200),
+        region=camsim.Region(rows=145, cols=97, origin=(11, 12)),
+    )
+    for name, compress in (("a.dng", False), ("b.dng", True)):
+        camsim.save(frame, tmp_path / name, compress=compress)
+    one, other = (read_picture(tmp_path / name) for name in ("a.dng", "b.dng"))
+    assert len(one.planes) == len(other.planes)
+    for plane, packed in zip(one.planes, other.planes, strict=True):
+        np.testing.assert_array_equal(plane.samples, packed.samples)
+        assert (plane.name, plane.first, plane.black) == (packed.name, packed.first, packed.black)
