@@ -21,7 +21,7 @@ from camsim.spectra.curve import Curve
 PITCH_UM, TOLERANCE, LAPS = 4.88, 1e-6, 3
 LONG_S = 3.0  # what takes longer is clocked once
 SIZES: dict[str, tuple[int, ...]] = {
-    "photosites": (10_000, 100_000, 1_000_000, 10_000_000),
+    "photosites": (10_000, 100_000, 1_000_000, 10_000_000, 24_000_000),
     "edges": (100, 1000, 10_000, 100_000),
     "wavelengths": (1, 4, 16, 64, 256),
     "patches": (1, 6, 24, 96),
@@ -47,7 +47,7 @@ def task_of(over: str, size: int) -> Task:
         side = round(math.sqrt(size))
         return Task(scene=_square(0.56 * side), rows=side, cols=side)
     if over == "edges":
-        return Task(scene=_triangles(size // 3, 752, 500), rows=500, cols=752, tolerance=1e-5)
+        return Task(scene=_triangles(size // 3, 3008, 2000), rows=2000, cols=3008, tolerance=1e-5)
     if over == "wavelengths":
         return Task(scene=_square(250.0), rows=446, cols=446, wavelengths=size)
     if over == "patches":
