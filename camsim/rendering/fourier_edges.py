@@ -136,33 +136,49 @@ def add_round(
     column, row = place
     spectra, count_j, _, count_i = transforms.shape
     channels = total.shape[0]
+    last = len(curves) - 1
     for r in nb.prange(count_j):
         ky = (first_j + r) / py
         inside = cut * cut - ky * ky
         if inside <= 0.0:
             continue
         furthest = math.floor(px * math.sqrt(inside))
+        begin, stop = max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)
         target = (row + r) % py
-        for c in range(max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)):
-            kx = (first_i + c) / px
-            square = kx * kx + ky * ky
-            at = math.sqrt(square) * cells_per_frequency
-            cell = min(int(at), len(curves) - 1)
-            t = at - cell
-            scale = 1.0 / (4.0 * math.pi * math.pi * square) if square > 0.0 else 0.0
-            foot_r, foot_i = footprint[r, c, 0], footprint[r, c, 1]
+        cell, t, scale = np.empty(COLUMNS, np.int64), np.empty(COLUMNS), np.empty(COLUMNS)
+        sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS)
+        for low in range(begin, stop, COLUMNS):
+            width = min(COLUMNS, stop - low)
+            for c in range(width):
+                kx = (first_i + low + c) / px
+                square = kx * kx + ky * ky
+                at = math.sqrt(square) * cells_per_frequency
+                cell[c] = min(int(at), last)
+                t[c] = at - cell[c]
+                scale[c] = 1.0 / (4.0 * math.pi * math.pi * square) if square > 0.0 else 0.0
             for k in range(channels):
-                value_r, value_i = 0.0, 0.0
+                sum_r[:width] = 0.0
+                sum_i[:width] = 0.0
                 for s in range(spectra):
-                    p = curves[cell, s, k]
-                    lens = p[0] + t * (p[1] + t * (p[2] + t * (p[3] + t * (p[4] + t * (p[5] + t * (p[6] + t * p[7]))))))
-                    if square > 0.0:
-                        value_r += lens * transforms[s, r, 0, c] * scale
-                        value_i += lens * transforms[s, r, 1, c] * scale
-                    else:
-                        value_r += lens * areas[s]
-                total[k, target, column + c, 0] += value_r * foot_r - value_i * foot_i
-                total[k, target, column + c, 1] += value_r * foot_i + value_i * foot_r
+                    real, imaginary = transforms[s, r, 0, low : low + width], transforms[s, r, 1, low : low + width]
+                    for c in range(width):
+                        p, u = curves[cell[c], s, k], t[c]
+                        lens = p[0] + u * (
+                            p[1] + u * (p[2] + u * (p[3] + u * (p[4] + u * (p[5] + u * (p[6] + u * p[7])))))
+                        )
+                        sum_r[c] += lens * real[c]
+                        sum_i[c] += lens * imaginary[c]
+                if first_j + r == 0 and first_i + low <= 0 < first_i + low + width:
+                    zero = -first_i - low
+                    scale[zero], sum_i[zero], sum_r[zero] = 1.0, 0.0, 0.0
+                    for s in range(spectra):
+                        sum_r[zero] += curves[0, s, k, 0] * areas[s]
+                sums = total[k, target, column + low : column + low + width]
+                foot = footprint[r, low : low + width]
+                for c in range(width):
+                    value_r, value_i = sum_r[c] * scale[c], sum_i[c] * scale[c]
+                    sums[c, 0] += value_r * foot[c, 0] - value_i * foot[c, 1]
+                    sums[c, 1] += value_r * foot[c, 1] + value_i * foot[c, 0]
 
 
 @nb.njit(cache=True, parallel=True)
