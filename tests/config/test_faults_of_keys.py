@@ -35,7 +35,7 @@ FAULTS = {
     "unknown key, nothing near": (
         "tolerance: 1e-3",
         "tolerance: 1e-3, zzz: 1",
-        ["scene.yaml:16:27: render.zzz: unknown key; known here: tolerance"],
+        ["scene.yaml:16:27: render.zzz: unknown key; known here: tolerance, method, strict"],
     ),
     "key of another shape": (
         "radius: 3,",
@@ -121,7 +121,7 @@ FAULTS = {
         "{tolerance: 1e-3}",
         "[1e-3]",
         [
-            "scene.yaml:16:9: render: must be a table {tolerance}, not a list of 1 "
+            "scene.yaml:16:9: render: must be a table {tolerance, method, strict}, not a list of 1 "
             "(how accurately the image is computed)"
         ],
     ),
@@ -136,7 +136,10 @@ FAULTS = {
     "nothing for a table": (
         "{tolerance: 1e-3}",
         "",
-        ["scene.yaml:16:8: render: must be a table {tolerance}, not empty (how accurately the image is computed)"],
+        [
+            "scene.yaml:16:8: render: must be a table {tolerance, method, strict}, not empty "
+            "(how accurately the image is computed)"
+        ],
     ),
 }
 

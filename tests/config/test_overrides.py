@@ -101,7 +101,8 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
         ),
         ("exposure=7", "--set exposure: must be a table {time_s, iso, datetime, temperature_c}, not 7 "
                        "(how long, and how much the signal is amplified)"),
-        ("render={tolerance: 1e-3, foo: 1}", "--set render: render.foo: unknown key; known here: tolerance"),
+        ("render={tolerance: 1e-3, foo: 1}",
+         "--set render: render.foo: unknown key; known here: tolerance, method, strict"),
         ("exposure.iso", "--set exposure.iso: must be KEY=VALUE, such as exposure.iso=800"),
         ("=3", "--set =3: must be KEY=VALUE, such as exposure.iso=800"),
         ("a..b=3", "--set a..b=3: must be KEY=VALUE, such as exposure.iso=800"),
