@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from camsim.errors import UnknownNameError
+from camsim.rendering.by_boundary import BoundaryRun
+from camsim.rendering.by_fourier import FourierRun
 from camsim.rendering.cost import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier import FINEST
 from camsim.rendering.job import Job
@@ -43,15 +45,16 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
         why = f"boundary keeps {job.pattern.finest:g} with this lens, fourier {FINEST:g}"
         return _chosen("fourier", why, job, samples)
     boundary = _chosen("boundary", "exact for this lens, and cheap", job, samples)
-    if isinstance(boundary.run, FlatRun):
-        return _chosen("boundary", "there is no edge to render", job, samples)
-    if boundary.run.cost.seconds <= CHEAP_SECONDS:
+    if not isinstance(boundary.run, BoundaryRun):
+        return Choice(method="boundary", why="there is no edge to render", run=boundary.run)
+    own = boundary.run.cost
+    if own.seconds <= CHEAP_SECONDS:
         return boundary
-    other = _chosen("fourier", "", job, samples)
-    cost, own = other.run.cost, boundary.run.cost
+    # With the other engine's wavelengths: choosing its own takes longer than guessing what they cost.
+    cost = FourierRun(job=job, nodes=boundary.run.lens.nodes).cost
     fits = cost.memory_bytes <= MEMORY_LIMIT_BYTES
     if fits and (cost.seconds < own.seconds or own.memory_bytes > MEMORY_LIMIT_BYTES):
-        return Choice(method="fourier", why=f"{_taking(cost)} expected, boundary {_taking(own)}", run=other.run)
+        return _chosen("fourier", f"{_taking(cost)} expected, boundary {_taking(own)}", job, samples)
     return Choice(method="boundary", why=f"{_taking(own)} expected, fourier {_taking(cost)}", run=boundary.run)
 
 

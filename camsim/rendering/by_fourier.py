@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Iterator
@@ -17,6 +16,7 @@ from camsim.rendering.by_boundary import RoundLens
 from camsim.rendering.cost import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier import FINEST, check_tolerance, fourier_cost, fourier_image
+from camsim.rendering.hardest import SHARE_OF_TIME
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.patterns import AIRY
 from camsim.rendering.plan import quiet_distance
@@ -27,6 +27,7 @@ from camsim.rendering.work import Work
 WINDOW = 3  # photosites along a side
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 RINGS_SHARE = 1.0 / 6.0  # of the tolerance, as of the boundary engine
+WINDOWS_SHARE = 0.5  # of an image's time, for the windows of the check
 CORES = 1.1  # that its own model of time counts on, of the two it assumes (fitted)
 
 
@@ -42,8 +43,6 @@ class FourierRun:
 
     job: Job
     nodes: Nodes
-    check_nodes: Nodes
-    lens: RoundLens | None
 
     @classmethod
     def prepare(cls, job: Job, samples: int | None) -> FourierRun:
@@ -52,13 +51,22 @@ class FourierRun:
             raise UnsupportedError("samples: fourier takes none; only importance takes a number")
         check_tolerance(job.tolerance)
         phase = _phase(job)
-        judged = job.pattern is not None and job.footprint is not None and job.tolerance >= job.pattern.finest
-        return cls(
-            job=job,
-            nodes=job.nodes(phase=phase, tolerance=job.tolerance),
-            check_nodes=job.nodes(phase=phase, tolerance=SHARE * job.tolerance),
-            lens=RoundLens.prepare(job) if judged else None,
-        )
+        return cls(job=job, nodes=job.nodes(phase=phase, tolerance=job.tolerance))
+
+    @functools.cached_property
+    def check_nodes(self) -> Nodes:
+        """Wavelengths of the check."""
+        return self.job.nodes(phase=_phase(self.job), tolerance=SHARE * self.job.tolerance)
+
+    @functools.cached_property
+    def lens(self) -> RoundLens | None:
+        """What checks a round lens; made when it is needed."""
+        return RoundLens.prepare(self.job) if self._judged else None
+
+    @property
+    def _judged(self) -> bool:
+        job = self.job
+        return job.pattern is not None and job.footprint is not None and job.tolerance >= job.pattern.finest
 
     @property
     def wavelengths(self) -> int:
@@ -67,11 +75,10 @@ class FourierRun:
 
     @property
     def cost(self) -> Cost:
-        """What one image takes; a check by windows takes some of it once more."""
+        """What one image takes, the check included."""
         seconds, memory_bytes, _ = self._expected
-        seconds *= CORES
-        check = 0.5 * seconds if self.lens is None else self.hardest()[0].size * self.lens.check_seconds
-        return Cost(seconds=SET_UP_SECONDS + seconds + check, memory_bytes=memory_bytes)
+        seconds *= CORES * (1.0 + (SHARE_OF_TIME if self._judged else WINDOWS_SHARE))
+        return Cost(seconds=SET_UP_SECONDS + seconds, memory_bytes=memory_bytes)
 
     @functools.cached_property
     def _expected(self) -> tuple[float, float, float]:
@@ -101,13 +108,7 @@ class FourierRun:
 
     def of(self, job: Job) -> FourierRun:
         """Return the same wavelengths for other edges."""
-        return dataclasses.replace(
-            self,
-            job=job,
-            nodes=job.nodes_like(self.nodes),
-            check_nodes=job.nodes_like(self.check_nodes),
-            lens=None if self.lens is None else self.lens.of(job),
-        )
+        return FourierRun(job=job, nodes=job.nodes_like(self.nodes))
 
     def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""

@@ -213,7 +213,7 @@ def plan_render(
     check_method(method)
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
-            raise InvalidValueError(f"wavelength_nm: {w!r} is not a wavelength; give nm above 0")
+            raise InvalidValueError(f"wavelength_nm: {float(w)!r} is not a wavelength; give nm above 0")
     job = Job.of(scene, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance)
     return job, choose(method, job, samples)
 
