@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import filecmp
 import gc
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
-from camsim.errors import CamsimError, InputError
+from camsim.cli.row_by_row import come_row_by_row, write_mosaics
+from camsim.errors import CamsimError, InputError, OutputError
 from camsim.files.reading import Held, read_file
 
 if TYPE_CHECKING:
+    from camsim.camera import Camera, Region
     from camsim.frame import Frame
+    from camsim.scene import Scene
 
 
 def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> None:
@@ -33,34 +37,71 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
 
     gc.enable()
     with Bar(shown=not quiet) as bar:
-        products = {output.product for output in outputs} | ({"truth"} if held.has_truth else set())
-        frame = frame_of(held, products, bar)
+        how = {"allow_odd_cfa": True, "compress": held.compressed}
+        row_by_row = come_row_by_row(outputs) and not held.has_truth
+        frame = _written_row_by_row(held, outputs, bar, **how) if row_by_row else _frame_of(held, outputs, bar)
         for output in outputs:
-            save(frame, output.path, product=output.product, allow_odd_cfa=True, compress=held.compressed)
+            if not row_by_row or output.product == "spectral":
+                save(frame, output.path, product=output.product, **how)
     if not quiet:
         for output in outputs:
             print(f"{output.path}: {_compared(held, output)}", file=sys.stderr)
 
 
-def frame_of(held: Held, products: Collection[str], bar: Bar | None = None) -> Frame:
+def _frame_of(held: Held, outputs: Sequence[Output], bar: Bar) -> Frame:
     """Take the picture that a file describes once more; raises InputError when it describes none."""
+    products = {output.product for output in outputs} | ({"truth"} if held.has_truth else set())
+    with _named(held):
+        camera, scene, parts = _parts(held)
+        _refuse_what_does_not_fit(camera, parts.get("region"), products, held=True)
+        return camera.expose(scene, products=products, progress=bar.update, **parts)
+
+
+def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: bool) -> Frame:
+    """Take it once more and write its mosaics while it is computed."""
+    products = {output.product for output in outputs}
+    with _named(held):
+        camera, scene, parts = _parts(held)
+        _refuse_what_does_not_fit(camera, parts.get("region"), products, held=camera.blooming is not None)
+        return write_mosaics(
+            outputs,
+            lambda take: camera.expose_rows(scene, take=take, products=products, progress=bar.update, **parts),
+            camera=camera,
+            region=parts.get("region"),
+            **how,
+        )
+
+
+def _parts(held: Held) -> tuple[Camera, Scene, dict[str, Any]]:
+    """Return camera, scene and what else ``Camera.expose`` takes."""
     from camsim.camera import Camera
-    from camsim.config import memory
     from camsim.revive import revive
     from camsim.scene import Scene
 
+    parts = revive(held.description)
+    camera, scene = parts.pop("camera", None), parts.pop("scene", None)
+    if not isinstance(camera, Camera) or not isinstance(scene, Scene):
+        raise InputError("it describes no camera and scene")
+    return camera, scene, parts
+
+
+def _refuse_what_does_not_fit(camera: Camera, region: Region | None, products: Collection[str], *, held: bool) -> None:
+    from camsim.config import memory
+
+    grid = camera.grid(region)
+    needed = memory.needed_bytes(grid.rows, grid.cols, len(camera.cfa.channels), products, held=held)
+    if needed > memory.available_bytes():
+        raise InputError(f"{grid.rows} × {grid.cols} photosites need about {memory.readable(needed)} of memory")
+
+
+@contextlib.contextmanager
+def _named(held: Held) -> Iterator[None]:
+    """Name the file in what cannot be done with it."""
     name = repr(str(held.path))
     try:
-        parts = revive(held.description)
-        camera, scene = parts.pop("camera", None), parts.pop("scene", None)
-        if not isinstance(camera, Camera) or not isinstance(scene, Scene):
-            raise InputError("it describes no camera and scene")
-        region = parts.get("region")
-        rows, cols = (region.rows, region.cols) if region else (camera.rows, camera.cols)
-        needed = memory.needed_bytes(rows, cols, len(camera.cfa.channels), products)
-        if needed > memory.available_bytes():
-            raise InputError(f"{rows} × {cols} photosites need about {memory.readable(needed)} of memory")
-        return camera.expose(scene, products=products, progress=bar.update if bar else None, **parts)
+        yield
+    except OutputError:
+        raise
     except CamsimError as error:
         raise InputError(f"cannot capture {name} again: {error}") from None
     except (TypeError, AttributeError) as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import gc
 import json
@@ -16,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
+from camsim.cli.row_by_row import come_row_by_row, write_mosaics
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 
 if TYPE_CHECKING:
-    from camsim.arrays import U16
     from camsim.config.build import Setup
     from camsim.frame import Frame, Report
 
@@ -50,7 +49,7 @@ def take(request: Request) -> None:
     texts = request.outputs or (f"{Path(request.scene).stem}.dng",)
     outputs, errors = outputs_of.check(outputs_of.numbered(texts, request.frames), force=request.force)
     products = {output.product for output in outputs}
-    held = request.frames > 1 or not all(_needs_no_photosites(output) for output in outputs)
+    held = request.frames > 1 or not come_row_by_row(outputs)
     from camsim.capturing import load
 
     try:
@@ -143,13 +142,6 @@ def _say_that_it_compiles() -> None:
         print("camsim: compiling its kernels, once on this machine (about half a minute)", file=sys.stderr)
 
 
-def _needs_no_photosites(output: Output) -> bool:
-    """Whether a file can be written while the capture is computed, or has nothing of it."""
-    from camsim.files import comes_row_by_row
-
-    return output.product == "spectral" or comes_row_by_row(output.path, output.product)
-
-
 def _compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
     """Return what speaks against lossless JPEG, before any work."""
     from camsim.files.dng_image import lossless_encoder
@@ -165,23 +157,14 @@ def _compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
 
 def _expose_rows(setup: Setup, outputs: list[Output], products: set[str], bar: Bar, request: Request) -> Frame:
     """Take the picture and write its mosaics while it is computed: memory does not grow with the frame."""
-    from camsim.files import writing_rows
-
-    mosaics = [output.path for output in outputs if output.product == "mosaic"]
-    how = {"allow_odd_cfa": request.allow_odd_cfa, "compress": request.compress}
-    with contextlib.ExitStack() as stack:
-        writers = [
-            stack.enter_context(writing_rows(path, camera=setup.camera, region=setup.region, **how)) for path in mosaics
-        ]
-
-        def take(codes: U16) -> None:
-            for writer in writers:
-                writer.take(codes)
-
-        frame = setup.expose_rows(take, products=products, progress=bar.update)
-        for writer in writers:
-            writer.finish(frame)
-    return frame
+    return write_mosaics(
+        outputs,
+        lambda take: setup.expose_rows(take, products=products, progress=bar.update),
+        camera=setup.camera,
+        region=setup.region,
+        allow_odd_cfa=request.allow_odd_cfa,
+        compress=request.compress,
+    )
 
 
 def _write(frame: Frame, outputs: list[Output], bar: Bar, request: Request) -> None:

@@ -1,0 +1,52 @@
+"""Files that are written while the capture is computed, so that memory need not hold it."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from camsim.cli.outputs import Output
+
+if TYPE_CHECKING:
+    from camsim.arrays import U16
+    from camsim.camera import Camera, Region
+    from camsim.frame import Frame
+
+
+def come_row_by_row(outputs: Iterable[Output]) -> bool:
+    """Whether all files can be written so; a spectral cube has nothing of the capture's own photosites."""
+    from camsim.files import comes_row_by_row
+
+    return all(output.product == "spectral" or comes_row_by_row(output.path, output.product) for output in outputs)
+
+
+def write_mosaics(
+    outputs: Sequence[Output],
+    expose: Callable[[Callable[[U16], None]], Frame],
+    *,
+    camera: Camera,
+    region: Region | None,
+    **how: bool,
+) -> Frame:
+    """Write the mosaics among ``outputs`` while ``expose`` gives their rows to what it is called with.
+
+    how : ``allow_odd_cfa`` and ``compress``, as of ``camsim.files.save``
+    """
+    from camsim.files import writing_rows
+
+    with contextlib.ExitStack() as stack:
+        writers = [
+            stack.enter_context(writing_rows(output.path, camera=camera, region=region, **how))
+            for output in outputs
+            if output.product == "mosaic"
+        ]
+
+        def take(codes: U16) -> None:
+            for writer in writers:
+                writer.take(codes)
+
+        frame = expose(take)
+        for writer in writers:
+            writer.finish(frame)
+    return frame
