@@ -20,10 +20,10 @@ test: $(READY)
 	$(BIN)/python -m pytest
 
 test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing one is a failure, never a skip
-	(for program in exiftool dcraw dcraw_emu rawtherapee-cli darktable-cli exrheader; do \
+	(for program in exiftool dcraw dcraw_emu rawtherapee-cli darktable-cli exrheader chromium; do \
 	  command -v $$program >/dev/null || exit 1; done) || \
 	  { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
-	    libimage-exiftool-perl dcraw libraw-bin rawtherapee darktable openexr >/dev/null; }
+	    libimage-exiftool-perl dcraw libraw-bin rawtherapee darktable openexr chromium >/dev/null; }
 	$(BIN)/python -m pip install --quiet --editable '.[clients]'
 	$(BIN)/python -m pytest -m clients
 
@@ -31,9 +31,9 @@ test-bounds: $(READY)  ## the kernels with every array index checked (compiled a
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(VENV)/bounds-checked $(BIN)/python -m pytest -q \
 	  tests/convergence/test_random_scenes.py tests/analytic/test_rendering_truth.py
 
-bench: $(READY)  ## error and time on the paper's square, beside GalSim
-	$(BIN)/python -m pip install --quiet galsim
-	$(BIN)/python -m bench.paper_square
+bench: $(READY)  ## error against run time, beside GalSim and prysm, into out/bench (camsim bench --peers: all of it)
+	$(BIN)/python -m pip install --quiet --editable '.[bench]'
+	$(BIN)/camsim bench --quick --peers -o out/bench
 
 lint: $(READY)
 	$(BIN)/ruff check .

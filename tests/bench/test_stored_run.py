@@ -1,0 +1,33 @@
+"""The stored run, and the pages whose figures are made from it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from camsim.bench.findings import TABLE_PSF, contender, true_error
+from camsim.bench.results import of_kind, read_results
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_pages_say_what_the_stored_run_says():
+    done = subprocess.run(
+        [sys.executable, "-m", "bench.readme_figures", "--check"],
+        cwd=ROOT,
+        capture_output=True,
+        encoding="utf-8",
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_stored_run_is_honest():
+    """Every exact engine kept its tolerance everywhere, and both truths agree."""
+    lines = read_results(ROOT / "bench" / "results.jsonl")
+    points = of_kind(lines, "point")
+    assert {contender(p) for p in points if p["psf"] == TABLE_PSF} >= {"auto", "boundary", "fourier", "GalSim"}
+    for p in points:
+        if "tolerance" in p:
+            assert true_error(p) <= p["tolerance"], (p["psf"], p["label"])
+    assert all(line["largest_difference"] < 2e-12 for line in of_kind(lines, "truth"))
