@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -261,3 +262,18 @@ def test_a_fault_of_a_stage(edited: Callable[..., None], old: str, new: str, exp
     with pytest.raises(ConfigError) as caught:
         load("good.yaml")
     assert str(caught.value).splitlines() == expected
+
+
+@pytest.mark.parametrize("text", [text for text, _ in LENSES.values()], ids=LENSES)
+def test_a_picture_through_every_kind_of_lens(edited: Callable[..., None], text: str) -> None:
+    """As bright as through a sharp lens, within the tolerance by its own check, and the same from its record."""
+    edited(GOOD_LENS, text)
+    changes = ["noise.enabled=false", "render.strict=true"]
+    setup = load("scene.yaml", overrides=changes)
+    frame = setup.expose()
+    sharp = load("good.yaml", overrides=[*changes, f"lens.f_number={frame.f_number}"]).expose()
+    assert frame.report.error_estimate <= 1e-3
+    assert frame.mean_electrons.mean() == pytest.approx(sharp.mean_electrons.mean(), rel=0.05)
+    assert np.abs(frame.mean_electrons - sharp.mean_electrons).max() > 1e-3 * sharp.mean_electrons.max()
+    again = dataclasses.replace(setup, camera=setup.camera.replace(lens=kept(setup.camera.lens))).expose()
+    np.testing.assert_array_equal(again.mean_electrons, frame.mean_electrons)
