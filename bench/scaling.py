@@ -2,6 +2,7 @@
 
     python -m bench.scaling curves     # what ``camsim bench --scaling`` runs; lines in bench/, figures in docs/
     python -m bench.scaling large      # large frames: seconds, and ratios of one run
+    python -m bench.scaling paper      # the paper's square from f/1.4 to f/32
 
 Every case runs in a process of its own, after a small one that loads the kernels. On a busy machine read CPU seconds
 and ratios; wall time is worth something only where nobody else computes.
@@ -173,16 +174,20 @@ def large() -> None:
     crowd, squares = _squares(25_000, (1.0, 3.9), ROWS, COLS), _squares(100, (260.0, 260.0), 4000, 6000)
     _tell("100 000 edges, 3008 × 2000, 1e-5", _alone(mono, crowd, ROWS, COLS, 1e-5, 8.0, False, "auto"))
     _tell("100 squares, 6000 × 4000, 1e-6", _alone(mono, squares, 4000, 6000, 1e-6, 8.0, False, "auto"))
-    one = _alone(mono, [slanted()], ROWS, COLS, 1e-6, 8.0, True, "boundary", laps=3)
-    bayer, chart = (_alone(colour, is_chart, ROWS, COLS, laps=3) for is_chart in (False, True))
+    one = _alone(mono, [slanted()], ROWS, COLS, 1e-6, 8.0, True, "auto", laps=5)
+    bayer, chart = (_alone(colour, is_chart, ROWS, COLS, laps=5) for is_chart in (False, True))
     _tell("slanted edge, one wavelength, 3008 × 2000", one)
     _tell("slanted edge, Bayer, D55", bayer)
     _tell("ColorChecker, Bayer, D55", chart)
     for name, found in (("slanted edge", bayer), ("ColorChecker", chart)):
         print(f"{name}: loop {found['loop_s'] / one['loop_s']:.2f} ×, all {found['cpu_s'] / one['cpu_s']:.2f} × mono")
-    paper = camsim.Rectangle(width_um=250 * PITCH_UM, height_um=250 * PITCH_UM, rotate_deg=4.0, reflectance=0.0)
+
+
+def paper() -> None:
+    """Measure the paper's square over f-numbers, with and without OLPF."""
+    square = camsim.Rectangle(width_um=250 * PITCH_UM, height_um=250 * PITCH_UM, rotate_deg=4.0, reflectance=0.0)
     for olpf in (False, True):
-        by_f = {n: _alone(mono, [paper], 446, 446, 1e-6, n, olpf, "auto", laps=9)["cpu_s"] for n in PAPER}
+        by_f = {n: _alone(mono, [square], 446, 446, 1e-6, n, olpf, "auto", laps=9)["cpu_s"] for n in PAPER}
         print(
             f"paper's square{' + OLPF' if olpf else ''}: "
             + "  ".join(f"f/{n:g} {1e3 * s:.0f} ms ({s / by_f[8.0]:.2f} ×)" for n, s in by_f.items())
@@ -196,21 +201,23 @@ def slope(sizes: list[float], seconds: list[float]) -> float:
 
 
 def draw(lines: list[Line], over: str, path: Path) -> None:
-    """Draw CPU and wall time, and memory, against size."""
+    """Draw CPU time, with the power of its growth, and memory against size."""
     from matplotlib.figure import Figure
 
     mine = [line for line in of_kind(lines, "scaling") if line["over"] == over]
-    sizes = [line["size"] for line in mine]
+    sizes, seconds = [line["size"] for line in mine], [line["cpu_s"] for line in mine]
+    power = slope(sizes, seconds)
+    fitted = [seconds[-1] * (size / sizes[-1]) ** power for size in sizes]
     figure = Figure(figsize=(9.2, 4.2), layout="constrained")
     times, memory = figure.subplots(1, 2)
-    for key, name, style in (("cpu_s", "CPU, all threads added", "o-"), ("wall_s", "wall", "s--")):
-        seconds = [line[key] for line in mine]
-        power = slope(sizes, seconds)
-        times.loglog(sizes, seconds, style, label=f"{name}: grows with power {power:.2f}", zorder=3)
+    times.loglog(sizes, fitted, "--", color="#777777", label=f"power {power:.2f}")
+    times.loglog(sizes, seconds, "o-", color="#0072B2", label="CPU, all threads added")
+    times.set_ylim(min(fitted + seconds) / 2.0, 5.0 * max(seconds))
     times.set_ylabel("seconds, set-up and check included")
-    times.legend(frameon=False)
+    times.legend(frameon=False, loc="upper left")
     weighed = [(line["size"], line["beyond_mb"]) for line in mine if line.get("beyond_mb")]
     memory.loglog(*zip(*weighed, strict=True), "o-", color="#009E73")
+    memory.set_ylim(min(mb for _, mb in weighed) / 4.0, 4.0 * max(mb for _, mb in weighed))
     memory.set_ylabel("peak memory beyond the program's own, MB")
     for axes in (times, memory):
         axes.set_xlabel(FIGURES[over])
@@ -231,8 +238,8 @@ def curves() -> None:
 def main() -> None:
     """Run what the command line names."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("curves", "large"))
-    {"curves": curves, "large": large}[parser.parse_args().what]()
+    parser.add_argument("what", choices=("curves", "large", "paper"))
+    {"curves": curves, "large": large, "paper": paper}[parser.parse_args().what]()
 
 
 if __name__ == "__main__":
