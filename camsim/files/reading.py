@@ -26,6 +26,8 @@ from camsim.files.npz import RECORD_NAME
 XMP_NAMESPACE = "urn:camsim:frame/1/"
 """XML namespace of our own properties in XMP."""
 
+_ANY_NAMESPACE = b"urn:camsim:"
+
 LONGEST_RECORD = 16 << 20
 """Bytes of JSON. A scene file has at most as many; parsed, they take some twenty times as much memory."""
 
@@ -225,6 +227,10 @@ def _record_in_xmp(xmp: bytes) -> str | None:
         if not letters and XMP_NAMESPACE.encode() not in xmp:
             return None
         raise InputError(f"its XMP is damaged ({error})") from None
+    if not letters and _ANY_NAMESPACE in xmp and XMP_NAMESPACE.encode() not in xmp:
+        raise InputError(
+            "its record has another format than this version of camsim reads; use the version that wrote it"
+        )
     return "".join(letters) or None
 
 

@@ -228,3 +228,13 @@ def test_rawpy_still_reads_a_dng_with_its_record(tmp_path: Path, make_frame: Cal
     assert read_file(tmp_path / "a.dng").description == frame.description
     with rawpy.imread(str(tmp_path / "a.dng")) as raw:
         np.testing.assert_array_equal(raw.raw_image, frame.mosaic)
+
+
+@pytest.mark.parametrize(
+    ("said", "becomes"), [(b"&quot;frame/1&quot;", b"&quot;frame/9&quot;"), (b"frame/1", b"frame/9")]
+)
+def test_a_dng_from_another_version_of_the_format(tmp_path: Path, frame: Frame, said: bytes, becomes: bytes) -> None:
+    save(frame, tmp_path / "a.dng")
+    (tmp_path / "b.dng").write_bytes((tmp_path / "a.dng").read_bytes().replace(said, becomes))
+    with pytest.raises(InputError, match=r"format.*reads.*; use the version that wrote it"):
+        read_file(tmp_path / "b.dng")
