@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from camsim.exposing import Capture
     from camsim.rendering.decisions import Decision
 
-# Seconds of one core: a random number with what is done to it, a photosite's code, a byte of a file.
-NOISE_SECONDS, CODE_SECONDS, FILE_SECONDS = 13e-9, 12e-9, 8e-9
+# Seconds of one core: what comes before, a random number with what is done to it, a photosite's code, a byte of a file.
+BEFORE_SECONDS, NOISE_SECONDS, CODE_SECONDS, FILE_SECONDS = 0.01, 20e-9, 12e-9, 8e-9
+HELD_BYTES = 16.0  # of a photosite, besides its light: electrons, code and what they are computed with
 BYTES_OF = {"mosaic": 2.0, "electrons": 8.0, "truth": 12.0, "preview": 3.0, "spectral": 4.0 * 31, "frame": 30.0}
 
 
@@ -86,12 +87,16 @@ def explained(capture: Capture, products: Collection[str], files: list[tuple[str
     photosites = float(grid.rows * grid.cols)
     images = len(camera.cfa.channels) if "truth" in products else 1
     seconds = {
+        "set up": BEFORE_SECONDS,
         "render": expected["seconds"] * images,
         "noise": NOISE_SECONDS * capture.random_numbers,
         "adc": CODE_SECONDS * photosites,
         "write": FILE_SECONDS * photosites * sum(BYTES_OF[product] for _, product in files),
     }
-    memory = expected["memory_bytes"] + needed_bytes(grid.rows, grid.cols, len(camera.cfa.channels), products)
+    window = (grid.rows, grid.cols, len(camera.cfa.channels))
+    # What a mosaic alone takes is said by HELD_BYTES; needed_bytes is rounded up, for refusing.
+    more = needed_bytes(*window, products) - needed_bytes(*window, ("mosaic",))
+    memory = expected["memory_bytes"] + HELD_BYTES * photosites + more
     return {
         "scene": capture.scene_name,
         "camera": camera.name,

@@ -15,7 +15,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.rendering.cost import MEMORY_LIMIT_BYTES, Cost, Counts, boundary_cost, boundary_counts, check_seconds
 from camsim.rendering.engine import boundary_bands
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.hardest import hardest_photosites
+from camsim.rendering.hardest import hardest_photosites, how_many
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import Settings, plan_boundary
@@ -134,7 +134,10 @@ class BoundaryRun:
     @property
     def cost(self) -> Cost:
         """What one image takes, the check included."""
-        return boundary_cost(self.lens.counts, check_seconds=self.hardest()[0].size * self.lens.check_seconds)
+        lens, grid = self.lens, self.lens.job.grid
+        render_seconds = boundary_cost(lens.counts, check_seconds=0.0).seconds
+        checked = how_many(grid.rows * grid.cols, render_seconds=render_seconds, check_seconds=lens.check_seconds)
+        return boundary_cost(lens.counts, check_seconds=checked * lens.check_seconds)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""

@@ -13,6 +13,11 @@ MOST_EDGES = 256  # looked at for a hard tile; more are thinned out
 SHARE_OF_TIME = 0.1
 
 
+def how_many(photosites: int, *, render_seconds: float, check_seconds: float) -> int:
+    """Return how many photosites are checked; seconds are those expected of the rendering, and of one check."""
+    return min(photosites, MOST, max(FEWEST, int(SHARE_OF_TIME * render_seconds / check_seconds)))
+
+
 def hardest_photosites(
     start: F64, end: F64, grid: Grid, settings: Settings, *, render_seconds: float, check_seconds: float
 ) -> tuple[I64, I64]:
@@ -26,7 +31,7 @@ def hardest_photosites(
     render_seconds, check_seconds : expected of the rendering, and of the check of one photosite
     """
     photosites = grid.rows * grid.cols
-    count = min(photosites, MOST, max(FEWEST, int(SHARE_OF_TIME * render_seconds / check_seconds)))
+    count = how_many(photosites, render_seconds=render_seconds, check_seconds=check_seconds)
     x0, y0 = grid.first_centre
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):
