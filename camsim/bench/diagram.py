@@ -94,18 +94,19 @@ def _name_lines(axes: Any, ends: list[tuple[float, float, str]], *, narrow: bool
     def height(error: float) -> float:
         return (math.log(error) - math.log(y0)) / (math.log(y1) - math.log(y0))
 
-    below = -math.inf
-    places = []
-    for time_s, error, name in sorted(ends, key=lambda end: end[1]):
-        below = max(height(error), below + step)
-        places.append((time_s, error, name, below))
-    drop = max(0.0, below - 0.98)
-    for time_s, error, name, place in places:
+    ordered = sorted(ends, key=lambda end: end[1])
+    places: list[float] = []
+    for _, error, _ in ordered:  # from below: each at its line's height, or clear of the one beneath
+        places.append(max(height(error), places[-1] + step if places else 0.01))
+    above = 0.99 + step
+    for k in reversed(range(len(places))):  # from above: none higher than the plot
+        above = places[k] = min(places[k], above - step)
+    for (time_s, error, name), place in zip(ordered, places, strict=True):
         words = name.replace(", constant", ",\nconstant") if narrow else name
         axes.annotate(
             words,
             xy=(time_s, error),
-            xytext=(1.02, place - drop),
+            xytext=(1.02, place),
             textcoords="axes fraction",
             color=STYLES[name][0],
             fontsize=9,
