@@ -33,10 +33,13 @@ class Arrangement:
     outline_edges: int = 0
 
 
-def arrange(scene: Scene, *, max_segment_um: float, max_wobble_um: float = math.inf) -> Arrangement:
+def arrange(
+    scene: Scene, *, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf
+) -> Arrangement:
     """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
 
-    max_segment_um, max_wobble_um : how finely curved outlines are cut into sides (``Disc.outline_um``)
+    max_segment_um, max_wobble_um : how finely curved outlines are cut into sides (``Disc.outline_um``);
+                     max_cut_um2: those that another shape may cut
 
     Every visible region contributes its outline against the background; where two regions share an edge
     exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.
@@ -59,11 +62,14 @@ def arrange(scene: Scene, *, max_segment_um: float, max_wobble_um: float = math.
             spectra.append(shape.reflectance)
         regions.append(region)
 
+    touching = _touching(outlines)
+    for i in np.flatnonzero(touching[0]).tolist():
+        outlines[i] = _positive(scene.shapes[i].outline_um(max_segment_um, max_wobble_um, max_cut_um2))
     outline_edges = sum(map(len, outlines))
     starts: list[F64] = []
     ends: list[F64] = []
     lefts: list[I64] = []
-    for region, rings in _visible_rings(outlines, regions):
+    for region, rings in _visible_rings(outlines, regions, touching):
         if region == 0:
             continue
         for ring in rings:
@@ -98,16 +104,30 @@ def _positive(outline: F64) -> F64:
     return outline if area > 0 else outline[::-1].copy()
 
 
-def _visible_rings(outlines: Sequence[F64], regions: Sequence[int]) -> list[tuple[int, list[F64]]]:
-    """Return (region, rings) of what can be seen; a shape that touches no other keeps its very numbers."""
+Touching = tuple[np.ndarray, I64, I64]
+
+
+def _touching(outlines: Sequence[F64]) -> Touching:
+    """Return which outlines may touch another, and the pairs whose boxes do."""
     if not outlines:
-        return []
+        nobody = np.empty(0, np.int64)
+        return np.empty(0, bool), nobody, nobody
     import shapely
 
     boxes = shapely.box(*np.array([[*o.min(axis=0), *o.max(axis=0)] for o in outlines]).T)
     first, second = shapely.STRtree(boxes).query(boxes, predicate="intersects")
     touching = np.zeros(len(outlines), bool)
     touching[first[first != second]] = True
+    return touching, first, second
+
+
+def _visible_rings(outlines: Sequence[F64], regions: Sequence[int], found: Touching) -> list[tuple[int, list[F64]]]:
+    """Return (region, rings) of what can be seen; a shape that touches no other keeps its very numbers."""
+    if not outlines:
+        return []
+    import shapely
+
+    touching, first, second = found
 
     visible = [(regions[i], [outlines[i]]) for i in np.flatnonzero(~touching).tolist()]
     pieces: dict[int, list[Any]] = {}

@@ -71,7 +71,7 @@ class Polygon:
                 "list the corners in order round the shape"
             )
 
-    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf) -> F64:
+    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
         """Return the corners (n, 2), µm; what the arguments limit, only curved shapes have."""
         return np.array(self.points_um)
 
@@ -96,7 +96,7 @@ class Rectangle:
                 raise InvalidValueError(f"{name}: {side!r} is not a side; give a finite number above 0")
             check_place(name, (side,))
 
-    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf) -> F64:
+    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
         """Return the four corners (4, 2), µm."""
         angle = math.radians(self.rotate_deg)
         across = 0.5 * self.width_um * np.array([math.cos(angle), math.sin(angle)])
@@ -123,13 +123,19 @@ class Disc:
             raise InvalidValueError(f"radius: {self.radius_um!r} is not a radius; give a finite number above 0")
         check_place("radius", (self.radius_um,))
 
-    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf) -> F64:
+    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
         """Return an equal-area polygon (n, 2), µm: its corners lie on radius R·√(θ/sin θ), θ = 2π/n.
 
         max_wobble_um : largest root-mean-square distance between the two outlines. For a side s it is s²/(R·√720):
                         the parabola s²/8R less its mean
+        max_cut_um2   : largest area between them over a part of a side, which no other part makes up for where another
+                        shape cuts the outline: s³/(72·√3·R)
         """
-        longest_um = min(max_segment_um, math.sqrt(max_wobble_um * self.radius_um * math.sqrt(720.0)))
+        longest_um = min(
+            max_segment_um,
+            math.sqrt(max_wobble_um * self.radius_um * math.sqrt(720.0)),
+            (max_cut_um2 * self.radius_um * 72.0 * math.sqrt(3.0)) ** (1.0 / 3.0),
+        )
         sides = max(64, math.ceil(2.0 * math.pi * self.radius_um / longest_um))
         step = 2.0 * math.pi / sides
         corner_radius_um = self.radius_um * math.sqrt(step / math.sin(step))

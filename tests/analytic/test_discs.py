@@ -45,3 +45,27 @@ def test_the_outline_has_the_area_of_the_disc_and_the_wobble_asked_for():
     along = np.linspace(0.0, 1.0, 1001)[:, None, None]
     off = np.hypot(*np.moveaxis(outline + along * (following - outline), 2, 0)) - 7.0
     assert np.sqrt(np.mean(off**2)) == pytest.approx(1e-4, rel=0.02)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+def test_a_disc_that_another_shape_cuts(tolerance):
+    """Where an outline is cut, no other part of it makes up for its polygon; the other engine's finest is the truth."""
+    scene = camsim.Scene(
+        background=1.0,
+        shapes=[
+            camsim.Disc(radius_um=12.0, centre_um=(3.0, 2.0), reflectance=0.0),
+            camsim.Rectangle(width_um=40.0, height_um=2.0, rotate_deg=31.0, reflectance=1.0),
+        ],
+    )
+
+    def image(method, asked):
+        return camsim.render(
+            scene,
+            [camsim.Airy(f_number=1.0)],
+            camsim.Grid(rows=30, cols=30, pitch_um=1.0),
+            wavelength_nm=1000.0,
+            tolerance=asked,
+            method=method,
+        ).image
+
+    assert np.abs(image("auto", tolerance) - image("fourier", 1e-9)).max() <= tolerance
