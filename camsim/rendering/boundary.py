@@ -17,7 +17,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.rendering.crowd import Cells, cell_at_points
-from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at
+from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at, rings_at, rings_of_line_at
 from camsim.rendering.far import weigh
 from camsim.rendering.smooth import ENDS, LINE, WHOLE, far_and_quiet, far_at_points
 
@@ -205,7 +205,10 @@ def _finish(
             for r in range(rows):
                 h0 = (edges.x[e] - x0) * ty - (edges.y[e] - (y0 + r)) * tx
                 for c in range(cols):
-                    image[row + r, col + c] += line_at(h0 - c * ty, e, channel[row + r, col + c], edges, tables, n)
+                    k = channel[row + r, col + c]
+                    image[row + r, col + c] += line_at(h0 - c * ty, e, k, edges, tables, n)
+                    if n.quiet_line > n.reach:
+                        image[row + r, col + c] += rings_of_line_at(h0 - c * ty, e, k, edges, tables, n)
         elif state[m] == CELL:
             if not from_cells:
                 scratch.site_sums[:] = 0.0
@@ -223,6 +226,8 @@ def _finish(
                         image[row + r, col + c] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
                     else:
                         image[row + r, col + c] += edge_at(x0 + c, y0 + r, e, k, edges, tables, n)
+                        if n.quiet_end > n.near:
+                            image[row + r, col + c] += rings_at(x0 + c, y0 + r, e, k, edges, tables, n)
     if from_cells:
         for r in range(rows):
             for c in range(cols):

@@ -68,12 +68,11 @@ def within(points: F64, radius: float, grid: Grid) -> F64:
     first = max(0, math.ceil(float(points[:, 1].min()) - radius - y0))
     last = min(grid.rows - 1, math.floor(float(points[:, 1].max()) + radius - y0))
     step = max(1, (last - first + 1) // MOST_ROWS)
-    counts = np.zeros(len(points))
-    for row in range(first, last + 1, step):
-        half = np.sqrt(np.maximum(radius**2 - (y0 + row - points[:, 1]) ** 2, 0.0))
-        left = np.maximum(np.ceil(points[:, 0] - half - x0), 0.0)
-        right = np.minimum(np.floor(points[:, 0] + half - x0), grid.cols - 1.0)
-        counts += np.where(half > 0.0, np.maximum(right - left + 1.0, 0.0), 0.0)
+    row = np.arange(first, last + 1, step)[:, None]
+    half = np.sqrt(np.maximum(radius**2 - (y0 + row - points[:, 1]) ** 2, 0.0))
+    left = np.maximum(np.ceil(points[:, 0] - half - x0), 0.0)
+    right = np.minimum(np.floor(points[:, 0] + half - x0), grid.cols - 1.0)
+    counts: F64 = np.where(half > 0.0, np.maximum(right - left + 1.0, 0.0), 0.0).sum(axis=0)
     return step * counts
 
 

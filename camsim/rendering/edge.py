@@ -153,8 +153,8 @@ def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables
 
 @nb.njit(cache=True)
 def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
-    """Rings of an infinite line at |h| ≥ ``reach``."""
-    if abs(h) >= n.quiet_line:
+    """Rings of an infinite line; none within ``reach``, where its response has them."""
+    if not n.reach <= abs(h) < n.quiet_line:
         return 0.0
     ahead = ring_tail(h, 0.0, tx, ty, weights, tables.blur, tables.rings, n.turns, n.near)
     return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.blur, tables.rings, n.turns, n.near)
@@ -181,16 +181,13 @@ def _rings_of_part(
     )
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, inline="always")
 def line_at(h: float, e: int, channel: int, edges: Edges, tables: Tables, n: Numbers) -> float:
-    """Contribution of one edge's infinite line, half of it taken away, to a photosite at signed distance h."""
+    """Contribution of one edge's line to a photosite at signed distance h, half of it taken away; without rings."""
     pair = edges.pair[e]
     a = abs(h)
     if a >= n.reach:
         total: float = weigh(far_line(h, moments_of(e, edges, n)), tables.far[pair, channel])
-        if a < n.quiet_line:
-            weights = tables.ring_weights[pair, channel]
-            total += _rings_of_line(h, edges.tx[e], edges.ty[e], weights, tables, n)
         return total
     u = a / n.response_step
     cell = int(u)
@@ -202,7 +199,7 @@ def line_at(h: float, e: int, channel: int, edges: Edges, tables: Tables, n: Num
 
 @nb.njit(cache=True)
 def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tables, n: Numbers) -> float:
-    """Contribution of one edge to one photosite, by whichever of the ways is exact enough and cheap."""
+    """Contribution of one edge to one photosite, by whichever of the ways is exact enough and cheap; without rings."""
     tx, ty = edges.tx[e], edges.ty[e]
     dx, dy = edges.x[e] - x, edges.y[e] - y
     h = dx * ty - dy * tx
@@ -213,14 +210,9 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
     moments = moments_of(e, edges, n)
     r1, r2 = math.hypot(h, s1), math.hypot(h, s2)
     beside = s1 < 0.0 < s2
-    ringed = n.quiet_end > n.near
-    ring_weights = tables.ring_weights[pair, channel]
     sees_line = beside and edges.response[e] >= 0 and abs(h) < n.reach
     if not sees_line and min(r1, r2) >= n.near and (not beside or abs(h) >= n.near):
-        total = weigh(far_edge(h, s1, s2, moments), far)
-        if ringed:
-            total += _rings_of_part(h, s1, s2, tx, ty, ring_weights, tables, n)
-        return total
+        return weigh(far_edge(h, s1, s2, moments), far)
     field = tables.field[pair, channel]
     cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
     low, high = max(s1, -cut), min(s2, cut)
@@ -230,12 +222,8 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
             total = _flux(h, low, high, tx, ty, field, n)
             if s1 < low:
                 total += weigh(far_edge(h, s1, low, moments), far)
-                if ringed:
-                    total += _rings_of_part(h, s1, low, tx, ty, ring_weights, tables, n)
             if s2 > high:
                 total += weigh(far_edge(h, high, s2, moments), far)
-                if ringed:
-                    total += _rings_of_part(h, high, s2, tx, ty, ring_weights, tables, n)
         return total
     total = line_at(h, e, channel, edges, tables, n)
     for side in range(2):
@@ -248,8 +236,36 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tabl
             s = cut
         if s < math.inf:
             total -= weigh(far_tail(h, s, mirrored(moments) if side == 0 else moments), far)
-            if ringed and side == 0:
-                total += _rings_of_end(-h, s, -tx, -ty, ring_weights, tables, n)
-            elif ringed:
-                total -= _rings_of_end(h, s, tx, ty, ring_weights, tables, n)
+    return total
+
+
+@nb.njit(cache=True)
+def rings_of_line_at(h: float, e: int, channel: int, edges: Edges, tables: Tables, n: Numbers) -> float:
+    """Rings that the far form in ``line_at`` leaves out."""
+    weights = tables.ring_weights[edges.pair[e], channel]
+    return _rings_of_line(h, edges.tx[e], edges.ty[e], weights, tables, n)
+
+
+@nb.njit(cache=True)
+def rings_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tables, n: Numbers) -> float:
+    """Rings that the far forms in ``edge_at`` leave out (kept apart: few plans have any, and it is the inner loop)."""
+    tx, ty = edges.tx[e], edges.ty[e]
+    dx, dy = edges.x[e] - x, edges.y[e] - y
+    h = dx * ty - dy * tx
+    s1 = dx * tx + dy * ty
+    s2 = s1 + edges.length[e]
+    weights = tables.ring_weights[edges.pair[e], channel]
+    cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
+    if -cut < s1 and s2 < cut and s2 - s1 < cut:
+        return 0.0
+    if s1 < 0.0 < s2 and edges.response[e] >= 0 and abs(h) < n.reach:
+        behind = _rings_of_end(-h, max(-s1, cut), -tx, -ty, weights, tables, n)
+        return behind - _rings_of_end(h, max(s2, cut), tx, ty, weights, tables, n)
+    if s1 >= cut or s2 <= -cut or cut == 0.0:
+        return _rings_of_part(h, s1, s2, tx, ty, weights, tables, n)
+    total = 0.0
+    if s1 < -cut:
+        total += _rings_of_part(h, s1, -cut, tx, ty, weights, tables, n)
+    if s2 > cut:
+        total += _rings_of_part(h, cut, s2, tx, ty, weights, tables, n)
     return total
