@@ -1,7 +1,8 @@
-"""What the compiled kernels have in common: one caller at a time, and whether they are compiled yet."""
+"""What the compiled kernels have in common: one caller at a time, whether they are compiled yet, and of what source."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 from pathlib import Path
@@ -13,6 +14,22 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 ONE_AT_A_TIME = threading.Lock()
 """Held while a parallel kernel runs. Each uses every core, so a second caller loses nothing by waiting; and
 Numba's work-queue thread layer, the only one sure to be there, may not be entered by two threads."""
+
+
+def forget_stale(sources: Path, cache: Path) -> None:
+    """Remove Numba's indices in ``cache`` that are older than any of the ``sources``.
+
+    An index knows the file of its own function only, while kernels take in functions of other files: after a change
+    there it would go on giving the old numbers.
+    """
+    newest = max(source.stat().st_mtime for source in sources.glob("*.py"))
+    for index in cache.glob("*.nbi"):
+        with contextlib.suppress(OSError):  # read-only, or another process was quicker
+            if index.stat().st_mtime < newest:
+                index.unlink()
+
+
+forget_stale(Path(__file__).parent, Path(__file__).parent / "__pycache__")
 
 
 def kernels_compiled() -> bool:
