@@ -14,7 +14,8 @@ Right to the tolerance, or refused with a reason; never silently wrong. Made by 
 list is `camsim/bench/extreme_cases.py`, `tests/extremes/test_cases.py` runs what is quick of it, and
 `camsim bench --extremes` all of it on your machine. Lengths are in pitches; errors are relative to full scale.
 *Truth*: quadrature is the boundary integral by plain Gauss rules, without tables, far forms or transforms; rays adds up
-the light beyond a straight edge angle by angle; fourier is the other engine, asked for 1e-11; identity is what must come out whatever the
+the light beyond a straight edge angle by angle;
+fourier is the other engine, asked for 1e-11; identity is what must come out whatever the
 optics do. Times are of a rendering after the first, on a busy machine of two cores.
 """
 
