@@ -21,12 +21,16 @@ class Footprint:
 
     width, height : pitches; 0 is a point
     spots  : (n, 2) offsets, pitches
+    mirrored : whether it is its own mirror image, left and right
+    square   : whether it is mirrored and a quarter turn leaves it as it is
     sigma2 : ½⟨|ζ|²⟩; m22 = ⟨|ζ|⁴⟩, m66 = ⟨|ζ|⁶⟩; m2 = ⟨ζ²⟩, m31 = ⟨ζ³ζ̄⟩, m4, m6, m8 = ⟨ζ⁴⟩, ⟨ζ⁶⟩, ⟨ζ⁸⟩
     """
 
     width: float
     height: float
     spots: F64
+    mirrored: bool
+    square: bool
     sigma2: float
     m22: float
     m66: float
@@ -53,7 +57,8 @@ class Footprint:
         spots = system.spots_um() / pitch_um
         zeta, weight = footprint_rule(width, height, spots, 5)
         z = zeta[:, 0] + 1j * zeta[:, 1]
-        square = np.abs(z) ** 2
+        size2 = np.abs(z) ** 2
+        mirrored = _same_spots(spots, spots * [-1.0, 1.0])
 
         def mean(values: np.ndarray) -> complex:
             """Average over the footprint; what symmetry makes 0 comes out as rounding, and is made 0."""
@@ -65,11 +70,13 @@ class Footprint:
             width=width,
             height=height,
             spots=spots,
-            sigma2=0.5 * float(weight @ square),
-            m22=float(weight @ square**2),
-            m66=float(weight @ square**3),
+            mirrored=mirrored,
+            square=mirrored and width == height and _same_spots(spots, spots[:, ::-1]),
+            sigma2=0.5 * float(weight @ size2),
+            m22=float(weight @ size2**2),
+            m66=float(weight @ size2**3),
             m2=mean(z**2),
-            m31=mean(z**2 * square),
+            m31=mean(z**2 * size2),
             m4=mean(z**4),
             m6=mean(z**6),
             m8=mean(z**8),
@@ -84,16 +91,6 @@ class Footprint:
     def extent(self) -> float:
         """Distance of its farthest point from its centre, pitches."""
         return float(np.hypot(*(np.abs(self.spots) + 0.5 * np.array([self.width, self.height])).T).max())
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether it is its own mirror image, left and right."""
-        return _same_spots(self.spots, self.spots * [-1.0, 1.0])
-
-    @property
-    def square(self) -> bool:
-        """Whether it is mirrored and a quarter turn leaves it as it is."""
-        return self.mirrored and self.width == self.height and _same_spots(self.spots, self.spots[:, ::-1])
 
     def grid(self) -> tuple[F64, F64, F64]:
         """Return the spots as x (a,) × y (b,) about each of several centres (c, 2): c is 1 where they form a grid."""

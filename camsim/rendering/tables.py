@@ -43,7 +43,7 @@ def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint
     rows = math.ceil((radius + np.abs(apart).max()) / step) + 2 * margin
     width, height = footprint.width / step, footprint.height / step
     along_x = _average_taps(width, x / step), _slope_taps(width, x / step) / step
-    along_y = _average_taps(height, y / step), _slope_taps(height, y / step) / step
+    along_y = along_x if footprint.square else (_average_taps(height, y / step), _slope_taps(height, y / step) / step)
     count = rows - margin + max(along_x[0].size, along_y[0].size) // 2
     radial_step = 0.5 * step
     samples = math.ceil(math.sqrt(2.0) * count * step / radial_step) + ORDER
