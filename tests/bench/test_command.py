@@ -104,7 +104,9 @@ def test_the_figures_are_drawn(small):
 
 
 def test_ctrl_c_keeps_what_was_measured(tmp_path):
-    process = start("bench", "--quick", "--psf", "gaussian-*", "--method", "boundary", "-o", "out", folder=tmp_path)
+    words = ("bench", "--quick", "--psf", "gaussian-*", "--method", "boundary", "-o", "out")
+    # What runs in a shell's background inherits that Ctrl-C is ignored.
+    process = start(*words, folder=tmp_path, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     results = tmp_path / "out" / "results.jsonl"
     deadline = time.monotonic() + 240
     while not (results.exists() and '"point"' in results.read_text()):

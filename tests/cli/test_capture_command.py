@@ -163,7 +163,14 @@ def test_control_c_ends_it_with_130_and_no_file(folder: Path) -> None:
     pipe = folder / "pipe.yaml"
     os.mkfifo(pipe)
     command = [str(Path(sys.executable).parent / "camsim"), "capture", "pipe.yaml"]
-    process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, encoding="utf-8")
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        # What runs in a shell's background inherits that Ctrl-C is ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
     with pipe.open("w"):
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=60)

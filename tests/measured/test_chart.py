@@ -6,16 +6,16 @@ The colours are judged against the eye's, as in ``test_colour``; there the mosai
 import numpy as np
 import pytest
 import rawpy
-from test_colour import delta_e
 
 import camsim
+from tests.colorchecker import delta_e
 
 PATCHES = [(x, y) for y in (-108, -36, 36, 108) for x in (-180, -108, -36, 36, 108, 180)]
 HALF = 20  # of the 60 photosites of a patch only the middle is measured
 
 
 def developed_xyz(path):
-    """LibRaw's linear XYZ, white at 80 % of the range, one number a patch."""
+    """LibRaw's linear XYZ, one triple a patch; the perfect diffuser is at 80 % of the range."""
     with rawpy.imread(str(path)) as raw:
         image = raw.postprocess(
             demosaic_algorithm=rawpy.DemosaicAlgorithm.LINEAR,
@@ -31,7 +31,7 @@ def developed_xyz(path):
     for x, y in PATCHES:
         row, col = rows // 2 + y, cols // 2 + x
         means.append(image[row - HALF : row + HALF, col - HALF : col + HALF].mean(axis=(0, 1)))
-    return np.array(means) / 65535 / 0.8
+    return np.array(means) / 65535
 
 
 @pytest.mark.parametrize("light", ["D65", "D55"])
