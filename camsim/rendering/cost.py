@@ -13,15 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.rendering.engine import directions
+from camsim.rendering.engine import directions, largest_tile
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
-from camsim.rendering.plan import Settings
+from camsim.rendering.plan import PANEL_BLURS, Settings
 from camsim.rendering.spotcheck import CELLS_PER_BLUR, PANEL_BLUR, PANEL_NODES, Check
 
-PANEL_BLURS = 1.6  # as of plan.py
 MATRIX, SINE, RING_TABLE = 0.1, 20.0, 2e7  # terms: of a matrix product, one sine, one wavelength's rings
-MOST_ROOTS = 100  # as of engine.py
 MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
 MOST_ROWS = 128  # looked at for the photosites in a circle
 MOST_ENDS = 512  # looked at for what lies near; more are thinned out
@@ -104,9 +102,7 @@ def boundary_counts(
     chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
     nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
     close = within(ends, settings.near + settings.leaf, grid) - near
-    root = settings.leaf
-    while -(-grid.rows // root) * -(-grid.cols // root) > MOST_ROOTS:
-        root *= 2
+    root = largest_tile(settings, (grid.rows, grid.cols))
     # A tile that sees nothing but lines is not quartered: all of it looks them up.
     band = 2.0 * settings.reach + root
     looked_up = float(np.sum(np.minimum(_inside_length(start[long], end[long], grid, settings.reach), 1e9))) * band

@@ -28,11 +28,17 @@ RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, rela
 CELL_NODES = 1  # more along a cell than along a tile: every part of a cell counts, few photosites lie at a tile's rim
 
 
-def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) -> Numbers:
-    """Return the settings as the kernels read them, for a grid of ``shape``."""
+def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
+    """Return how many photosites the largest tiles of a grid of ``shape`` have along a side."""
     root = settings.leaf
     while -(-shape[0] // root) * -(-shape[1] // root) > MOST_TILES:
         root *= 2
+    return root
+
+
+def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) -> Numbers:
+    """Return the settings as the kernels read them, for a grid of ``shape``."""
+    root = largest_tile(settings, shape)
     nodes = chebyshev(settings.tile_nodes)
     longest = LONGEST_PIECE / PANEL_BLURS
     gauss_x, gauss_w, gauss_count = gauss_by_length(math.pi * PANEL_BLURS, settings.panel_nodes, longest, LENGTHS)
