@@ -17,8 +17,8 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.rendering.crowd import Cells, cell_at_points
-from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at, rings_at, rings_of_line_at
-from camsim.rendering.far import weigh
+from camsim.rendering.edge import Edges, Numbers, Tables, edge_at, line_at, moments_of, rings_at, rings_of_line_at
+from camsim.rendering.far import across, far_line, weigh
 from camsim.rendering.smooth import ENDS, LINE, WHOLE, far_and_quiet, far_at_points
 
 CELL = 3  # what a tile's list may hold besides a WHOLE edge or a LINE
@@ -157,6 +157,30 @@ def _collect(
     return kept, kept - lines
 
 
+@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+def _add_line(e: int, x0: float, y0: float, channel: U8, image: F64, edges: Edges, tables: Tables, n: Numbers) -> None:
+    """Add an edge's line, half of it taken away, to a tile's photosites, the first of which is at (x0, y0)."""
+    rows, cols = image.shape
+    tx, ty = edges.tx[e], edges.ty[e]
+    d, far = across(moments_of(e, edges, n)), tables.far[edges.pair[e]]
+    for r in range(rows):
+        h0 = (edges.x[e] - x0) * ty - (edges.y[e] - (y0 + r)) * tx
+        # Columns before ``begin`` and from ``stop`` on are beyond the table: a loop without branches.
+        begin, stop = 0, cols
+        if abs(ty) > 1e-9:
+            middle, half = h0 / ty, n.reach / abs(ty)
+            begin = int(min(max(middle - half - 1.0, 0.0), float(cols)))
+            stop = int(min(max(middle + half + 2.0, float(begin)), float(cols)))
+        for low, high in ((0, begin), (stop, cols)):
+            for c in range(low, high):
+                image[r, c] += weigh(far_line(h0 - c * ty, d), far[channel[r, c]])
+        for c in range(begin, stop):
+            image[r, c] += line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
+        if n.quiet_line > n.reach:
+            for c in range(cols):
+                image[r, c] += rings_of_line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
+
+
 @nb.njit(cache=True)
 def _finish(
     row: int,
@@ -201,14 +225,8 @@ def _finish(
     for m in range(count):
         e = source[m]
         if state[m] == LINE:
-            tx, ty = edges.tx[e], edges.ty[e]
-            for r in range(rows):
-                h0 = (edges.x[e] - x0) * ty - (edges.y[e] - (y0 + r)) * tx
-                for c in range(cols):
-                    k = channel[row + r, col + c]
-                    image[row + r, col + c] += line_at(h0 - c * ty, e, k, edges, tables, n)
-                    if n.quiet_line > n.reach:
-                        image[row + r, col + c] += rings_of_line_at(h0 - c * ty, e, k, edges, tables, n)
+            part = slice(row, row + rows), slice(col, col + cols)
+            _add_line(e, x0, y0, channel[part], image[part], edges, tables, n)
         elif state[m] == CELL:
             if not from_cells:
                 scratch.site_sums[:] = 0.0

@@ -9,7 +9,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
-from camsim.rendering.far import Moments, far_edge, far_line, far_tail, mirrored, weigh
+from camsim.rendering.far import Moments, across, far_edge, far_line, far_tail, mirrored, weigh
 from camsim.rendering.rings import ring_tail
 
 
@@ -187,7 +187,7 @@ def line_at(h: float, e: int, channel: int, edges: Edges, tables: Tables, n: Num
     pair = edges.pair[e]
     a = abs(h)
     if a >= n.reach:
-        total: float = weigh(far_line(h, moments_of(e, edges, n)), tables.far[pair, channel])
+        total: float = weigh(far_line(h, across(moments_of(e, edges, n))), tables.far[pair, channel])
         return total
     u = a / n.response_step
     cell = int(u)

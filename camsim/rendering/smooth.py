@@ -11,7 +11,7 @@ import numba as nb
 
 from camsim.arrays import F64, U8
 from camsim.rendering.edge import Edges, Numbers, moments_of
-from camsim.rendering.far import Moments, far_line, mirrored, smooth_tail
+from camsim.rendering.far import Moments, across, far_line, mirrored, smooth_tail
 
 WHOLE, LINE, ENDS = 0, 1, 2  # parts of an edge: all of it, its infinite line, or minus both ends (WHOLE = LINE + ENDS)
 HALF_PI, QUARTER_PI = 0.5 * math.pi, 0.25 * math.pi
@@ -62,9 +62,10 @@ def far_at_points(e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges
     m = moments_of(e, edges, n)
     plain = Moments(m.sigma2, m.m22, 0j, 0j, m.m4, 0j)  # spelt out, so that the compiler leaves the rest away
     is_plain = m.m2 == 0.0 and m.m31 == 0.0 and m.m6 == 0.0
+    d = across(m)
     if part == LINE:
         for i in range(x.size):
-            g[0, i], g[1, i], g[2, i], g[3, i] = far_line((dx - x[i]) * ty - (dy - y[i]) * tx, m)
+            g[0, i], g[1, i], g[2, i], g[3, i] = far_line((dx - x[i]) * ty - (dy - y[i]) * tx, d)
         return
     side = -1.0 if part == ENDS else 1.0
     if is_plain:
@@ -87,13 +88,10 @@ def far_at_points(e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges
         h = (dx - x[i]) * ty - (dy - y[i]) * tx
         s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
         counts = 1.0 if (s1 < 0.0) & (s1 + length >= 0.0) else 0.0
-        h = h if abs(h) > n.near else n.near
-        c0, c1, c3, c5 = smooth_tail(h, 0.0, m)
-        d0, d1, d3, d5 = smooth_tail(h, 0.0, mirrored(m))
-        g[0, i] += counts * (c0 + d0)
-        g[1, i] += counts * (c1 + d1)
-        g[2, i] += counts * (c3 + d3)
-        g[3, i] += counts * (c5 + d5)
+        _, c1, c3, c5 = far_line(h if abs(h) > n.near else n.near, d)
+        g[1, i] += counts * c1
+        g[2, i] += counts * c3
+        g[3, i] += counts * c5
 
 
 @nb.njit(cache=True, fastmath={"contract"})
