@@ -167,7 +167,7 @@ def _weigh_grid(lens: Airy | Gaussian, blur: float, along: F64) -> tuple[F64, F6
     return offsets, shares
 
 
-def _importance(lens: Airy | Gaussian, blur: float, samples: int | None) -> tuple[F64, F64]:
+def _importance(lens: Airy | Gaussian, blur: float, samples: int | None, cut: float = AIRY_CUT) -> tuple[F64, F64]:
     count = IMPORTANCE_SAMPLES if samples is None else samples
     if count < 1:
         raise InvalidValueError(f"samples: {count} samples show nothing; give 1 or more")
@@ -177,7 +177,7 @@ def _importance(lens: Airy | Gaussian, blur: float, samples: int | None) -> tupl
     if isinstance(lens, Gaussian):
         offsets = blur * special.ndtri(u)
     else:
-        rho = np.linspace(0.0, AIRY_CUT, 1 << 16)
+        rho = np.linspace(0.0, cut, 1 << 16)
         energy = pattern_of(lens).energy(rho)
         radius = blur * np.interp(u[:, 0] * energy[-1], energy, rho)
         offsets = radius[:, None] * np.stack([np.cos(2 * np.pi * u[:, 1]), np.sin(2 * np.pi * u[:, 1])], axis=1)
