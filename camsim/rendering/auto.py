@@ -14,7 +14,7 @@ from camsim.rendering.methods import METHODS
 from camsim.rendering.run import FlatRun, Run
 
 NAMES = ("auto", *METHODS)
-CHEAP_SECONDS = 0.1  # nobody waits for this, and asking what the other engine would take is not free either
+CHEAP_SECONDS = 0.025  # nobody waits for this, and asking what the other engine would take is not free either
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -28,7 +28,6 @@ WINDOW = 3  # photosites along a side
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 RINGS_SHARE = 1.0 / 6.0  # of the tolerance, as of the boundary engine
 WINDOWS_SHARE = 0.5  # of an image's time, for the windows of the check
-CORES = 1.1  # that its own model of time counts on, of the two it assumes (fitted)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,7 +76,7 @@ class FourierRun:
     def cost(self) -> Cost:
         """What one image takes, the check included."""
         seconds, memory_bytes, _ = self._expected
-        seconds *= CORES * (1.0 + (SHARE_OF_TIME if self._judged else WINDOWS_SHARE))
+        seconds *= 1.0 + (SHARE_OF_TIME if self._judged else WINDOWS_SHARE)
         return Cost(seconds=SET_UP_SECONDS + seconds, memory_bytes=memory_bytes)
 
     @functools.cached_property
@@ -117,7 +116,7 @@ class FourierRun:
     def hardest(self, render_seconds: float | None = None) -> tuple[I64, I64]:
         """Return the photosites of ``spotcheck``; else windows about a corner and about the middle of an edge."""
         if self.lens is not None:
-            return self.lens.hardest(CORES * self._expected[0] if render_seconds is None else render_seconds)
+            return self.lens.hardest(self._expected[0] if render_seconds is None else render_seconds)
         job, grid = self.job, self.job.grid
         x0, y0 = grid.first_centre
         middle = np.array([x0 + 0.5 * (grid.cols - 1), y0 + 0.5 * (grid.rows - 1)])

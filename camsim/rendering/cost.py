@@ -138,14 +138,14 @@ def boundary_counts(
 
 # Nanoseconds of one core each.
 PRICES = {
-    "photosites": 55.0,
-    "near_nodes": 34.0,
-    "looked_up": 19.0,
-    "ringed": 14_600.0,
-    "close": 87.0,
-    "collected": 1.05,
-    "table_values": 12.0,
-    "table_terms": 0.3,
+    "photosites": 8.0,
+    "near_nodes": 24.0,
+    "looked_up": 11.0,
+    "ringed": 14_900.0,
+    "close": 45.0,
+    "collected": 4.6,
+    "table_values": 3.0,
+    "table_terms": 0.5,
 }
 SET_UP_SECONDS = 5e-3
 
@@ -169,7 +169,7 @@ def check_seconds(check: Check, start: F64, end: F64, blur: F64) -> float:
 
 
 MOST_CHECKED = 16  # ends looked at for how much lies near a photosite that is checked
-CHECK_SECONDS, CHECK_NODE_SECONDS, CHECK_EDGE_SECONDS, CHECK_CELL_SECONDS = 5e-5, 6e-9, 5e-8, 1.2e-8
+CHECK_SECONDS, CHECK_NODE_SECONDS, CHECK_EDGE_SECONDS, CHECK_CELL_SECONDS = 1e-4, 6e-9, 5e-8, 1.2e-8
 
 
 def boundary_cost(counts: Counts, *, check_seconds: float) -> Cost:

@@ -107,7 +107,7 @@ def fourier_cost(
     tolerance: float,
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES,
 ) -> tuple[float, float, float]:
-    """Return the expected time (s, two cores), memory (bytes) and number of frequencies.
+    """Return the expected time (s, one core), memory (bytes) and number of frequencies.
 
     Arguments as for ``fourier_image``.
     """

@@ -12,17 +12,42 @@ That is what the transforms here return; the area takes F's place at k = 0.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
 
-COLUMNS = 128  # frequencies at a time: their phases stay in the nearest cache
+COLUMNS = 128  # frequencies at a time: their phases stay in the nearest cache; rows cut out, so that loops are vectors
 FLAT = 1e-3  # below this k·e the difference of the ends' phases is taken as a sinc
 
 
-@nb.njit(cache=True, parallel=True)
+class Factors(NamedTuple):
+    """A transfer on a block of frequencies as a product; real and imaginary part last."""
+
+    across: F64  # (count_i, 2)
+    down: F64  # (count_j, 2)
+    both: F64  # (count_j, count_i, 2), or (0, 0, 2) where there is no more to it
+
+
+@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+def _multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> None:
+    """Set real and imaginary part to the product for row r, from column ``low`` on."""
+    width = real.size
+    across, down_r, down_i = factors.across[low : low + width], factors.down[r, 0], factors.down[r, 1]
+    for c in range(width):
+        real[c] = down_r * across[c, 0] - down_i * across[c, 1]
+        imaginary[c] = down_r * across[c, 1] + down_i * across[c, 0]
+    if len(factors.both):
+        both = factors.both[r, low : low + width]
+        for c in range(width):
+            product = real[c] * both[c, 0] - imaginary[c] * both[c, 1]
+            imaginary[c] = real[c] * both[c, 1] + imaginary[c] * both[c, 0]
+            real[c] = product
+
+
+@nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
 def edge_transforms(
     first: tuple[int, int],
     count: tuple[int, int],
@@ -65,17 +90,21 @@ def edge_transforms(
             turn -= math.floor(turn)
             yr[v], yi[v] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
         ar, ai = np.empty((corners, COLUMNS)), np.empty((corners, COLUMNS))
-        sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS)
+        kx_of, sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS), np.empty(COLUMNS)
         for low in range(lowest, stop, COLUMNS):
             width = min(COLUMNS, stop - low)
+            start_x = (first_i + low) / px
+            for c in range(width):
+                kx_of[c] = start_x + c / px
             for v in range(corners):
+                across_r, across_i, down_r, down_i = xr[v, low : low + width], xi[v, low : low + width], yr[v], yi[v]
+                phase_r, phase_i = ar[v], ai[v]
                 for c in range(width):
-                    ar[v, c] = xr[v, low + c] * yr[v] - xi[v, low + c] * yi[v]
-                    ai[v, c] = xr[v, low + c] * yi[v] + xi[v, low + c] * yr[v]
+                    phase_r[c] = across_r[c] * down_r - across_i[c] * down_i
+                    phase_i[c] = across_r[c] * down_i + across_i[c] * down_r
             for e in range(len(begin)):
                 a, b = begin[e], finish[e]
                 ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-                start_x = (first_i + low) / px
                 # Frequencies from flat_low to flat_high run nearly along the edge's normal.
                 flat_low, flat_high = width, width
                 if abs(ex) * width > 1e-12 * px * FLAT:
@@ -85,14 +114,15 @@ def edge_transforms(
                         flat_low, flat_high = max(0, math.ceil(at_low)), min(width, math.floor(at_high) + 1)
                 elif abs(ky * ey + start_x * ex) < FLAT:
                     flat_low = 0
+                begin_r, begin_i, finish_r, finish_i = ar[a], ai[a], ar[b], ai[b]
                 for c in range(width):
-                    kx = start_x + c / px
+                    kx = kx_of[c]
                     along = kx * ex + ky * ey
-                    ratio = (kx * ey - ky * ex) / along if abs(along) > 1e-300 else 0.0
-                    sum_r[c] = ratio * (ar[a, c] - ar[b, c])
-                    sum_i[c] = ratio * (ai[a, c] - ai[b, c])
+                    ratio = (kx * ey - ky * ex) / (along if along != 0.0 else 1.0)
+                    sum_r[c] = ratio * (begin_r[c] - finish_r[c])
+                    sum_i[c] = ratio * (begin_i[c] - finish_i[c])
                 for c in range(flat_low, flat_high):
-                    kx = start_x + c / px
+                    kx = kx_of[c]
                     along = math.pi * (kx * ex + ky * ey)
                     turn = kx * 0.5 * (points[a, 0] + points[b, 0]) + ky * 0.5 * (points[a, 1] + points[b, 1])
                     turn = 2.0 * math.pi * (turn - math.floor(turn))
@@ -101,23 +131,21 @@ def edge_transforms(
                         2.0 * math.pi * (kx * ey - ky * ex) * (1.0 - along * along / 6.0 * (1.0 - along * along / 20.0))
                     )
                     sum_r[c], sum_i[c] = size * math.sin(turn), size * math.cos(turn)
-                if left[e] >= 0:
-                    for c in range(width):
-                        out[left[e], r, 0, low + c] += sum_r[c]
-                        out[left[e], r, 1, low + c] += sum_i[c]
-                if right[e] >= 0:
-                    for c in range(width):
-                        out[right[e], r, 0, low + c] -= sum_r[c]
-                        out[right[e], r, 1, low + c] -= sum_i[c]
+                for side, sign in ((left[e], 1.0), (right[e], -1.0)):
+                    if side >= 0:
+                        out_r, out_i = out[side, r, 0, low : low + width], out[side, r, 1, low : low + width]
+                        for c in range(width):
+                            out_r[c] += sign * sum_r[c]
+                            out_i[c] += sign * sum_i[c]
     return out
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
 def add_round(
     total: F64,
     transforms: F64,
     areas: F64,
-    footprint: F64,
+    footprint: Factors,
     curves: F64,
     cells_per_frequency: float,
     first: tuple[int, int],
@@ -128,7 +156,7 @@ def add_round(
     """Add a block of round kernels to ``total`` (channels, py, px//2 + 1, 2).
 
     transforms : (spectra, count_j, 2, count_i);  areas: (spectra,)
-    footprint  : (count_j, count_i, 2) its transfer, real and imaginary part
+    footprint  : its transfer
     curves     : (cells, spectra, channels, 8) piecewise polynomials of |k|
     """
     first_i, first_j = first
@@ -147,15 +175,19 @@ def add_round(
         target = (row + r) % py
         cell, t, scale = np.empty(COLUMNS, np.int64), np.empty(COLUMNS), np.empty(COLUMNS)
         sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS)
+        foot_r, foot_i, lens = np.empty(COLUMNS), np.empty(COLUMNS), np.empty(COLUMNS)
         for low in range(begin, stop, COLUMNS):
             width = min(COLUMNS, stop - low)
+            start_x = (first_i + low) / px
             for c in range(width):
-                kx = (first_i + low + c) / px
+                kx = start_x + c / px
                 square = kx * kx + ky * ky
-                at = math.sqrt(square) * cells_per_frequency
-                cell[c] = min(int(at), last)
-                t[c] = at - cell[c]
-                scale[c] = 1.0 / (4.0 * math.pi * math.pi * square) if square > 0.0 else 0.0
+                t[c] = math.sqrt(square) * cells_per_frequency
+                scale[c] = 1.0 / (4.0 * math.pi * math.pi * (square if square > 0.0 else 1.0))
+            for c in range(width):
+                cell[c] = min(int(t[c]), last)
+                t[c] -= cell[c]
+            _multiply(r, low, footprint, foot_r[:width], foot_i[:width])
             for k in range(channels):
                 sum_r[:width] = 0.0
                 sum_i[:width] = 0.0
@@ -163,22 +195,22 @@ def add_round(
                     real, imaginary = transforms[s, r, 0, low : low + width], transforms[s, r, 1, low : low + width]
                     for c in range(width):
                         p, u = curves[cell[c], s, k], t[c]
-                        lens = p[0] + u * (
-                            p[1] + u * (p[2] + u * (p[3] + u * (p[4] + u * (p[5] + u * (p[6] + u * p[7])))))
-                        )
-                        sum_r[c] += lens * real[c]
-                        sum_i[c] += lens * imaginary[c]
+                        u2 = u * u
+                        low_half = p[0] + u * p[1] + u2 * (p[2] + u * p[3])
+                        lens[c] = low_half + u2 * u2 * (p[4] + u * p[5] + u2 * (p[6] + u * p[7]))
+                    for c in range(width):
+                        sum_r[c] += lens[c] * real[c]
+                        sum_i[c] += lens[c] * imaginary[c]
                 if first_j + r == 0 and first_i + low <= 0 < first_i + low + width:
                     zero = -first_i - low
                     scale[zero], sum_i[zero], sum_r[zero] = 1.0, 0.0, 0.0
                     for s in range(spectra):
                         sum_r[zero] += curves[0, s, k, 0] * areas[s]
                 sums = total[k, target, column + low : column + low + width]
-                foot = footprint[r, low : low + width]
                 for c in range(width):
                     value_r, value_i = sum_r[c] * scale[c], sum_i[c] * scale[c]
-                    sums[c, 0] += value_r * foot[c, 0] - value_i * foot[c, 1]
-                    sums[c, 1] += value_r * foot[c, 1] + value_i * foot[c, 0]
+                    sums[c, 0] += value_r * foot_r[c] - value_i * foot_i[c]
+                    sums[c, 1] += value_r * foot_i[c] + value_i * foot_r[c]
 
 
 @nb.njit(cache=True, parallel=True)
@@ -186,7 +218,7 @@ def add_fields(
     total: F64,
     transforms: F64,
     areas: F64,
-    footprint: F64,
+    footprint: Factors,
     fields: F64,
     weights: F64,
     first: tuple[int, int],
@@ -210,11 +242,12 @@ def add_fields(
             continue
         furthest = math.floor(px * math.sqrt(inside))
         target = (row + r) % py
+        foot_r, foot_i = np.empty(count_i), np.empty(count_i)
+        _multiply(r, 0, footprint, foot_r, foot_i)
         for c in range(max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)):
             kx = (first_i + c) / px
             square = kx * kx + ky * ky
             scale = 1.0 / (4.0 * math.pi * math.pi * square) if square > 0.0 else 0.0
-            foot_r, foot_i = footprint[r, c, 0], footprint[r, c, 1]
             for k in range(channels):
                 value_r, value_i = 0.0, 0.0
                 for j in range(wavelengths):
@@ -228,5 +261,5 @@ def add_fields(
                     lens_r, lens_i = fields[j, r, c, 0], fields[j, r, c, 1]
                     value_r += scene_r * lens_r - scene_i * lens_i
                     value_i += scene_r * lens_i + scene_i * lens_r
-                total[k, target, column + c, 0] += value_r * foot_r - value_i * foot_i
-                total[k, target, column + c, 1] += value_r * foot_i + value_i * foot_r
+                total[k, target, column + c, 0] += value_r * foot_r[c] - value_i * foot_i[c]
+                total[k, target, column + c, 1] += value_r * foot_i[c] + value_i * foot_r[c]

@@ -14,8 +14,9 @@ import numba as nb
 import numpy as np
 from scipy import fft
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 from camsim.optics import OpticalSystem
+from camsim.rendering.fourier_edges import Factors
 from camsim.rendering.fourier_plan import Block, FourierPlan, Kernel, Tile, taper, tapered
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.psf import point_spread_of
@@ -144,7 +145,7 @@ def tapered_fields(
         mirrored = i < 0
         taken = transfer[np.where(mirrored[None], -j[:, None], j[:, None]) % sizes[1], np.abs(i)[None]]
         taken = np.where(mirrored, taken.conj(), taken)
-        return np.ascontiguousarray(taken).view(np.float64).reshape(1, *taken.shape, 2)
+        return parts(taken[None])
 
     return fields
 
@@ -168,7 +169,7 @@ def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, til
         out = np.empty((wavelength_nm.size, block.count_j, block.count_i), complex)
         for j, wavelength in enumerate(wavelength_nm):
             out[j] = system.lens.otf(fx, fy, float(wavelength))
-        return out.view(np.float64).reshape(*out.shape, 2)
+        return parts(out)
 
     return fields
 
@@ -180,16 +181,24 @@ def frequencies(block: Block, tile: Tile, pitch_um: float) -> tuple[F64, F64]:
     return fx[None], fy[:, None]
 
 
-def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um: float) -> F64:
-    """Return the transfer of OLPF and photosite on a block: (count_j, count_i, 2)."""
+def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um: float) -> Factors:
+    """Return the transfer of OLPF and photosite on a block."""
     fx, fy = frequencies(block, tile, pitch_um)
     zero = np.zeros((1, 1))
-    out = np.ones((block.count_j, block.count_i), complex)
+    across, down = np.ones(fx.shape, complex), np.ones(fy.shape, complex)
+    both = np.empty((0, 0), complex)
     for stage in (system.olpf, system.photosite):
         if stage is None:
             continue
         if getattr(stage, "separable", False):
-            out *= stage.otf(fx, zero, 0.0) * stage.otf(zero, fy, 0.0)
+            across *= stage.otf(fx, zero, 0.0)
+            down *= stage.otf(zero, fy, 0.0)
         else:
-            out *= stage.otf(*np.broadcast_arrays(fx, fy), 0.0)
-    return out.view(np.float64).reshape(*out.shape, 2)
+            values = stage.otf(*np.broadcast_arrays(fx, fy), 0.0)
+            both = both * values if both.size else values.astype(complex)
+    return Factors(across=parts(across.ravel()), down=parts(down.ravel()), both=parts(both))
+
+
+def parts(values: C128) -> F64:
+    """Return complex numbers as real and imaginary part, along a last axis."""
+    return np.ascontiguousarray(values).view(np.float64).reshape(*values.shape, 2)

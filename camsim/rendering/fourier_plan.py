@@ -19,19 +19,19 @@ from camsim.arrays import F64
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 TAPER_DEGREE = 63
-BLOCK_POINTS, FEWEST_IN_BLOCK = 400_000, 20_000  # frequencies at a time
+BLOCK_POINTS, SPREAD_POINTS, FEWEST_IN_BLOCK = 150_000, 400_000, 20_000  # frequencies at a time: what stays in a cache
 PART = 2_000_000  # numbers that are transformed back at a time
 NODES_PER_RADIAN, FEWEST_ON_EDGE = 0.5, 10  # of the Gauss rule on an edge, by the phase along it
 
-# Seconds on one core, measured; only their ratios decide anything.
-PER_TILE = 6e-3
-PER_EDGE_POINT = 3.5e-9
-PER_POINT = 6e-8
-PER_POINT_WEIGHT = 6e-9
+# Seconds of one core, measured; only their ratios decide anything.
+PER_TILE = 2e-3
+PER_EDGE_POINT = 1.1e-9
+PER_ROUND_POINT, PER_FIELD_POINT = 1e-9, 3e-8
+PER_POINT_WEIGHT = 8e-9
 PER_SPREAD_NODE = 1.5e-7
-PER_SPREAD_POINT = 4e-7
-PER_GRID_POINT = 6e-8
-PER_KERNEL_SAMPLE = 4e-9
+PER_SPREAD_POINT = 1.4e-7
+PER_GRID_POINT = 1.2e-8
+PER_KERNEL_SAMPLE = 4.5e-9
 PER_PUPIL_NODE = 5e-7
 
 
@@ -90,7 +90,7 @@ class FourierPlan:
     margin   : of the taper's band, in 1/width;  sharpness: β of its Kaiser–Bessel window
     spread   : transform the edges by non-uniform FFT instead of edge by edge
     channels : at a time;  block_points: frequencies at a time
-    seconds, memory_bytes : expected, on two cores
+    seconds, memory_bytes : expected, of one core
     """
 
     tiles: tuple[Tile, ...]
@@ -171,21 +171,25 @@ def _tiled(
     by_edge = work.edges * PER_EDGE_POINT
     nodes = NODES_PER_RADIAN * 2.0 * math.pi * largest.cut * work.length + FEWEST_ON_EDGE * work.edges
     fields = 0 if kernel.round else 1 if kernel.tapered else work.wavelengths
-    block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + work.spectra + fields))
+    plain, spreading = (
+        max(FEWEST_IN_BLOCK, 6 * most // (6 + work.spectra + fields)) for most in (BLOCK_POINTS, SPREAD_POINTS)
+    )
     by_spreading = work.spectra * PER_SPREAD_POINT
-    by_spreading += 2.0 * nodes * math.ceil(largest.points / block_points) * PER_SPREAD_NODE / largest.points
+    by_spreading += 2.0 * nodes * math.ceil(largest.points / spreading) * PER_SPREAD_NODE / largest.points
     spread = by_spreading < by_edge
+    block_points = spreading if spread else plain
     weights = work.spectra * work.channels * (1 if kernel.round else work.wavelengths)
     passes = work.wavelengths if kernel.tapered and not kernel.round else 1
+    per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
     seconds, fixed, transforms = PER_TILE * len(tiles), 0.0, 0.0
     for tile in tiles:
         area = tile.periods[0] * tile.periods[1]
-        seconds += 0.5 * tile.points * (passes * (min(by_edge, by_spreading) + PER_POINT) + weights * PER_POINT_WEIGHT)
+        seconds += tile.points * (passes * per_point + weights * PER_POINT_WEIGHT)
         seconds += work.channels * area * PER_GRID_POINT
         samples = 4.0 * tile.cut**2 * area
         kernel_bytes = 0.0
         if kernel.round:
-            seconds += 0.5 * PER_KERNEL_SAMPLE * work.spectra * work.channels * (2.0 * tile.cut * tile.outer[0]) ** 2
+            seconds += PER_KERNEL_SAMPLE * work.spectra * work.channels * (2.0 * tile.cut * tile.outer[0]) ** 2
             kernel_bytes = 8.0 * 12 * work.spectra * work.channels * (32.0 * tile.outer[0] * tile.cut)
         elif kernel.tapered:
             seconds += work.wavelengths * PER_PUPIL_NODE * (tile.outer[0] * tile.outer[1] / kernel.blur**2 + samples)
@@ -197,13 +201,7 @@ def _tiled(
     fixed += 16.0 * shape[0] * shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
     channels = work.channels
     if fixed + channels * transforms > memory_limit_bytes:
-        seconds += (
-            (channels - 1)
-            * 0.5
-            * passes
-            * (min(by_edge, by_spreading) + PER_POINT)
-            * sum(tile.points for tile in tiles)
-        )
+        seconds += (channels - 1) * passes * per_point * sum(tile.points for tile in tiles)
         channels = 1
     return FourierPlan(
         tiles=tuple(tiles),
