@@ -46,7 +46,7 @@ class Lap:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Weighed:
-    """The window of the unshifted frame, the process's peak memory and how much that is beyond what it held, MB."""
+    """The unshifted frame, the process's peak memory and how much that is beyond what it held, MB."""
 
     image: F64
     peak_mb: float | None
@@ -57,7 +57,7 @@ def draw_window(psf: Psf, setting: Setting, shift_px: Sequence[float]) -> Drawn:
     """Draw the window on which errors are taken."""
     if setting.program != "camsim":
         whole = PEERS[setting.program].draw(psf, _knob(setting), shift_px, 0)
-        return Drawn(image=_cut(whole), engine=setting.program)
+        return Drawn(image=cut_window(whole), engine=setting.program)
     try:
         rendering = rendered(psf, setting, window(), shift_px=shift_px)
     except CamsimError as error:
@@ -97,7 +97,7 @@ def weigh_frame(psf: Psf, setting: Setting) -> Weighed:
     peak = peak_memory_mb()
     known = held is not None and peak is not None
     return Weighed(
-        image=_cut(image),
+        image=image,
         peak_mb=peak if known else None,
         beyond_mb=max((peak or 0.0) - (held or 0.0), 0.0) if known else None,
     )
@@ -108,7 +108,8 @@ def _knob(setting: Setting) -> float:
     return setting.knob
 
 
-def _cut(image: F64) -> F64:
+def cut_window(frames: F64) -> F64:
+    """Return the window (…, rows, cols) of whole frames."""
     row, col = WINDOW_ORIGIN
-    part: F64 = np.ascontiguousarray(image[row : row + WINDOW_ROWS, col : col + WINDOW_COLS])
+    part: F64 = np.ascontiguousarray(frames[..., row : row + WINDOW_ROWS, col : col + WINDOW_COLS])
     return part

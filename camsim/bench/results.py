@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 from camsim.errors import InputError, OutputError
 
-FORMAT = "camsim-bench/1"
+FORMAT = "camsim-bench/2"
 FILE = "results.jsonl"
 Line: TypeAlias = dict[str, Any]
 

@@ -15,7 +15,7 @@ from camsim.bench.cases import Psf, Setting
 from camsim.bench.clocking import Clocks
 from camsim.bench.lists import start
 from camsim.bench.machine import Spin, cores, spin, words_of_load
-from camsim.bench.measuring import Drawn, draw_window
+from camsim.bench.measuring import Drawn, cut_window, draw_window
 from camsim.bench.peers import Peer, settings_of_peer
 from camsim.bench.results import Results
 from camsim.bench.truth import photosite_value
@@ -23,7 +23,7 @@ from camsim.bench.windows import Lens, window_truths
 from camsim.bench.worker import GIVES_BACK, Worker, WorkerError
 
 FULL_SCALE = 65535.0
-JUDGED = ((4, 34), (45, 29))  # (row, col) of the window whose truth is computed twice: at the corner, along the edge
+JUDGED = ((91, 106), (132, 101))  # (row, col) of the frame whose truth is computed twice: at a corner, along the edge
 Say = Callable[[float, str], None]
 
 
@@ -137,7 +137,8 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
     """Everything about one system: its truth, then every setting's error, time and memory."""
     quick = state.request.quick
     shifts = cases.shifts_px(cases.shift_count(Setting(method="auto"), quick=quick))
-    truth = _truth(psf, shifts, state)
+    frames = _truth(psf, shifts, state)
+    truth = cut_window(frames)
     errors: dict[Setting, dict[str, object]] = {}
     times: dict[Setting, dict[str, object]] = {}
     refused: set[str] = set()
@@ -153,7 +154,7 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
                     errors[setting] = found
             state.tell(f"{psf.name}: error of {setting.label}", share)
         timed = [s for s in errors if cases.is_timed(psf, s)]
-        for setting in state.clocks.clock(psf, timed, truth[len(shifts) // 2], times):
+        for setting in state.clocks.clock(psf, timed, frames[len(shifts) // 2], times):
             state.tell(f"{psf.name}: time of {setting.label}", share)
     finally:  # also when somebody interrupts: what is known of this system is worth keeping
         for setting, found in errors.items():
@@ -163,10 +164,10 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
 
 
 def _truth(psf: Psf, shifts: F64, state: _Run) -> F64:
-    """Return the exact image (shifts, rows, cols) of the window; samples of it are computed by another road."""
+    """Return the exact frames (shifts, rows, cols); samples of their windows are computed by another road."""
     began = time.perf_counter()
     lens = Lens(blur=psf.blurs_px(), weights=psf.spectrum()[1], gaussian=psf.gaussian)
-    grid, polygon = cases.window(), cases.corners_px()
+    grid, polygon = cases.frame(), cases.corners_px()
     x0, y0 = grid.first_centre
     covered = window_truths(
         polygon,
@@ -247,8 +248,10 @@ def _write(psf: Psf, setting: Setting, errors: dict[str, object], times: dict[st
         "samples": setting.samples,
         "knob": setting.knob,
     }
-    best = errors.pop("without_constant", None)
+    best, frame_max = errors.pop("without_constant", None), times.pop("error_frame_max_without_constant", None)
     state.results.add("point", **what, **errors, **times)
     if isinstance(best, dict):
         label = f"{setting.label}, its constant subtracted"
+        if frame_max is not None:
+            times["error_frame_max"] = frame_max
         state.results.add("point", **{**what, **errors, **best, **times, "label": label, "constant_subtracted": True})

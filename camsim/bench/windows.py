@@ -101,7 +101,8 @@ def window_truths(
         for f in range(len(footprints)):
             # The lattice has unit pitch, so the sum over k is an integral: no factor but the inverse transform's own.
             image = fft.irfft2(folded[f, k] * phase, s=(period, period))
-            result[f, k] = image[: shape[0], : shape[1]]
+            # A Gaussian's period may be shorter than the window: what repeats is empty.
+            result[f, k] = image[np.ix_(np.arange(shape[0]) % period, np.arange(shape[1]) % period)]
     return result
 
 

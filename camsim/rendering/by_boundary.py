@@ -15,7 +15,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.rendering.cost import MEMORY_LIMIT_BYTES, Cost, Counts, boundary_cost, boundary_counts, check_seconds
 from camsim.rendering.engine import boundary_bands
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.hardest import hardest_photosites, how_many
+from camsim.rendering.hardest import FEWEST, hardest_photosites, how_many
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import Settings, plan_boundary
@@ -77,7 +77,7 @@ class RoundLens:
         job = self.job
         return Check.planned(self.pattern, job.blur, job.shares, self.footprint, self.settings.tolerance)
 
-    def hardest(self, render_seconds: float) -> tuple[I64, I64]:
+    def hardest(self, render_seconds: float, fewest: int = FEWEST) -> tuple[I64, I64]:
         """Return rows and columns of the photosites that the check looks at: a tenth of that time's worth of them."""
         job = self.job
         return hardest_photosites(
@@ -87,6 +87,7 @@ class RoundLens:
             self.settings,
             render_seconds=render_seconds,
             check_seconds=self.check_seconds,
+            fewest=fewest,
         )
 
     @functools.cached_property

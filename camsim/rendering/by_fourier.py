@@ -25,6 +25,7 @@ from camsim.rendering.spotcheck import SHARE
 from camsim.rendering.work import Work
 
 WINDOW = 3  # photosites along a side
+FEWEST = 2  # photosites that are checked singly: a transform's errors are everywhere, no photosite is a case of its own
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 RINGS_SHARE = 1.0 / 6.0  # of the tolerance, as of the boundary engine
 WINDOWS_SHARE = 0.5  # of an image's time, for the windows of the check
@@ -116,7 +117,7 @@ class FourierRun:
     def hardest(self, render_seconds: float | None = None) -> tuple[I64, I64]:
         """Return the photosites of ``spotcheck``; else windows about a corner and about the middle of an edge."""
         if self.lens is not None:
-            return self.lens.hardest(self._expected[0] if render_seconds is None else render_seconds)
+            return self.lens.hardest(self._expected[0] if render_seconds is None else render_seconds, FEWEST)
         job, grid = self.job, self.job.grid
         x0, y0 = grid.first_centre
         middle = np.array([x0 + 0.5 * (grid.cols - 1), y0 + 0.5 * (grid.rows - 1)])

@@ -169,7 +169,7 @@ def check_seconds(check: Check, start: F64, end: F64, blur: F64) -> float:
 
 
 MOST_CHECKED = 16  # ends looked at for how much lies near a photosite that is checked
-CHECK_SECONDS, CHECK_NODE_SECONDS, CHECK_EDGE_SECONDS, CHECK_CELL_SECONDS = 1e-4, 6e-9, 5e-8, 1.2e-8
+CHECK_SECONDS, CHECK_NODE_SECONDS, CHECK_EDGE_SECONDS, CHECK_CELL_SECONDS = 1e-4, 3e-9, 5e-8, 1.2e-8
 
 
 def boundary_cost(counts: Counts, *, check_seconds: float) -> Cost:

@@ -137,7 +137,8 @@ def plan_fourier(
         if best is None or _rank(plan, memory_limit_bytes) < _rank(best, memory_limit_bytes):
             best = plan
         count *= 2
-        if count > MOST_TILES or max(shape) < count * SMALLEST_TILE or plan.seconds > 4.0 * best.seconds:
+        hopeless = best.memory_bytes <= memory_limit_bytes and plan.seconds > 2.0 * best.seconds
+        if count > MOST_TILES or max(shape) < count * SMALLEST_TILE or hopeless:
             return best
 
 

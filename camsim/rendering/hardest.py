@@ -13,15 +13,22 @@ MOST_EDGES = 256  # looked at for a hard tile; more are thinned out
 SHARE_OF_TIME = 0.1
 
 
-def how_many(photosites: int, *, render_seconds: float, check_seconds: float) -> int:
+def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int = FEWEST) -> int:
     """Return how many photosites are checked; seconds are those expected of the rendering, and of one check."""
-    return min(photosites, MOST, max(FEWEST, int(SHARE_OF_TIME * render_seconds / check_seconds)))
+    return min(photosites, MOST, max(fewest, int(SHARE_OF_TIME * render_seconds / check_seconds)))
 
 
 def hardest_photosites(
-    start: F64, end: F64, grid: Grid, settings: Settings, *, render_seconds: float, check_seconds: float
+    start: F64,
+    end: F64,
+    grid: Grid,
+    settings: Settings,
+    *,
+    render_seconds: float,
+    check_seconds: float,
+    fewest: int = FEWEST,
 ) -> tuple[I64, I64]:
-    """Return rows and columns of the photosites to check, at least four (all of a smaller grid), none twice.
+    """Return rows and columns of the photosites to check, at least ``fewest`` (all of a smaller grid), none twice.
 
     In turn: at a corner; just beyond the near radius from a corner, straight off the edge's end (where the far form
     omits most); across the middle of an edge, at the end of the edge response's table, beyond it, or close to the edge;
@@ -31,7 +38,7 @@ def hardest_photosites(
     render_seconds, check_seconds : expected of the rendering, and of the check of one photosite
     """
     photosites = grid.rows * grid.cols
-    count = how_many(photosites, render_seconds=render_seconds, check_seconds=check_seconds)
+    count = how_many(photosites, render_seconds=render_seconds, check_seconds=check_seconds, fewest=fewest)
     x0, y0 = grid.first_centre
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):

@@ -163,7 +163,7 @@ def _point_far(h: float, s1: float, s2: float, far: F64) -> float:
     return total
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
 def _point_samples(
     points: F64,
     sets: I64,
@@ -181,7 +181,7 @@ def _point_samples(
     gauss_w: F64,
 ) -> F64:
     """Sum over the edges for every point and footprint node: (points, nodes), no background."""
-    count = len(nodes)
+    count, per_step = len(nodes), 1.0 / step
     samples = np.zeros((len(points), count))
     for job in nb.prange(len(points) * count):
         point, node = job // count, job % count
@@ -210,13 +210,15 @@ def _point_samples(
             panels = math.ceil((high - low) / panel)
             half = 0.5 * (high - low) / panels
             inside = 0.0
+            cells = tables[table]
             for p in range(panels):
+                middle = low + half * (2 * p + 1)
                 for q in range(gauss_x.size):
-                    s = low + half * (2 * p + 1 + gauss_x[q])
-                    u = math.sqrt(h * h + s * s) / step
-                    cell = int(u)
+                    s = middle + half * gauss_x[q]
+                    u = math.sqrt(h * h + s * s) * per_step
+                    cell = np.uintp(u)
                     t = u - cell
-                    c = tables[table, cell]
+                    c = cells[cell]
                     inside += gauss_w[q] * (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5])))))
             total += h * half * inside / (2.0 * math.pi)
         samples[point, node] = total
