@@ -177,11 +177,13 @@ def settings_of(psf: Psf, methods: Sequence[str], *, quick: bool = False) -> lis
     return settings
 
 
-def is_timed(psf: Psf, setting: Setting) -> bool:
+def is_timed(psf: Psf, setting: Setting, *, quick: bool = False) -> bool:
     """Whether the frame is clocked: everything on the core systems, ``auto`` on all.
 
-    Sampling takes as long with every lens, so one lens of each kind does for its long settings.
+    Sampling takes as long with every lens: one of each kind does for its long settings, one of all in a quick run.
     """
+    if quick and setting.method in SAMPLED and setting.method != "strips":
+        return psf.name == QUICK_PSFS[1]
     if (setting.samples or 0) > IMPORTANCE[0]:
         return psf.name in CLOCKED_PSFS
     return setting.method == "auto" or psf.name in CORE_PSFS

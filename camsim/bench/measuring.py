@@ -67,7 +67,7 @@ def draw_window(psf: Psf, setting: Setting, shift_px: Sequence[float]) -> Drawn:
 
 def clock_frame(psf: Psf, setting: Setting, lap: int) -> Lap:
     """Clock the whole frame, set-up and check included, with a lens that no cache has seen."""
-    gc.collect()
+    _collect()
     wall, cpu = time.perf_counter(), time.process_time()
     if setting.program != "camsim":
         PEERS[setting.program].draw(psf, _knob(setting), (0.0, 0.0), lap)
@@ -88,7 +88,7 @@ def clock_setup(psf: Psf, setting: Setting, laps: Sequence[int]) -> Lap:
 
 def weigh_frame(psf: Psf, setting: Setting) -> Weighed:
     """Draw the frame as it is clocked and watch the memory."""
-    gc.collect()
+    _collect()
     held = held_memory_mb() if forget_peak() else None
     if setting.program != "camsim":
         image = PEERS[setting.program].draw(psf, _knob(setting), (0.0, 0.0), 0)
@@ -101,6 +101,12 @@ def weigh_frame(psf: Psf, setting: Setting) -> Weighed:
         peak_mb=peak if known else None,
         beyond_mb=max((peak or 0.0) - (held or 0.0), 0.0) if known else None,
     )
+
+
+def _collect() -> None:
+    """Collect what the last drawing left. What stays is not looked at again: that would take longer than a frame."""
+    gc.collect()
+    gc.freeze()
 
 
 def _knob(setting: Setting) -> float:

@@ -153,7 +153,7 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
                 else:
                     errors[setting] = found
             state.tell(f"{psf.name}: error of {setting.label}", share)
-        timed = [s for s in errors if cases.is_timed(psf, s)]
+        timed = [s for s in errors if cases.is_timed(psf, s, quick=quick)]
         for setting in state.clocks.clock(psf, timed, frames[len(shifts) // 2], times):
             state.tell(f"{psf.name}: time of {setting.label}", share)
     finally:  # also when somebody interrupts: what is known of this system is worth keeping

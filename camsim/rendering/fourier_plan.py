@@ -45,6 +45,7 @@ class Kernel:
     round   : the taper is round and the kernel a curve; else both are functions of x and y
     tapered : False for a pattern that has died away at ``reach`` by itself
     light   : share of the light that may lie beyond a distance, as (share·distance); 0 where unknown
+    rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
     """
 
     cutoff: float
@@ -53,6 +54,14 @@ class Kernel:
     round: bool
     tapered: bool
     light: float
+    rings: tuple[tuple[float, float], ...] = ()
+
+    def beyond(self, distance: float, edges: int) -> float:
+        """Return what a taper that begins at ``distance`` works on: at most this of an image of so many edges."""
+        beyond = min(1.0, self.light / distance) if self.light else 1.0
+        if self.rings:
+            beyond = min(beyond, edges * sum(a * distance**-n for a, n in self.rings))
+        return beyond
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,7 +175,7 @@ def _tiled(
     for row in range(0, shape[0], side):
         for col in range(0, shape[1], side):
             rows, cols = min(side, shape[0] - row), min(side, shape[1] - col)
-            tile, margin, sharpness = _tile(kernel, row, col, rows, cols, low, high, footprint, tolerance)
+            tile, margin, sharpness = _tile(kernel, row, col, rows, cols, low, high, footprint, work.edges, tolerance)
             tiles.append(tile)
     largest = max(tiles, key=lambda tile: tile.points)
     by_edge = work.edges * PER_EDGE_POINT
@@ -225,6 +234,7 @@ def _tile(
     low: F64,
     high: F64,
     footprint: tuple[float, float],
+    edges: int,
     tolerance: float,
 ) -> tuple[Tile, float, float]:
     """Return one tile, and margin and sharpness of its taper."""
@@ -240,8 +250,8 @@ def _tile(
         margin = sharpness = width = 0.0
         inner = np.full(2, kernel.reach)
     else:
-        outside = min(1.0, kernel.light / float(inner.min())) if kernel.light else 1.0
-        margin, sharpness = taper_margin(max(tolerance / outside, 1e-14))
+        level = tolerance / kernel.beyond(float(inner.min()), edges)
+        margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
         shortest = math.sqrt(float(np.prod(extent + inner)))
         # The width w makes (cutoff + margin/w)·(extent + inner + w) smallest.
         width = max(math.sqrt(margin * shortest / kernel.cutoff), margin * kernel.blur / 8.0)

@@ -1,10 +1,12 @@
 """Lines of runs that never were, for what is computed from lines."""
 
+from camsim.bench.results import FORMAT
+
 
 def head(**changes):
     return {
         "kind": "run",
-        "format": "camsim-bench/1",
+        "format": FORMAT,
         "quick": False,
         "started": "2026-01-01T00:00:00Z",
         "machine": {"processor": "one", "cores": 2},
