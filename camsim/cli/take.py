@@ -139,7 +139,7 @@ def _say_that_it_compiles() -> None:
     from camsim.rendering import kernels_compiled
 
     if not kernels_compiled():
-        print("camsim: compiling its kernels, once on this machine (about half a minute)", file=sys.stderr)
+        print("camsim: compiling its kernels, once on this machine (about a minute)", file=sys.stderr)
 
 
 def _compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:

@@ -234,7 +234,8 @@ def _finish(
             cell_at_points(e, x0, y0, px, py, n.sigma2, n.m22, n.harmonic, cells, scratch.site_sums)
         else:
             far_and_quiet(e, x0, y0, px, py, edges, n, quiet)
-            far_at_points(e, WHOLE, x0, y0, px, py, edges, n, g)
+            # Not the constant WHOLE: Numba would compile the function for it once more.
+            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, g)
             for r in range(rows):
                 for c in range(cols):
                     k = channel[row + r, col + c]

@@ -180,7 +180,8 @@ class _Work:
 
         contrast : (spectra, channels, j) against the background
         """
-        total = np.zeros((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2))
+        # Filled here: threads that touch fresh pages at once wait for one another.
+        total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
         if kernel.round:
             curves, per_frequency = round_curves(
                 self.system, self.wavelength_nm, contrast, self.pitch_um, kernel, tile, plan

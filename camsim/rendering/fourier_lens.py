@@ -100,7 +100,8 @@ def round_curves(
         pattern = system.lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
         values += pattern[..., None] * flat[:, j]
     values *= tapered(radius, inner, outer, taper(plan.sharpness))[..., None]
-    cells = np.ascontiguousarray(np.linalg.inv(np.vander(x, increasing=True)) @ values)
+    # Not by matrix products: a BLAS with threads of its own would keep the cores from the kernels for milliseconds.
+    cells = np.einsum("dx,cxq->cdq", np.linalg.inv(np.vander(x, increasing=True)), values)
 
     step_x, step_y = 0.49 / tile.cut, 0.97 / tile.cut
     samples = math.ceil(outer / step_x) + 1
@@ -114,7 +115,7 @@ def round_curves(
     cells_per_frequency = 2.0 * length * step_x
     used = math.ceil(tile.cut * cells_per_frequency) + 1
     window = np.lib.stride_tricks.sliding_window_view(whole[:, : used + CURVE_POINTS - 1], CURVE_POINTS, axis=1)
-    curves = np.ascontiguousarray((window @ _THROUGH.T).transpose(1, 0, 2))
+    curves = np.einsum("qcx,dx->cqd", window, _THROUGH)
     return curves.reshape(-1, *weights.shape[:2], CURVE_POINTS), cells_per_frequency
 
 
