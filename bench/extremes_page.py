@@ -5,18 +5,20 @@ from __future__ import annotations
 import platform
 import sys
 
-from camsim.bench.extremes import ExtremeCase, Outcome, cases
+from camsim.bench import extremes, sensor_extremes
+from camsim.bench.extremes import ExtremeCase, Outcome
 
 HEAD = """\
 # Stiff and extreme cases
 
 Right to the tolerance, or refused with a reason; never silently wrong. Made by `python -m bench.extremes_page`; the
-list is `camsim/bench/extreme_cases.py`, `tests/extremes/test_cases.py` runs what is quick of it, and
-`camsim bench --extremes` all of it on your machine. Lengths are in pitches; errors are relative to full scale.
+lists are `camsim/bench/extreme_cases.py` and `sensor_extremes.py`, `tests/extremes/` runs what is quick of them, and
+`camsim bench --extremes` all of it on your machine. Lengths are in pitches; errors are relative to full scale, those of
+the sensor in the case's own unit (codes, electrons, counts).
 *Truth*: quadrature is the boundary integral by plain Gauss rules, without tables, far forms or transforms; rays adds up
 the light beyond a straight edge angle by angle;
 fourier is the other engine, asked for 1e-11; identity is what must come out whatever the
-optics do. Times are of a rendering after the first, on a busy machine of two cores.
+optics do; a sensor's truth is arithmetic on paper. Times are of a rendering after the first, on two cores.
 """
 
 
@@ -26,7 +28,7 @@ def main() -> None:
     print("| case | input | asked | error | truth | seconds | verdict |")
     print("|---|---|---|---|---|---|---|")
     told = []
-    for case in cases():
+    for case in (*extremes.cases(), *sensor_extremes.cases()):
         outcome = case.run()
         print(f"{case.name}: {outcome.verdict}", file=sys.stderr)
         told.append((case, outcome))

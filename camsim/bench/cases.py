@@ -85,6 +85,10 @@ class Psf:
         """Return wavelengths (n,) in nm and their weights (n,), which add up to 1."""
         return _green() if self.green else (np.array([WAVELENGTH_NM]), np.ones(1))
 
+    def same_lens(self, other: Psf) -> bool:
+        """Whether the other system differs by its photosite and OLPF only."""
+        return (self.mtf50, self.f_number, self.green) == (other.mtf50, other.f_number, other.green)
+
     def blurs_px(self) -> F64:
         """Return the lens's own length (λN or σ) at each wavelength, in pitches."""
         lens = OpticalSystem.of(self.stages()).lens
@@ -195,7 +199,7 @@ def shift_count(setting: Setting, *, quick: bool = False) -> int:
         return 1 if setting.program == "prysm" else FEW_SHIFTS[0]
     if quick:
         return FEW_SHIFTS[0]
-    long = setting.samples == IMPORTANCE[-1] or (setting.tolerance or 1.0) < FINE
+    long = setting.samples in IMPORTANCE[1:] or (setting.tolerance or 1.0) < FINE
     return FEW_SHIFTS[1] if long else SHIFTS
 
 

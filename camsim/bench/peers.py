@@ -14,7 +14,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.bench.cases import PITCH_UM, SIDE_PX, SIZE, TURN_DEG, WAVELENGTH_NM, Psf, Setting
+from camsim.bench.cases import CLOCKED_PSFS, PITCH_UM, SIDE_PX, SIZE, TURN_DEG, WAVELENGTH_NM, Psf, Setting
 from camsim.errors import UnsupportedError
 from camsim.optics import Gaussian
 
@@ -112,8 +112,8 @@ def installed_peers() -> list[Peer]:
 
 
 def settings_of_peer(peer: Peer, psf: Psf, *, quick: bool = False) -> list[Setting]:
-    """Return the peer's settings for a system; the quick ones leave out what takes seconds and gigabytes."""
+    """Return the peer's settings for a system: what takes seconds and gigabytes on one of each kind, not when quick."""
     if not peer.suits(psf):
         return []
-    values = peer.values[: peer.quick] if quick else peer.values
+    values = peer.values if psf.name in CLOCKED_PSFS and not quick else peer.values[: peer.quick]
     return [Setting(program=peer.name, method=peer.knob, knob=value) for value in values]

@@ -43,6 +43,14 @@ class Request:
     paper: bool = True
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Truth:
+    """What a system draws exactly: the window at every shift (shifts, rows, cols), and the frame at the middle one."""
+
+    windows: F64
+    frame: F64
+
+
 @dataclass(slots=True)
 class _Run:
     """What one run holds: its workers, its lines, and how far it is."""
@@ -52,6 +60,7 @@ class _Run:
     say: Say
     clocks: Clocks
     spins: list[Spin] = field(default_factory=list)
+    truths: dict[str, Truth] = field(default_factory=dict)
     done: float = 0.0
     total: float = 1.0
 
@@ -137,8 +146,8 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
     """Everything about one system: its truth, then every setting's error, time and memory."""
     quick = state.request.quick
     shifts = cases.shifts_px(cases.shift_count(Setting(method="auto"), quick=quick))
-    frames = _truth(psf, shifts, state)
-    truth = cut_window(frames)
+    exact = _truth(psf, shifts, state)
+    truth = exact.windows
     errors: dict[Setting, dict[str, object]] = {}
     times: dict[Setting, dict[str, object]] = {}
     refused: set[str] = set()
@@ -154,7 +163,7 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
                     errors[setting] = found
             state.tell(f"{psf.name}: error of {setting.label}", share)
         timed = [s for s in errors if cases.is_timed(psf, s, quick=quick)]
-        for setting in state.clocks.clock(psf, timed, frames[len(shifts) // 2], times):
+        for setting in state.clocks.clock(psf, timed, exact.frame, times):
             state.tell(f"{psf.name}: time of {setting.label}", share)
     finally:  # also when somebody interrupts: what is known of this system is worth keeping
         for setting, found in errors.items():
@@ -163,25 +172,34 @@ def _measure(psf: Psf, state: _Run, weight: float) -> None:
     state.tell(f"{psf.name}: written", share)
 
 
-def _truth(psf: Psf, shifts: F64, state: _Run) -> F64:
-    """Return the exact frames (shifts, rows, cols); samples of their windows are computed by another road."""
+def _truth(psf: Psf, shifts: F64, state: _Run) -> Truth:
+    """Return the exact window at every shift and the exact frame; samples of it are computed by another road.
+
+    The systems of one lens share most of the work: the others' truths are kept until they are asked for.
+    """
     began = time.perf_counter()
     lens = Lens(blur=psf.blurs_px(), weights=psf.spectrum()[1], gaussian=psf.gaussian)
     grid, polygon = cases.frame(), cases.corners_px()
     x0, y0 = grid.first_centre
-    covered = window_truths(
-        polygon,
-        lens,
-        [(psf.side_px, psf.split_px)],
-        origin=(x0, y0),
-        shape=(grid.rows, grid.cols),
-        shifts=shifts,
-    )[0]
+    if psf.name not in state.truths:
+        alike = [other for other in state.request.psfs if other.same_lens(psf)]
+        covered = window_truths(
+            polygon,
+            lens,
+            [(other.side_px, other.split_px) for other in alike],
+            origin=(x0, y0),
+            shape=(grid.rows, grid.cols),
+            shifts=shifts,
+        )
+        for other, frames in zip(alike, 1.0 - covered, strict=True):
+            state.truths[other.name] = Truth(windows=cut_window(frames), frame=frames[len(shifts) // 2].copy())
+    truth = state.truths.pop(psf.name)
     judged = JUDGED[:1] if psf.split_px else JUDGED
     apart = [
         abs(
-            photosite_value(polygon + shifts[0], x0 + col, y0 + row, lens, side=psf.side_px, split=psf.split_px)
-            - covered[0, row, col]
+            1.0
+            - photosite_value(polygon, x0 + col, y0 + row, lens, side=psf.side_px, split=psf.split_px)
+            - truth.frame[row, col]
         )
         for row, col in judged
     ]
@@ -190,13 +208,12 @@ def _truth(psf: Psf, shifts: F64, state: _Run) -> F64:
         psf=psf.name,
         label=psf.label,
         shifts=len(shifts),
-        photosites=covered[0].size,
+        photosites=truth.frame.size,
         checked=len(judged),
         largest_difference=max(apart),
         seconds=time.perf_counter() - began,
     )
-    exact: F64 = 1.0 - covered
-    return exact
+    return truth
 
 
 def _accuracy(psf: Psf, setting: Setting, shifts: F64, truth: F64, state: _Run) -> dict[str, object] | None:

@@ -41,7 +41,7 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
         return _chosen(method, "asked for", job, samples)
     if job.pattern is None or job.footprint is None:
         return _chosen("fourier", job.unknown, job, samples)
-    if FINEST <= job.tolerance < job.pattern.finest:
+    if job.tolerance < job.pattern.finest:
         why = f"boundary keeps {job.pattern.finest:g} with this lens, fourier {FINEST:g}"
         return _chosen("fourier", why, job, samples)
     boundary = _chosen("boundary", "exact for this lens, and cheap", job, samples)

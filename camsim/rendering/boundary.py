@@ -235,7 +235,7 @@ def _finish(
         else:
             far_and_quiet(e, x0, y0, px, py, edges, n, quiet)
             # Not the constant WHOLE: Numba would compile the function for it once more.
-            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, g)
+            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, g)  # type: ignore[arg-type]
             for r in range(rows):
                 for c in range(cols):
                     k = channel[row + r, col + c]

@@ -30,6 +30,7 @@ LAYERS = (
     "capturing",
     "bench",
     "cli",
+    "__main__",
 )
 # The doors upward: the names that users look for are on the camera. The package's own __init__ is all doors.
 EXCEPTIONS = {("camsim.camera", "camsim.capturing"), ("camsim.camera", "camsim.exposing")}
