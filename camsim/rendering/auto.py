@@ -50,11 +50,12 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
     own = boundary.run.cost
     if own.seconds <= CHEAP_SECONDS:
         return boundary
-    # With the other engine's wavelengths: choosing its own takes longer than guessing what they cost.
-    cost = FourierRun(job=job, nodes=boundary.run.lens.nodes).cost
+    fourier = FourierRun.prepare(job, samples)
+    cost = fourier.cost
     fits = cost.memory_bytes <= MEMORY_LIMIT_BYTES
     if fits and (cost.seconds < own.seconds or own.memory_bytes > MEMORY_LIMIT_BYTES):
-        return _chosen("fourier", f"{_taking(cost)} expected, boundary {_taking(own)}", job, samples)
+        why = f"{_taking(cost)} expected, boundary {_taking(own)}"
+        return Choice(method="fourier", why=why, run=fourier)
     return Choice(method="boundary", why=f"{_taking(own)} expected, fourier {_taking(cost)}", run=boundary.run)
 
 

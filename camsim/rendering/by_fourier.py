@@ -50,13 +50,12 @@ class FourierRun:
         if samples is not None:
             raise UnsupportedError("samples: fourier takes none; only importance takes a number")
         check_tolerance(job.tolerance)
-        phase = _phase(job)
-        return cls(job=job, nodes=job.nodes(phase=phase, tolerance=job.tolerance))
+        return cls(job=job, nodes=_nodes(job, job.tolerance))
 
     @functools.cached_property
     def check_nodes(self) -> Nodes:
         """Wavelengths of the check."""
-        return self.job.nodes(phase=_phase(self.job), tolerance=SHARE * self.job.tolerance)
+        return _nodes(self.job, SHARE * self.job.tolerance)
 
     @functools.cached_property
     def lens(self) -> RoundLens | None:
@@ -186,17 +185,27 @@ def windows(places: F64, rows: int, cols: int, first_centre: tuple[float, float]
     return (own[:, :1] + down).ravel(), (own[:, 1:] + across).ravel()
 
 
-def _phase(job: Job) -> float:
-    """Return how far 2πr/L changes over the spectrum at the largest distance r that matters.
+def _nodes(job: Job, tolerance: float) -> Nodes:
+    """Return wavelengths that follow the rings of the spectrum as far as these are heard.
 
-    Farther out the rings of this spectrum are below the tolerance and may be as wrong as they like. A lens that is not
-    round is taken for an Airy pattern of the same width on a point: no pupil's rings exceed those by much.
+    Farther out they need not be right, but must be as quiet: a few wavelengths come back into step where the spectrum
+    does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width on a
+    point: no pupil's rings exceed those by much.
     """
-    blur = job.blur
+    blur, span, allowed = job.blur, job.span, RINGS_SHARE * job.tolerance
     if job.pattern is not None and job.footprint is not None:
         pattern, footprint = job.pattern, job.footprint
     else:
         pattern, footprint = AIRY, Footprint.of(OpticalSystem(lens=job.system.lens), job.grid.pitch_um)
-    allowed = RINGS_SHARE * job.tolerance
-    quiet = quiet_distance(pattern, blur, job.shares, footprint, allowed, end=False, within=job.span)
-    return 2.0 * math.pi * quiet * float(1.0 / blur.min() - 1.0 / blur.max())
+    spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
+    followed = quiet_distance(pattern, blur, job.shares, footprint, allowed, end=False, within=span)
+    while True:
+        nodes = job.nodes(phase=spread * followed, tolerance=tolerance)
+        count = nodes.wavelength_nm.size
+        if count == blur.size or followed >= span:
+            return nodes
+        shares, at_nodes = nodes.weights.reshape(-1, count), job.blur_at(nodes.wavelength_nm)
+        heard = quiet_distance(pattern, at_nodes, shares, footprint, allowed, end=False, within=span)
+        if heard <= followed:
+            return nodes
+        followed = min(1.4 * followed, span)

@@ -32,6 +32,7 @@ PER_SPREAD_NODE = 1.5e-7
 PER_SPREAD_POINT = 1.4e-7
 PER_GRID_POINT = 1.2e-8
 PER_KERNEL_SAMPLE = 4.5e-9
+PER_PATTERN_BLUR = 1.2e-6  # of a round pattern's radius, at one wavelength
 PER_PUPIL_NODE = 5e-7
 
 
@@ -200,6 +201,7 @@ def _tiled(
         kernel_bytes = 0.0
         if kernel.round:
             seconds += PER_KERNEL_SAMPLE * work.spectra * work.channels * (2.0 * tile.cut * tile.outer[0]) ** 2
+            seconds += PER_PATTERN_BLUR * work.wavelengths * tile.outer[0] / kernel.blur
             kernel_bytes = 8.0 * 12 * work.spectra * work.channels * (32.0 * tile.outer[0] * tile.cut)
         elif kernel.tapered:
             seconds += work.wavelengths * PER_PUPIL_NODE * (tile.outer[0] * tile.outer[1] / kernel.blur**2 + samples)

@@ -8,6 +8,8 @@ import pytest
 
 from camsim import Airy, FourSpotOlpf, Grid, Polygon, Scene, SquarePhotosite, render
 from camsim.bench.windows import Lens, window_truths
+from camsim.optics import OpticalSystem
+from camsim.rendering import render_channels
 
 PITCH_UM, WAVELENGTH_NM = 4.88, 550.0
 
@@ -43,3 +45,34 @@ def test_every_tolerance_is_kept_everywhere(seed):
     for tolerance in (1e-3, 1e-5, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11):
         image = render(scene, stages, grid, wavelength_nm=WAVELENGTH_NM, method="fourier", tolerance=tolerance).image
         assert np.abs(image - truth).max() <= 0.5 * tolerance
+
+
+def test_few_wavelengths_do_not_come_back_into_step():
+    """Rings that a spectrum quiets soon, and a few wavelengths would let sound again far from every edge."""
+    wavelength_nm = np.linspace(480.0, 620.0, 141)
+    weights = np.exp(-(((wavelength_nm - 550.0) / 30.0) ** 2))
+    weights /= weights.sum()
+    size = 200
+    polygon = np.array([(-90.0, -88.0), (-62.0, -85.0), (-60.0, 70.0), (-93.0, 75.0)])
+    grid = Grid(rows=size, cols=size, pitch_um=PITCH_UM)
+    truth = window_truths(
+        polygon,
+        Lens(blur=wavelength_nm * 1e-3 * 8.0 / PITCH_UM, weights=weights),
+        [(0.0, 0.0)],
+        origin=grid.first_centre,
+        shape=(size, size),
+        shifts=np.zeros((1, 2)),
+    )[0, 0]
+    scene = Scene(background=0.0, shapes=[Polygon(points_um=polygon * PITCH_UM, reflectance=1.0)])
+    for tolerance in (1e-8, 1e-9, 1e-10):
+        rendering = render_channels(
+            scene,
+            OpticalSystem.of([Airy(f_number=8.0), SquarePhotosite(side_um=0.0)]),
+            grid,
+            response=weights[None],
+            wavelength_nm=wavelength_nm,
+            channel=np.zeros((size, size), np.uint8),
+            method="fourier",
+            tolerance=tolerance,
+        )
+        assert np.abs(rendering.image - truth).max() <= 0.5 * tolerance
