@@ -50,7 +50,10 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
     own = boundary.run.cost
     if own.seconds <= CHEAP_SECONDS:
         return boundary
-    fourier = FourierRun.prepare(job, samples)
+    # It takes no fewer wavelengths than boundary, and to choose its own takes a while: first what it takes with those.
+    fourier = FourierRun(job=job, nodes=boundary.run.lens.nodes)
+    if fourier.cost.seconds < own.seconds or own.memory_bytes > MEMORY_LIMIT_BYTES:
+        fourier = FourierRun.prepare(job, samples)
     cost = fourier.cost
     fits = cost.memory_bytes <= MEMORY_LIMIT_BYTES
     if fits and (cost.seconds < own.seconds or own.memory_bytes > MEMORY_LIMIT_BYTES):

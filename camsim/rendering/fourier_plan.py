@@ -32,7 +32,7 @@ PER_SPREAD_NODE = 1.5e-7
 PER_SPREAD_POINT = 1.4e-7
 PER_GRID_POINT = 1.2e-8
 PER_KERNEL_SAMPLE = 4.5e-9
-PER_PATTERN_BLUR = 1.2e-6  # of a round pattern's radius, at one wavelength
+PER_PATTERN_BLUR = 1.4e-6  # of a round pattern's radius, at one wavelength, the choice of it included
 PER_PUPIL_NODE = 5e-7
 
 
