@@ -44,8 +44,9 @@ def findings(lines: Iterable[Line]) -> Iterator[dict[str, Any]]:
     """Yield what is to be said: topic, sentence, and the figures that it rests on."""
     points = of_kind(lines, "point")
     for name in PSFS:
-        mine = [p for p in points if p["psf"] == name]
-        if any(contender(p) == "auto" for p in mine):
+        mine = [p for p in points if p["psf"] == name and seconds(p) is not None]
+        # Elsewhere ``auto`` alone is clocked, and nothing is to be said.
+        if {"auto"} < {contender(p) for p in mine}:
             yield _fastest(name, mine)
     here = [p for p in points if p["psf"] == TABLE_PSF]
     for theirs in here:

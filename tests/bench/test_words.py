@@ -24,14 +24,22 @@ def test_auto_is_called_fastest_where_it_is_and_nowhere_else():
     assert found["unreached"] == pytest.approx([1e-9, 1e-10])
     assert f"at 1e-5 {GALSIM} takes 50 ms and auto 1e-8 100 ms" in found["sentence"]
     assert "1e-9 and less were not reached" in found["sentence"]
-    (found,) = said([head(), *ours], "fastest")
+    slower = point("area", "area", 0.9e-9, 0.3)
+    (found,) = said([head(), *ours, slower], "fastest")
     assert found["sentence"].endswith(
         "auto is the fastest at every error from 1e-2 to 1e-8; 1e-9 and less were not reached."
     )
 
 
+def test_nothing_is_the_fastest_where_nothing_else_was_clocked():
+    ours = point("auto", "auto 1e-4", 5e-5, 0.010)
+    assert said([head(), ours], "fastest") == []
+    assert said([head(), ours, point("area", "area", 0.3, None)], "fastest") == []
+
+
 def test_the_timed_frame_counts_as_much_as_the_windows():
-    (found,) = said([head(), point("auto", "auto 1e-4", 5e-5, 0.01, error_frame_max=5e-3)], "fastest")
+    ours = point("auto", "auto 1e-4", 5e-5, 0.01, error_frame_max=5e-3)
+    (found,) = said([head(), ours, point("area", "area", 0.3, 0.02)], "fastest")
     assert found["won"] == pytest.approx([1e-2])
 
 
