@@ -16,7 +16,7 @@ from pathlib import Path
 
 from camsim.bench.cases import PAPER_TABLES, PSFS
 from camsim.bench.diagram import png, svg, work_precision
-from camsim.bench.findings import PAPERS_PROGRAM, TABLE_PSF, cheapest, contender, seconds, true_error
+from camsim.bench.findings import PAPERS_PROGRAM, TABLE_PSF, cheapest, contender, seconds, three_digits, true_error
 from camsim.bench.results import Line, of_kind, read_results
 from camsim.bench.tables import shown
 
@@ -34,7 +34,7 @@ def markdown(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 def duration(value: float | None) -> str:
     if value is None:
         return ""
-    return f"{1e3 * value:.3g} ms" if value < 1.0 else f"{value:.3g} s"
+    return f"{three_digits(1e3 * value)} ms" if value < 1.0 else f"{three_digits(value)} s"
 
 
 def peers(lines: list[Line]) -> str:
@@ -60,7 +60,7 @@ def peers(lines: list[Line]) -> str:
                 duration(seconds(p)),
                 duration(p.get("all_threads", {}).get("wall_s", p["one_thread"]["wall_s"])),
                 f"{p['peak_mb']:.0f} MB" if "peak_mb" in p else "",
-                f"{(seconds(p) or 0) / (seconds(best) or 1):.3g} ×" if best else "",
+                f"{three_digits((seconds(p) or 0) / (seconds(best) or 1))} ×" if best else "",
             ]
         )
     paper = PAPERS_PROGRAM

@@ -94,7 +94,16 @@ def _fastest(name: str, points: list[Line]) -> dict[str, Any]:
 
 
 def _ms(point: Line) -> str:
-    return f"{1e3 * (seconds(point) or 0.0):.3g}"
+    return three_digits(1e3 * (seconds(point) or 0.0))
+
+
+def three_digits(value: float) -> str:
+    """Return a number of everyday size with three digits that count.
+
+    >>> three_digits(1162.7), three_digits(53.28)
+    ('1160', '53.3')
+    """
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def _power(level: float) -> str:
@@ -124,8 +133,8 @@ def _ratio(theirs: Line, points: list[Line]) -> dict[str, Any]:
         "ours": ours["label"],
         "ratio": ratio,
         "sentence": (
-            f"{theirs['label']}: error {true_error(theirs):.2g}; camsim ({ours['label']}) is {ratio:.3g} times faster "
-            f"at {true_error(ours):.2g}."
+            f"{theirs['label']}: error {true_error(theirs):.2g}; camsim ({ours['label']}) is "
+            f"{three_digits(ratio)} times faster at {true_error(ours):.2g}."
         ),
     }
 
