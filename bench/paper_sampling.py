@@ -27,20 +27,24 @@ from collections.abc import Callable
 
 import numba as nb
 import numpy as np
-from scipy import special
 from scipy.stats import qmc
 
 import camsim
 from camsim.arrays import F64
-from camsim.bench import cases
-from camsim.bench.truth import POINTS_AT_ONCE, _point_values
+from camsim.bench import cases, findings
+from camsim.bench.truth import POINTS_AT_ONCE, _point_values, encircled_energy
+from camsim.bench.windows import Lens
 from camsim.rendering import sampled
 
 PSF = cases.PSFS["airy-f8-box"]
 BLUR = float(PSF.blurs_px()[0])  # λN, pitches
 CUTS = {"18 λN": 18.0, "45 λN": 45.0, "50 px": 50.0 / BLUR, "85 λN": 85.0, "200 λN": 200.0}
-FEW, MANY = 2025, 14641
-PAPERS_PROGRAM = {FEW: (4.3e-3, 1.3e-3), MANY: (3.1e-3, 1.3e-3)}  # largest, rms of its frame; measured earlier
+energy = encircled_energy(Lens(blur=np.ones(1), weights=np.ones(1)))  # of the pattern within r, λN
+FEW, MANY = findings.PAPERS_PROGRAM["samples"], 14641
+PAPERS_PROGRAM = {  # largest, rms of its frame; measured earlier
+    FEW: (findings.PAPERS_PROGRAM["error_max"], findings.PAPERS_PROGRAM["error_rms"]),
+    MANY: (3.1e-3, 1.3e-3),
+}
 FIRST = 20  # where the program's published source starts Halton's sequence
 (X0, Y0), CORNERS = cases.frame().first_centre, cases.corners_px()
 EDGES = CORNERS, np.roll(CORNERS, -1, axis=0), np.full(4, -1.0)  # start, end, contrast: black on white
@@ -49,12 +53,6 @@ WINDOW = tuple(
     slice(first, first + count)
     for first, count in zip(cases.WINDOW_ORIGIN, (cases.WINDOW_ROWS, cases.WINDOW_COLS), strict=True)
 )
-
-
-def energy(r: F64) -> F64:
-    """Return the share of the pattern's light within r, λN."""
-    inside: F64 = 1.0 - special.j0(np.pi * r) ** 2 - special.j1(np.pi * r) ** 2
-    return inside
 
 
 @functools.lru_cache(maxsize=1)

@@ -145,7 +145,7 @@ def _as_the_paper(point: Line) -> dict[str, Any]:
     rms = float(point["error_rms"]) / PAPERS_PROGRAM["error_rms"]
     words = "both within a factor 2"
     if not all(0.5 <= r <= 2.0 for r in (largest, rms)):
-        words = "because it cuts the pattern at 18 λN; cut at 50 px it meets them (bench/paper_sampling.py)"
+        words = "not within a factor 2: the pattern is cut at 18 λN here (cut at 50 px: bench/paper_sampling.py)"
     return {
         "topic": "paper",
         "papers_program": PAPERS_PROGRAM,

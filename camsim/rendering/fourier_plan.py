@@ -23,7 +23,7 @@ BLOCK_POINTS, SPREAD_POINTS, FEWEST_IN_BLOCK = 150_000, 400_000, 20_000  # frequ
 PART = 2_000_000  # numbers that are transformed back at a time
 NODES_PER_RADIAN, FEWEST_ON_EDGE = 0.5, 10  # of the Gauss rule on an edge, by the phase along it
 
-# Seconds of one core, measured; only their ratios decide anything.
+# Seconds of one core, measured.
 PER_TILE = 2e-3
 PER_EDGE_POINT = 1.1e-9
 PER_ROUND_POINT, PER_FIELD_POINT = 1e-9, 3e-8
