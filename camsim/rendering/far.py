@@ -134,14 +134,18 @@ def far_line(h: float, d: tuple[float, float]) -> tuple[float, float, float, flo
 def far_edge(h: float, s1: float, s2: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the edge s1 < s2 at signed distance h, every point of it far away.
 
-    A tail towards −∞ is the mirror image of one towards +∞, and mirroring turns moments into their conjugates.
+    A tail towards −∞ is the mirror image of one towards +∞, and mirroring turns moments into their conjugates. Both
+    ends' tails go the same way unless the edge's foot lies strictly between them.
     """
     angle = math.atan2(h * (s2 - s1), h * h + s1 * s2)
-    a0, a1, a3, a5 = smooth_tail(h, abs(s1), m if s1 >= 0.0 else mirrored(m))
-    b0, b1, b3, b5 = smooth_tail(h, abs(s2), m if s2 >= 0.0 else mirrored(m))
     if s1 >= 0.0:
+        a0, a1, a3, a5 = smooth_tail(h, s1, m)
+        b0, b1, b3, b5 = smooth_tail(h, s2, m)
         return angle + a0 - b0, a1 - b1, a3 - b3, a5 - b5
+    a0, a1, a3, a5 = smooth_tail(h, -s1, mirrored(m))
     if s2 <= 0.0:
+        b0, b1, b3, b5 = smooth_tail(h, -s2, mirrored(m))
         return angle + b0 - a0, b1 - a1, b3 - a3, b5 - a5
+    b0, b1, b3, b5 = smooth_tail(h, s2, m)
     _, c1, c3, c5 = far_line(h, across(m))
     return angle - a0 - b0, c1 - a1 - b1, c3 - a3 - b3, c5 - a5 - b5
