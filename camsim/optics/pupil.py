@@ -86,24 +86,34 @@ class Pupil:
         count, radius = (4, 2.0) if self.shape == "square" else (self.blades, 1.0)
         return 0.5 * count * radius * math.sin(2.0 * math.pi / count) - hole
 
+    @property
+    def sides(self) -> int:
+        """How many smooth pieces the outline has: 1 for a circle."""
+        return max(len(self.corners), 1)
+
+    def rays(self, along: F64) -> tuple[F64, F64]:
+        """Return angle and length of the rays to the outline's points: ``along`` (n,) is 0 … 1 on each side in turn.
+
+        returns : (sides, n) each; the middle's distance from the outline changes smoothly along a side
+        """
+        corners = self.corners
+        if not len(corners):
+            angle = 2.0 * np.pi * along[None]
+            return angle, np.ones_like(angle)
+        step = 2.0 * np.pi / len(corners)
+        angle = np.arctan2(corners[:, 1], corners[:, 0])[:, None] + step * along
+        return angle, np.tile(self.inner_radius / np.cos(step * (along - 0.5)), (len(corners), 1))
+
     def rule(self, radial: int, angular: int) -> tuple[F64, F64, F64]:
         """Return nodes x, y and weights of a polar product rule over the opening.
 
-        radial : Gauss nodes from the obstruction to the outline;  angular: nodes on the whole turn
+        radial : Gauss nodes from the obstruction to the outline;  angular: nodes on each side, or on a whole circle
         """
         r, w = _gauss(radial)
-        if self.shape == "circular":
-            angle = 2.0 * np.pi * np.arange(angular) / angular
-            share, edge = np.full(angular, 2.0 * np.pi / angular), np.ones(angular)
-        else:
-            corners = self.corners
-            first = np.arctan2(corners[:, 1], corners[:, 0])
-            step = 2.0 * np.pi / len(corners)
-            # Each side gets a rule of its own: the outline is smooth along it.
-            t, v = _gauss(max(8, math.ceil(angular / len(corners))))
-            angle = (first[:, None] + step * t).ravel()
-            share = np.tile(step * v, len(corners))
-            edge = np.tile(self.inner_radius / np.cos(step * (t - 0.5)), len(corners))
+        # Each side gets a rule of its own, as the outline is smooth along it; what goes round needs none.
+        t, v = _gauss(angular) if len(self.corners) else (np.arange(angular) / angular, np.full(angular, 1.0 / angular))
+        angles, edges = self.rays(t)
+        angle, edge, share = angles.ravel(), edges.ravel(), np.tile(2.0 * np.pi / self.sides * v, self.sides)
         inner = self.obstruction
         radius = inner + np.multiply.outer(r, edge - inner)
         weight = np.multiply.outer(w, (edge - inner) * share) * radius

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
+from scipy import fft
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.arrays import C128, F64
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
@@ -18,6 +19,10 @@ from camsim.spectra.curve import Spectrum
 MOST_WAVES = 50.0
 COARSE = 1e-9  # a non-uniform FFT to this precision may use a grid of less than half the size
 SETTLED = 1e-11  # two rules that differ by no more than this agree
+NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
+RAYS = 24  # on every side of the outline, along which the wavefront's degree is looked for
+MOST_POINTS = 1 << 13  # along a ray
+MOST_NODES = 5e7  # of the pupil's rule: 2 GB
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,8 +131,7 @@ class Wavefront:
 
     def strehl(self, wavelength_nm: float) -> float:
         """Return the pattern's height at the centre over that without aberrations."""
-        spare = self._spare_nodes(wavelength_nm)
-        x, y, weights = self.pupil.rule(24 + spare, 48 + 4 * spare)
+        x, y, weights = self._rule(wavelength_nm, 0.0)
         amplitude = np.sum(weights * np.exp(2j * np.pi * self.waves(x, y, wavelength_nm))) / self.pupil.area
         return float(abs(amplitude) ** 2)
 
@@ -144,9 +148,8 @@ class Wavefront:
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
         reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
         turns = 2.0 * math.pi * radius * self.pupil.outer_radius * reach_um
-        spare = self._spare_nodes(wavelength_nm)
-        x, y, weights = self.pupil.rule(math.ceil(0.27 * turns) + 24 + spare, math.ceil(1.06 * turns) + 64 + 4 * spare)
-        strengths = weights * np.exp(2j * np.pi * self.waves(x, y, wavelength_nm))
+        x, y, weights = self._rule(wavelength_nm, turns)
+        strengths = weights * self._phase_factor(x, y, wavelength_nm)
         steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
         amplitude = finufft.nufft2d1(
             2.0 * np.pi * radius * steps[1] * y,
@@ -160,11 +163,69 @@ class Wavefront:
         irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)
         return irradiance
 
-    def _spare_nodes(self, wavelength_nm: float) -> int:
-        """Return how many nodes the wavefront itself asks for along a radius: its steepest phase, by Markov's bound."""
-        ratio = self.reference_nm / wavelength_nm
-        slope = 2.0 * abs(self.defocus_um) * NM_PER_UM / (8.0 * self.f_number**2 * wavelength_nm)
-        for index, coefficient in self.zernike_waves:
-            n, m = orders(index)
-            slope += abs(coefficient) * ratio * n * n * math.sqrt((2 if m else 1) * (n + 1))
-        return math.ceil(0.5 * math.pi * slope * self.pupil.outer_radius**2)
+    def _rule(self, wavelength_nm: float, turns: float) -> tuple[F64, F64, F64]:
+        """Return a rule over the pupil for its amplitude times plane waves that turn by up to ``turns`` along a radius.
+
+        A Gauss rule of n nodes is exact to degree 2n − 1. A wave of phase κt on −1 … 1 is a polynomial of degree κ and
+        some twenty more; of the wavefront's own phase factor the degrees are looked up (``_degrees``).
+        """
+        along, round_about = self._degrees(wavelength_nm)
+        radial = math.ceil(0.27 * turns + 0.5 * along) + 24
+        if self.pupil.sides > 1:
+            # A side spans less than the whole turn's phase, and half as many nodes as its degree do.
+            angular = max(8, math.ceil((1.06 * turns + 64.0) / self.pupil.sides + 0.5 * round_about))
+        else:
+            angular = math.ceil(1.06 * turns + 64.0) + round_about
+        if radial * angular * self.pupil.sides > MOST_NODES:
+            raise UnsupportedError(
+                f"zernike_waves: this wavefront at {wavelength_nm:g} nm, seen {turns / math.tau:.3g} waves off the axis, "
+                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients, a smaller scene or a "
+                "larger tolerance"
+            )
+        return self.pupil.rule(radial, angular)
+
+    def _degrees(self, wavelength_nm: float) -> tuple[int, int]:
+        """Return the degrees of exp(2πiW) along a radius and along a side of the outline (round it: its harmonics).
+
+        They are read off its Chebyshev (Fourier) coefficients, on as many points as it takes for these to end. A bound
+        by the steepest slope would be blind or absurd: beyond the circle of the coefficients, in the corners of a
+        square, a polynomial of order n is up to 2^(n/2) times as steep as on its rim, but there only.
+        """
+        inner = self.pupil.obstruction
+        shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+        round_rim = self.pupil.sides == 1
+        points = 64
+        while points <= MOST_POINTS:
+            cheb = 0.5 * (1.0 + np.cos(np.pi * (np.arange(points) + 0.5) / points))
+            angle, edge = (a[..., None] for a in self.pupil.rays(np.arange(RAYS) / RAYS))
+            radius = inner + cheb * (edge - inner)
+            factor = self._phase_factor(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
+            along = _degree(np.abs(fft.dct(factor, axis=-1)) / points)
+            angle, edge = self.pupil.rays(np.arange(points) / points if round_rim else cheb)
+            rim = inner + shares[:, None, None] * (edge - inner)
+            factor = self._phase_factor(rim * np.cos(angle), rim * np.sin(angle), wavelength_nm)
+            if round_rim:
+                spectrum = np.abs(fft.fft(factor, axis=-1)) / points
+                half = points // 2
+                round_about = _degree(np.maximum(spectrum[..., :half], spectrum[..., ::-1][..., :half]))
+            else:
+                round_about = _degree(np.abs(fft.dct(factor, axis=-1)) / points)
+            if along is not None and round_about is not None:
+                return along, round_about
+            points *= 2
+        raise UnsupportedError(
+            f"zernike_waves: the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
+            f"({MOST_POINTS} points do not follow it); give smaller coefficients"
+        )
+
+    def _phase_factor(self, x: F64, y: F64, wavelength_nm: float) -> C128:
+        factor: C128 = np.exp(2j * np.pi * self.waves(x, y, wavelength_nm))
+        return factor
+
+
+def _degree(coefficients: F64) -> int | None:
+    """Return the largest degree that matters of (..., n) coefficients, None where the last quarter still does."""
+    largest = coefficients.reshape(-1, coefficients.shape[-1]).max(axis=0)
+    matter = np.flatnonzero(largest > NOTHING)
+    degree = int(matter[-1]) if matter.size else 0
+    return degree if degree < 0.75 * largest.size else None
