@@ -40,7 +40,9 @@ class RoundLens:
         """Choose settings and nodes."""
         if job.pattern is None or job.footprint is None:
             raise UnsupportedError(job.unknown)
-        settings = plan_boundary(job.pattern, job.blur, job.shares, job.footprint, job.start, job.end, job.tolerance)
+        settings = plan_boundary(
+            job.pattern, job.blur, job.shares, job.footprint, job.start, job.end, job.grid, job.tolerance
+        )
         phase = 2.0 * math.pi * min(settings.quiet_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
         return cls(
             job=job,

@@ -198,14 +198,14 @@ def _nodes(job: Job, tolerance: float) -> Nodes:
     else:
         pattern, footprint = AIRY, Footprint.of(OpticalSystem(lens=job.system.lens), job.grid.pitch_um)
     spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
-    followed = quiet_distance(pattern, blur, job.shares, footprint, allowed, end=False, within=span)
+    followed = quiet_distance(pattern, blur, job.shares, footprint, allowed, front="line", within=span)
     while True:
         nodes = job.nodes(phase=spread * followed, tolerance=tolerance)
         count = nodes.wavelength_nm.size
         if count == blur.size or followed >= span:
             return nodes
         shares, at_nodes = nodes.weights.reshape(-1, count), job.blur_at(nodes.wavelength_nm)
-        heard = quiet_distance(pattern, at_nodes, shares, footprint, allowed, end=False, within=span)
+        heard = quiet_distance(pattern, at_nodes, shares, footprint, allowed, front="line", within=span)
         if heard <= followed:
             return nodes
         followed = min(1.4 * followed, span)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numba as nb
 import numpy as np
 
-from camsim.arrays import C128, F64, I64
+from camsim.arrays import C128, F64, I64, U8
 from camsim.rendering.far import Moments, across, far_edge, far_line, far_tail, mirrored, weigh
 from camsim.rendering.rings import ring_tail
 
@@ -269,3 +269,34 @@ def rings_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tab
     if s2 > cut:
         total += _rings_of_part(h, cut, s2, tx, ty, weights, tables, n)
     return total
+
+
+@nb.njit(cache=True, parallel=True)
+def add_rings_in_zone(
+    x0: float,
+    y0: float,
+    zone: tuple[float, float, float],
+    picked: I64,
+    channel: U8,
+    image: F64,
+    edges: Edges,
+    tables: Tables,
+    long: Numbers,
+    short: Numbers,
+) -> None:
+    """Add the rings that some edges send from far away to the photosites of a zone.
+
+    x0, y0 : of the image's first photosite;  zone: x, y and radius
+    long, short : how far rings are there already (``near``, ``reach``) and how far they are wanted (``quiet_end``,
+                  ``quiet_line``), for edges with a response and without
+    """
+    rows, cols = image.shape
+    for r in nb.prange(rows):
+        for c in range(cols):
+            x, y = x0 + c, y0 + r
+            if (x - zone[0]) ** 2 + (y - zone[1]) ** 2 > zone[2] ** 2:
+                continue
+            for e in picked:
+                image[r, c] += rings_at(
+                    x, y, e, channel[r, c], edges, tables, long if edges.response[e] >= 0 else short
+                )

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from camsim.arrays import C128, F64, I64, U8
 from camsim.rendering.boundary import render_edges
 from camsim.rendering.crowd import gather
-from camsim.rendering.edge import Edges, Numbers, Tables
+from camsim.rendering.edge import Edges, Numbers, Tables, add_rings_in_zone
 from camsim.rendering.far import far_moments
+from camsim.rendering.focus import ZONE, touching
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.kernels import ONE_AT_A_TIME
@@ -21,6 +22,7 @@ from camsim.rendering.quadrature import chebyshev, gauss_by_length, interpolatio
 from camsim.rendering.rings import airy_rings
 from camsim.rendering.tables import edge_responses, field_tables
 
+NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
 BAND_PHOTOSITES = 2_000_000
 LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
 MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
@@ -139,30 +141,70 @@ def boundary_bands(
         field=field.reshape(pairs, channels, *field.shape[1:]),
         response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
         base=job.base,
-        rings=_rings(blur, footprint, settings),
+        rings=_rings(blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
         ring_weights=weights,
         blur=blur,
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
+    follow = _zones(edges, tables, n, settings, footprint)
     # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
+        some = np.ascontiguousarray(channel[row : row + band])
         with ONE_AT_A_TIME:
-            part = render_edges(
-                origin[0], origin[1] + row, np.ascontiguousarray(channel[row : row + band]), edges, cells, tables, n
-            )
+            part = render_edges(origin[0], origin[1] + row, some, edges, cells, tables, n)
+            follow(origin[0], origin[1] + row, some, part)
         yield part
         del part  # or it would stay until the next one is finished
 
 
-def _rings(blur: F64, footprint: Footprint, settings: Settings) -> C128:
-    """Return the rings' amplitudes, where the plan computes rings."""
-    if settings.quiet_end == settings.near:
-        return np.empty((0, 2, 1, 1), np.complex128)
+def _rings(blur: F64, footprint: Footprint, nearest: float) -> C128:
+    """Return the rings' amplitudes, which hold from ``nearest`` on."""
     order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
     nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
-    return airy_rings(blur, nodes, weights, turns=_turns(footprint), nearest=settings.near)
+    return airy_rings(blur, nodes, weights, turns=_turns(footprint), nearest=nearest)
+
+
+def _zones(
+    edges: Edges, tables: Tables, n: Numbers, settings: Settings, footprint: Footprint
+) -> Callable[[float, float, U8, F64], None]:
+    """Return what adds to a band the rings that meet in the plan's foci: (x, y of its first photosite, channel, band)."""
+    found = settings.foci
+    if not len(found.radius):
+        return lambda x0, y0, channel, image: None
+    start = np.stack([edges.x, edges.y], axis=1)
+    end = start + edges.length[:, None] * np.stack([edges.tx, edges.ty], axis=1)
+    first, picked = touching(found, start, end)
+    until = (1.0 + 2.0 * ZONE) * float(found.radius.max())  # as far as the far side is from the zone's rim
+    short = n._replace(
+        near=settings.quiet_end, quiet_end=until, reach=settings.quiet_end, quiet_line=max(until, settings.quiet_line)
+    )
+    long = short._replace(reach=settings.quiet_line)
+    far_rings = tables._replace(rings=_rings(tables.blur, footprint, settings.quiet_end))
+
+    def follow(x0: float, y0: float, channel: U8, image: F64) -> None:
+        for i, ((x, y), radius) in enumerate(zip(found.centre, found.radius, strict=True)):
+            # Rows and columns of this band that the zone reaches.
+            half = ZONE * radius
+            top, left = max(0, math.ceil(y - half - y0)), max(0, math.ceil(x - half - x0))
+            rows, cols = slice(top, math.floor(y + half - y0) + 1), slice(left, math.floor(x + half - x0) + 1)
+            if rows.stop <= top or cols.stop <= left:
+                continue
+            add_rings_in_zone(
+                x0 + left,
+                y0 + top,
+                (x, y, half),
+                picked[first[i] : first[i + 1]],
+                channel[rows, cols],
+                image[rows, cols],
+                edges,
+                far_rings,
+                long,
+                short,
+            )
+
+    return follow
 
 
 def _turns(footprint: Footprint) -> int:

@@ -104,7 +104,9 @@ class Job:
         except UnsupportedError as error:
             unknown = str(error)
         shortest_nm = float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf))
-        segment_um, wobble_um, cut_um2 = _outline_limits(system, shortest_nm, tolerance)
+        segment_um, wobble_um, cut_um2 = math.inf, math.inf, math.inf
+        if any(shape.curved for shape in scene.shapes):
+            segment_um, wobble_um, cut_um2 = _outline_limits(system, shortest_nm, tolerance)
         arrangement = arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2)
         signals = Signals.of(arrangement, response, wavelength_nm)
         start, end = arrangement.start_um / grid.pitch_um, arrangement.end_um / grid.pitch_um
@@ -212,19 +214,22 @@ WOBBLE_SHARE = 0.1  # of the tolerance, for curved outlines
 def _outline_limits(system: OpticalSystem, shortest_nm: float, tolerance: float) -> tuple[float, float, float]:
     """Return the longest side of a curved outline's polygon and its largest wobble, µm, and its largest cut, µm².
 
-    Sides no longer than λN wobble at frequencies that the lens does not pass. What stays is of second order: half the
-    mean square of the wobble times the slope of the line spread, which is no more than ∫2π|f|·|OTF| df along it. Where
-    another shape cuts the outline, what is left of the last side counts at once: its area times the pattern's peak,
-    which is half that slope.
+    Sides no longer than the inverse of the highest frequency that passes in any direction wobble at frequencies that
+    the lens does not pass. What stays is of second order: half the mean square of the wobble times the slope of the
+    line spread, which is no more than ∫2π|f|·|OTF| df along it. Where another shape cuts the outline, what is left of
+    the last side counts at once: its area times the pattern's peak, which is half that slope.
     """
     if not math.isfinite(shortest_nm):
         return math.inf, math.inf, math.inf
-    blur_um = system.blur_um(shortest_nm)
-    x, w = gauss_legendre(128)
-    f = 0.5 * (1.0 + x) * (1.4 / blur_um)
+    highest = system.cutoff_per_um(shortest_nm)
+    x, w = gauss_legendre(SLOPE_NODES)
+    f = 0.5 * (1.0 + x) * highest
     slope = max(
-        float(np.abs(system.otf(f * cx, f * cy, shortest_nm)) @ (f * w)) * 2.0 * math.pi * 1.4 / blur_um
+        float(np.abs(system.point_otf(f * cx, f * cy, shortest_nm)) @ (f * w)) * 2.0 * math.pi * highest
         for cx, cy in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
     )
     allowed = WOBBLE_SHARE * tolerance
-    return blur_um, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope
+    return 1.0 / highest, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope
+
+
+SLOPE_NODES = 24  # of a bound: a few per cent of it do not matter

@@ -16,18 +16,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 from scipy import optimize
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.rendering.focus import NO_FOCI, ZONE, Foci, distinct, foci, threes
 from camsim.rendering.footprint import Footprint
+from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern
 
+Front: TypeAlias = Literal["end", "line", "focus"]
 COARSEST = 1e-2
 SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
 FEW = 4  # corners, or lines, that the shares below were set for
+SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
 PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
 NEAREST = 5.0  # blurs: where the search for quiet begins
 RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength
@@ -43,6 +48,7 @@ class Settings:
     near, quiet_end   : an end is integrated within ``near``; beyond, its rings count until ``quiet_end``
     reach, quiet_line : a line's response is looked up within ``reach``; beyond, its rings count until ``quiet_line``
     (without rings both pairs are equal: near and reach are themselves quiet)
+    foci              : about these centres rings are followed as far as the outline that they come from
     """
 
     tolerance: float
@@ -55,6 +61,7 @@ class Settings:
     panel: float
     panel_nodes: int
     tile_nodes: int
+    foci: Foci
     separation: float = SEPARATION
     leaf: int = 16
 
@@ -68,13 +75,13 @@ def check_tolerance(tolerance: float, pattern: Pattern) -> None:
 
 
 def plan_boundary(
-    pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, start: F64, end: F64, tolerance: float
+    pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, start: F64, end: F64, grid: Grid, tolerance: float
 ) -> Settings:
     """Choose the settings.
 
     pattern, blur : of the lens; blur is (j,), pitches
     shares     : (k, j) weights of every weight set, relative to that channel's full scale
-    start, end : (n, 2) the edges, pitches
+    start, end : (n, 2) the edges, pitches;  grid: the photosites
     """
     check_tolerance(tolerance, pattern)
     shortest, longest = float(blur.min()), float(blur.max())
@@ -82,16 +89,22 @@ def plan_boundary(
         pattern.quiet(tolerance) * longest,
         _moment_distance(pattern.powers[0] * longest, footprint, 0.125 * tolerance),
     )
-    quiet_end = max(smooth, quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance, end=True))
+    quiet_end = max(smooth, quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance, front="end"))
     corners = crowding(start, end, 4.0 * quiet_end)
     if corners > FEW:
         quiet_end = max(
             smooth,
-            quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance * math.sqrt(FEW / corners), end=True),
+            quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance * math.sqrt(FEW / corners), front="end"),
         )
+    if pattern.rings and smooth_corners(start, end, quiet_end):
+        # Where a smooth outline is met square on it is a line, however short its sides.
+        quiet_end = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, tolerance / 6.0, front="line"))
+    loud = _loud_foci(pattern, blur, shares, footprint, start, end, grid, quiet_end, tolerance)
+    if not pattern.airy:
+        quiet_end, loud = max(quiet_end, (1.0 + ZONE) * float(loud.radius.max(initial=0.0))), NO_FOCI
     lines = int(np.count_nonzero(np.hypot(*(end - start).T) >= quiet_end))
     allowed = tolerance / 6.0 * math.sqrt(FEW / max(lines, FEW))
-    quiet_line = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, allowed, end=False))
+    quiet_line = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, allowed, front="line"))
     field_step = pattern.grain * shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
     response_step = pattern.grain * shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
     near, reach = quiet_end, quiet_line
@@ -110,7 +123,46 @@ def plan_boundary(
         panel=shortest * PANEL_BLURS,
         panel_nodes=math.ceil(4 + 0.5 * digits),
         tile_nodes=_tile_nodes(0.125 * tolerance),
+        foci=loud,
     )
+
+
+def _loud_foci(
+    pattern: Pattern,
+    blur: F64,
+    shares: F64,
+    footprint: Footprint,
+    start: F64,
+    end: F64,
+    grid: Grid,
+    quiet_end: float,
+    tolerance: float,
+) -> Foci:
+    """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
+    if not pattern.rings or not len(start):
+        return NO_FOCI
+    allowed = 0.25 * tolerance
+    loud = quiet_distance(pattern, blur, shares, footprint, allowed, front="focus")
+    if loud <= quiet_end:
+        return NO_FOCI
+    found = foci(start, end, blur=float(blur.min()), grid=grid, nearest=quiet_end / (1.0 + ZONE))
+    hundredths = np.ceil(100.0 * found.share)
+    until = np.zeros_like(found.radius)
+    for share in np.unique(hundredths):
+        until[hundredths == share] = quiet_distance(
+            pattern, blur, shares, footprint, allowed / (0.01 * float(share)), front="focus"
+        )
+    return distinct(found.some(found.radius < until))
+
+
+def smooth_corners(start: F64, end: F64, short: float) -> bool:
+    """Whether there are corners that turn by less than SMOOTH between edges that are no longer than ``short``."""
+    before, after, _ = threes(start, end)
+    along = end - start
+    length = np.hypot(along[:, 0], along[:, 1])
+    along = along / length[:, None]
+    straight = np.sum(along[before] * along[after], axis=1) > math.cos(SMOOTH)
+    return bool((straight & (np.maximum(length[before], length[after]) < short)).any())
 
 
 def crowding(start: F64, end: F64, window: float) -> float:
@@ -146,22 +198,25 @@ def quiet_distance(
     footprint: Footprint,
     allowed: float,
     *,
-    end: bool,
+    front: Front,
     within: float = math.inf,
 ) -> float:
-    """Distance beyond which what oscillates at an edge's end (else: across a whole line) stays below ``allowed``.
+    """Distance beyond which what oscillates stays below ``allowed``.
+
+    front : at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle (focus.py), where
+            what an end has lost by its running phase, 4π√(u·ρ), is not lost
 
     It is looked for ``within`` a distance; there may be none, and then it is that one.
     """
     if not pattern.rings:
         return 0.0
-    twice = 1.0 if end else 2.0
     shortest, longest = float(blur.min()), float(blur.max())
     phasors = []
-    for u, amplitude, power in pattern.rings:
-        phasor = shares[None] * (twice * amplitude * blur**power * footprint.transfer(u / blur))[:, None]
+    rings = [_at(front, ring) for ring in pattern.rings]
+    for u, amplitude, power in rings:
+        phasor = shares[None] * (amplitude * blur**power * footprint.transfer(u / blur))[:, None]
         phasors.append(phasor.reshape(-1, blur.size))
-    powers = np.array([power for _, _, power in pattern.rings])
+    powers = np.array([power for _, _, power in rings])
     loudest_in_step = np.array([np.abs(phasor).sum(axis=1).max() for phasor in phasors])
     # All in step are that quiet between where the loudest alone is and where each of them is by its share.
     low = float(((loudest_in_step / allowed) ** (1.0 / powers)).max())
@@ -172,11 +227,18 @@ def quiet_distance(
         return farthest
     distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
     loudest = np.zeros_like(distance)
-    for (u, _, power), phasor in zip(pattern.rings, phasors, strict=True):
+    for (u, _, power), phasor in zip(rings, phasors, strict=True):
         wave = np.exp(2j * np.pi * u * distance[:, None] / blur)
         loudest += DULL * np.abs(wave @ phasor.T).max(axis=1) * distance**-power
     loud = np.flatnonzero(loudest > allowed)
     return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
+
+
+def _at(front: Front, ring: tuple[float, float, float]) -> tuple[float, float, float]:
+    u, amplitude, power = ring
+    if front == "focus":
+        return u, 4.0 * math.pi * math.sqrt(u) * amplitude, power - 0.5
+    return u, (2.0 if front == "line" else 1.0) * amplitude, power
 
 
 def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:

@@ -88,7 +88,7 @@ def far_at_points(e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges
         h = (dx - x[i]) * ty - (dy - y[i]) * tx
         s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
         counts = 1.0 if (s1 < 0.0) & (s1 + length >= 0.0) else 0.0
-        _, c1, c3, c5 = far_line(h if abs(h) > n.near else n.near, d)
+        _, c1, c3, c5 = far_line(math.copysign(max(abs(h), n.near), h), d)
         g[1, i] += counts * c1
         g[2, i] += counts * c3
         g[3, i] += counts * c5

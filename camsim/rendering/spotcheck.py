@@ -46,7 +46,7 @@ class Check:
         radius = max(
             12.0 * longest,
             pattern.quiet(allowed) * longest,
-            quiet_distance(pattern, blur, shares, footprint, 0.25 * allowed, end=True),
+            quiet_distance(pattern, blur, shares, footprint, 0.25 * allowed, front="end"),
         )
         nodes, weights = footprint_rule(
             footprint.width,

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -54,6 +54,8 @@ class Polygon:
     camsim.errors.InvalidValueError: points: the outline crosses itself at (1, 1); list ...
     """
 
+    curved: ClassVar[bool] = False
+
     points_um: tuple[Point, ...]
     reflectance: Spectrum
 
@@ -79,6 +81,8 @@ class Polygon:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rectangle:
     """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down)."""
+
+    curved: ClassVar[bool] = False
 
     width_um: float
     height_um: float
@@ -110,6 +114,8 @@ class Rectangle:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disc:
     """A round disc; rendered as a regular polygon of the same area with sides short enough for the tolerance."""
+
+    curved: ClassVar[bool] = True
 
     radius_um: float
     centre_um: Point = (0.0, 0.0)

@@ -1,0 +1,135 @@
+"""Where an outline's rings meet: a round outline is everywhere equally far from its centre, and its rings add up there.
+
+A pattern oscillates as b/ρ^m about its smooth powers of 1/ρ (of an Airy pattern b = 1/π³, m = 2). A corner, or a line,
+leaves a share of that which falls by another √ρ, since the phase runs away along an edge; along a circle about the
+photosite it does not, and an arc that fills the angle α leaves α/2π of it whole. So do the sides of a polygon that all
+touch one circle, each over the length √(λN·R) along which its phase stands still.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.rendering.grid import Grid
+
+NEARLY_PARALLEL = 1e-11  # sine of the angle between two edges that touch no circle together
+MOST_PAIRS = 1e7  # of circles and edges that are looked at
+SAME = 0.05  # radii by which foci differ that are taken for one: a quarter of their zones
+ZONE = 0.2  # radii about the centre, in which the arc's far side is heard more than a line is: (1 + ζ)^{−5/2}/√ζ of it
+
+
+class Foci(NamedTuple):
+    """Circles that edges touch: centres (n, 2) and radii (n,), pitches, and the share (n,) of a turn that they fill."""
+
+    centre: F64
+    radius: F64
+    share: F64
+
+    def some(self, which: np.ndarray) -> Foci:
+        """Return those of them that ``which`` (n,) picks."""
+        return Foci(self.centre[which], self.radius[which], self.share[which])
+
+
+NO_FOCI = Foci(np.empty((0, 2)), np.empty(0), np.empty(0))
+
+
+def foci(start: F64, end: F64, *, blur: float, grid: Grid, nearest: float) -> Foci:
+    """Return the circles of radius ``nearest`` or more that edges touch and whose centre the grid sees.
+
+    start, end : (n, 2) pitches, in chains;  blur: the pattern's shortest length, pitches
+
+    Every three edges in a row touch one circle: n·c − ρ = n·a for their normals n and ends a. Of a round outline each of
+    them brings it up again.
+    """
+    first, middle, last = threes(start, end)
+    normal, _ = _normals(start, end)
+    turns = [
+        np.abs(normal[a, 0] * normal[b, 1] - normal[a, 1] * normal[b, 0]) for a, b in ((first, middle), (middle, last))
+    ]
+    rows = np.stack([first, middle, last], axis=1)[np.minimum(*turns) > NEARLY_PARALLEL]
+    # About the middle edge's start, so that the numbers are small.
+    origin = start[rows[:, 1]]
+    matrix = np.concatenate([normal[rows], np.full((len(rows), 3, 1), -1.0)], axis=2)
+    right = np.einsum("nki,nki->nk", normal[rows], start[rows] - origin[:, None])
+    regular = np.abs(np.linalg.det(matrix)) > NEARLY_PARALLEL**2
+    circle = np.linalg.solve(matrix[regular], right[regular][..., None])[..., 0]
+    centre, radius = circle[:, :2] + origin[regular], np.abs(circle[:, 2])
+    seen = (radius >= nearest) & (_outside(centre, grid) <= ZONE * radius)
+    # Along a smooth outline the circles change slowly: of many so-many-th ones do.
+    some = np.flatnonzero(seen)[:: max(1, math.ceil(np.count_nonzero(seen) * len(start) / MOST_PAIRS))]
+    return Foci(centre[some], radius[some], _shares(centre[some], radius[some], start, end, blur))
+
+
+def distinct(found: Foci) -> Foci:
+    """Return the strongest of the foci that have much of their zones in common."""
+    left = np.argsort(-found.share, kind="stable")
+    kept = []
+    while left.size:
+        best = left[0]
+        kept.append(best)
+        apart = np.abs(found.centre[left] - found.centre[best]).max(axis=1)
+        apart = np.maximum(apart, np.abs(found.radius[left] - found.radius[best]))
+        left = left[apart > SAME * found.radius[best]]
+    return found.some(np.array(kept, np.int64))
+
+
+def touching(found: Foci, start: F64, end: F64) -> tuple[I64, I64]:
+    """Return the edges of each focus, one focus's after the other's: where each begins (n + 1,), and they. None twice."""
+    normal, length = _normals(start, end)
+    along = (end - start) / length[:, None]
+    free = np.ones(len(start), bool)
+    edges, first = [], [0]
+    for centre, radius in zip(found.centre, found.radius, strict=True):
+        gap = np.sum(normal * (centre - start), axis=1)
+        foot = np.sum(along * (centre - start), axis=1)
+        beside = np.maximum(-foot, foot - length) <= 2.0 * SAME * radius
+        edges.append(np.flatnonzero(free & beside & (np.abs(np.abs(gap) - radius) <= 2.0 * SAME * radius)))
+        free[edges[-1]] = False
+        first.append(first[-1] + edges[-1].size)
+    return np.array(first), np.concatenate([*edges, np.empty(0, np.int64)])
+
+
+def _normals(start: F64, end: F64) -> tuple[F64, F64]:
+    """Return unit normals (n, 2) and lengths (n,)."""
+    along = end - start
+    length = np.hypot(along[:, 0], along[:, 1])
+    return np.stack([-along[:, 1], along[:, 0]], axis=1) / length[:, None], length
+
+
+def threes(start: F64, end: F64) -> tuple[I64, I64, I64]:
+    """Return edges (n,) that follow one another, by threes."""
+    points, index = np.unique(np.concatenate([start, end]), axis=0, return_inverse=True)
+    index = index.ravel()
+    begins, ends = index[: len(start)], index[len(start) :]
+    leaves = np.full(len(points), -1)
+    arrives = np.full(len(points), -1)
+    leaves[begins], arrives[ends] = np.arange(len(start)), np.arange(len(start))
+    before, after = arrives[begins], leaves[ends]
+    middle = np.flatnonzero((before >= 0) & (after >= 0))
+    return before[middle], middle, after[middle]
+
+
+def _outside(points: F64, grid: Grid) -> F64:
+    """Return how far points (n, 2) lie outside the grid's outermost photosites."""
+    low = np.array(grid.first_centre)
+    high = low + np.array([grid.cols - 1, grid.rows - 1])
+    gap = np.maximum(np.maximum(low - points, points - high), 0.0)
+    distance: F64 = np.hypot(gap[:, 0], gap[:, 1])
+    return distance
+
+
+def _shares(centre: F64, radius: F64, start: F64, end: F64, blur: float) -> F64:
+    """Return the share of a turn that edges fill which are as far from a centre as its radius, but for a quarter wave."""
+    normal, length = _normals(start, end)
+    along = (end - start) / length[:, None]
+    shares = np.empty_like(radius)
+    for i, (c, r) in enumerate(zip(centre, radius, strict=True)):
+        foot = np.clip(np.sum(along * (c - start), axis=1), 0.0, length)
+        distance = np.hypot(*(start + foot[:, None] * along - c).T)
+        in_step = np.abs(distance - r) <= 0.25 * blur
+        shares[i] = np.minimum(length[in_step], math.sqrt(blur * r)).sum() / r / (2.0 * math.pi)
+    return np.minimum(shares, 1.0)
