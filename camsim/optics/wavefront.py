@@ -178,9 +178,8 @@ class Wavefront:
             angular = math.ceil(1.06 * turns + 64.0) + round_about
         if radial * angular * self.pupil.sides > MOST_NODES:
             raise UnsupportedError(
-                f"zernike_waves: this wavefront at {wavelength_nm:g} nm, seen {turns / math.tau:.3g} waves off the axis, "
-                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients, a smaller scene or a "
-                "larger tolerance"
+                f"zernike_waves: this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
+                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene"
             )
         return self.pupil.rule(radial, angular)
 

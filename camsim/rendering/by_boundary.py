@@ -1,4 +1,4 @@
-"""The boundary engine as a method, and what all methods share that need a round lens: settings, nodes, the check."""
+"""The boundary engine as a method, and what all methods share that need a round lens: settings and nodes."""
 
 from __future__ import annotations
 
@@ -8,32 +8,28 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from camsim.arrays import F64, I64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
-from camsim.rendering.cost import MEMORY_LIMIT_BYTES, Cost, Counts, boundary_cost, boundary_counts, check_seconds
+from camsim.rendering.check.places import FEWEST, Marks
+from camsim.rendering.cost import MEMORY_LIMIT_BYTES, Cost, Counts, boundary_cost, boundary_counts
 from camsim.rendering.engine import boundary_bands
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.hardest import FEWEST, hardest_photosites, how_many
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.plan import Settings, plan_boundary
 from camsim.rendering.run import Progress
-from camsim.rendering.spotcheck import SHARE, Check, reference_values
 from camsim.rendering.work import Work
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RoundLens:
-    """A job with a round lens, and what the boundary engine and the check need for it; the check has its own nodes."""
+    """A job with a round lens, and what the boundary engine needs for it."""
 
     job: Job
     pattern: Pattern
     footprint: Footprint
     settings: Settings
     nodes: Nodes
-    check_nodes: Nodes
 
     @classmethod
     def prepare(cls, job: Job) -> RoundLens:
@@ -50,14 +46,11 @@ class RoundLens:
             footprint=job.footprint,
             settings=settings,
             nodes=job.nodes(phase=phase, tolerance=job.tolerance),
-            check_nodes=job.nodes(phase=phase, tolerance=SHARE * job.tolerance),
         )
 
     def of(self, job: Job) -> RoundLens:
         """Return the same settings and wavelengths for other edges."""
-        return dataclasses.replace(
-            self, job=job, nodes=job.nodes_like(self.nodes), check_nodes=job.nodes_like(self.check_nodes)
-        )
+        return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes))
 
     @functools.cached_property
     def counts(self) -> Counts:
@@ -71,48 +64,6 @@ class RoundLens:
             self.footprint,
             sets=len(job.sides) * job.signals.scale.size,
             wavelengths=self.nodes.wavelength_nm.size,
-        )
-
-    @functools.cached_property
-    def check(self) -> Check:
-        """Settings of the check."""
-        job = self.job
-        return Check.planned(self.pattern, job.blur, job.shares, self.footprint, self.settings.tolerance)
-
-    def hardest(self, render_seconds: float, fewest: int = FEWEST) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites that the check looks at: a tenth of that time's worth of them."""
-        job = self.job
-        return hardest_photosites(
-            job.start,
-            job.end,
-            job.grid,
-            self.settings,
-            render_seconds=render_seconds,
-            check_seconds=self.check_seconds,
-            fewest=fewest,
-        )
-
-    @functools.cached_property
-    def check_seconds(self) -> float:
-        """What the check of one photosite is expected to take."""
-        blur = self.job.blur_at(self.check_nodes.wavelength_nm)
-        return check_seconds(self.check, self.job.start, self.job.end, blur)
-
-    def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, by the path of ``spotcheck``."""
-        job = self.job
-        x0, y0 = job.grid.first_centre
-        return reference_values(
-            np.stack([x0 + cols, y0 + rows], axis=1),
-            sets.astype(np.int64),
-            start=job.start,
-            end=job.end,
-            pair=job.pair,
-            weights=self.check_nodes.weights,
-            base=job.base,
-            pattern=self.pattern,
-            blur=job.blur_at(self.check_nodes.wavelength_nm),
-            check=self.check,
         )
 
 
@@ -137,10 +88,13 @@ class BoundaryRun:
     @property
     def cost(self) -> Cost:
         """What one image takes, the check included."""
-        lens, grid = self.lens, self.lens.job.grid
-        render_seconds = boundary_cost(lens.counts, check_seconds=0.0).seconds
-        checked = how_many(grid.rows * grid.cols, render_seconds=render_seconds, check_seconds=lens.check_seconds)
-        return boundary_cost(lens.counts, check_seconds=checked * lens.check_seconds)
+        checking = self.lens.job.judge.seconds(self.render_seconds, FEWEST)
+        return boundary_cost(self.lens.counts, check_seconds=checking)
+
+    @property
+    def render_seconds(self) -> float:
+        """What one image takes without the check."""
+        return boundary_cost(self.lens.counts, check_seconds=0.0).seconds
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
@@ -182,13 +136,22 @@ class BoundaryRun:
             del band  # or it would stay until the next one is finished
             progress(row / len(channel))
 
-    def hardest(self) -> tuple[I64, I64]:
-        """Return the photosites that the check looks at."""
-        return self.lens.hardest(boundary_cost(self.lens.counts, check_seconds=0.0).seconds)
+    @property
+    def marks(self) -> Marks:
+        """The radii of the plan."""
+        settings = self.lens.settings
+        return Marks(
+            near=settings.near,
+            quiet=settings.quiet_end,
+            reach=settings.reach,
+            leaf=settings.leaf,
+            apart=max(settings.near, settings.separation * 0.5 * settings.leaf),
+        )
 
-    def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again."""
-        return self.lens.reference(rows, cols, sets)
+    @property
+    def fewest(self) -> int:
+        """A few whatever they take."""
+        return FEWEST
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""

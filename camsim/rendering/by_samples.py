@@ -14,10 +14,11 @@ from camsim.optics import EllipticalGaussian
 from camsim.rendering import sampled
 from camsim.rendering.by_boundary import RoundLens
 from camsim.rendering.by_fourier import FourierRun
+from camsim.rendering.check.places import FEWEST, Marks
 from camsim.rendering.cost import Cost
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job
-from camsim.rendering.run import Progress
+from camsim.rendering.run import Progress, plain_marks
 from camsim.rendering.work import Work
 
 SECONDS_PER_CLIP = 4e-9  # of one square against one edge
@@ -27,7 +28,7 @@ SECONDS_PER_CLIP = 4e-9  # of one square against one edge
 class SampledRun:
     """One of the paper's methods.
 
-    lens : what checks it; Fourier transforms where the lens is not round
+    lens : the job, as the boundary engine takes it; as the Fourier engine does where the lens is not round
     """
 
     lens: RoundLens | FourierRun
@@ -66,10 +67,13 @@ class SampledRun:
         """Every sample of every photosite is clipped against every edge."""
         grid = self.lens.job.grid
         photosites = float(grid.rows * grid.cols)
-        return Cost(
-            seconds=1e-3 + SECONDS_PER_CLIP * photosites * self.rule.samples * self.lens.job.edges,
-            memory_bytes=8.0 * photosites,
-        )
+        return Cost(seconds=self.render_seconds, memory_bytes=8.0 * photosites)
+
+    @property
+    def render_seconds(self) -> float:
+        """Every sample of every photosite is clipped against every edge."""
+        grid = self.lens.job.grid
+        return 1e-3 + SECONDS_PER_CLIP * grid.rows * grid.cols * self.rule.samples * self.lens.job.edges
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
@@ -99,13 +103,15 @@ class SampledRun:
         )
         progress(1.0)
 
-    def hardest(self) -> tuple[I64, I64]:
-        """Return the photosites that the check looks at."""
-        return self.lens.hardest(self.cost.seconds)
+    @property
+    def marks(self) -> Marks:
+        """None of its own."""
+        return plain_marks(float(self.lens.job.blur.max()))
 
-    def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, exactly."""
-        return self.lens.reference(rows, cols, sets)
+    @property
+    def fewest(self) -> int:
+        """A few whatever they take."""
+        return FEWEST
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return the largest standard error of the mean of a photosite's samples; of ``importance`` only.

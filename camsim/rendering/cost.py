@@ -17,7 +17,6 @@ from camsim.rendering.engine import directions, largest_tile
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.plan import PANEL_BLURS, Settings
-from camsim.rendering.spotcheck import CELLS_PER_BLUR, PANEL_BLUR, PANEL_NODES, Check
 
 MATRIX, SINE, RING_TABLE = 0.1, 20.0, 2e7  # terms: of a matrix product, one sine, one wavelength's rings
 MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
@@ -148,28 +147,6 @@ PRICES = {
     "table_terms": 0.5,
 }
 SET_UP_SECONDS = 5e-3
-
-
-def check_seconds(check: Check, start: F64, end: F64, blur: F64) -> float:
-    """Return what one photosite of the check takes; arguments in pitches, ``blur`` at the wavelengths of the tables."""
-    along = end - start
-    length, middle = np.hypot(along[:, 0], along[:, 1]), 0.5 * (start + end)
-    shortest = float(blur.min())
-    panels = np.ceil(np.minimum(length, 2.0 * check.radius) / (PANEL_BLUR * shortest))
-    some = start[:: max(1, math.ceil(len(start) / MOST_CHECKED))]
-    nodes = PANEL_NODES * np.mean(
-        [panels[np.hypot(*(middle - point).T) <= check.radius + 0.5 * length].sum() for point in some]
-    )
-    cells = check.radius / shortest * CELLS_PER_BLUR
-    return float(
-        CHECK_SECONDS
-        + len(check.weights) * (nodes * CHECK_NODE_SECONDS + len(start) * CHECK_EDGE_SECONDS)
-        + cells * blur.size * CHECK_CELL_SECONDS
-    )
-
-
-MOST_CHECKED = 16  # ends looked at for how much lies near a photosite that is checked
-CHECK_SECONDS, CHECK_NODE_SECONDS, CHECK_EDGE_SECONDS, CHECK_CELL_SECONDS = 1e-4, 3e-9, 5e-8, 1.2e-8
 
 
 def boundary_cost(counts: Counts, *, check_seconds: float) -> Cost:

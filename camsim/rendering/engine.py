@@ -169,7 +169,7 @@ def _rings(blur: F64, footprint: Footprint, nearest: float) -> C128:
 def _zones(
     edges: Edges, tables: Tables, n: Numbers, settings: Settings, footprint: Footprint
 ) -> Callable[[float, float, U8, F64], None]:
-    """Return what adds to a band the rings that meet in the plan's foci: (x, y of its first photosite, channel, band)."""
+    """Return what adds to a band the rings that meet in foci: (x, y of its first photosite, channel, band)."""
     found = settings.foci
     if not len(found.radius):
         return lambda x0, y0, channel, image: None

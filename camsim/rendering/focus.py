@@ -42,8 +42,8 @@ def foci(start: F64, end: F64, *, blur: float, grid: Grid, nearest: float) -> Fo
 
     start, end : (n, 2) pitches, in chains;  blur: the pattern's shortest length, pitches
 
-    Every three edges in a row touch one circle: n·c − ρ = n·a for their normals n and ends a. Of a round outline each of
-    them brings it up again.
+    Every three edges in a row touch one circle: n·c − ρ = n·a for their normals n and ends a. Of a round outline each
+    of them brings it up again.
     """
     first, middle, last = threes(start, end)
     normal, _ = _normals(start, end)
@@ -78,7 +78,7 @@ def distinct(found: Foci) -> Foci:
 
 
 def touching(found: Foci, start: F64, end: F64) -> tuple[I64, I64]:
-    """Return the edges of each focus, one focus's after the other's: where each begins (n + 1,), and they. None twice."""
+    """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, none twice."""
     normal, length = _normals(start, end)
     along = (end - start) / length[:, None]
     free = np.ones(len(start), bool)
@@ -123,8 +123,8 @@ def _outside(points: F64, grid: Grid) -> F64:
 
 
 def _shares(centre: F64, radius: F64, start: F64, end: F64, blur: float) -> F64:
-    """Return the share of a turn that edges fill which are as far from a centre as its radius, but for a quarter wave."""
-    normal, length = _normals(start, end)
+    """Return the share of a turn that those edges fill which are a radius from a centre, but for a quarter wave."""
+    _, length = _normals(start, end)
     along = (end - start) / length[:, None]
     shares = np.empty_like(radius)
     for i, (c, r) in enumerate(zip(centre, radius, strict=True)):

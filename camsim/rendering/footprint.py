@@ -12,6 +12,7 @@ from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.quadrature import gauss_error, gauss_legendre
 
+BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out
 _SAME = 1e-9  # pitches: offsets this close are one
 
 
@@ -23,7 +24,8 @@ class Footprint:
     spots  : (n, 2) offsets, pitches
     mirrored : whether it is its own mirror image, left and right
     square   : whether it is mirrored and a quarter turn leaves it as it is
-    sigma2 : ½⟨|ζ|²⟩; m22 = ⟨|ζ|⁴⟩, m66 = ⟨|ζ|⁶⟩; m2 = ⟨ζ²⟩, m31 = ⟨ζ³ζ̄⟩, m4, m6, m8 = ⟨ζ⁴⟩, ⟨ζ⁶⟩, ⟨ζ⁸⟩
+    sigma2 : ½⟨|ζ|²⟩; m22 = ⟨|ζ|⁴⟩, m66 = ⟨|ζ|⁶⟩; m2 = ⟨ζ²⟩, m31 = ⟨ζ³ζ̄⟩, m4, m6 = ⟨ζ⁴⟩, ⟨ζ⁶⟩
+    beyond : sizes of ⟨ζ⁸⟩, ⟨ζ¹⁰⟩ … ⟨ζ¹⁶⟩
     """
 
     width: float
@@ -38,11 +40,11 @@ class Footprint:
     m31: complex
     m4: complex
     m6: complex
-    m8: complex
+    beyond: tuple[float, ...]
 
     @classmethod
     def of(cls, system: OpticalSystem, pitch_um: float) -> Footprint:
-        """Measure the system's footprint in pitches; a 5-point Gauss rule is exact for every moment used."""
+        """Measure the system's footprint in pitches; a 9-point Gauss rule is exact for every moment used."""
         sides_um = getattr(system.photosite, "sides_um", None)
         if sides_um is None:
             raise UnsupportedError(
@@ -55,7 +57,7 @@ class Footprint:
             )
         width, height = (side / pitch_um for side in sides_um)
         spots = system.spots_um() / pitch_um
-        zeta, weight = footprint_rule(width, height, spots, 5)
+        zeta, weight = footprint_rule(width, height, spots, 9)
         z = zeta[:, 0] + 1j * zeta[:, 1]
         size2 = np.abs(z) ** 2
         mirrored = _same_spots(spots, spots * [-1.0, 1.0])
@@ -79,7 +81,7 @@ class Footprint:
             m31=mean(z**2 * size2),
             m4=mean(z**4),
             m6=mean(z**6),
-            m8=mean(z**8),
+            beyond=tuple(abs(mean(z**n)) for n in BEYOND),
         )
 
     @property

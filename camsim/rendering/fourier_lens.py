@@ -40,7 +40,6 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         reach = max(float(within(0.1 * tolerance, float(w))) for w in wavelength_nm) / pitch_um
     is_round = hasattr(lens, "point_spread") and not more
     faint = getattr(lens, "fades", False) and not more
-    light = reach * 0.1 * tolerance if math.isfinite(reach) and not faint else 0.0
     rings: tuple[tuple[float, float], ...] = ()
     if is_round and not faint:
         longest = max(system.blur_um(float(w)) for w in wavelength_nm) / pitch_um
@@ -48,7 +47,34 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
             # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
             # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
             rings = tuple((16.0 * a * longest**n, n) for _, a, n in pattern_of(lens).rings)
-    return Kernel(cutoff=cutoff, blur=blur, reach=reach, round=is_round, tapered=not faint, light=light, rings=rings)
+    return Kernel(
+        cutoff=cutoff,
+        blur=blur,
+        reach=reach,
+        round=is_round,
+        tapered=not faint,
+        light=_light_beyond(system, wavelength_nm, pitch_um),
+        rings=rings,
+    )
+
+
+def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
+    """Return what tells how much light may lie beyond a distance in pitches: all of it where the lens does not say.
+
+    A pattern may have dark rings, and a radial curve negative ones: what lies beyond is looked for farther out too, and
+    taken twice.
+    """
+    energy = getattr(system.lens, "encircled_energy", None)
+    if energy is None or system.more:
+        return lambda distance: 1.0
+    ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
+    farther = np.linspace(1.0, 1.5, 33)
+
+    def light(distance: float) -> float:
+        radius_um = distance * pitch_um * farther
+        return 2.0 * max(float(np.abs(1.0 - energy(radius_um, nm)).max()) for nm in ends_nm)
+
+    return light
 
 
 @nb.njit(cache=True, parallel=True)

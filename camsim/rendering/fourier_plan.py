@@ -9,7 +9,7 @@ wraps round. Tapering widens the kernel's band from its cut-off to cutoff + marg
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +45,7 @@ class Kernel:
     reach   : as far as its light matters; inf: as far as there is anything
     round   : the taper is round and the kernel a curve; else both are functions of x and y
     tapered : False for a pattern that has died away at ``reach`` by itself
-    light   : share of the light that may lie beyond a distance, as (share·distance); 0 where unknown
+    light   : what share of the light may lie beyond a distance
     rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
     """
 
@@ -54,12 +54,12 @@ class Kernel:
     reach: float
     round: bool
     tapered: bool
-    light: float
+    light: Callable[[float], float]
     rings: tuple[tuple[float, float], ...] = ()
 
     def beyond(self, distance: float, edges: int) -> float:
         """Return what a taper that begins at ``distance`` works on: at most this of an image of so many edges."""
-        beyond = min(1.0, self.light / distance) if self.light else 1.0
+        beyond = min(1.0, self.light(distance))
         if self.rings:
             beyond = min(beyond, edges * sum(a * distance**-n for a, n in self.rings))
         return beyond

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
+from camsim.rendering.check.judge import Judge
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern, pattern_of
@@ -56,10 +58,11 @@ class LeftOut:
     bound: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Job:
     """What is to be rendered, before any engine or setting is chosen.
 
+    scene, response, wavelength_nm : as they came in; what follows was made of them
     start, end   : (n, 2) the edges, pitches
     left, right  : (n,) spectrum on either side (0: the background);  pair: (n,) index into ``sides``
     sides        : (pairs, 2) left and right spectrum of every pair
@@ -70,6 +73,9 @@ class Job:
                    and ``unknown`` says why
     """
 
+    scene: Scene
+    response: F64
+    wavelength_nm: F64
     start: F64
     end: F64
     left: I64
@@ -105,7 +111,7 @@ class Job:
             unknown = str(error)
         shortest_nm = float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf))
         segment_um, wobble_um, cut_um2 = math.inf, math.inf, math.inf
-        if any(shape.curved for shape in scene.shapes):
+        if any(shape.circle_um for shape in scene.shapes):
             segment_um, wobble_um, cut_um2 = _outline_limits(system, shortest_nm, tolerance)
         arrangement = arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2)
         signals = Signals.of(arrangement, response, wavelength_nm)
@@ -128,6 +134,9 @@ class Job:
             )
         kept, out = ~(equal | far), np.concatenate([np.flatnonzero(equal), np.flatnonzero(far)])
         return cls(
+            scene=scene,
+            response=response,
+            wavelength_nm=wavelength_nm,
             **_edges(start[kept], end[kept], left[kept], right[kept]),
             signals=signals,
             base=signals.density[0].sum(axis=1),
@@ -155,6 +164,28 @@ class Job:
         return dataclasses.replace(
             self, **_edges(out.start, out.end, out.left, out.right), base=np.zeros_like(self.base)
         )
+
+    def of_edges(
+        self,
+        start: F64,
+        end: F64,
+        left: I64,
+        right: I64,
+        *,
+        wavelength_nm: F64,
+        density: F64,
+        base: F64,
+        tolerance: float,
+    ) -> Job:
+        """Return other edges with signals of their own behind the same optics, at another tolerance."""
+        signals = Signals(wavelength_nm=wavelength_nm, density=density, scale=self.signals.scale)
+        edges = _edges(start, end, left, right)
+        return dataclasses.replace(self, **edges, signals=signals, base=base, tolerance=tolerance)
+
+    @functools.cached_property
+    def judge(self) -> Judge:
+        """What recomputes photosites."""
+        return Judge(self)
 
     @property
     def edges(self) -> int:

@@ -7,7 +7,7 @@ Sources of error, each given a share of the tolerance (amplitudes are for a cont
   wavelengths are added as the phasors that they are, sign of D included; many corners in sight of one photosite (or
   many lines) add up like random phases, so their share falls with the root of their number. Where keeping it out by
   distance would take long integrals, the rings are computed instead (rings.py) until they are as quiet as that.
-* The footprint's moments end at the fourth: next come |M8|/(16π R⁸) and about 3·c1·M6/(2π R⁷).
+* The footprint's moments end at the sixth: next come |Mₙ|/(2πnRⁿ), n = 8, 10 …, and about 3·c1·M6/(2π R⁷).
 * The 8-point look-up in the field: 1.1e-3·(2πδ/λN)⁸ of the field's highest frequencies; the panels' Gauss rule.
 * Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
 """
@@ -24,7 +24,7 @@ from scipy import optimize
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.rendering.focus import NO_FOCI, ZONE, Foci, distinct, foci, threes
-from camsim.rendering.footprint import Footprint
+from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern
 
@@ -242,7 +242,17 @@ def _at(front: Front, ring: tuple[float, float, float]) -> tuple[float, float, f
 
 
 def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
-    """Distance beyond which the footprint's moments past the fourth stay below ``allowed``."""
-    eighth: float = (abs(footprint.m8) / (16.0 * math.pi * allowed)) ** (1.0 / 8.0)
+    """Distance beyond which the footprint's moments past those of the far form stay below ``allowed``.
+
+    Of the angle they leave |⟨ζⁿ⟩|/(2πnRⁿ), n = 8, 10 …; one of them may be 0 where the next is not, and near the
+    footprint they fall slowly.
+    """
     sixth: float = (3.0 * c1 * footprint.m66 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
-    return max(eighth, sixth)
+    terms = [(size / (2.0 * math.pi * n), n) for n, size in zip(BEYOND, footprint.beyond, strict=True) if size]
+    if not terms:
+        return sixth
+    low = max((size / allowed) ** (1.0 / n) for size, n in terms)
+    high = max((len(terms) * size / allowed) ** (1.0 / n) for size, n in terms)
+    if high > low:
+        low = optimize.brentq(lambda r: sum(size * r**-n for size, n in terms) - allowed, low, high)
+    return max(low, sixth)

@@ -17,7 +17,7 @@ from camsim.optics import OpticalStage, OpticalSystem
 from camsim.rendering.auto import Choice, check_method, choose
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
-from camsim.rendering.run import Found, Run, check, compare
+from camsim.rendering.run import Found, Run, check, compare, hardest
 from camsim.rendering.work import Work
 from camsim.scene import Scene
 
@@ -170,12 +170,12 @@ def render_channels(
         everywhere = [np.full_like(channel, k) for k in range(scale.size)]
         for k, own in enumerate(everywhere):
             planes[k] = _image(runs, own, _part(report, 0.9 * k / scale.size, 0.9 / scale.size))
-        planes_found = max((check(run, planes[k], own) for k, own in enumerate(everywhere)), key=lambda f: f.error)
+        planes_found = max((check(job, run, planes[k], own) for k, own in enumerate(everywhere)), key=lambda f: f.error)
         image = np.take_along_axis(planes, channel[None].astype(np.intp), axis=0)[0]
         planes *= scale[:, None, None]
     else:
         image = _image(runs, channel, _part(report, 0.0, 0.9))
-    found = check(run, image, channel)
+    found = check(job, run, image, channel)
     if strict:
         for judged in (found, planes_found):
             _refuse(judged, choice, grid, tolerance)
@@ -249,7 +249,7 @@ def render_bands(
     )
     run, scale, report = choice.run, job.signals.scale, progress or _silent
     report("render", 0.0)
-    rows, cols = run.hardest()
+    rows, cols = hardest(job, run)
     values, first = np.empty(rows.size), 0
     for band in run.bands(channel, _part(report, 0.0, 0.9)):
         here = (first <= rows) & (rows < first + len(band))
@@ -261,7 +261,7 @@ def render_bands(
             take(part)
             first += len(part)
         del band, part  # or they would stay until the next band is finished
-    found = compare(run, values, rows, cols, channel[rows, cols])
+    found = compare(job, run, values, rows, cols, channel[rows, cols])
     if strict:
         _refuse(found, choice, grid, tolerance)
     report("render", 1.0)

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.rendering.check.places import Marks
 from camsim.rendering.cost import Cost
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
@@ -27,7 +28,12 @@ class Run(Protocol):
 
     @property
     def cost(self) -> Cost:
-        """What rendering the job once is expected to take."""
+        """What rendering the job once is expected to take, the check included."""
+        ...
+
+    @property
+    def render_seconds(self) -> float:
+        """What it is expected to take without the check."""
         ...
 
     def work(self, images: int) -> Work:
@@ -42,12 +48,14 @@ class Run(Protocol):
         """Yield the image, each photosite in its own channel, from the top down in bands of rows."""
         ...
 
-    def hardest(self) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites that are worth checking."""
+    @property
+    def marks(self) -> Marks:
+        """Where it changes its ways, for the check to look there."""
         ...
 
-    def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, each in its channel of ``sets``, by a path that shares little with ``bands``."""
+    @property
+    def fewest(self) -> int:
+        """How many photosites must be checked whatever it takes."""
         ...
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
@@ -72,9 +80,14 @@ class Found:
     standard_error: float | None = None
 
 
-def compare(run: Run, values: F64, rows: I64, cols: I64, sets: U8) -> Found:
-    """Compare an image's values at photosites with the reference."""
-    difference = np.abs(values - run.reference(rows, cols, sets))
+def plain_marks(blur: float) -> Marks:
+    """Return the marks of a method without any: as far out as a few of the pattern's lengths."""
+    return Marks(near=5.0 * blur, quiet=20.0 * blur, reach=5.0 * blur, leaf=16, apart=16.0)
+
+
+def compare(job: Job, run: Run, values: F64, rows: I64, cols: I64, sets: U8) -> Found:
+    """Compare an image's values at photosites with what the judge makes of them."""
+    difference = np.abs(values - job.judge.values(rows, cols, sets))
     worst = int(np.argmax(difference))
     return Found(
         error=float(difference[worst]),
@@ -85,10 +98,15 @@ def compare(run: Run, values: F64, rows: I64, cols: I64, sets: U8) -> Found:
     )
 
 
-def check(run: Run, image: F64, channel: U8) -> Found:
+def hardest(job: Job, run: Run) -> tuple[I64, I64]:
+    """Return the photosites that the check looks at."""
+    return job.judge.photosites(run.render_seconds, run.marks, run.fewest)
+
+
+def check(job: Job, run: Run, image: F64, channel: U8) -> Found:
     """Compare an image at its hardest photosites."""
-    rows, cols = run.hardest()
-    return compare(run, image[rows, cols], rows, cols, channel[rows, cols])
+    rows, cols = hardest(job, run)
+    return compare(job, run, image[rows, cols], rows, cols, channel[rows, cols])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -106,7 +124,12 @@ class FlatRun:
     def cost(self) -> Cost:
         """Filling an array."""
         photosites = self.job.grid.rows * self.job.grid.cols
-        return Cost(seconds=1e-4 + 5e-9 * photosites, memory_bytes=8.0 * photosites)
+        return Cost(seconds=self.render_seconds, memory_bytes=8.0 * photosites)
+
+    @property
+    def render_seconds(self) -> float:
+        """A fill of an array."""
+        return 1e-4 + 5e-9 * self.job.grid.rows * self.job.grid.cols
 
     def work(self, images: int) -> Work:
         """Return the work: photosites are filled, nothing is computed."""
@@ -122,14 +145,15 @@ class FlatRun:
             yield self.job.base[channel[row : row + FLAT_ROWS]]
             progress(min(row + FLAT_ROWS, len(channel)) / len(channel))
 
-    def hardest(self) -> tuple[I64, I64]:
-        """Return the first photosite: all are alike."""
-        return np.zeros(1, np.int64), np.zeros(1, np.int64)
+    @property
+    def marks(self) -> Marks:
+        """Return marks that mean nothing: all photosites are alike."""
+        return plain_marks(1.0)
 
-    def reference(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Return the background once more."""
-        values: F64 = self.job.base[sets]
-        return values
+    @property
+    def fewest(self) -> int:
+        """One."""
+        return 1
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -54,8 +54,6 @@ class Polygon:
     camsim.errors.InvalidValueError: points: the outline crosses itself at (1, 1); list ...
     """
 
-    curved: ClassVar[bool] = False
-
     points_um: tuple[Point, ...]
     reflectance: Spectrum
 
@@ -73,6 +71,11 @@ class Polygon:
                 "list the corners in order round the shape"
             )
 
+    @property
+    def circle_um(self) -> tuple[float, float, float] | None:
+        """None: its sides are straight."""
+        return None
+
     def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
         """Return the corners (n, 2), µm; what the arguments limit, only curved shapes have."""
         return np.array(self.points_um)
@@ -81,8 +84,6 @@ class Polygon:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rectangle:
     """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down)."""
-
-    curved: ClassVar[bool] = False
 
     width_um: float
     height_um: float
@@ -100,6 +101,11 @@ class Rectangle:
                 raise InvalidValueError(f"{name}: {side!r} is not a side; give a finite number above 0")
             check_place(name, (side,))
 
+    @property
+    def circle_um(self) -> tuple[float, float, float] | None:
+        """None: its sides are straight."""
+        return None
+
     def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
         """Return the four corners (4, 2), µm."""
         angle = math.radians(self.rotate_deg)
@@ -115,8 +121,6 @@ class Rectangle:
 class Disc:
     """A round disc; rendered as a regular polygon of the same area with sides short enough for the tolerance."""
 
-    curved: ClassVar[bool] = True
-
     radius_um: float
     centre_um: Point = (0.0, 0.0)
     reflectance: Spectrum
@@ -128,6 +132,11 @@ class Disc:
         if not (math.isfinite(self.radius_um) and self.radius_um > 0):
             raise InvalidValueError(f"radius: {self.radius_um!r} is not a radius; give a finite number above 0")
         check_place("radius", (self.radius_um,))
+
+    @property
+    def circle_um(self) -> tuple[float, float, float]:
+        """The centre's x and y and the radius, µm."""
+        return *self.centre_um, self.radius_um
 
     def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
         """Return an equal-area polygon (n, 2), µm: its corners lie on radius R·√(θ/sin θ), θ = 2π/n.

@@ -1,0 +1,164 @@
+"""Which photosites are worth checking: where each way of computing is at its limit. A pure function of the inputs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.rendering.check.scenery import Outlines
+from camsim.rendering.grid import Grid
+
+FEWEST, MOST = 4, 256
+MOST_PARTS = 256  # looked at for a hard tile; more are thinned out
+SHARE_OF_TIME = 0.1
+GOLDEN = 0.6180339887498949
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Marks:
+    """Where an engine changes its ways: distances from an end and from a line, pitches, and the smallest tile.
+
+    near, quiet : an end is treated in one way within ``near``, in another beyond ``quiet``
+    reach       : likewise of a line
+    leaf, apart : photosites along the smallest tile, and how far from a source one is that is interpolated
+    """
+
+    near: float
+    quiet: float
+    reach: float
+    leaf: int
+    apart: float
+
+
+def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int = FEWEST) -> int:
+    """Return how many photosites are checked; seconds are those expected of the rendering, and of one check."""
+    return min(photosites, MOST, max(fewest, int(SHARE_OF_TIME * render_seconds / check_seconds)))
+
+
+def hardest_photosites(outlines: Outlines, grid: Grid, marks: Marks, *, count: int) -> tuple[I64, I64]:
+    """Return rows and columns of ``count`` photosites to check (all of a smaller grid), none twice.
+
+    In turn: at a corner; straight off a part's end, from just beyond the near radius to past where the end is quiet;
+    the middle of a round part, where its rings meet; across the middle of a part, at the end of the edge response's
+    table, beyond it, or close to it; a corner of a tile that is just far enough from a corner of the scene to be
+    interpolated, or of the frame; and any photosite at all.
+    """
+    photosites = grid.rows * grid.cols
+    count = min(count, photosites)
+    ends = _ends(outlines)
+    spots: dict[tuple[int, int], None] = {}
+    for turn in range(2 * count):
+        if len(spots) >= count:
+            break
+        for x, y in _hard_points(outlines, ends, marks, grid, turn):
+            spots[(_nearest(y - grid.first_centre[1], grid.rows), _nearest(x - grid.first_centre[0], grid.cols))] = None
+    place = 0.0
+    while len(spots) < count:
+        place = (place + GOLDEN) % 1.0
+        spots.setdefault(divmod(int(place * photosites), grid.cols), None)
+    chosen = np.array(list(spots)[:count])
+    return chosen[:, 0], chosen[:, 1]
+
+
+def windows(outlines: Outlines, grid: Grid, size: int) -> tuple[I64, I64]:
+    """Return rows and columns of small windows about a corner and about the middle of a part, one after the other."""
+    x0, y0 = grid.first_centre
+    middle = np.array([x0 + 0.5 * (grid.cols - 1), y0 + 0.5 * (grid.rows - 1)])
+    half = 0.5 * np.array([grid.cols, grid.rows])
+    start, end = _ends(outlines)
+    places = np.array([p[np.argmin(np.abs((p - middle) / half).max(axis=1))] for p in (start, 0.5 * (start + end))])
+    tall, wide = min(size, grid.rows), min(size, grid.cols)
+    row = np.clip(np.round(places[:, 1] - y0) - tall // 2, 0, grid.rows - tall).astype(np.int64)
+    col = np.clip(np.round(places[:, 0] - x0) - wide // 2, 0, grid.cols - wide).astype(np.int64)
+    own = np.unique(np.stack([row, col], axis=1), axis=0)
+    down, across = np.divmod(np.arange(tall * wide), wide)
+    return (own[:, :1] + down).ravel(), (own[:, 1:] + across).ravel()
+
+
+def _ends(o: Outlines) -> tuple[F64, F64]:
+    """Return first and last points (n, 2) of every part; of a round one two points on it, a third of a turn apart."""
+    straight = o.turn_rad == 0.0
+    last_rad = o.from_rad + np.minimum(o.turn_rad, math.tau / 3.0)
+    start = np.stack(
+        [
+            o.x + np.where(straight, 0.0, o.dx * np.cos(o.from_rad)),
+            o.y + np.where(straight, 0.0, o.dx * np.sin(o.from_rad)),
+        ]
+    )
+    end = np.stack(
+        [
+            o.x + np.where(straight, o.dx, o.dx * np.cos(last_rad)),
+            o.y + np.where(straight, o.dy, o.dx * np.sin(last_rad)),
+        ]
+    )
+    return start.T, end.T
+
+
+def _nearest(position: float, count: int) -> int:
+    return int(min(max(round(position), 0), count - 1))
+
+
+def _hard_points(o: Outlines, ends: tuple[F64, F64], marks: Marks, grid: Grid, turn: int) -> F64:
+    """Return four points (4, 2), pitches; turns step through the parts by the golden ratio."""
+    part = _part(turn, len(o.x))
+    a, b = ends[0][part], ends[1][part]
+    along = (b - a) / np.hypot(*(b - a))
+    across = np.array([-along[1], along[0]]) * (1.0 if turn % 2 else -1.0)
+    x0, y0 = grid.first_centre
+    fraction = (turn * GOLDEN) % 1.0
+    width, height = grid.cols - 1, grid.rows - 1
+    fourth = np.array([x0 + fraction * width, y0 + (fraction * math.e * 7.0) % 1.0 * height])
+    if turn % 4 == 0:
+        corner = _tile_corner(*ends, marks, grid, turn)
+        fourth = np.array([x0 + (turn % 2) * width, y0 + (turn // 2 % 2) * height]) if corner is None else corner
+    elif turn % 4 == 2 and o.turn_rad[part] > 0.0:
+        fourth = np.array([o.x[part], o.y[part]])
+    distance = (0.97 * marks.reach, 0.3, 1.03 * marks.reach, 0.5 * marks.reach)[turn % 4]
+    beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
+    # Past the near radius for certain, wherever the photosites lie; later turns go as far as the end is heard.
+    off = math.ceil(1.02 * marks.near) + fraction * max(0.0, 1.1 * marks.quiet - marks.near)
+    points: F64 = np.stack([a, a + off * across, beside, fourth])
+    return points
+
+
+def _part(turn: int, parts: int) -> int:
+    return int((turn * GOLDEN) % 1.0 * parts)
+
+
+def _tile_corner(start: F64, end: F64, marks: Marks, grid: Grid, turn: int) -> F64 | None:
+    """Return the photosite where interpolation over a tile has the hardest time, None if the frame has none.
+
+    It lies in a tile that is just far enough from a corner of the scene, with part of the scene nearer than that:
+    edges that meet in one corner and are interpolated together all but cancel, so it takes a tile that has some of
+    them interpolated and some not.
+    """
+    size, half = marks.leaf, 0.5 * marks.leaf
+    first, counts = np.array(grid.first_centre), np.array([grid.cols, grid.rows])
+    ends = np.stack([start, end])[:, :: max(1, len(start) // MOST_PARTS)] - (first - 0.5)
+    own = np.array([_part(turn + k, ends.shape[1]) for k in range(16)])
+    picked, along = ends[0, own], ends[1, own] - ends[0, own]
+    tiles, corners = [], []
+    for axis, side in ((0, 1), (0, -1), (1, 1), (1, -1)):
+        low = np.floor(picked / size) * size
+        beyond = np.ceil((side * picked[:, axis] + marks.apart) / size) * size
+        low[:, axis] = beyond if side > 0 else -beyond - size
+        facing = low.copy()
+        facing[:, axis] += 0 if side > 0 else size - 1
+        tiles.append(low)
+        corners.append(facing)
+    low, corner = np.concatenate(tiles), np.concatenate(corners)
+    own, along, picked = np.tile(own, 4), np.tile(along, (4, 1)), np.tile(picked, (4, 1))
+    behind = np.sum((low + half - picked) * along, axis=1) < 0.0
+    inside = np.all((corner >= 0) & (corner < counts), axis=1)
+    low, corner, own, behind = low[inside], corner[inside], own[inside], behind[inside]
+    beside = np.maximum(np.abs(ends - (low + half)[:, None, None]) - half, 0.0)
+    is_far = np.hypot(beside[..., 0], beside[..., 1]).min(axis=1, initial=np.inf) >= marks.apart
+    mixed = is_far.any(axis=1) & ~is_far.all(axis=1)
+    if not mixed.any():
+        return None
+    surely = mixed & behind & is_far[np.arange(own.size), own]
+    place: F64 = first + corner[np.argmax(surely if surely.any() else mixed)]
+    return place

@@ -1,0 +1,172 @@
+"""The light at points: every piece of an outline integrated, E(r)·(r × dr)/r² along it, over 2π."""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.rendering.check.scenery import Outlines
+
+PANEL_NODES = 20
+PANEL_BLURS = 4.0
+FAR_PANEL = 0.5  # of a round piece, as a share of its distance
+
+
+@nb.njit(cache=True, inline="always")
+def _beyond(h: float, s: float, far: F64) -> float:
+    """Σ c_k·∫ds/r^k over the half line from s ≥ 0, for k = 3, 5, 7."""
+    r = math.hypot(h, s)
+    u = s / r
+    third = 1.0 / (r * (r + s))
+    total: float = third * (
+        far[1] + third * ((2.0 + u) / 3.0 * far[2] + third * (8.0 + 9.0 * u + 3.0 * u * u) / 15.0 * far[3])
+    )
+    return total
+
+
+@nb.njit(cache=True)
+def _far_line(h: float, s1: float, s2: float, far: F64) -> float:
+    """Far form over s1 … s2: the angle and the first three odd powers of 1/r."""
+    if s1 < 0.0 < s2:
+        powers = 2.0 * _beyond(h, 0.0, far) - _beyond(h, -s1, far) - _beyond(h, s2, far)
+    else:
+        powers = _beyond(h, min(abs(s1), abs(s2)), far) - _beyond(h, max(abs(s1), abs(s2)), far)
+    total: float = far[0] * math.atan2(h * (s2 - s1), h * h + s1 * s2) - h * powers
+    return total
+
+
+@nb.njit(cache=True, inline="always")
+def _value(r: float, inside: bool, cells: F64, per_step: float, far: F64) -> float:
+    """E/r² from the table, or its smooth powers."""
+    if inside:
+        u = r * per_step
+        cell = min(int(u), len(cells) - 1)
+        t = u - cell
+        c = cells[cell]
+        value: float = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+        return value
+    inv = 1.0 / r
+    inv2 = inv * inv
+    smooth: float = inv2 * (far[0] - inv * (far[1] + inv2 * (far[2] + inv2 * far[3])))
+    return smooth
+
+
+@nb.njit(cache=True)
+def _straight(
+    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, cells: F64, per_step: float, far: F64, g: F64
+) -> float:
+    length = math.hypot(o.dx[e], o.dy[e])
+    tx, ty = o.dx[e] / length, o.dy[e] / length
+    dx, dy = o.x[e] - x, o.y[e] - y
+    h = dx * ty - dy * tx
+    s1 = dx * tx + dy * ty
+    s2 = s1 + length
+    cut = math.sqrt(max(radius * radius - h * h, 0.0))
+    low, high = max(s1, -cut), min(s2, cut)
+    if high <= low:
+        return _far_line(h, s1, s2, far)
+    total = 0.0
+    if s1 < low:
+        total += _far_line(h, s1, low, far)
+    if s2 > high:
+        total += _far_line(h, high, s2, far)
+    panels = math.ceil((high - low) / panel)
+    half = 0.5 * (high - low) / panels
+    inside = 0.0
+    for p in range(panels):
+        middle = low + half * (2 * p + 1)
+        for q in range(g.shape[1]):
+            s = middle + half * g[0, q]
+            inside += g[1, q] * _value(math.sqrt(h * h + s * s), True, cells, per_step, far)
+    total += h * half * inside
+    return total
+
+
+@nb.njit(cache=True)
+def _round(
+    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, cells: F64, per_step: float, far: F64, g: F64
+) -> float:
+    """One round piece: with d from the point to the centre and e(φ) to the rim, r × dr = (R² + R·d·e)dφ."""
+    big = o.dx[e]
+    dx, dy = o.x[e] - x, o.y[e] - y
+    gap = math.hypot(dx, dy)
+    begin, end = o.from_rad[e], o.from_rad[e] + o.turn_rad[e]
+    # Cut where the rim crosses the table's radius: |d|² + R² + 2R|d|cos(φ − φd) = radius².
+    cuts = np.array([begin, end, end, end, end, end])
+    count = 1
+    if gap > 0.0:
+        cosine = (radius * radius - gap * gap - big * big) / (2.0 * big * gap)
+        if -1.0 < cosine < 1.0:
+            towards = math.atan2(dy, dx)
+            for sign in (-1.0, 1.0):
+                angle = begin + (towards + sign * math.acos(cosine) - begin) % math.tau
+                while angle < end and count < 5:
+                    cuts[count] = angle
+                    count += 1
+                    angle += math.tau
+    cuts = np.sort(cuts)
+    total = 0.0
+    for k in range(5):
+        low, high = cuts[k], cuts[k + 1]
+        if high <= low:
+            continue
+        middle = 0.5 * (low + high)
+        at = math.hypot(dx + big * math.cos(middle), dy + big * math.sin(middle))
+        inside = at < radius
+        longest = panel
+        if not inside:
+            longest = max(panel, FAR_PANEL * max(abs(gap - big), radius))
+        panels = max(1, math.ceil((high - low) * big / longest))
+        half = 0.5 * (high - low) / panels
+        part = 0.0
+        for p in range(panels):
+            centre = low + half * (2 * p + 1)
+            for q in range(g.shape[1]):
+                angle = centre + half * g[0, q]
+                c, s = math.cos(angle), math.sin(angle)
+                rx, ry = dx + big * c, dy + big * s
+                r = math.sqrt(rx * rx + ry * ry)
+                part += g[1, q] * (rx * c + ry * s) * _value(r, inside, cells, per_step, far)
+        total += part * half * big
+    return total
+
+
+@nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
+def light_at_points(
+    points: F64,
+    sets: I64,
+    radius: F64,
+    nodes: F64,
+    o: Outlines,
+    pair: I64,
+    cells: F64,
+    step: float,
+    far: F64,
+    panel: float,
+    gauss: F64,
+) -> F64:
+    """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
+
+    sets   : (points,) channel of each;  radius: (points,) within which E is taken from the table
+    pair   : (pieces,) which two spectra
+    cells  : (pairs, channels, n, 6), step: the table;  far: (pairs, channels, 4)
+    panel  : longest that one rule integrates, pitches;  gauss: (2, q) nodes and weights
+    """
+    count, per_step = len(nodes), 1.0 / step
+    light = np.zeros((len(points), count))
+    for job in nb.prange(len(points) * count):
+        point, node = job // count, job % count
+        x, y = points[point, 0] + nodes[node, 0], points[point, 1] + nodes[node, 1]
+        channel, reach = sets[point], radius[point]
+        total = 0.0
+        for e in range(len(pair)):
+            table, powers = cells[pair[e], channel], far[pair[e], channel]
+            if o.turn_rad[e] == 0.0:
+                total += _straight(x, y, o, e, reach, panel, table, per_step, powers, gauss)
+            else:
+                total += _round(x, y, o, e, reach, panel, table, per_step, powers, gauss)
+        light[point, node] = total / math.tau
+    return light

@@ -1,0 +1,46 @@
+"""The check's own wavelengths: signals made from the curves themselves, and few nodes for many."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.spectra.curve import Spectrum, spectrum_at
+
+FEWEST, MORE = 20, 14  # nodes: at the least, and beyond half a node for every radian
+
+
+def densities(spectra: Sequence[Spectrum], response: F64, wavelength_nm: F64) -> tuple[F64, F64]:
+    """Return the wavelengths (n,) that carry signal, and (spectra, channels, n) what each gives, of full scale.
+
+    response : (channels, m) signal of a perfect diffuser, quadrature weight included
+    """
+    seen = (response != 0.0).any(axis=0)
+    if not seen.any():
+        seen = np.arange(wavelength_nm.size) == 0
+    density = np.stack([spectrum_at(s, wavelength_nm[seen]) for s in spectra])[:, None] * response[None, :, seen]
+    full = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
+    return wavelength_nm[seen], density / np.where(full > 0.0, full, 1.0)[:, None]
+
+
+def condensed(wavelength_nm: F64, density: F64, *, phase: float, digits: float) -> tuple[F64, F64]:
+    """Move signals to Chebyshev nodes, so that they weigh every polynomial of that degree as before.
+
+    phase : what a wave that matters turns by over the spectrum, radians;  digits: how exactly it is followed
+    """
+    count = max(FEWEST, math.ceil(0.5 * phase + MORE + 3.0 * digits))
+    if wavelength_nm.size <= count:
+        return wavelength_nm, density
+    low, high = float(wavelength_nm.min()), float(wavelength_nm.max())
+    angle = math.pi * (np.arange(count) + 0.5) / count
+    nodes = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(angle)
+    # ℓ_j(x) = (2/n) Σ' T_k(x_j)·T_k(x): sums of cosines, no differences of neighbours.
+    place = np.arccos(np.clip((low + high - 2.0 * wavelength_nm) / (high - low), -1.0, 1.0))
+    degree = np.arange(count)
+    at_nodes, at_places = np.cos(np.outer(degree, angle)), np.cos(np.outer(degree, place))
+    at_places[0] *= 0.5
+    moved: F64 = (2.0 / count) * ((density @ at_places.T) @ at_nodes)
+    return nodes, moved
