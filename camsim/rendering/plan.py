@@ -254,5 +254,5 @@ def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
     low = max((size / allowed) ** (1.0 / n) for size, n in terms)
     high = max((len(terms) * size / allowed) ** (1.0 / n) for size, n in terms)
     if high > low:
-        low = optimize.brentq(lambda r: sum(size * r**-n for size, n in terms) - allowed, low, high)
+        low = float(optimize.brentq(lambda r: sum(size * r**-n for size, n in terms) - allowed, low, high))
     return max(low, sixth)

@@ -68,7 +68,7 @@ def _straight(
     low, high = max(s1, -cut), min(s2, cut)
     if high <= low:
         return _far_line(h, s1, s2, far)
-    total = 0.0
+    total: float = 0.0
     if s1 < low:
         total += _far_line(h, s1, low, far)
     if s2 > high:
