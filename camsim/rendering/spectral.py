@@ -12,6 +12,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.quadrature import gauss_legendre
 from camsim.scene import Arrangement
 from camsim.spectra.curve import spectrum_at
+from camsim.spectra.integral import lagrange, lumped
 
 FEWEST_NODES = 16
 
@@ -20,7 +21,8 @@ FEWEST_NODES = 16
 class Signals:
     """What each spectrum gives each channel at each wavelength, before optics, in units of the channel's scale.
 
-    wavelength_nm : (n,) where light, filters and surfaces were multiplied; only those that carry signal
+    wavelength_nm : (n,) where light, filters and surfaces were multiplied, only those that carry signal; lumped where
+                    the curves needed more of them than the optics do
     density       : (spectra, channels, n), quadrature weight included: a sum over n is a mean signal
     scale         : (channels,) the larger of a perfect diffuser and the brightest spectrum, in the caller's unit
     """
@@ -39,7 +41,8 @@ class Signals:
         density = reflectance[:, None, :] * response[None]
         scale = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
         scale = np.where(scale > 0.0, scale, 1.0)
-        return cls(wavelength_nm=wavelength_nm, density=density / scale[:, None], scale=scale)
+        wavelength_nm, density = lumped(wavelength_nm, density / scale[:, None])
+        return cls(wavelength_nm=wavelength_nm, density=density, scale=scale)
 
     def blur(self, system: OpticalSystem, pitch_um: float) -> F64:
         """Return the lens's own length at every wavelength, in pitches."""
@@ -68,11 +71,4 @@ def fuse(signals: Signals, *, phase: float, tolerance: float) -> tuple[F64, F64]
     x, gauss_w = gauss_legendre(count)
     low, high = wavelength_nm[0], wavelength_nm[-1]
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * x
-    # Barycentric weights of Gauss–Legendre nodes: (−1)^j·√((1 − x²)·w) (Wang & Xiang 2012).
-    barycentric = (-1.0) ** np.arange(count) * np.sqrt((1.0 - x * x) * gauss_w)
-    gap = wavelength_nm[:, None] - nodes
-    hit = gap == 0.0
-    terms = barycentric / np.where(hit, 1.0, gap)
-    basis = terms / terms.sum(axis=1, keepdims=True)
-    basis[hit.any(axis=1)] = hit[hit.any(axis=1)]
-    return nodes, signals.density @ basis
+    return nodes, signals.density @ lagrange(wavelength_nm, nodes, x, gauss_w)
