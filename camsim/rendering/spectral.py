@@ -12,7 +12,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.quadrature import gauss_legendre
 from camsim.scene import Arrangement
 from camsim.spectra.curve import spectrum_at
-from camsim.spectra.integral import lagrange, lumped
+from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 
 FEWEST_NODES = 16
 
@@ -37,12 +37,17 @@ class Signals:
         carries = np.any(response != 0.0, axis=0)
         carries[0] |= not carries.any()  # light that no channel sees is an image too: a black one
         wavelength_nm, response = wavelength_nm[carries], response[:, carries]
-        reflectance = np.stack([spectrum_at(s, wavelength_nm) for s in arrangement.spectra])
-        density = reflectance[:, None, :] * response[None]
+        parts = []
+        for here in whole_nanometres(wavelength_nm):
+            reflectance = np.stack([spectrum_at(s, wavelength_nm[here]) for s in arrangement.spectra])
+            parts.append(lumped(wavelength_nm[here], reflectance[:, None, :] * response[None, :, here]))
+        nodes, density = (
+            np.concatenate([part[0] for part in parts]),
+            np.concatenate([part[1] for part in parts], axis=2),
+        )
         scale = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
         scale = np.where(scale > 0.0, scale, 1.0)
-        wavelength_nm, density = lumped(wavelength_nm, density / scale[:, None])
-        return cls(wavelength_nm=wavelength_nm, density=density, scale=scale)
+        return cls(wavelength_nm=nodes, density=density / scale[:, None], scale=scale)
 
     def blur(self, system: OpticalSystem, pitch_um: float) -> F64:
         """Return the lens's own length at every wavelength, in pitches."""

@@ -7,6 +7,7 @@ product is a polynomial of as many degrees as there are curves, and Gauss–Lege
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -78,6 +79,19 @@ def lumped(wavelength_nm: F64, density: F64) -> tuple[F64, F64]:
         nodes.append(own)
         parts.append(held)
     return np.concatenate(nodes), np.concatenate(parts, axis=-1)
+
+
+def whole_nanometres(wavelength_nm: F64, most: int = 50_000) -> Iterator[slice]:
+    """Yield parts of nodes (n,) that ``lumped`` may take one by one: of ``most`` nodes, and a nanometre more.
+
+    >>> list(whole_nanometres(np.array([500.1, 500.9, 501.2, 501.8, 502.0]), most=1))
+    [slice(0, 2, None), slice(2, 4, None), slice(4, 5, None)]
+    """
+    first, cell = 0, np.floor(wavelength_nm)
+    while first < cell.size:
+        last = int(np.searchsorted(cell, cell[min(first + most, cell.size) - 1], side="right"))
+        yield slice(first, last)
+        first = last
 
 
 def lagrange(at: F64, nodes: F64, x: F64, gauss_w: F64) -> F64:
