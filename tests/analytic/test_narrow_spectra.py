@@ -252,10 +252,10 @@ def test_a_line_meets_the_curves_at_its_wavelength() -> None:
 
 
 def test_a_wide_spectrum_is_met_about_once_a_nanometre() -> None:
-    """As many nodes as there were when spectra were summed over whole nanometres, so that nothing takes longer."""
+    """Curves every 5 nm: 106 panels of six nodes, so that a capture in daylight takes no longer than by whole ones."""
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
     samples = camera.samples(Light("D55", illuminance_lux=1.0), [camsim.reflectance("orange")])
-    assert samples.wavelength_nm.size == pytest.approx(530, abs=5)
+    assert samples.wavelength_nm.size == 6 * 106
     assert lumped(samples.wavelength_nm, samples.weight_nm)[0].size == samples.wavelength_nm.size
 
 

@@ -79,6 +79,14 @@ def test_published_values_of_illuminants_and_of_the_eye() -> None:
     assert photopic_observer().at(np.array([510.0, 555.0, 610.0])).tolist() == [0.503, 1.0, 0.503]
 
 
+def test_daylight_goes_on_to_830_nm_as_cie_15_prints_it() -> None:
+    """Table T.1 of CIE 15 has D65 to 830 nm; the table that names are looked up in ends at 780 nm."""
+    printed = {785.0: 63.8434, 790.0: 64.3040, 800.0: 59.4519, 810.0: 51.9590, 820.0: 57.4406, 830.0: 60.3125}
+    found = illuminant("D65").at(np.array(list(printed)))
+    np.testing.assert_allclose(found, list(printed.values()), rtol=1e-5)
+    np.testing.assert_array_equal(illuminant("D65").at(np.array([299.9, 830.1])), 0.0)
+
+
 def test_fluorescent_lamps_go_by_both_of_their_names() -> None:
     assert illuminant("F11") == illuminant("FL11")
     assert illuminant("F3.1") == illuminant("FL3.1")
