@@ -193,11 +193,10 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
     )
     count = len(electrons)
     white = lumps.sum(axis=1)
-    lumps[:count] /= white[:count].max() or 1.0
-    lumps[count:] /= white[count + 1] or 1.0
+    scale = np.repeat([white[:count].max() or 1.0, white[count + 1] or 1.0], [count, 3])
+    neutral, white_xyz = np.split(white / scale, [count])
     reflectance = np.array([curve.at(wavelength_nm) for curve in _surfaces()])
-    neutral, white_xyz = lumps[:count].sum(axis=1), lumps[count:].sum(axis=1)
-    camera, xyz = reflectance @ lumps[:count].T, reflectance @ lumps[count:].T
+    camera, xyz = np.split(reflectance @ lumps.T / scale, [count], axis=1)
 
     spread = np.linalg.svd(camera, compute_uv=False)
     if not spread[-1] > _LEAST_RANK * spread[0]:
