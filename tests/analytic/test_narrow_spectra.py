@@ -202,6 +202,19 @@ def test_a_step_passes_what_lies_below_it(edge_nm: float, flank_nm: float) -> No
     assert found == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize("filters", range(7))
+def test_ramps_that_multiply_are_a_polynomial(filters: int) -> None:
+    """Light, surface and filters all rise from 0 to 1 within 0.8 nm: ∫ x^n·λ dx, to rounding however many there are."""
+    ramp, width_nm = camsim.Curve((500.1, 500.9), (0.0, 1.0)), 0.8
+    light = Light(ramp, irradiance_w_per_m2=0.5 * width_nm)
+    camera = mono(filters=(ramp,) * filters)
+    samples = camera.samples(light, [ramp])
+    found = camera.electrons_per_reflectance(samples, 1.0)[0] @ ramp.at(samples.wavelength_nm)
+    n = filters + 2
+    expected = width_nm * (500.1 / (n + 1) + width_nm / (n + 2)) * 0.25 * 1e-9 / HC * 4e-12
+    assert found == pytest.approx(expected, rel=1e-11)
+
+
 def test_a_light_ends_where_its_table_ends() -> None:
     """A flat table from 500.3 to 599.8 nm has 99.5 nm, and photons of no other wavelength."""
     light = Light(camsim.Curve((500.3, 599.8), (7.0, 7.0)), irradiance_w_per_m2=99.5)
