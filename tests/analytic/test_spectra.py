@@ -65,8 +65,8 @@ def test_a_curve_refuses_what_no_spectrum_is(
 
 
 def test_illuminant_a_follows_the_formula_that_defines_it() -> None:
-    """CIE 15: a Planckian radiator with c2 = 1.435e7 nm K at 2848 K, 100 at 560 nm."""
-    nm = np.arange(300.0, 781.0, 5.0)
+    """CIE 15: a Planckian radiator with c2 = 1.435e7 nm K at 2848 K, 100 at 560 nm; it goes on to 1100 nm."""
+    nm = np.arange(300.0, 1101.0, 5.0)
     planck = (560.0 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560.0)) / np.expm1(1.435e7 / (2848 * nm))
     np.testing.assert_allclose(illuminant("A").at(nm), 100.0 * planck, rtol=2e-5)
 
