@@ -293,6 +293,15 @@ def test_ten_thousand_points_are_lumped_to_six_a_nanometre_with_all_their_moment
         np.testing.assert_allclose(part, whole, rtol=1e-12)
 
 
+def test_what_lies_on_a_lump_stays_there() -> None:
+    """The six nodes of a stretch and its ends as fine ones: each of the six is its own lump."""
+    ends = np.array([500.0, 500.9])
+    six, _ = lumped(np.linspace(*ends, 50), np.ones(50))
+    nodes, lumps = lumped(np.union1d(six, ends), np.eye(8))
+    np.testing.assert_array_equal(nodes, six)
+    np.testing.assert_array_equal(lumps[1:7], np.eye(6))
+
+
 @pytest.mark.parametrize(("distance", "allowed"), [(23.0, 1e-8), (100.0, 1e-4), (366.0, 0.05)])
 def test_lumps_turn_as_the_light_does(distance: float, allowed: float) -> None:
     """exp(2πiR/λN) over spectra that fill a nanometre in every possible way, R in λN of 500 nm."""
