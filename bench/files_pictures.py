@@ -13,6 +13,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 import camsim
+from camsim.sensor.colour_matrix import as_shot_neutral
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "clients")]
@@ -85,12 +86,12 @@ def pair() -> Image.Image:
     def codes(frame: camsim.Frame) -> np.ndarray:
         return (frame.mosaic.astype(float) - frame.black_level_dn) * frame.electrons_per_dn / white_e
 
-    neutral = noisy.colour.sensitivity @ noisy.colour.light
+    neutral = as_shot_neutral(noisy.colour)
     return labelled(
         {
             "noisy": shown(codes(noisy)),
             "clean": shown(codes(clean)),
-            "truth": shown(clean.truth / white_e / neutral * neutral.max()),
+            "truth": shown(clean.truth / white_e / neutral),
         }
     )
 

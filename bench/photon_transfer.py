@@ -94,7 +94,7 @@ def measure(name: str, side: int, frames: int, judge: bool) -> Iterator[dict]:
     camera = camera.replace(rows=side, cols=side, olpf=None)
     iso = camera.adc.base_iso
     saturation_e = camera.adc.saturation_e(iso, camera.well_as_read_e(iso))
-    per_watt = camera.electrons_per_reflectance(light(1.0).samples(), TIME_S).sum(axis=1)
+    per_watt = camera.diffuser_electrons(light(1.0), TIME_S)
     brightest = saturation_e / per_watt.max()
     channels = camera.cfa.channels
     index = camera.cfa.channel_index(side, side)

@@ -20,6 +20,7 @@ from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.chain import STAGES
+from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
 from camsim.sensor.falloff import Falloff, working_f_number
@@ -116,8 +117,17 @@ class Camera:
         lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
         return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite)
 
+    def samples(self, light: Light, surfaces: Iterable[Spectrum] = ()) -> LightSamples:
+        """Return a light at nodes that follow every curve it meets: surfaces, lens, filters, quantum efficiency."""
+        efficiencies = [curve for _, curve in self.quantum_efficiency.select(self.cfa.channels).curves]
+        passes = ([spectrum] for spectrum in (self.lens.transmission, *self.filters))
+        return light.samples(surfaces, *passes, efficiencies)
+
     def electrons_per_reflectance(self, samples: LightSamples, time_s: float) -> F64:
-        """Return (channels, n) mean electrons of a perfect diffuser at every wavelength, on the optical axis."""
+        """Return (channels, n) mean electrons of a perfect diffuser at every wavelength, on the optical axis.
+
+        samples : as ``samples`` returns them;  before crosstalk
+        """
         return electrons_per_reflectance(
             samples,
             f_number=self.working_f_number,
@@ -126,6 +136,21 @@ class Camera:
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
             photosite_area_um2=self.photosite.area_um2,
             time_s=time_s,
+        )
+
+    def diffuser_electrons(self, light: Light, time_s: float) -> F64:
+        """Return (channels,) mean electrons of a perfect diffuser on the optical axis, after crosstalk."""
+        own_e: F64 = self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1)
+        return own_e if self.crosstalk is None else self.crosstalk.mixing(self.cfa) @ own_e
+
+    def colour_response(self, light: Light, matrix: MatrixOf = "standard") -> ColourResponse:
+        """Return how the channels see light, the capture's and others, for white balance and colour matrices."""
+        return ColourResponse(
+            quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
+            passes=self.filters if light.at == "sensor" else (self.lens.transmission, *self.filters),
+            crosstalk=None if self.crosstalk is None else tuple(map(tuple, self.crosstalk.mixing(self.cfa).tolist())),
+            light=light,
+            matrix=matrix,
         )
 
     def full_well_at(self, iso: float) -> FullWell | None:
@@ -162,9 +187,9 @@ class Camera:
         """Return the exposure time; "auto" puts the most responsive channel's white at 80 % of black..white."""
         if not isinstance(exposure.time_s, str):
             return exposure.time_s
-        per_second = self.electrons_per_reflectance(light.samples(), 1.0).sum(axis=1)
         return auto_time_s(
-            per_second, saturation_e=self.adc.saturation_e(exposure.iso, self.well_as_read_e(exposure.iso))
+            self.diffuser_electrons(light, 1.0),
+            saturation_e=self.adc.saturation_e(exposure.iso, self.well_as_read_e(exposure.iso)),
         )
 
     def grid(self, region: Region | None = None) -> Grid:

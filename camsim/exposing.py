@@ -23,7 +23,6 @@ from camsim.reporting import Clock, Signals, accuracy_notes, acting, notes, sent
 from camsim.scene import Scene
 from camsim.sensor.chain import mixed, record
 from camsim.sensor.colour_matrix import MatrixOf
-from camsim.sensor.colour_response import colour_response
 from camsim.sensor.draws import random_numbers
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import falloff_at
@@ -68,8 +67,9 @@ class Capture:
 
     @functools.cached_property
     def samples(self) -> LightSamples:
-        """The light at its wavelengths."""
-        return self.light.samples()
+        """The light at nodes that follow every curve of camera and scene."""
+        surfaces = (self.scene.background, *(shape.reflectance for shape in self.scene.shapes))
+        return self.camera.samples(self.light, surfaces)
 
     @functools.cached_property
     def time_s(self) -> float:
@@ -109,10 +109,10 @@ class Capture:
             **rendered, every_channel="truth" in products, strict=self.strict, progress=self.progress
         )
         mean = self._dimmed(rendering.image, self.wide)
-        truth = self._truth(rendering)
+        shown = mean if self.camera.crosstalk is None else mixed(mean, self.camera.crosstalk)
+        truth = self._truth(rendering, shown)
         clock.lap("render")
         channel = self._channel(self.grid)
-        shown = mean if self.camera.crosstalk is None else mixed(mean, self.camera.crosstalk)
         for frame_number in frame_numbers:
             recorded = self._recorded(mean, frame_number, rows_before=0)
             clock.lap("noise")
@@ -199,7 +199,7 @@ class Capture:
             self.scene,
             self.camera.optics,
             self.grid,
-            samples=self.samples,
+            light=self.light,
             wavelength_nm=self.spectral_nm,
             tolerance=self.tolerance,
             method=self.method,
@@ -221,14 +221,19 @@ class Capture:
             pitch_um=self.camera.pitch_um,
         )
 
-    def _truth(self, rendering: Rendering) -> F32 | None:
-        """Return (rows, cols, channels) of the window."""
+    def _truth(self, rendering: Rendering, mean_electrons: F64) -> F32 | None:
+        """Return (rows, cols, channels) of the window; each photosite's own channel is its ``mean_electrons``."""
         if rendering.planes is None:
             return None
-        truth = np.ascontiguousarray(np.moveaxis(np.maximum(rendering.planes, 0.0), 0, 2), dtype=np.float32)
+        planes = np.maximum(rendering.planes, 0.0, out=rendering.planes)
         if self.camera.falloff is not None:
-            truth = (truth * self._falloff(self.wide)[..., None]).astype(np.float32)
-        return truth if self.wide is self.grid else truth[1:-1, 1:-1]
+            planes *= self._falloff(self.wide)
+        truth = np.empty((self.grid.rows, self.grid.cols, len(planes)), np.float32)
+        own, crosstalk = self._channel(self.grid), self.camera.crosstalk
+        for k in range(len(planes)):
+            plane = planes[k] if crosstalk is None else crosstalk.seen_by(k, planes, self.camera.cfa)
+            truth[..., k] = np.where(own == k, mean_electrons, plane)
+        return truth
 
     def _recorded(self, mean: F64, frame_number: int, *, rows_before: int) -> F64:
         """Return the electrons that are read, every electronic stage applied."""
@@ -274,12 +279,7 @@ class Capture:
             datetime=exposure.datetime,
             seed=self.seed,
             frame_number=frame_number,
-            colour=colour_response(
-                camera.quantum_efficiency.select(camera.cfa.channels),
-                self.samples,
-                passes=camera.filters if self.samples.on_sensor else (camera.lens.transmission, *camera.filters),
-                matrix=self.colour_matrix,
-            ),
+            colour=camera.colour_response(self.light, self.colour_matrix),
             description=describe(
                 {
                     "camera": camera,
@@ -304,7 +304,7 @@ class Capture:
             scene=self.scene_name,
             optics=tuple(sentence(stage) for stage in camera.optics.stages),
             electronics=acting(camera.electronics(iso), noise=self.noise),
-            wavelengths=wavelengths(self.samples, rendering.wavelengths),
+            wavelengths=wavelengths(self.light, self.samples.wavelength_nm.size, rendering.wavelengths),
             method=rendering.method,
             tolerance=rendering.tolerance,
             error_estimate=rendering.error_estimate,

@@ -75,9 +75,11 @@ class Frame:
     """A finished capture.
 
     mosaic              (rows, cols) uint16 data numbers
-    mean_electrons      (rows, cols) float64, before any noise, each photosite in its own channel
+    mean_electrons      (rows, cols) float64, before any noise, after crosstalk, each photosite in its own channel
     electrons           (rows, cols) float64, after noise and full well, before the ADC
-    truth               (rows, cols, channels) float32 mean electrons of every channel; None unless asked for
+    truth               (rows, cols, channels) float32 mean electrons of every channel; None unless asked for. Its own
+                        channel is a photosite's ``mean_electrons``; the others are what a photosite of that channel
+                        would collect there, with the neighbours (for crosstalk) that such a one has in the array
     channel_index       (rows, cols) uint8, index into ``channels``
     channels            names such as ("R", "G", "B") or ("Y",)
     cfa_pattern         letters of the window's own (0,0) (0,1) … , one string per row, such as ("RG", "GB")
@@ -87,7 +89,7 @@ class Frame:
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
     passed_rows         of a capture whose codes were handed over as they came: so many, and the arrays hold none
-    colour              spectral response of the channels and the light, for colour matrices and white balance
+    colour              how the channels see light, crosstalk included: for colour matrices and white balance
     description         plain tree (dicts, lists, numbers, strings) of all stages: what was computed
     """
 

@@ -14,7 +14,7 @@ from camsim.frame import ChannelSignal
 from camsim.rendering import Rendering
 from camsim.sensor.adc import Adc
 from camsim.sensor.chain import STAGES_OF_THE_MEAN
-from camsim.spectra.light import LightSamples
+from camsim.spectra.light import Light
 
 # A full well that ends a percent beyond the last code is meant to end there.
 _WORTH_A_NOTE = 1.01
@@ -107,9 +107,9 @@ def sentence(stage: object) -> str:
     return f"{type(stage).__name__}({', '.join(shown)})"
 
 
-def wavelengths(samples: LightSamples, nodes: int) -> str:
-    """Return what the light is made of, and on how many nodes the optics were computed."""
-    if samples.wavelength_nm.size == 1:
-        return f"{samples.wavelength_nm[0]:g} nm, one line"
-    low, high = samples.wavelength_nm[0], samples.wavelength_nm[-1]
-    return f"{low:g}–{high:g} nm, {samples.wavelength_nm.size} samples on {nodes} nodes"
+def wavelengths(light: Light, samples: int, nodes: int) -> str:
+    """Return what the light is made of, where it was integrated, and on how many nodes the optics were computed."""
+    low, high = light.ends_nm
+    if light.is_one_line:
+        return f"{low:g} nm, one line"
+    return f"{low:g}–{high:g} nm, {samples} samples on {nodes} nodes"

@@ -13,7 +13,10 @@ import numpy as np
 from camsim.frame import ChannelSignal, Frame, Report
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.colour_science import colour_science
+from camsim.spectra.curve import Curve
+from camsim.spectra.light import Light
 from tests.colour_data import aligned, patches, white_xyz
 
 PATCH_ROWS, PATCH_COLS = 4, 6
@@ -112,10 +115,12 @@ def chart(
         "datetime": "2021-03-04 05:06:07",
         "seed": 2**40 + 1,
         "colour": ColourResponse(
-            channels=cfa.channels,
-            wavelength_nm=NODES_NM,
-            sensitivity=sensitivity,
-            light=aligned("light", light),
+            quantum_efficiency=QuantumEfficiency(
+                tuple((letter, Curve(NODES_NM, np.maximum(curves[letter], 0.0))) for letter in cfa.channels),
+                per="energy",
+                peak=0.5,
+            ),
+            light=Light(Curve(NODES_NM, aligned("light", light)), illuminance_lux=1.0),
             matrix=matrix,
         ),
         "description": {"sensor": {"name": "ColorChecker, 4.88 µm", "cfa": list(pattern)}, "note": '<&"]]> \u0001 ü'},

@@ -99,7 +99,7 @@ class Psf:
 def _green() -> tuple[F64, F64]:
     """Wavelengths and weights of the D40-like camera's green channel under D55."""
     camera = Camera.from_yaml("d40-like", lens=Airy(f_number=8.0))
-    samples = Light("D55", illuminance_lux=1000.0).samples()
+    samples = camera.samples(Light("D55", illuminance_lux=1000.0))
     response = camera.electrons_per_reflectance(samples, 1.0)[camera.cfa.channels.index("G")]
     seen = response > 0.0
     return samples.wavelength_nm[seen], response[seen] / response.sum()

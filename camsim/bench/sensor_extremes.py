@@ -100,8 +100,8 @@ def _gain() -> float:
 
 def _short() -> float:
     camera = Camera.from_yaml("d40-like", lens=Airy(f_number=8.0))
-    samples = Light("D55", illuminance_lux=5000.0).samples()
-    second, micro = (camera.electrons_per_reflectance(samples, t).sum(axis=1) for t in (1.0, 1e-6))
+    light = Light("D55", illuminance_lux=5000.0)
+    second, micro = (camera.diffuser_electrons(light, t) for t in (1.0, 1e-6))
     return _farthest(micro / second * 1e6, 1.0)
 
 

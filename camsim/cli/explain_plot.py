@@ -34,13 +34,19 @@ def draw(capture: Capture, kind: str, suffix: str) -> bytes:
 
 
 def _shares(capture: Capture, channel: int) -> tuple[F64, F64]:
-    """Return wavelengths (nm) and the share that each has in what a channel sees of a white surface."""
-    samples = capture.samples
+    """Return wavelengths (nm) and the share that each has in what a channel sees of a white surface.
+
+    Each stands for a stretch of the spectrum: its mean wavelength, and all of its light.
+    """
+    samples = capture.camera.samples(capture.light)
     response = capture.camera.electrons_per_reflectance(samples, 1.0)[channel]
-    step = max(1, -(-int(np.count_nonzero(response)) // WAVELENGTHS))
-    used = np.flatnonzero(response)[step // 2 :: step]
-    shares: F64 = response[used] / response[used].sum()
-    return samples.wavelength_nm[used], shares
+    used = np.flatnonzero(response)
+    first = np.arange(0, used.size, max(1, -(-used.size // WAVELENGTHS)))
+    if not used.size:
+        return np.empty(0), np.empty(0)
+    light, moment = (np.add.reduceat(w[used], first) for w in (response, response * samples.wavelength_nm))
+    shares: F64 = light / light.sum()
+    return moment / light, shares
 
 
 def _lens(capture: Capture, channel: int, fx: F64, fy: F64) -> Any:
@@ -82,7 +88,7 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
 
 def _draw_psf(figure: Any, capture: Capture) -> None:
     camera, system = capture.camera, capture.camera.optics
-    channel = int(np.argmax(camera.electrons_per_reflectance(capture.samples, 1.0).sum(axis=1)))
+    channel = int(np.argmax(camera.diffuser_electrons(capture.light, 1.0)))
     name = camera.cfa.channels[channel]
     step = PERIOD / CELLS
     f = np.fft.fftfreq(CELLS, step) / camera.pitch_um

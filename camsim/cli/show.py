@@ -129,7 +129,7 @@ def _saturation_exposures(camera: Camera, saturation_e: float) -> list[Row]:
     from camsim.spectra.light import Light
 
     light = Light("D55", illuminance_lux=1.0, at="sensor")
-    per_lux_s = camera.electrons_per_reflectance(light.samples(), 1.0).sum(axis=1)
+    per_lux_s = camera.diffuser_electrons(light, 1.0)
     shown = [
         f"{channel} {saturation_e / electrons:.3g}" if electrons > 0.0 else f"{channel} never"
         for channel, electrons in zip(camera.cfa.channels, per_lux_s, strict=True)
@@ -144,7 +144,7 @@ def _figures_of_scene(located: Located) -> list[Row]:
     camera, light = setup.camera, setup.light
     rows, cols = (setup.region.rows, setup.region.cols) if setup.region else (camera.rows, camera.cols)
     wavelength_nm = light.line_nm or 550.0
-    electrons = camera.electrons_per_reflectance(light.samples(), setup.exposure_time_s).sum(axis=1)
+    electrons = camera.diffuser_electrons(light, setup.exposure_time_s)
     white = ", ".join(f"{c} {e:.5g}" for c, e in zip(camera.cfa.channels, electrons, strict=True))
     on_sensor = ""
     if light.at == "scene" and light.illuminance_lux is not None:

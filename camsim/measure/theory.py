@@ -13,6 +13,7 @@ from camsim.camera import Camera, Region
 from camsim.measure.geometry import EdgeLine
 from camsim.scene import Scene
 from camsim.spectra.curve import Spectrum, spectrum_at
+from camsim.spectra.integral import lumped
 from camsim.spectra.light import Light
 
 _BESIDE_PIXEL = 3.0
@@ -44,18 +45,18 @@ class CameraOtf:
         letter = channel if channel in channels else channel.rstrip("0123456789")
         if letter not in channels:
             return None
-        samples = self.light.samples()
-        response = self.camera.electrons_per_reflectance(samples, 1.0)[channels.index(letter)]
         dark, bright = (self._reflectance_beside(line, side) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL))
+        samples = self.camera.samples(self.light, (dark, bright))
+        response = self.camera.electrons_per_reflectance(samples, 1.0)[channels.index(letter)]
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
-        weight = response * difference
+        wavelength_nm, weight = lumped(samples.wavelength_nm, response * difference)
         used = np.flatnonzero(weight)
         if not used.size or weight.sum() == 0.0:
             return None
         per_um = frequency_cycles_per_pixel / self.camera.pitch_um
         fx, fy = per_um * math.cos(line.normal_rad), per_um * math.sin(line.normal_rad)
         system = self.camera.optics
-        lens = sum(weight[k] * system.point_otf(fx, fy, float(samples.wavelength_nm[k])) for k in used)
+        lens = sum(weight[k] * system.point_otf(fx, fy, float(wavelength_nm[k])) for k in used)
         otf: F64 = lens * system.footprint_otf(fx, fy) / weight.sum()
         # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
         return np.abs(otf) if np.iscomplexobj(otf) else otf

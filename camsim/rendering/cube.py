@@ -15,7 +15,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.grid import Grid
 from camsim.rendering.render import render_bands
 from camsim.scene import Scene
-from camsim.spectra.light import LightSamples
+from camsim.spectra.light import Light
 
 USUAL_NM = tuple(float(w) for w in range(400, 701, 10))
 """Wavelengths of a cube unless others are named."""
@@ -51,7 +51,7 @@ def radiance_cube(
     system: OpticalSystem,
     grid: Grid,
     *,
-    samples: LightSamples,
+    light: Light,
     wavelength_nm: Sequence[float] | None,
     tolerance: float,
     method: str = "auto",
@@ -61,20 +61,20 @@ def radiance_cube(
 
     A diffuser of reflectance ρ under an irradiance E has the radiance ρ·E/π.
     """
-    if samples.on_sensor:
+    if light.at == "sensor":
         raise UnsupportedError(
             "spectral: the light's level is given on the sensor, so the scene has no radiance; give it on the scene"
         )
-    line = samples.wavelength_nm.size == 1
+    line_nm = light.ends_nm[:1] if light.is_one_line else None
     if wavelength_nm is None:
-        nodes = tuple(samples.wavelength_nm.tolist()) if line else USUAL_NM
+        nodes = line_nm or USUAL_NM
     else:
         nodes = _checked(wavelength_nm)
-        if line and nodes != tuple(samples.wavelength_nm.tolist()):
+        if line_nm and nodes != line_nm:
             raise InvalidValueError(
-                f"spectral_nm: the light has one wavelength, {samples.wavelength_nm[0]:g} nm; leave spectral_nm out"
+                f"spectral_nm: the light has one wavelength, {line_nm[0]:g} nm; leave spectral_nm out"
             )
-    irradiance = np.interp(nodes, samples.wavelength_nm, samples.irradiance_w_per_m2_nm, left=0.0, right=0.0)
+    irradiance = light.irradiance_at(np.array(nodes))
     everywhere = np.broadcast_to(np.uint8(0), (grid.rows, grid.cols))
 
     def bands(k: int, take: Callable[[F32], None]) -> float:
@@ -98,7 +98,7 @@ def radiance_cube(
         )
         return rendering.error_estimate
 
-    return SpectralCube(nodes, "W.m^-2.sr^-1" if line else "W.m^-2.sr^-1.nm^-1", bands)
+    return SpectralCube(nodes, "W.m^-2.sr^-1" if line_nm else "W.m^-2.sr^-1.nm^-1", bands)
 
 
 def _checked(wavelength_nm: Sequence[float]) -> tuple[float, ...]:

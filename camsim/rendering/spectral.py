@@ -12,6 +12,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.quadrature import gauss_legendre
 from camsim.scene import Arrangement
 from camsim.spectra.curve import spectrum_at
+from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 
 FEWEST_NODES = 16
 
@@ -20,7 +21,8 @@ FEWEST_NODES = 16
 class Signals:
     """What each spectrum gives each channel at each wavelength, before optics, in units of the channel's scale.
 
-    wavelength_nm : (n,) where light, filters and surfaces were multiplied; only those that carry signal
+    wavelength_nm : (n,) where light, filters and surfaces were multiplied, only those that carry signal; lumped where
+                    the curves needed more of them than the optics do
     density       : (spectra, channels, n), quadrature weight included: a sum over n is a mean signal
     scale         : (channels,) the larger of a perfect diffuser and the brightest spectrum, in the caller's unit
     """
@@ -35,11 +37,17 @@ class Signals:
         carries = np.any(response != 0.0, axis=0)
         carries[0] |= not carries.any()  # light that no channel sees is an image too: a black one
         wavelength_nm, response = wavelength_nm[carries], response[:, carries]
-        reflectance = np.stack([spectrum_at(s, wavelength_nm) for s in arrangement.spectra])
-        density = reflectance[:, None, :] * response[None]
+        parts = []
+        for here in whole_nanometres(wavelength_nm):
+            reflectance = np.stack([spectrum_at(s, wavelength_nm[here]) for s in arrangement.spectra])
+            parts.append(lumped(wavelength_nm[here], reflectance[:, None, :] * response[None, :, here]))
+        nodes, density = (
+            np.concatenate([part[0] for part in parts]),
+            np.concatenate([part[1] for part in parts], axis=2),
+        )
         scale = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
         scale = np.where(scale > 0.0, scale, 1.0)
-        return cls(wavelength_nm=wavelength_nm, density=density / scale[:, None], scale=scale)
+        return cls(wavelength_nm=nodes, density=density / scale[:, None], scale=scale)
 
     def blur(self, system: OpticalSystem, pitch_um: float) -> F64:
         """Return the lens's own length at every wavelength, in pitches."""
@@ -68,11 +76,4 @@ def fuse(signals: Signals, *, phase: float, tolerance: float) -> tuple[F64, F64]
     x, gauss_w = gauss_legendre(count)
     low, high = wavelength_nm[0], wavelength_nm[-1]
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * x
-    # Barycentric weights of Gauss–Legendre nodes: (−1)^j·√((1 − x²)·w) (Wang & Xiang 2012).
-    barycentric = (-1.0) ** np.arange(count) * np.sqrt((1.0 - x * x) * gauss_w)
-    gap = wavelength_nm[:, None] - nodes
-    hit = gap == 0.0
-    terms = barycentric / np.where(hit, 1.0, gap)
-    basis = terms / terms.sum(axis=1, keepdims=True)
-    basis[hit.any(axis=1)] = hit[hit.any(axis=1)]
-    return nodes, signals.density @ basis
+    return nodes, signals.density @ lagrange(wavelength_nm, nodes, x, gauss_w)

@@ -7,6 +7,7 @@ fitted here is right for white, exactly, and the best in the mean over 190 measu
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -14,7 +15,12 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.sensor.exposure import electrons_per_reflectance
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.colour_science import colour_science
+from camsim.spectra.curve import Curve, Spectrum
+from camsim.spectra.integral import lumped
+from camsim.spectra.light import Light, LightSamples
 
 XYZ_D50 = np.array([0.9642, 1.0, 0.8249])
 """White of the ICC profile connection space (ICC.1:2022, 7.2.16), which DNG's forward matrices lead to."""
@@ -25,27 +31,52 @@ BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.03
 MatrixOf: TypeAlias = Literal["standard", "scene"]
 """Which lights a DNG's matrices are for: CIE A and D65, or the capture's own."""
 
-_WAVELENGTH_NM = np.arange(380.0, 781.0)
+# Where surfaces were measured: matrices are fitted here. Whole nanometres, as the tables are.
+_MEASURED = Curve((380.0, 780.0), (1.0, 1.0))
 _DARKEST_NEUTRAL = 1e-3
 _LEAST_RANK = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ColourResponse:
     """How the channels see light: what colour matrices and the white balance are made from.
 
-    channels        names, such as ("R", "G", "B")
-    wavelength_nm   (n,) nodes, increasing
-    sensitivity     (channels, n) response per unit radiant energy, lens and filters included, any scale
-    light           (n,) relative spectral power of the scene's light
-    matrix          which lights a file's colour matrices are to be for
+    quantum_efficiency : of the channels, in their order
+    light     : of the scene
+    passes    : what light goes through on its way (lens, filters), fractions; all of them multiply
+    crosstalk : (channels, channels) what each channel gets of its own and of the others; None: its own alone
+    matrix    : which lights a file's colour matrices are to be for
     """
 
-    channels: tuple[str, ...]
-    wavelength_nm: F64
-    sensitivity: F64
-    light: F64
+    quantum_efficiency: QuantumEfficiency
+    light: Light
+    passes: tuple[Spectrum, ...] = ()
+    crosstalk: tuple[tuple[float, ...], ...] | None = None
     matrix: MatrixOf = "standard"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names, such as ("R", "G", "B")."""
+        return self.quantum_efficiency.channels
+
+    def to(self, light: Light, *beside: Iterable[Spectrum]) -> tuple[LightSamples, F64]:
+        """Return a light at its nodes, and (channels, n) what it gives each channel there, any scale.
+
+        beside : curves that the nodes are to follow besides those of the camera, as in ``Light.samples``
+        """
+        curves = [curve for _, curve in self.quantum_efficiency.curves]
+        samples = light.samples(*beside, *([spectrum] for spectrum in self.passes), curves)
+        # At f/0.5 a diffuser is seen from the whole half space, as bright as it is lit.
+        electrons = electrons_per_reflectance(
+            samples,
+            f_number=0.5,
+            transmission=1.0,
+            filters=self.passes,
+            quantum_efficiency=self.quantum_efficiency,
+            photosite_area_um2=1.0,
+            time_s=1.0,
+        )
+        return samples, electrons if self.crosstalk is None else np.array(self.crosstalk) @ electrons
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,12 +129,13 @@ def as_shot_neutral(response: ColourResponse) -> F64:
 
     A channel that is blind in this light (a laser's, say) gets a thousandth: developers divide by it.
     """
-    weight = _widths(response.wavelength_nm) * response.light
-    neutral: F64 = response.sensitivity @ weight
+    _, electrons = response.to(response.light)
+    neutral = electrons.sum(axis=1)
     largest = float(neutral.max())
     if not largest > 0:
         raise InvalidValueError("no channel of the camera responds to the scene's light: there is no white balance")
-    return np.maximum(neutral / largest, _DARKEST_NEUTRAL)
+    balanced: F64 = np.maximum(neutral / largest, _DARKEST_NEUTRAL)
+    return balanced
 
 
 def fit(response: ColourResponse, light: str) -> ColourFit:
@@ -115,7 +147,7 @@ def fit(response: ColourResponse, light: str) -> ColourFit:
 
     Raises UnsupportedError when the channels are not independent (one wavelength, two equal channels).
     """
-    return _fit(*_key(response), light)
+    return _fit(response, _standard(light), "over 380-780 nm", "write a .tiff, .exr or .npy instead")
 
 
 def fit_to_scene(response: ColourResponse) -> ColourFit:
@@ -124,8 +156,8 @@ def fit_to_scene(response: ColourResponse) -> ColourFit:
     Raw developers use the D65 matrix whatever the light. So the fit under the scene's light is given as one that
     takes the light's white to D65's: balanced by ``neutral``, it is then right for the scene.
     """
-    power = np.interp(_WAVELENGTH_NM, response.wavelength_nm, response.light, left=0, right=0)
-    return _fit(*_key(response), power.tobytes()).seen_under(_surfaces("D65").white_xyz)
+    fitted = _fit(response, response.light, "under the scene's light", "use colour_matrix: standard")
+    return fitted.seen_under(fit_white("D65"))
 
 
 def fit_for_development(response: ColourResponse) -> ColourFit:
@@ -133,73 +165,63 @@ def fit_for_development(response: ColourResponse) -> ColourFit:
     return fit_to_scene(response) if response.matrix == "scene" else fit(response, "D65")
 
 
-def _key(response: ColourResponse) -> tuple[bytes, bytes, int]:
-    return response.wavelength_nm.tobytes(), response.sensitivity.tobytes(), len(response.channels)
+def fit_white(light: str) -> F64:
+    """Return the XYZ of a perfect diffuser under a CIE illuminant, as matrices are fitted, Y = 1.
+
+    >>> fit_white("D65").round(3).tolist()
+    [0.95, 1.0, 1.089]
+    """
+    samples = _standard(light).samples(_observer(), [_MEASURED])
+    power = samples.weight_nm * samples.irradiance_w_per_m2_nm * _MEASURED.at(samples.wavelength_nm)
+    seen = np.array([curve.at(samples.wavelength_nm) for curve in _observer()]) @ power
+    white: F64 = seen / seen[1]
+    return white
+
+
+def _standard(light: str) -> Light:
+    return Light(light, irradiance_w_per_m2=1.0)
 
 
 @functools.lru_cache(maxsize=32)
-def _fit(wavelength_bytes: bytes, sensitivity_bytes: bytes, channels: int, light: str | bytes) -> ColourFit:
-    surfaces = _surfaces(light)
-    nodes = np.frombuffer(wavelength_bytes)
-    curves = np.frombuffer(sensitivity_bytes).reshape(channels, -1)
-    sensitivity = np.array([np.interp(surfaces.wavelength_nm, nodes, curve, left=0, right=0) for curve in curves])
-
-    white = sensitivity @ surfaces.light
-    scale = white.max() if white.max() > 0 else 1.0
-    neutral: F64 = white / scale
-    camera = (surfaces.reflectance * surfaces.light) @ sensitivity.T / scale
+def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> ColourFit:
+    samples, electrons = response.to(light, _observer(), [_MEASURED])
+    seen = np.array([curve.at(samples.wavelength_nm) for curve in _observer()])
+    power = samples.weight_nm * samples.irradiance_w_per_m2_nm
+    # The surfaces are straight between whole nanometres, so that lumps see them as all the nodes do.
+    wavelength_nm, lumps = lumped(
+        samples.wavelength_nm, np.concatenate([electrons, seen * power]) * _MEASURED.at(samples.wavelength_nm)
+    )
+    count = len(electrons)
+    white = lumps.sum(axis=1)
+    scale = np.repeat([white[:count].max() or 1.0, white[count + 1] or 1.0], [count, 3])
+    neutral, white_xyz = np.split(white / scale, [count])
+    reflectance = np.array([curve.at(wavelength_nm) for curve in _surfaces()])
+    camera, xyz = np.split(reflectance @ lumps.T / scale, [count], axis=1)
 
     spread = np.linalg.svd(camera, compute_uv=False)
     if not spread[-1] > _LEAST_RANK * spread[0]:
-        under, way_out = ("over 380-780 nm", "write a .tiff, .exr or .npy instead")
-        if isinstance(light, bytes):
-            under, way_out = ("under the scene's light", "use colour_matrix: standard")
         raise UnsupportedError(
-            f"the camera's {channels} channels are not independent of one another {under}, "
+            f"the camera's {count} channels are not independent of one another {under}, "
             f"so no colour matrix exists; {way_out}"
         )
     inverse = np.linalg.inv(camera.T @ camera)
-    free = inverse @ camera.T @ surfaces.xyz
+    free = inverse @ camera.T @ xyz
     # Lagrange multipliers, one each for X, Y and Z, move the free fit to where white is exact.
-    missing = surfaces.white_xyz - neutral @ free
+    missing = white_xyz - neutral @ free
     towards = inverse @ neutral
     matrix: F64 = (free + np.outer(towards, missing / (neutral @ towards))).T
-    return ColourFit(neutral=neutral, white_xyz=surfaces.white_xyz, camera_to_xyz=matrix)
+    return ColourFit(neutral=neutral, white_xyz=white_xyz, camera_to_xyz=matrix)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Surfaces:
-    """What is fitted to: reflectance (190, n) in a light (n,), and its XYZ (190, 3) where white has Y = 1."""
-
-    wavelength_nm: F64
-    reflectance: F64
-    light: F64
-    xyz: F64
-    white_xyz: F64
+@functools.cache
+def _surfaces() -> tuple[Curve, ...]:
+    """Return the 190 reflectances that are fitted to; one holds −2e-18."""
+    training = colour_science().characterisation.read_training_data_rawtoaces_v1()
+    return tuple(Curve(training.wavelengths, curve, outside="hold") for curve in np.maximum(training.values.T, 0.0))
 
 
-@functools.lru_cache(maxsize=8)
-def _surfaces(light: str | bytes) -> _Surfaces:
-    """Sum over the surfaces in a CIE illuminant, or in a light given by its power at ``_WAVELENGTH_NM``."""
-    colour = colour_science()
-    wavelength_nm = _WAVELENGTH_NM
-    training = colour.characterisation.read_training_data_rawtoaces_v1()
-    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-
-    def sampled(nodes: F64, curves: F64) -> F64:
-        return np.array([np.interp(wavelength_nm, nodes, curve) for curve in curves])
-
-    reflectance = sampled(training.wavelengths, training.values.T)
-    if isinstance(light, bytes):
-        power = np.frombuffer(light)
-    else:
-        illuminant = colour.SDS_ILLUMINANTS[light]
-        power = np.interp(wavelength_nm, illuminant.wavelengths, illuminant.values)
-    weights = sampled(observer.wavelengths, observer.values.T) * power
-    weights = weights / max(weights[1].sum(), np.finfo(np.float64).tiny)
-    return _Surfaces(wavelength_nm, reflectance, power, reflectance @ weights.T, weights.sum(axis=1))
-
-
-def _widths(wavelength_nm: F64) -> F64:
-    """Trapezoid weights of the nodes; a single node has weight 1."""
-    return np.gradient(wavelength_nm) if wavelength_nm.size > 1 else np.ones(1)
+@functools.cache
+def _observer() -> tuple[Curve, ...]:
+    """Return x̄, ȳ and z̄ of the CIE 1931 2° observer, every nanometre."""
+    observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    return tuple(Curve(observer.wavelengths, curve) for curve in observer.values.T)

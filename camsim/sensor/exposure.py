@@ -87,6 +87,7 @@ def electrons_per_reflectance(
     Σ over n of this times a reflectance at the same nodes is the mean charge in electrons of a photosite that
     sees nothing but that surface.
 
+    samples            : of the light, at nodes that follow all of these curves and the reflectance (``Light.samples``)
     photosite_area_um2 : light-sensitive area, pitch² × fill factor
     filters            : in front of the sensor, fractions that pass; all of them multiply
     """

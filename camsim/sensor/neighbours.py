@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
+from camsim.sensor.cfa import Cfa
 from camsim.sensor.checked import check_number
 from camsim.sensor.streams import BLOCK_ROWS, Stream, generator
 
@@ -55,6 +56,43 @@ class Crosstalk:
                     # What comes from above left was sent to below right.
                     mixed += fraction * electrons[2 - i : 2 - i + rows, 2 - j : 2 - j + cols]
         return mixed
+
+    def mixing(self, cfa: Cfa) -> F64:
+        """Return (channels, channels): what a photosite of a channel gets of its own and of the others, on flat light.
+
+        The mean over all photosites of the channel: a lopsided kernel tells the greens of two rows apart.
+
+        >>> Crosstalk(((0, 0.01, 0), (0.01, 0.96, 0.01), (0, 0.01, 0))).mixing(Cfa.bayer("RGGB")).round(2).tolist()
+        [[0.96, 0.04, 0.0], [0.02, 0.96, 0.02], [0.0, 0.04, 0.96]]
+        """
+        mixing: F64 = np.einsum("ij,kijc->kc", np.array(self.kernel), _senders(cfa))
+        return mixing
+
+    def seen_by(self, channel: int, planes: F64, cfa: Cfa) -> F64:
+        """Return (rows, cols) mean charge that a photosite of ``channel`` would collect at every place.
+
+        Its neighbours are those that such a photosite has in the array, on the average of its places there.
+
+        planes : (channels, rows + 2, cols + 2) mean charge that each channel's filter lets through
+        """
+        rows, cols = planes.shape[1] - 2, planes.shape[2] - 2
+        seen = np.zeros((rows, cols))
+        for (i, j, sender), share in np.ndenumerate(_senders(cfa)[channel]):
+            if share * self.kernel[i][j]:
+                seen += share * self.kernel[i][j] * planes[sender, 2 - i : 2 - i + rows, 2 - j : 2 - j + cols]
+        return seen
+
+
+def _senders(cfa: Cfa) -> F64:
+    """Return (channels, 3, 3, channels): how often what reaches a channel's photosites by kernel[i][j] is of which."""
+    index, count = cfa.channel_index(*cfa.period), len(cfa.channels)
+    shares = np.empty((count, 3, 3, count))
+    for i, j in np.ndindex(3, 3):
+        sent = np.roll(index, (i - 1, j - 1), axis=(0, 1))
+        for channel in range(count):
+            shares[channel, i, j] = np.bincount(sent[index == channel], minlength=count)
+    shares /= shares.sum(axis=-1, keepdims=True)
+    return shares
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -11,7 +12,8 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.spectra.curve import Curve
+from camsim.spectra.curve import Curve, Spectrum
+from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer
 
 # CODATA 2018; all three are exact in the SI of 2019.
@@ -23,10 +25,14 @@ LUMINOUS_EFFICACY_LM_PER_W = 683.002
 
 VISIBLE_NM = (360.0, 830.0)
 
-# What silicon sees; a thermal radiator is tabulated here.
+# What silicon sees; a thermal radiator shines here.
 _SILICON_NM = (300.0, 1100.0)
-# A Gaussian line is cut where its skirts hold 6e-5 of it.
-_LINE_SIGMAS, _LINE_STEPS = 4.0, 64
+# A Gaussian line is cut where its skirts hold 2e-9 of it, and met in panels of 1.5 standard deviations.
+_LINE_SIGMAS, _LINE_PANELS, _LEAST_WIDTH_NM = 6.0, 8, 1e-6
+# Polynomials that follow it within such a panel to 1e-10, and Planck's law at 500 K (the coldest) over 8 nm.
+_LINE_DEGREE, _PLANCK_DEGREE = 10, 6
+# Straight between the points of a table, and the photons of a joule are in proportion to the wavelength.
+_TABLE_DEGREE, _PHOTONS_DEGREE = 1, 1
 
 _SPECTRA = ("spectrum", "line_nm", "blackbody_k")
 _LEVELS = ("illuminance_lux", "irradiance_w_per_m2", "luminance_cd_per_m2")
@@ -34,14 +40,14 @@ _LEVELS = ("illuminance_lux", "irradiance_w_per_m2", "luminance_cd_per_m2")
 
 @dataclass(frozen=True, eq=False)
 class LightSamples:
-    """A light's spectrum at quadrature nodes: ∫ f(λ) dλ ≈ Σ weight_nm · f(wavelength_nm).
+    """A light's spectrum at quadrature nodes: ∫ f(λ) dλ = Σ weight_nm · f(wavelength_nm).
 
     wavelength_nm           (n,) increasing
     weight_nm               (n,) positive
     irradiance_w_per_m2_nm  (n,) on the scene, or on the sensor
     on_sensor               the irradiance is that behind the lens, from a reflectance of 1
 
-    A line is one node of weight 1 nm that carries the whole irradiance.
+    A line without width is one node of weight 1 nm that carries the whole irradiance.
     """
 
     wavelength_nm: F64
@@ -62,15 +68,15 @@ class Light:
     spectrum            : an illuminant's name ("D55") or a Curve of relative power per nm
     line_nm             : instead, one wavelength (a laser, say)
     width_nm            : of the line, full width at half maximum of a Gaussian; 0: none
-    blackbody_k         : instead, a thermal radiator's temperature, tabulated from 300 to 1100 nm
+    blackbody_k         : instead, a thermal radiator's temperature; it shines from 300 to 1100 nm
     illuminance_lux     : level, lux
-    irradiance_w_per_m2 : instead, W/m² over the whole table
+    irradiance_w_per_m2 : instead, W/m² over the whole spectrum
     luminance_cd_per_m2 : instead, of a perfect diffuser in the scene, cd/m² (its illuminance is π times that)
     at                  : where the level holds: on the "scene", or on the "sensor" behind the lens for a reflectance
                           of 1 (then f-number, magnification and transmission of the lens dim nothing)
 
-    >>> Light("D55", illuminance_lux=5000.0).samples().wavelength_nm[[0, -1]]
-    array([300., 830.])
+    >>> Light("D55", illuminance_lux=5000.0).ends_nm
+    (300.0, 830.0)
     >>> Light(line_nm=555.0, illuminance_lux=1.0).samples().photons_per_um2_s_nm.round(1)
     array([4090.7])
     >>> Light(line_nm=850.0, irradiance_w_per_m2=0.2).samples().irradiance_w_per_m2_nm
@@ -137,9 +143,36 @@ class Light:
             return f"{self.luminance_cd_per_m2:g} cd/m²"
         return f"{self.illuminance_lux:g} lx"
 
-    def samples(self) -> LightSamples:
-        """Return the spectral irradiance at quadrature nodes (arrays are read-only)."""
-        return _samples(self)
+    @property
+    def is_one_line(self) -> bool:
+        """Whether all of it has one wavelength: a line, and none of a width that numbers could still resolve."""
+        return self.line_nm is not None and self.width_nm < _LEAST_WIDTH_NM
+
+    @property
+    def ends_nm(self) -> tuple[float, float]:
+        """Where its spectrum begins and ends."""
+        kinks_nm = _shape(self).kinks_nm
+        return kinks_nm[0], kinks_nm[-1]
+
+    def irradiance_at(self, wavelength_nm: F64) -> F64:
+        """Return W/m² per nm at ``wavelength_nm``; of a line without width all of its W/m² there, 0 elsewhere."""
+        nodes, (first_nm, last_nm) = np.asarray(wavelength_nm, np.float64), self.ends_nm
+        lit = (first_nm <= nodes) & (nodes <= last_nm)
+        irradiance: F64 = np.where(lit, _level_per_power(self) * _shape(self).power(nodes), 0.0)
+        return irradiance
+
+    def samples(self, *stages: Iterable[Spectrum]) -> LightSamples:
+        """Return the spectral irradiance at nodes that integrate its product with one curve of every stage.
+
+        stages : what the light meets, one after the other; of each the curves of which it meets one (the reflectances
+                 of a scene, the channels of a sensor)
+
+        Every point of every curve bounds a panel, so that nothing is missed however narrow, and steps may be as steep
+        as you like. Sums are integrals of the curves as they are given, exact to rounding; where the light is a line
+        with a width or a blackbody, to 1e-9.
+        """
+        nodes, weights = _nodes(self, stages)
+        return LightSamples(nodes, weights, self.irradiance_at(nodes), self.at == "sensor")
 
 
 def photons_per_um2_per_j_m2(wavelength_nm: F64) -> F64:
@@ -163,67 +196,72 @@ def planck(wavelength_nm: F64, temperature_k: float) -> F64:
     return power
 
 
-@functools.lru_cache(maxsize=32)
-def _samples(light: Light) -> LightSamples:
-    wavelength_nm, weight_nm, power = _relative(light)
-    whole = float(np.sum(weight_nm * power))
-    if light.irradiance_w_per_m2 is not None:
-        if not whole > 0.0:
-            raise InvalidValueError(f"light {light.name!r} is dark: all of its values are 0")
-        scale = light.irradiance_w_per_m2 / whole
-    else:
-        lux = LUMINOUS_EFFICACY_LM_PER_W * np.sum(weight_nm * power * photopic_observer().at(wavelength_nm))
-        if lux <= 0.0:
-            raise InvalidValueError(
-                f"light {light.name!r} holds nothing that the eye sees "
-                f"({VISIBLE_NM[0]:g}..{VISIBLE_NM[1]:g} nm), so it cannot be scaled to an illuminance; "
-                "give irradiance_w_per_m2"
-            )
-        wanted_lux = light.illuminance_lux or math.pi * (light.luminance_cd_per_m2 or 0.0)
-        scale = wanted_lux / lux
-    samples = LightSamples(wavelength_nm, weight_nm, power * scale, light.at == "sensor")
-    for array in (samples.wavelength_nm, samples.weight_nm, samples.irradiance_w_per_m2_nm):
-        array.setflags(write=False)
-    return samples
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shape:
+    """A relative spectrum.
+
+    kinks_nm : increasing; it begins at the first and ends at the last, and is smooth between any two
+    power    : W per nm between its ends, on any scale
+    degree   : of the polynomials that follow it between two kinks
+    """
+
+    kinks_nm: tuple[float, ...]
+    power: Callable[[F64], F64]
+    degree: int
 
 
-def _relative(light: Light) -> tuple[F64, F64, F64]:
-    """Return nodes, their weights and the relative power there."""
+def _shape(light: Light) -> _Shape:
     if light.line_nm is not None:
-        if light.width_nm == 0.0:
-            return np.array([light.line_nm], np.float64), np.ones(1), np.ones(1)
-        sigma_nm = light.width_nm / math.sqrt(8.0 * math.log(2.0))
-        steps = np.linspace(-_LINE_SIGMAS, _LINE_SIGMAS, _LINE_STEPS + 1)
-        weight_nm = np.full(steps.size, sigma_nm * 2.0 * _LINE_SIGMAS / _LINE_STEPS)
-        return light.line_nm + sigma_nm * steps, weight_nm, np.exp(-0.5 * steps**2)
+        centre_nm, sigma_nm = float(light.line_nm), light.width_nm / math.sqrt(8.0 * math.log(2.0))
+        if light.is_one_line:
+            return _Shape((centre_nm, centre_nm), np.ones_like, 0)
+        steps = np.linspace(-_LINE_SIGMAS, _LINE_SIGMAS, _LINE_PANELS + 1)
+        kinks_nm = tuple((centre_nm + sigma_nm * steps).tolist())
+        return _Shape(kinks_nm, lambda nm: np.exp(-0.5 * ((nm - centre_nm) / sigma_nm) ** 2), _LINE_DEGREE)
     if light.blackbody_k is not None:
-        nodes = np.arange(_SILICON_NM[0], _SILICON_NM[1] + 1.0)
-        return nodes, _weights_nm(nodes), planck(nodes, light.blackbody_k)
+        kelvin = light.blackbody_k
+        return _Shape(_SILICON_NM, lambda nm: planck(nm, kelvin), _PLANCK_DEGREE)
     assert light.spectrum is not None
     curve = light.spectrum if isinstance(light.spectrum, Curve) else illuminant(light.spectrum)
-    nodes = _nodes_nm(curve)
-    return nodes, _weights_nm(nodes), curve.at(nodes)
-
-
-def _nodes_nm(curve: Curve) -> F64:
-    """Return whole nanometres and the table's own points, from its first to its last (held: all the visible).
-
-    With every kink of the light at a node, nothing narrower than 1 nm is missed.
-    """
-    first_nm, last_nm = curve.wavelength_nm[0], curve.wavelength_nm[-1]
+    kinks_nm = curve.wavelength_nm
     if curve.outside == "hold":
-        first_nm, last_nm = min(first_nm, VISIBLE_NM[0]), max(last_nm, VISIBLE_NM[1])
-    whole = np.arange(math.ceil(first_nm), math.floor(last_nm) + 1, dtype=np.float64)
-    nodes: F64 = np.union1d(whole, [first_nm, *curve.wavelength_nm, last_nm])
-    return nodes
+        # All the visible, at least.
+        kinks_nm = tuple(sorted({*kinks_nm, min(kinks_nm[0], VISIBLE_NM[0]), max(kinks_nm[-1], VISIBLE_NM[1])}))
+    return _Shape(kinks_nm, curve.at, _TABLE_DEGREE)
 
 
-def _weights_nm(wavelength_nm: F64) -> F64:
-    """Return what each node stands for: half the way to its neighbours, and 0.5 nm beyond the first and last.
+def _nodes(light: Light, stages: Iterable[Iterable[Spectrum]]) -> tuple[F64, F64]:
+    """Return nodes and weights that follow a light and all that it meets."""
+    shape = _shape(light)
+    first_nm, last_nm = shape.kinks_nm[0], shape.kinks_nm[-1]
+    if light.is_one_line:
+        return np.array([first_nm]), np.ones(1)
+    kinks, degree = [np.array(shape.kinks_nm)], shape.degree + _PHOTONS_DEGREE
+    for stage in stages:
+        points = {spectrum.wavelength_nm for spectrum in stage if isinstance(spectrum, Curve)}
+        kinks += map(np.array, points)
+        degree += bool(points)
+    breaks_nm = np.unique(np.concatenate(kinks))
+    return nodes_between(breaks_nm[(first_nm <= breaks_nm) & (breaks_nm <= last_nm)], degree)
 
-    On whole nanometres every weight is 1, which is how CIE 15 sums spectra: a table that ends abruptly at
-    780 nm ends at 780.5 nm.
-    """
-    half_step = np.concatenate([[0.5], np.diff(wavelength_nm) / 2, [0.5]])
-    weights: F64 = half_step[:-1] + half_step[1:]
-    return weights
+
+@functools.lru_cache(maxsize=32)
+def _level_per_power(light: Light) -> float:
+    """Return W/m² per nm for a relative power of 1."""
+    eye = photopic_observer() if light.irradiance_w_per_m2 is None else None
+    nodes, weights = _nodes(light, [[eye or 1.0]])
+    power = weights * _shape(light).power(nodes)
+    if eye is None:
+        whole = float(np.sum(power))
+        if not whole > 0.0:
+            raise InvalidValueError(f"light {light.name!r} is dark: all of its values are 0")
+        return (light.irradiance_w_per_m2 or 0.0) / whole
+    lux = LUMINOUS_EFFICACY_LM_PER_W * float(power @ eye.at(nodes))
+    if lux <= 0.0:
+        raise InvalidValueError(
+            f"light {light.name!r} holds nothing that the eye sees "
+            f"({VISIBLE_NM[0]:g}..{VISIBLE_NM[1]:g} nm), so it cannot be scaled to an illuminance; "
+            "give irradiance_w_per_m2"
+        )
+    wanted_lux = light.illuminance_lux or math.pi * (light.luminance_cd_per_m2 or 0.0)
+    return wanted_lux / lux

@@ -11,7 +11,10 @@ import pytest
 
 import camsim
 from camsim.errors import InvalidValueError
+from camsim.files.preview import develop
 from camsim.revive import revive
+from camsim.sensor.colour_matrix import as_shot_neutral
+from camsim.spectra.colour_science import colour_science
 
 FLAT = camsim.Curve((300.0, 1100.0), (1.0, 1.0))
 ADC = camsim.Adc(bit_depth=14, black_level_dn=100, electrons_per_dn=1.0, base_iso=100.0)
@@ -77,13 +80,10 @@ def test_filters_stand_before_the_sensor() -> None:
     np.testing.assert_allclose(behind, 0.5 * 4.0 * 4.0**2 * plain, rtol=1e-9)
 
 
-def test_crosstalk_belongs_to_the_mean_and_not_to_the_truth() -> None:
+def test_crosstalk_mixes_the_mean_of_the_window_and_its_neighbours() -> None:
     camera = camera_of("RGB", crosstalk=camsim.Crosstalk(KERNEL))
-    products = ("mosaic", "truth")
-    mixed = exposed(camera, noise=False, products=products)
-    clean = exposed(camera.replace(crosstalk=None), noise=False, products=products)
-    assert mixed.truth is not None
-    np.testing.assert_allclose(mixed.truth, clean.truth, rtol=1e-3)
+    mixed = exposed(camera, noise=False)
+    clean = exposed(camera.replace(crosstalk=None), noise=False)
     before, inside = clean.mean_electrons, np.s_[1:-1, 1:-1]
     expected = 0.9 * before[inside] + 0.02 * before[2:, 1:-1] + 0.04 * before[:-2, 1:-1]
     expected += 0.03 * before[1:-1, 2:] + 0.01 * before[1:-1, :-2]
@@ -94,6 +94,101 @@ def test_crosstalk_belongs_to_the_mean_and_not_to_the_truth() -> None:
     assert np.ptp(flat.mean_electrons) < 1e-9 * flat.mean_electrons.max()
     window = exposed(camera, noise=False, region=camsim.Region(rows=9, cols=12, origin=(20, 33)))
     np.testing.assert_allclose(window.mean_electrons, mixed.mean_electrons[20:29, 33:45], rtol=1e-3)
+
+
+@pytest.mark.parametrize("pattern", [("RG", "GB"), ("GBR",), ("RGW", "WBG"), ("Y",)])
+def test_the_truth_holds_what_crosstalk_makes_of_every_channel(pattern: tuple[str, ...]) -> None:
+    """Its own channel is a photosite's mean; elsewhere one of that channel has the neighbours that those have.
+
+    Photosites are put in one by one: the charge that each sends is counted by loops over the kernel.
+    """
+    cfa = camsim.Cfa(pattern)
+    scale = {letter: 0.3 + 0.2 * k for k, letter in enumerate(cfa.channels)}
+    ends_nm = (300.0, 1100.0)
+    curves = tuple((letter, camsim.Curve(ends_nm, (value, value))) for letter, value in scale.items())
+    camera = camera_of(
+        cfa=cfa,
+        quantum_efficiency=camsim.QuantumEfficiency(curves, per="photon", peak=max(scale.values())),
+        crosstalk=camsim.Crosstalk(KERNEL),
+        falloff=camsim.Cos4Falloff(exit_pupil_mm=0.5),
+    )
+    how: dict[str, Any] = {"noise": False, "products": ("mosaic", "truth"), "tolerance": 1e-6}
+    window = camsim.Region(rows=12, cols=12, origin=(19, 14))
+    mixed = exposed(camera, region=window, **how)
+    wide = exposed(camera.replace(crosstalk=None), region=camsim.Region(rows=14, cols=14, origin=(18, 13)), **how)
+    assert mixed.truth is not None
+    assert wide.truth is not None
+    own = np.take_along_axis(mixed.truth, mixed.channel_index[..., None].astype(int), axis=2)[..., 0]
+    np.testing.assert_array_equal(own, mixed.mean_electrons.astype(np.float32))
+
+    # Every place of a channel within one period, in the middle of a wide array: who sends to it from where?
+    rows, cols = cfa.period
+    letters = lambda r, c: cfa.channels.index(pattern[r % rows][c % cols])  # noqa: E731
+    for r, c in ((3, 4), (7, 2), (10, 11)):
+        for k in range(len(cfa.channels)):
+            if letters(r + 19, c + 14) == k:
+                continue
+            places = [(a, b) for a in range(rows) for b in range(cols) if letters(a, b) == k]
+            got = 0.0
+            for a, b in places:
+                for i in (-1, 0, 1):
+                    for j in (-1, 0, 1):
+                        sender = letters(a - i, b - j)
+                        got += KERNEL[1 + i][1 + j] * wide.truth[r + 1 - i, c + 1 - j, sender] / len(places)
+            assert mixed.truth[r, c, k] == pytest.approx(got, rel=1e-5)
+
+
+@pytest.mark.parametrize("sensor", ["phone-080", "pi-155", "x-trans-376"])
+def test_a_grey_card_has_the_white_balance_that_its_file_says(sensor: str) -> None:
+    """After crosstalk: data numbers above black, channel by channel, and the preview is grey."""
+    lopsided = ((0.0, 0.01, 0.0), (0.02, 0.92, 0.01), (0.0, 0.03, 0.0))
+    camera = camsim.Camera.from_yaml(sensor, lens=camsim.Airy(f_number=4.0))
+    camera = camera.replace(crosstalk=camera.crosstalk or camsim.Crosstalk(lopsided))
+    light = camsim.Light("D55", illuminance_lux=1000.0)
+    frame = camera.expose(
+        camsim.Scene(background=1.0),
+        light=light,
+        exposure=camsim.Exposure(time_s="auto", iso=camera.adc.base_iso),
+        region=camsim.Region(rows=24, cols=24),
+        noise=False,
+        products=("mosaic", "truth"),
+    )
+    assert frame.truth is not None
+    signal = frame.mosaic.astype(float) - frame.black_level_dn
+    means = np.array([signal[frame.channel_index == k].mean() for k in range(3)])
+    half_a_code = 0.5 / means.max()
+    np.testing.assert_allclose(as_shot_neutral(frame.colour), means / means.max(), atol=2 * half_a_code)
+    # The brightest channel is where "auto" puts it.
+    white = frame.white_level_dn - frame.black_level_dn
+    assert means.max() == pytest.approx(0.8 * white, abs=1.0)
+    # The truth of a flat field is flat, up to what tells one row's greens from the other's.
+    assert frame.truth.mean(axis=(0, 1)).max() == pytest.approx(0.8 * white * frame.electrons_per_dn, rel=1e-3)
+    pixels = develop(frame)[4:-4, 4:-4].astype(int)
+    assert np.ptp(pixels.reshape(-1, 3).mean(axis=0)) <= 1.0
+
+
+def test_three_laser_lines_have_the_white_balance_of_a_grey_card() -> None:
+    """0.1 nm each, as a table, none on a whole nanometre; red, green and blue balance as the card's electrons do."""
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=4.0))
+    lines = ((450.37, 0.5), (532.24, 1.0), (638.61, 0.7))
+    table = [(at + off, power * up) for at, power in lines for off, up in ((-0.1, 0.0), (0.0, 1.0), (0.1, 0.0))]
+    light = camsim.Light(camsim.Curve(*zip(*table, strict=True)), illuminance_lux=500.0)
+    frame = camera.expose(
+        camsim.Scene(background=0.18),
+        light=light,
+        exposure=camsim.Exposure(time_s=0.05, iso=200.0),
+        region=camsim.Region(rows=4, cols=4),
+        noise=False,
+        colour_matrix="scene",
+    )
+    means = np.array([frame.mean_electrons[frame.channel_index == k].mean() for k in range(3)])
+    # By hand: three times the table's value at the line, per energy.
+    data = colour_science().MSDS_CAMERA_SENSITIVITIES["Nikon 5100 (NPL)"]
+    at_lines = [sum(p * np.interp(at, data.wavelengths, data.values[:, k]) for at, p in lines) for k in range(3)]
+    np.testing.assert_allclose(means / means.max(), np.array(at_lines) / max(at_lines), rtol=1e-3)
+    np.testing.assert_allclose(as_shot_neutral(frame.colour), means / means.max(), rtol=1e-9)
+    assert np.ptp(develop(frame).reshape(-1, 3), axis=0).max() <= 1
+    assert np.ptp(develop(frame)[0, 0].astype(int)) <= 1
 
 
 def test_more_frames_share_patterns_and_nothing_else() -> None:

@@ -65,8 +65,8 @@ def test_a_curve_refuses_what_no_spectrum_is(
 
 
 def test_illuminant_a_follows_the_formula_that_defines_it() -> None:
-    """CIE 15: a Planckian radiator with c2 = 1.435e7 nm K at 2848 K, 100 at 560 nm."""
-    nm = np.arange(300.0, 781.0, 5.0)
+    """CIE 15: a Planckian radiator with c2 = 1.435e7 nm K at 2848 K, 100 at 560 nm; it goes on to 1100 nm."""
+    nm = np.arange(300.0, 1101.0, 5.0)
     planck = (560.0 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560.0)) / np.expm1(1.435e7 / (2848 * nm))
     np.testing.assert_allclose(illuminant("A").at(nm), 100.0 * planck, rtol=2e-5)
 
@@ -77,6 +77,14 @@ def test_published_values_of_illuminants_and_of_the_eye() -> None:
     assert illuminant("FL2").at(np.array([435.0])).tolist() == [34.98]
     assert illuminant("E").at(np.array([380.0, 700.0])).tolist() == [100.0, 100.0]
     assert photopic_observer().at(np.array([510.0, 555.0, 610.0])).tolist() == [0.503, 1.0, 0.503]
+
+
+def test_daylight_goes_on_to_830_nm_as_cie_15_prints_it() -> None:
+    """Table T.1 of CIE 15 has D65 to 830 nm; the table that names are looked up in ends at 780 nm."""
+    printed = {785.0: 63.8434, 790.0: 64.3040, 800.0: 59.4519, 810.0: 51.9590, 820.0: 57.4406, 830.0: 60.3125}
+    found = illuminant("D65").at(np.array(list(printed)))
+    np.testing.assert_allclose(found, list(printed.values()), rtol=1e-5)
+    np.testing.assert_array_equal(illuminant("D65").at(np.array([299.9, 830.1])), 0.0)
 
 
 def test_fluorescent_lamps_go_by_both_of_their_names() -> None:

@@ -15,6 +15,9 @@ import rawpy
 from camsim.frame import ChannelSignal, Frame, Report
 from camsim.rendering.cube import SpectralCube
 from camsim.sensor.colour_matrix import ColourResponse
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra.curve import Curve
+from camsim.spectra.light import Light
 
 WAVELENGTH_NM = np.arange(360.0, 831.0)
 X_TRANS = "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG"
@@ -85,10 +88,12 @@ def build_frame(rows: int = 48, cols: int = 66, pattern: str = "RG GB", seed: in
         datetime="2021-03-04 05:06:07",
         seed=2**40 + 1,
         colour=ColourResponse(
-            channels=channels,
-            wavelength_nm=WAVELENGTH_NM,
-            sensitivity=sensitivity,
-            light=light,
+            quantum_efficiency=QuantumEfficiency(
+                tuple((name, Curve(WAVELENGTH_NM, curve)) for name, curve in zip(channels, sensitivity, strict=True)),
+                per="energy",
+                peak=0.5,
+            ),
+            light=Light(Curve(WAVELENGTH_NM, light), illuminance_lux=1.0),
         ),
         description={"sensor": {"name": "Test camera, 4.88 µm", "cfa": list(cfa)}, "note": '<&"]]> \u0001 ü'},
         report=Report(

@@ -21,6 +21,7 @@ from camsim.files import save
 from camsim.files.dng import XMP_NAMESPACE, noise_profile
 from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
+from camsim.spectra.curve import Curve
 
 PHASES = ["RG GB", "BG GR", "GR BG", "GB RG"]
 
@@ -109,13 +110,21 @@ def test_a_window_carries_the_black_levels_of_its_place(tmp_path: Path) -> None:
     assert fractions(tags[50714]).tolist() == [127, 131, 128, 130]
 
 
+NODES_NM = np.arange(360.0, 831.0)  # of conftest's curves
+
+
+def sensitivities(frame: Frame) -> np.ndarray:
+    """Return the channels' tables, on whole nanometres and per unit energy."""
+    return np.array([curve.values for _, curve in frame.colour.quantum_efficiency.curves])
+
+
 def response_to(frame: Frame, light: str) -> np.ndarray:
     """Return the channels' response to a perfect diffuser under a CIE illuminant, summed every 5 nm."""
     colour = colour_science()
     shape = colour.SpectralShape(380, 780, 5)
     power = colour.SDS_ILLUMINANTS[light].copy().align(shape).values
     nodes = shape.range()
-    sums = [(power * np.interp(nodes, frame.colour.wavelength_nm, curve)).sum() for curve in frame.colour.sensitivity]
+    sums = [(power * np.interp(nodes, NODES_NM, curve)).sum() for curve in sensitivities(frame)]
     return np.array(sums) / max(sums)
 
 
@@ -139,7 +148,8 @@ def test_colour_matrices_take_white_to_neutral(tmp_path: Path, frame: Frame) -> 
 
 def test_libraw_takes_white_balance_and_matrix_from_the_file(tmp_path: Path, frame: Frame) -> None:
     save(frame, tmp_path / "a.dng")
-    seen = frame.colour.sensitivity @ frame.colour.light
+    assert isinstance(frame.colour.light.spectrum, Curve)
+    seen = sensitivities(frame) @ np.array(frame.colour.light.spectrum.values)
     with rawpy.imread(str(tmp_path / "a.dng")) as raw:
         np.testing.assert_allclose(raw.camera_whitebalance[:3], seen.max() / seen, rtol=1e-5)
         # LibRaw makes its daylight multipliers of the D65 matrix alone.
@@ -282,8 +292,11 @@ def test_odd_arrays_are_written_when_insisted_on(
 
 
 def test_white_and_complementary_filters_have_their_codes(tmp_path: Path, frame: Frame) -> None:
-    curves = np.vstack([frame.colour.sensitivity, frame.colour.sensitivity.sum(axis=0) ** 2])
-    colour = dataclasses.replace(frame.colour, channels=("R", "G", "B", "W"), sensitivity=curves)
+    white = Curve(NODES_NM, sensitivities(frame).sum(axis=0) ** 2)
+    given = frame.colour.quantum_efficiency
+    colour = dataclasses.replace(
+        frame.colour, quantum_efficiency=dataclasses.replace(given, curves=(*given.curves, ("W", white)))
+    )
     four = dataclasses.replace(frame, channels=("R", "G", "B", "W"), cfa_pattern=("RG", "WB"), colour=colour)
     save(four, tmp_path / "a.dng", allow_odd_cfa=True)
     tags = tags_of(tmp_path / "a.dng")

@@ -15,6 +15,7 @@ from camsim.errors import InvalidValueError, OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.exr_stream import write_exr
 from camsim.frame import Frame
+from camsim.spectra.colour_science import colour_science
 
 PLANCK_J_S, LIGHT_M_PER_S = 6.62607015e-34, 299_792_458.0
 LINE = camsim.Light(line_nm=550.0, illuminance_lux=5000.0)
@@ -102,9 +103,12 @@ def test_a_flat_diffuser_has_the_radiance_of_its_light() -> None:
     )
     assert frame.spectral is not None
     plane, error = frame.spectral.plane(0)
-    samples = DAYLIGHT.samples()
-    irradiance = samples.irradiance_w_per_m2_nm[samples.wavelength_nm == 560.0]
-    np.testing.assert_allclose(plane, np.full((2, 2), 0.5 * irradiance[0] / np.pi), rtol=1e-6)
+    # Watts of the light by the eye's own sum, every nanometre; D55 is 100 at 560 nm.
+    colour, nm = colour_science(), np.arange(360.0, 781.0)
+    power, eye = colour.SDS_ILLUMINANTS["D55"], colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
+    weighed = np.interp(nm, power.wavelengths, power.values) @ np.interp(nm, eye.wavelengths, eye.values)
+    irradiance = 100.0 * 5000.0 / (683.002 * weighed)
+    np.testing.assert_allclose(plane, np.full((2, 2), 0.5 * irradiance / np.pi), rtol=2e-5)
     assert error == 0
 
 

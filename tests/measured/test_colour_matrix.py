@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.sensor.colour_matrix import XYZ_D50, ColourResponse, adaptation, as_shot_neutral, fit
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.colour_science import colour_science
+from camsim.spectra.curve import Curve
+from camsim.spectra.light import Light
 
 NODES_NM = np.arange(380.0, 781.0, 5.0)
 
 
-def response(sensitivity: np.ndarray, light: np.ndarray | None = None) -> ColourResponse:
-    names = ("R", "G", "B", "W")[: len(sensitivity)]
-    power = np.ones(NODES_NM.size) if light is None else light
-    return ColourResponse(channels=names, wavelength_nm=NODES_NM, sensitivity=sensitivity, light=power)
+EQUAL_ENERGY = Light(Curve((380.0, 780.0), (1.0, 1.0)), irradiance_w_per_m2=1.0)
+
+
+def response(sensitivity: np.ndarray, nodes_nm: np.ndarray = NODES_NM, light: Light = EQUAL_ENERGY) -> ColourResponse:
+    """Channels of these sensitivities per unit energy."""
+    curves = tuple((letter, Curve(nodes_nm, curve)) for letter, curve in zip("RGBW", sensitivity, strict=False))
+    return ColourResponse(quantum_efficiency=QuantumEfficiency(curves, per="energy", peak=0.5), light=light)
 
 
 def nikon() -> np.ndarray:
@@ -35,7 +43,7 @@ def test_a_camera_that_sees_like_the_eye_gets_the_exact_matrix(light: str) -> No
     observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
     curves = np.array([observer[nodes_nm][:, k] for k in range(3)])
     mix = np.array([[0.9, 0.1, 0.0], [0.2, 1.0, 0.1], [0.0, 0.1, 0.6]])
-    found = fit(ColourResponse(("R", "G", "B"), nodes_nm, mix @ curves, np.ones(nodes_nm.size)), light)
+    found = fit(response(mix @ curves, nodes_nm), light)
     expected = np.linalg.inv(mix)
     # Equal up to the scale that makes the largest neutral 1.
     scale = found.camera_to_xyz[0, 0] / expected[0, 0]
@@ -85,17 +93,36 @@ def test_four_channels_have_matrices_too() -> None:
 
 
 def test_neutral_is_the_response_to_the_light() -> None:
-    light = np.where(NODES_NM == 550, 1.0, 0.0)
+    """Of a line: the curves' values there, on a straight line between the table's."""
     curves = nikon()
-    expected = curves[:, NODES_NM == 550][:, 0]
+    expected = np.array([np.interp(551.3, NODES_NM, curve) for curve in curves])
+    line = Light(line_nm=551.3, irradiance_w_per_m2=7.0)
     np.testing.assert_allclose(
-        as_shot_neutral(response(curves, light)), np.maximum(expected / expected.max(), 1e-3), rtol=1e-12
+        as_shot_neutral(response(curves, light=line)), np.maximum(expected / expected.max(), 1e-3), rtol=1e-12
     )
 
 
-def test_neutral_of_a_single_line() -> None:
-    one = ColourResponse(("R", "G"), np.array([550.0]), np.array([[1.0], [4.0]]), np.array([7.0]))
-    np.testing.assert_allclose(as_shot_neutral(one), [0.25, 1.0])
+def test_neutral_after_filters_and_crosstalk() -> None:
+    """On flat light each channel is the sum that its row of crosstalk says, of what the filter lets through."""
+    curves = nikon()
+    at_line = np.array([np.interp(532.0, NODES_NM, curve) for curve in curves])
+    line = Light(line_nm=532.0, irradiance_w_per_m2=1.0)
+    crosstalk = ((0.9, 0.1, 0.0), (0.05, 0.9, 0.05), (0.0, 0.2, 0.8))
+    mixed = dataclasses.replace(response(curves, light=line), crosstalk=crosstalk, passes=(0.3,))
+    expected = np.array(crosstalk) @ at_line
+    np.testing.assert_allclose(as_shot_neutral(mixed), expected / expected.max(), rtol=1e-12)
+
+
+def test_a_fit_undoes_crosstalk() -> None:
+    """Mixed channels are the channels times a matrix: so is the matrix back, up to the scale that makes white 1."""
+    crosstalk = np.array([[0.9, 0.1, 0.0], [0.05, 0.9, 0.05], [0.0, 0.2, 0.8]])
+    clean = response(nikon())
+    one, other = (
+        fit(given, "D65").camera_to_xyz
+        for given in (clean, dataclasses.replace(clean, crosstalk=tuple(map(tuple, crosstalk.tolist()))))
+    )
+    undone = other @ crosstalk
+    np.testing.assert_allclose(undone / undone[1, 1], one / one[1, 1], rtol=1e-9)
 
 
 def test_a_blind_channel_is_not_divided_by_zero() -> None:
@@ -105,11 +132,12 @@ def test_a_blind_channel_is_not_divided_by_zero() -> None:
 
 
 def test_darkness_has_no_white_balance() -> None:
+    infrared = Light(Curve((900.0, 1000.0), (1.0, 1.0)), irradiance_w_per_m2=1.0)
     with pytest.raises(InvalidValueError, match="no channel of the camera responds to the scene's light"):
-        as_shot_neutral(response(np.zeros((3, NODES_NM.size))))
+        as_shot_neutral(response(nikon(), light=infrared))
 
 
-@pytest.mark.parametrize("case", ["two equal", "one blind", "one line", "all blind"])
+@pytest.mark.parametrize("case", ["two equal", "one blind", "one line", "blind in the visible"])
 def test_channels_that_are_not_independent_have_no_matrix(case: str) -> None:
     curves = nikon().copy()
     if case == "two equal":
@@ -118,10 +146,9 @@ def test_channels_that_are_not_independent_have_no_matrix(case: str) -> None:
         curves[0] = 0
     elif case == "one line":
         curves *= NODES_NM == 550
-    else:
-        curves[:] = 0
+    nodes_nm = NODES_NM + 500.0 if case == "blind in the visible" else NODES_NM
     with pytest.raises(UnsupportedError, match=r"no colour matrix exists; write a \.tiff, \.exr or \.npy"):
-        fit(response(curves), "D65")
+        fit(response(curves, nodes_nm), "D65")
 
 
 def test_adaptation_against_colour_science() -> None:

@@ -23,7 +23,7 @@ def codes_of(
     """Codes of flats at a level of the full well (0: darks)."""
     saturation_e = camera.adc.saturation_e(camera.adc.base_iso, camera.well_as_read_e(camera.adc.base_iso))
     one = camsim.Light(line_nm=550.0, irradiance_w_per_m2=1.0, at="sensor")
-    watts = saturation_e / camera.electrons_per_reflectance(one.samples(), TIME_S).max()
+    watts = saturation_e / camera.diffuser_electrons(one, TIME_S).max()
     frames = camera.expose_frames(
         camsim.Scene(background=1.0 if level else 0.0),
         frame_numbers=range(count),
