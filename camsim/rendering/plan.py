@@ -255,4 +255,5 @@ def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
     high = max((len(terms) * size / allowed) ** (1.0 / n) for size, n in terms)
     if high > low:
         low = float(optimize.brentq(lambda r: sum(size * r**-n for size, n in terms) - allowed, low, high))
-    return max(low, sixth)
+    farther: float = max(low, sixth)
+    return farther
