@@ -22,7 +22,8 @@ from camsim.description import describe
 from camsim.errors import CamsimError, InputError
 from camsim.files import save
 from camsim.files.describe import canonical, checksum
-from camsim.files.reading import parse_record, read_file
+from camsim.files.reading import read_file
+from camsim.files.record import parse_record
 from camsim.frame import Frame
 from camsim.revive import revive
 
@@ -48,8 +49,8 @@ def test_a_file_says_what_it_is(tmp_path: Path, frame: Frame, name: str, product
     assert (held.form, held.product, held.rows, held.cols) == (form, product, 48, 66)
     assert held.size_bytes == (tmp_path / name).stat().st_size
     assert held.description == frame.description
-    assert held.record["seed"] == frame.seed
-    assert held.record["error_estimate"] == (4.5e-7 if product == "truth" else 3.2e-7)
+    assert held.record.seed == frame.seed
+    assert held.record.error_estimate == (4.5e-7 if product == "truth" else 3.2e-7)
 
 
 def test_every_byte_cut_off_is_noticed(tmp_path: Path, frame: Frame) -> None:
@@ -67,7 +68,7 @@ def test_every_byte_cut_off_is_noticed(tmp_path: Path, frame: Frame) -> None:
     [
         (b"", "it is no DNG, OpenEXR, TIFF, PNG or NPZ of camsim"),
         (b"P5\n2 2\n255\nabcd", "it is no DNG, OpenEXR, TIFF, PNG or NPZ of camsim"),
-        (b"MM\0*\0\0\0\x08", "it is no DNG, OpenEXR, TIFF, PNG or NPZ of camsim"),
+        (b"MM\0*\0\0\0\x08", "it is cut short: its directory is not within its 8 bytes"),
         (b"II*\0\x08\0\0\0", "it is cut short: its directory is not within its 8 bytes"),
         (b"II*\0\xff\xff\xff\xff", "it is cut short: its directory is not within its 8 bytes"),
         (struct.pack("<ii", 20000630, 2), "its header has no dataWindow"),
@@ -119,7 +120,7 @@ def test_a_changed_record_is_not_believed(tmp_path: Path, frame: Frame) -> None:
 
 def record_with(frame: Frame, tmp_path: Path, **changes: object) -> str:
     save(frame, tmp_path / "a.tiff")
-    said = {**read_file(tmp_path / "a.tiff").record, **changes}
+    said = {"camsim": "frame/1", **read_file(tmp_path / "a.tiff").record.as_dict(), **changes}
     return canonical({**said, "sha256": checksum(canonical(said))})
 
 
