@@ -20,10 +20,10 @@ from camsim.files.describe import canonical, checksum
 
 EXTREMES = (0, 1, 2, 3, 255, 256, 0x7FFF, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
 WRONG: tuple[Any, ...] = (
-    None, True, -1, 0, 1, 2**31, 2**63, 10**19, -1e300, 1e300, 1e-300, 5e-324, 0.5, -0.0, "", "x", "RGGB", "a\n\x1b[31m",
-    "\ud800",
-    [], [[]], [0], [1, 2], [None], {}, {"kind": "Airy"}, {"kind": "Path"}, {"kind": ["Airy"]}, {"kind": "Frame"},
-    {"a": 1}, {"kind": "Gaussian", "sigma_um": 0}, {"kind": "Curve", "wavelength_nm": [1], "values": [2]},
+    None, True, -1, 0, 1, 2**31, 2**63, 10**19, -1e300, 1e300, 1e-300, 5e-324, 0.5, -0.0,
+    "", "x", "RGGB", "a\n\x1b[31m", "\ud800", [], [[]], [0], [1, 2], [None], {}, {"a": 1},
+    {"kind": "Airy"}, {"kind": "Path"}, {"kind": ["Airy"]}, {"kind": "Frame"}, {"kind": "Gaussian", "sigma_um": 0},
+    {"kind": "Curve", "wavelength_nm": [1], "values": [2]},
 )  # fmt: skip
 
 

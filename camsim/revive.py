@@ -43,6 +43,9 @@ def revive_capture(description: Mapping[str, Any]) -> dict[str, Any]:
             raise InputError(f"description: there is no {name!r}, which a capture needs")
     if unknown := [name for name in parts if name not in kinds or name == "progress"]:
         raise InputError(f"description: a capture has no {ascii(unknown[0])[:40]}")
+    for name, most in (("tolerance", 1.0), ("frame_number", 2**31 - 1)):
+        if not 0 <= parts.get(name, 0) <= most or parts.get("tolerance") == 0.0:
+            raise InputError(f"description.{name}: {parts[name]:g} is none that a capture can have")
     return dict(parts)
 
 

@@ -35,7 +35,9 @@ def judged(value: Any, kind: Any, place: str) -> Any:
     if kind is Any:
         return value
     if origin is Union or origin is types.UnionType:
-        return judged(value, next((member for member in get_args(kind) if _may_be(value, member)), kind), place)
+        fitting = [member for member in get_args(kind) if _may_be(value, member)]
+        if fitting:
+            return judged(value, fitting[0], place)
     if not _may_be(value, kind):
         raise InputError(f"{place}: must be {words(kind)}, not {_shown(value)}")
     if kind is float:

@@ -5,8 +5,10 @@ The library believes what a header says and takes the memory; so the header is j
 
 from __future__ import annotations
 
+import contextlib
+import os
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -85,10 +87,29 @@ def read_pixels(path: Path, file: BinaryIO, size: int) -> Mapping[str, npt.NDArr
     import OpenEXR
 
     try:
-        channels = OpenEXR.File(str(path), separate_channels=True).channels()
+        with _without_its_words():
+            channels = OpenEXR.File(str(path), separate_channels=True).channels()
         return {name: np.asarray(channel.pixels) for name, channel in channels.items()}
     except (RuntimeError, ValueError, IndexError, OverflowError) as error:  # what pybind11 makes of C++'s
         raise InputError(f"it is cut short or damaged ({str(error).splitlines()[0][:200]})") from None
+
+
+@contextlib.contextmanager
+def _without_its_words() -> Iterator[None]:
+    """Keep the library from printing: it writes to the process's own stderr, past Python, what it raises too."""
+    try:
+        kept = os.dup(2)
+    except OSError:  # there is no stderr
+        yield
+        return
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 2)
+        os.close(nowhere)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
 
 
 def _image_bytes(header: Header, size: int) -> int:

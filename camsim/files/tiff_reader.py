@@ -5,6 +5,7 @@ Classic and big files of either byte order, whoever wrote them.
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -125,6 +126,8 @@ class Directory:
         code = f"{self.form.order}{entry.count * len(entry.code)}{entry.code[0]}"
         found = struct.unpack(code, self.bytes_of(number, min(_LONGEST_NUMBERS, self.size)))
         if entry.code not in _FRACTIONS:
+            if not all(map(math.isfinite, found)):
+                raise InputError(f"its tag {number} holds values that are no numbers")
             return tuple(map(float, found))
         if 0 in found[1::2]:
             raise InputError(f"its tag {number} holds a fraction over zero")

@@ -13,8 +13,9 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from camsim.arrays import F64
+from camsim.errors import UnsupportedError
 from camsim.measure.geometry import Roi
-from camsim.measure.picture import Picture, Plane
+from camsim.measure.picture import LARGEST_SIGNAL, Picture, Plane
 
 _LARGEST = 2000
 _HALF_WIDTH = 32
@@ -45,6 +46,13 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
     equally directed gradient grow together; each group that is straight and long enough gets a region as wide as its
     neighbours allow, 32 px on either side at the most.
     """
+    if not all(abs(end) <= LARGEST_SIGNAL for plane in picture.planes for end in _range(plane)):
+        raise UnsupportedError(
+            f"{picture.name}: holds values that are no numbers (NaN or infinite) or above {LARGEST_SIGNAL:g}; "
+            "point at an edge beside them with a roi"
+        )
+    if min(picture.shape) < 2 * _LEAST_HALF_WIDTH:
+        return ()
     grey, cell = _grey(picture)
     smooth = ndimage.gaussian_filter(grey, 1.0)
     gx, gy = ndimage.sobel(smooth, axis=1) / 8.0, ndimage.sobel(smooth, axis=0) / 8.0
@@ -70,13 +78,19 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
     return tuple(found)
 
 
+def _range(plane: Plane) -> tuple[float, float]:
+    """Return the smallest and the largest sample; NaN where there is one."""
+    return float(np.min(plane.samples)), float(np.max(plane.samples))
+
+
 def _grey(picture: Picture) -> tuple[F64, int]:
     """Return the picture as one plane, averaged over square cells, and the cell's side in pixels.
 
     Every cell holds the same number of each channel's photosites, and each channel counts alike.
     """
     smallest = _smallest_cell(picture)
-    cell = smallest * max(1, math.ceil(max(picture.shape) / smallest / _LARGEST))
+    # By the area: a strip of a million columns is as much work as a square of it.
+    cell = smallest * max(1, math.ceil(math.sqrt(math.prod(picture.shape)) / smallest / _LARGEST))
     rows, cols = (size // cell for size in picture.shape)
     grey = np.zeros((rows, cols))
     for channel in picture.select("all"):
