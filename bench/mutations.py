@@ -156,6 +156,8 @@ def by_members(rng: np.random.Generator, content: bytes) -> bytes:
 
 def by_array_header(rng: np.random.Generator, content: bytes) -> bytes:
     """Change what an array of numpy's says of itself."""
+    if len(content) < 10:
+        return content
     (length,) = struct.unpack_from("<H", content, 8)
     text = content[10 : 10 + length].decode("latin-1")
     sizes = [str(_number(rng, 63)) for _ in range(int(rng.integers(0, 4)))]
