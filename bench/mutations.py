@@ -64,28 +64,41 @@ def _number(rng: np.random.Generator, bits: int) -> int:
 
 
 def by_tags(rng: np.random.Generator, content: bytes) -> bytes:
-    """Change number, type, count or value of entries in the directories of a classic little-endian TIFF."""
+    """Change number, type, count or value of entries in a directory of a classic TIFF."""
     data = bytearray(content)
-    (at,) = struct.unpack_from("<I", data, 4)
-    (count,) = struct.unpack_from("<H", data, at)
+    order = "<" if content[:2] == b"II" else ">"
+    (at,) = struct.unpack_from(f"{order}I", data, 4)
+    (count,) = struct.unpack_from(f"{order}H", data, at)
+    below = [
+        struct.unpack_from(f"{order}I", data, entry + 8)[0]
+        for entry in range(at + 2, at + 2 + 12 * count, 12)
+        if struct.unpack_from(f"{order}H", data, entry)[0] == 330
+    ]
+    if below and rng.random() < 0.7:
+        at = below[0]
+        (count,) = struct.unpack_from(f"{order}H", data, at)
     for _ in range(int(rng.integers(1, 4))):
         entry = at + 2 + 12 * int(rng.integers(0, count))
         how = rng.integers(0, 5)
         if how == 0:
-            struct.pack_into("<H", data, entry, int(rng.choice([254, 256, 273, 279, 330, 33422, 50712, 50714, 50717])))
+            struct.pack_into(
+                f"{order}H", data, entry, int(rng.choice([254, 256, 273, 279, 330, 33422, 50712, 50714, 50717]))
+            )
         elif how == 1:
-            struct.pack_into("<H", data, entry + 2, int(rng.integers(0, 20)))
+            struct.pack_into(f"{order}H", data, entry + 2, int(rng.integers(0, 20)))
         elif how == 2:
-            struct.pack_into("<I", data, entry + 4, _number(rng, 32))
+            struct.pack_into(f"{order}I", data, entry + 4, _number(rng, 32))
         elif how == 3:
-            struct.pack_into("<I", data, entry + 8, _number(rng, 32))
+            struct.pack_into(f"{order}I", data, entry + 8, _number(rng, 32))
         else:
-            kind, n, value = struct.unpack_from("<HII", data, entry + 2)
+            kind, n, value = struct.unpack_from(f"{order}HII", data, entry + 2)
             size = {1: 1, 3: 2, 4: 4, 5: 8, 10: 8, 12: 8}.get(kind, 1)
             place = entry + 8 if size * n <= 4 else value
             if place + size * n <= len(data) and n:
                 which = place + size * int(rng.integers(0, n))
-                data[which : which + min(size, 4)] = _number(rng, 32).to_bytes(4, "little")[: min(size, 4)]
+                data[which : which + min(size, 4)] = _number(rng, 32).to_bytes(4, "little" if order == "<" else "big")[
+                    : min(size, 4)
+                ]
     return bytes(data)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import types
 import typing
 from collections.abc import Mapping, Sequence
@@ -11,6 +10,9 @@ from typing import Any, Literal, Union, get_args, get_origin
 from camsim.errors import InputError
 
 _LARGEST_WHOLE = 2**64
+_LARGEST = 1e15
+"""No light, length, time or count is more; products of such numbers are far from overflow."""
+
 _LONGEST_TEXT = 100_000
 _SIMPLE = {float: "a number", int: "a whole number", bool: "true or false", str: "a text", types.NoneType: "nothing"}
 
@@ -47,7 +49,7 @@ def judged(value: Any, kind: Any, place: str) -> Any:
     if origin is tuple and get_args(kind)[-1:] != (...,):
         return tuple(judged(v, k, f"{place}.{i}") for i, (v, k) in enumerate(zip(value, get_args(kind), strict=True)))
     if origin in (tuple, Sequence):
-        if get_args(kind)[0] is float and all(type(v) is float and math.isfinite(v) for v in value):
+        if get_args(kind)[0] is float and all(type(v) is float and abs(v) <= _LARGEST for v in value):
             return tuple(value)  # long tables
         return tuple(judged(v, get_args(kind)[0], f"{place}.{i}") for i, v in enumerate(value))
     if origin is Mapping:
@@ -89,9 +91,9 @@ def _may_be(value: Any, kind: Any) -> bool:
 
 
 def _number(value: float, place: str) -> float:
-    if not (isinstance(value, int) and abs(value) >= _LARGEST_WHOLE) and math.isfinite(value):
+    if abs(value) <= _LARGEST:
         return float(value)
-    raise InputError(f"{place}: must be a finite number, not {_shown(value)}")
+    raise InputError(f"{place}: must be a number up to {_LARGEST:g}, not {_shown(value)}")
 
 
 def _shown(value: Any) -> str:

@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.errors import InputError
+from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb
 
 MAGIC = struct.pack("<i", 20000630)
@@ -91,7 +91,7 @@ def read_pixels(path: Path, file: BinaryIO, size: int) -> Mapping[str, npt.NDArr
             channels = OpenEXR.File(str(path), separate_channels=True).channels()
         return {name: np.asarray(channel.pixels) for name, channel in channels.items()}
     except (RuntimeError, ValueError, IndexError, OverflowError) as error:  # what pybind11 makes of C++'s
-        raise InputError(f"it is cut short or damaged ({str(error).splitlines()[0][:200]})") from None
+        raise InputError(f"it is cut short or damaged ({in_brief(error)})") from None
 
 
 @contextlib.contextmanager

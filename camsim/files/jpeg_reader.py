@@ -8,7 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.errors import InputError
+from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb
 
 MAGIC = b"\xff\xd8"
@@ -66,4 +66,4 @@ def read_pixels(file: BinaryIO, size: int) -> npt.NDArray[Any]:
         with JpegImagePlugin.JpegImageFile(file) as opened:
             return np.asarray(opened)
     except (OSError, SyntaxError, ValueError) as error:
-        raise InputError(f"its JPEG is damaged ({error})") from None
+        raise InputError(f"its JPEG is damaged ({in_brief(error)})") from None

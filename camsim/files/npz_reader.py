@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.errors import InputError, did_you_mean
+from camsim.errors import InputError, did_you_mean, in_brief
 from camsim.files.limits import refuse_bomb
 from camsim.files.npy_reader import Header, read_header
 
@@ -95,7 +95,7 @@ def opened(file: BinaryIO, size: int) -> Iterator[Archive]:
         struct.error,
         UnicodeDecodeError,
     ) as error:
-        raise InputError(f"it is cut short or damaged ({error})") from None
+        raise InputError(f"it is cut short or damaged ({in_brief(error)})") from None
 
 
 def _refuse_long_directory(file: BinaryIO, size: int) -> None:

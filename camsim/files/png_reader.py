@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.errors import InputError
+from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
@@ -101,7 +101,7 @@ def read_pixels(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
         with PngImagePlugin.PngImageFile(io.BytesIO(chunks)) as opened:
             image = np.asarray(opened)
     except (OSError, SyntaxError, ValueError) as error:
-        raise InputError(f"its pixels are damaged ({error})") from None
+        raise InputError(f"its pixels are damaged ({in_brief(error)})") from None
     # Pillow's 16-bit grey may come with 32 bits.
     return image.astype(np.uint16) if header.bits == 16 and channels == 1 else image
 
@@ -134,4 +134,4 @@ def _unpacked(packed: bytes, most: int) -> str:
     try:
         return zlib.decompressobj().decompress(packed, most).decode("latin-1")
     except zlib.error as error:
-        raise InputError(f"its text is damaged ({error})") from None
+        raise InputError(f"its text is damaged ({in_brief(error)})") from None

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 from xml.parsers import expat
 
-from camsim.errors import InputError
+from camsim.errors import InputError, in_brief
 from camsim.files import exr_reader, npz_reader, png_reader, tiff_reader
 from camsim.files.npz import RECORD_NAME
 from camsim.files.record import LONGEST_RECORD, Record, is_record, parse_record
@@ -210,7 +210,7 @@ def _record_in_xmp(xmp: bytes) -> str | None:
     except expat.ExpatError as error:
         if not letters and XMP_NAMESPACE.encode() not in xmp:
             return None
-        raise InputError(f"its XMP is damaged ({error})") from None
+        raise InputError(f"its XMP is damaged ({in_brief(error)})") from None
     if not letters and _ANY_NAMESPACE in xmp and XMP_NAMESPACE.encode() not in xmp:
         raise InputError(
             "its record has another format than this version of camsim reads; use the version that wrote it"

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from camsim.errors import InputError
+from camsim.errors import InputError, in_brief
 from camsim.files.jpeg_reader import frame_header
 from camsim.files.limits import refuse_bomb
 from camsim.files.tiff_reader import COMPRESSION, IMAGE_LENGTH, IMAGE_WIDTH, TILE_OFFSETS, Directory
@@ -182,7 +182,7 @@ def _unpacked(data: bytes, needed: int, compression: int) -> bytes:
         if compression == _LZW:
             return bytes(_imagecodecs("LZW").lzw_decode(data, out=needed))
     except (zlib.error, RuntimeError, ValueError) as error:  # RuntimeError: imagecodecs' own
-        raise InputError(f"a strip or tile is damaged ({error})") from None
+        raise InputError(f"a strip or tile is damaged ({in_brief(error)})") from None
     raise InputError(f"its image is stored as TIFF's compression {compression}, which is not read; {_WAY_OUT}")
 
 
@@ -234,7 +234,9 @@ def _from_jpeg(data: bytes, shape: tuple[int, int, int], layout: _Layout) -> npt
     try:
         pixels: npt.NDArray[Any] = codecs.jpeg8_decode(data)
     except (RuntimeError, ValueError) as error:  # RuntimeError: imagecodecs' own
-        raise InputError(f"a tile of JPEG is damaged, or of a kind that is not read ({error}); {_WAY_OUT}") from None
+        raise InputError(
+            f"a tile of JPEG is damaged, or of a kind that is not read ({in_brief(error)}); {_WAY_OUT}"
+        ) from None
     if pixels.size != belongs or pixels.dtype.kind != "u":
         raise InputError(f"a tile of JPEG holds {pixels.size} samples where {belongs} belong")
     return pixels.reshape(shape)
