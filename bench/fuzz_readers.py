@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from crafted_files import crafted
 from mutations import BY_FORMAT, by_bytes, by_record
 
 SLOWEST_S = 2.0
@@ -154,7 +155,7 @@ def commands(victim: Path, measure: tuple[str, ...], folder: Path) -> dict[str, 
     }
 
 
-def judged(arguments: list[str], size: int, tally: Tally, what: str) -> str | None:
+def judged(arguments: list[str], size: int, tally: Tally, what: str, slowest_s: float = SLOWEST_S) -> str | None:
     """Run one command in this process; return what is wrong with how it ended."""
     out, err = io.StringIO(), io.StringIO()
     before = _resident()
@@ -171,7 +172,7 @@ def judged(arguments: list[str], size: int, tally: Tally, what: str) -> str | No
     tally.most_bytes[what] = max(tally.most_bytes.get(what, 0), taken)
     end = "refused" if code == 2 else "done" if code == 0 else "WRONG"
     # What a record really describes, however odd, is computed for as long as that takes.
-    computing = what == "recapture" and taken_s > SLOWEST_S and (code == 0 or isinstance(caught, Hangs))
+    computing = what == "recapture" and taken_s > slowest_s and (code == 0 or isinstance(caught, Hangs))
     tally.ends[f"{what}: {'a capture of more than 2 s' if computing else end}"] += 1
     if computing:
         return None
@@ -180,14 +181,39 @@ def judged(arguments: list[str], size: int, tally: Tally, what: str) -> str | No
         return wrong
     if code not in (0, 2) or (code == 2 and (said.count("\n") != 1 or len(said) > 2000)) or (code == 0 and said):
         return f"exit {code}: {said[:500]}"
-    if taken_s > SLOWEST_S:
+    if taken_s > slowest_s:
         return f"{taken_s:.1f} s, exit {code}: {said[:200]}"
     return f"{taken / 1e6:.0f} MB, exit {code}: {said[:200]}" if taken > MOST_BYTES else None
 
 
-def fuzz(count: int, seed: int, folder: Path, kept: Path | None = None) -> Tally:
-    """Try ``count`` mutations; returns how they ended."""
-    whole, tally = samples(folder), Tally()
+def crafted_are_refused(whole: list[Sample], folder: Path, slowest_s: float = SLOWEST_S) -> tuple[list[str], int]:
+    """Try every crafted file; returns what is wrong, and how many commands were run."""
+    record = next(sample.record for sample in whole if sample.path.name == "a.dng")
+    assert record is not None
+    wrong, tally = [], Tally()
+    for name, content in crafted({s.path.name: s.content for s in whole}, record, folder / "proof"):
+        victim = folder / f"crafted-{name}"
+        victim.write_bytes(content)
+        for what, arguments in commands(victim, ("--gamma", "1"), folder).items():
+            before = tally.ends[f"{what}: refused"]
+            found = judged(arguments, len(content), tally, what, slowest_s)
+            asked = name.partition("-")[0] if "-" in name else what
+            if found is not None or (asked == what and tally.ends[f"{what}: refused"] == before):
+                wrong.append(f"{name}, {what}: {found or 'not refused'}")
+        victim.unlink()
+    return wrong, tally.ends.total()
+
+
+def fuzz(
+    count: int,
+    seed: int,
+    whole: list[Sample],
+    folder: Path,
+    kept: Path | None = None,
+    slowest_s: float = SLOWEST_S,
+) -> Tally:
+    """Try ``count`` mutations of whole files; returns how they ended."""
+    tally = Tally()
     for sample in whole:  # compiles what is not yet compiled
         for what, arguments in commands(sample.path, sample.measure, folder).items():
             if (wrong := judged(arguments, 0, Tally(), what)) and "MB" not in wrong and " s, exit" not in wrong:
@@ -201,7 +227,7 @@ def fuzz(count: int, seed: int, folder: Path, kept: Path | None = None) -> Tally
             victim = folder / f"mutated{sample.path.suffix}"
             victim.write_bytes(content)
             for what, arguments in commands(victim, sample.measure, folder).items():
-                wrong = judged(arguments, len(content), tally, what)
+                wrong = judged(arguments, len(content), tally, what, slowest_s)
                 if wrong is not None:
                     tally.wrong.append(f"{number} of {sample.path.name}, {what}: {wrong}")
                     if kept is not None:
@@ -260,8 +286,14 @@ def main() -> None:
         kept.mkdir(parents=True, exist_ok=True)
     limit = _status("VmSize") + _ADDRESS_SPACE
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-    with tempfile.TemporaryDirectory() as folder:
-        tally = fuzz(count, seed, Path(folder), kept)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        whole = samples(folder)
+        wrong, refused = crafted_are_refused(whole, folder)
+        print(
+            f"crafted files: {refused} commands, {len(wrong)} of them not refused as they should be", *wrong, sep="\n"
+        )
+        tally = fuzz(count, seed, whole, folder, kept)
     for end, number in sorted(tally.ends.items()):
         print(f"{number:7}  {end}")
     for what, slowest in tally.slowest_s.items():
@@ -269,7 +301,7 @@ def main() -> None:
     for wrong in tally.wrong[:20]:
         print(wrong.strip().splitlines()[0], "|", wrong.strip().splitlines()[-1])
     print(f"{count} files, seed {seed}: {len(tally.wrong)} commands ended otherwise than with 0, or 2 and a sentence")
-    sys.exit(bool(tally.wrong))
+    sys.exit(bool(tally.wrong or wrong))
 
 
 if __name__ == "__main__":

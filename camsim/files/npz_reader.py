@@ -47,17 +47,15 @@ class Archive:
         return words.decode("ascii", "replace")
 
     def header(self, name: str) -> Header:
-        """Return what an array is."""
+        """Return what an array is; it fits what the archive says of its size."""
         with self._opened(f"{name}.npy") as member:
-            return read_header(member)
+            return self._header(name, member)
 
     def array(self, name: str) -> npt.NDArray[Any]:
         """Return an array; its checksum is looked at."""
         with self._opened(f"{name}.npy") as member:
-            header = read_header(member)
+            header = self._header(name, member)
             refuse_bomb(header.nbytes, self._size)
-            if header.bytes_before + header.nbytes != self._members[f"{name}.npy"].file_size:
-                raise InputError(f"its array {name!r} says {header.nbytes} bytes and does not hold as many")
             numbers = np.empty(header.nbytes, np.uint8)
             filled = 0
             while filled < header.nbytes and (some := member.read(min(1 << 20, header.nbytes - filled))):
@@ -67,6 +65,12 @@ class Archive:
             if filled < header.nbytes or member.read(1):
                 raise InputError(f"it is cut short or damaged: its array {name!r} is not whole")
         return header.shaped(numbers.view(header.dtype))
+
+    def _header(self, name: str, member: Any) -> Header:
+        header = read_header(member)
+        if header.bytes_before + header.nbytes != self._members[f"{name}.npy"].file_size:
+            raise InputError(f"its array {name!r} says {header.nbytes} bytes and does not hold as many")
+        return header
 
     @contextlib.contextmanager
     def _opened(self, name: str) -> Iterator[Any]:

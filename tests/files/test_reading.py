@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import struct
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -163,27 +161,6 @@ def test_a_bomb_of_zeros_in_a_png_stays_small(tmp_path: Path, frame: Frame) -> N
     (tmp_path / "a.png").write_bytes(whole[:33] + chunk + whole[-12:])
     with pytest.raises(InputError, match="record"):
         read_file(tmp_path / "a.png")
-
-
-def fuzzing() -> ModuleType:
-    path = Path(__file__).parents[2] / "bench" / "fuzz_readers.py"
-    spec = importlib.util.spec_from_file_location("fuzz_readers", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_mutated_files_give_a_sentence(tmp_path: Path) -> None:
-    """The same as bench/fuzz_readers.py, which does ten thousand."""
-    fuzz = fuzzing()
-    ends, slowest_s = fuzz.fuzz(400, 2, tmp_path)
-    assert ends.total() == 400
-    assert ends["dng refused"] > 50
-    assert ends["exr refused"] > 50
-    assert ends["read, record as written"] > 0
-    assert slowest_s < fuzz.SLOWEST_S
 
 
 def test_forged_descriptions_give_a_sentence() -> None:
