@@ -172,7 +172,8 @@ class _Reader:
             return Node(None, place, named, refused=True)
         refused = self._refuse_decorations(event, path)
         if isinstance(event, yaml.ScalarEvent):
-            if bad := _FORBIDDEN_CHARACTER.search(event.value):
+            # The text was looked through; only an escape in double quotes brings in others.
+            if event.style == '"' and (bad := _FORBIDDEN_CHARACTER.search(event.value)):
                 self._refuse(event, path, f"the character U+{ord(bad[0]):04X} has no place here; leave it out")
                 refused = True
             # A style marks quotes or a block (| >): those are words, whatever they look like.
