@@ -196,7 +196,8 @@ def crafted_are_refused(whole: list[Sample], folder: Path, slowest_s: float = SL
         victim.write_bytes(content)
         for what, arguments in commands(victim, ("--gamma", "1"), folder).items():
             before = tally.ends[f"{what}: refused"]
-            found = judged(arguments, len(content), tally, what, slowest_s)
+            with contextlib.chdir(folder):
+                found = judged(arguments, len(content), tally, what, slowest_s)
             asked = name.partition("-")[0] if "-" in name else what
             if found is not None or (asked == what and tally.ends[f"{what}: refused"] == before):
                 wrong.append(f"{name}, {what}: {found or 'not refused'}")
@@ -214,11 +215,12 @@ def fuzz(
 ) -> Tally:
     """Try ``count`` mutations of whole files; returns how they ended."""
     tally = Tally()
-    for sample in whole:  # compiles what is not yet compiled
-        for what, arguments in commands(sample.path, sample.measure, folder).items():
-            if (wrong := judged(arguments, 0, Tally(), what)) and "MB" not in wrong and " s, exit" not in wrong:
-                tally.wrong.append(f"{sample.path.name}, unchanged, {what}: {wrong}")
-    with warnings.catch_warnings():
+    with contextlib.chdir(folder):  # recapture writes where it is started
+        for sample in whole:  # compiles what is not yet compiled
+            for what, arguments in commands(sample.path, sample.measure, folder).items():
+                if (wrong := judged(arguments, 0, Tally(), what)) and "MB" not in wrong and " s, exit" not in wrong:
+                    tally.wrong.append(f"{sample.path.name}, unchanged, {what}: {wrong}")
+    with warnings.catch_warnings(), contextlib.chdir(folder):
         warnings.simplefilter("error")
         for number in range(count):
             rng = np.random.default_rng([seed, number])
