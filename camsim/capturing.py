@@ -13,6 +13,7 @@ from camsim.config.build import Progress, SceneDocument, Setup
 from camsim.config.build_sensor import SensorDocument
 from camsim.config.judged import Judged
 from camsim.config.overrides import Override
+from camsim.config.tree import MOST_FAULTS
 from camsim.errors import CamsimError, ConfigError, Fault
 from camsim.frame import Frame
 from camsim.optics import Lens
@@ -197,6 +198,12 @@ def _collected(faults: list[Fault], make: Callable[[], T]) -> T | None:
 
 
 def _in_order(faults: list[Fault]) -> list[Fault]:
-    """Sort faults by their places; the files stay in the order in which they were read."""
+    """Sort faults by their places; the files stay in the order in which they were read. Say where there may be more."""
     files = list(dict.fromkeys(fault.file for fault in faults))
-    return sorted(faults, key=lambda fault: (files.index(fault.file), fault.line, fault.column))
+    there = [sum(fault.file == file for fault in faults) for file in files]
+    more = [
+        Fault(file, 0, 0, "", f"more than {MOST_FAULTS - 1} faults; mend these first, there may be more")
+        for file, count in zip(files, there, strict=True)
+        if count >= MOST_FAULTS
+    ]
+    return sorted(faults, key=lambda fault: (files.index(fault.file), fault.line, fault.column)) + more

@@ -72,6 +72,17 @@ class ConfigError(CamsimError):
         super().__init__("\n".join(str(fault) for fault in self.faults))
 
 
+def in_brief(error: BaseException | str, most: int = 120) -> str:
+    """Return the beginning of another program's message as one line of letters that a terminal can show.
+
+    >>> in_brief("damaged\\n\\x1b[31m at byte 3")
+    'damaged [31m at byte 3'
+    """
+    words = "".join(letter if letter.isprintable() else " " for letter in str(error)[: 4 * most]).split()
+    shown = " ".join(words)
+    return shown if len(shown) <= most else f"{shown[: most - 1]}…"
+
+
 def did_you_mean(name: str, known: Iterable[str], shown: int = 12) -> str:
     """Return the tail of a message about an unknown name: the likely one, and the list when it is short."""
     names = list(known)

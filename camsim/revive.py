@@ -1,4 +1,4 @@
-"""A description (of a file, say) turned back into the stages that it describes."""
+"""A description (of a file, say) turned back into the stages that it describes, each parameter judged by its type."""
 
 from __future__ import annotations
 
@@ -9,46 +9,84 @@ from typing import Any
 
 import camsim
 from camsim.errors import CamsimError, InputError
+from camsim.typed import hints, judged
+
+_RESULTS = ("Frame", "Rendering")
+"""Public too, but what comes out and never what goes in."""
 
 
 def revive(tree: Any) -> Any:
     """Return the objects that ``describe`` turned into a tree; lists become tuples.
 
-    Only camsim's own public stages are ever made from a tree. Raises InputError when it names another one, a
-    parameter that does not exist, or a value that cannot be.
+    Only camsim's own public stages are ever made from a tree, and each parameter must be of the type that its stage
+    declares. Raises InputError when it names another one, a parameter that does not exist, or a value that cannot be.
 
     >>> revive({"kind": "SquarePhotosite", "side_um": 3.66})
     SquarePhotosite(side_um=3.66)
     """
     try:
-        return _revived(tree)
+        return _revived(tree, "description")
     except RecursionError:
         raise InputError("description: it is nested too deeply") from None
 
 
-def _revived(tree: Any) -> Any:
+def revive_capture(description: Mapping[str, Any]) -> dict[str, Any]:
+    """Return camera, scene and what else ``Camera.expose`` takes, from the description of a capture."""
+    from camsim.exposing import Capture
+
+    parts = revive(description)
+    kinds = {**_parameters(Capture), "frame_number": (int, False)}
+    for name, (kind, needed) in kinds.items():
+        if name in parts:
+            parts[name] = judged(parts[name], kind, f"description.{name}")
+        elif needed:
+            raise InputError(f"description: there is no {name!r}, which a capture needs")
+    if unknown := [name for name in parts if name not in kinds or name == "progress"]:
+        raise InputError(f"description: a capture has no {ascii(unknown[0])[:40]}")
+    for name, most in (("tolerance", 1.0), ("frame_number", 2**31 - 1)):
+        if not 0 <= parts.get(name, 0) <= most or parts.get("tolerance") == 0.0:
+            raise InputError(f"description.{name}: {parts[name]:g} is none that a capture can have")
+    return dict(parts)
+
+
+def _revived(tree: Any, place: str) -> Any:
     if isinstance(tree, Mapping):
-        parts = {key: _revived(value) for key, value in tree.items() if key != "kind"}
-        return _make(tree["kind"], parts) if "kind" in tree else parts
+        parts = {key: _revived(value, f"{place}.{key}") for key, value in tree.items() if key != "kind"}
+        return _make(tree["kind"], parts, place) if "kind" in tree else parts
     if isinstance(tree, (list, tuple)):
-        return tuple(_revived(value) for value in tree)
+        return tuple(_revived(value, place) if isinstance(value, (Mapping, list, tuple)) else value for value in tree)
     return tree
 
 
-def _make(kind: Any, parts: Mapping[str, Any]) -> Any:
+def _make(kind: Any, parts: Mapping[str, Any], place: str) -> Any:
     stage = _stages().get(kind) if isinstance(kind, str) else None
     if stage is None:
-        raise InputError(f"description: {kind!r} is not a stage of this version of camsim")
+        raise InputError(f"{place}: {ascii(kind)[:40]} is not a stage of this version of camsim")
+    kinds = _parameters(stage)
+    if unknown := [name for name in parts if name not in kinds]:
+        raise InputError(f"{place}: {kind} has no {ascii(unknown[0])[:40]}")
+    if missing := [name for name, (_, needed) in kinds.items() if needed and name not in parts]:
+        raise InputError(f"{place}: {kind} lacks {missing[0]!r}")
+    fitting = {name: judged(value, kinds[name][0], f"{place}.{name}") for name, value in parts.items()}
     try:
-        return stage(**parts)
+        return stage(**fitting)
     except CamsimError as error:
-        raise InputError(f"description: {error}") from None
-    except (TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise InputError(f"description: {kind} cannot be made from what the file holds ({error})") from None
+        raise InputError(f"{place}: {error}") from None
 
 
 @functools.cache
 def _stages() -> Mapping[str, Any]:
     """Return the public dataclasses by name."""
-    public = {name: getattr(camsim, name) for name in camsim.__all__}
+    public = {name: getattr(camsim, name) for name in camsim.__all__ if name not in _RESULTS}
     return {name: stage for name, stage in public.items() if dataclasses.is_dataclass(stage)}
+
+
+@functools.cache
+def _parameters(stage: Any) -> Mapping[str, tuple[Any, bool]]:
+    """Return the parameters of a stage: the type of each, and whether it must be given."""
+    kinds, nothing = hints(stage), dataclasses.MISSING
+    return {
+        field.name: (kinds[field.name], field.default is nothing and field.default_factory is nothing)
+        for field in dataclasses.fields(stage)
+        if field.init
+    }

@@ -59,8 +59,9 @@ def explain(
     capture = setup.capture
     if plot is not None:
         from camsim.cli.explain_plot import draw
+        from camsim.files.atomic import write_whole
 
-        Path(plot[1]).write_bytes(draw(capture, plot[0], Path(plot[1]).suffix.lower()[1:]))
+        write_whole(plot[1], draw(capture, plot[0], Path(plot[1]).suffix.lower()[1:]))
     told = explained(capture, products, [(file.path, file.product) for file in files])
     if as_json:
         print(json.dumps(told, indent=2, ensure_ascii=False))

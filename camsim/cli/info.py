@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import Any
 
 from camsim.config.memory import readable
 from camsim.config.yaml_text import yaml_text
 from camsim.files.reading import Held, read_file
+from camsim.files.record import Record
+
+_MOST_SHOWN = 100
+"""Parts of a list for people to look at; --json prints all."""
 
 
 def text_of_file(path: str) -> str:
-    """Return the figures of a file, and the description of all stages as YAML."""
+    """Return the figures of a file, and the description of all stages as YAML; of long lists the beginning."""
     held = read_file(path)
     rows = _figures(held)
     width = max(len(label) for label, _ in rows)
@@ -22,7 +25,7 @@ def text_of_file(path: str) -> str:
 
 
 def json_of_file(path: str) -> str:
-    """Return the same as JSON."""
+    """Return the same as JSON, nothing left out."""
     held = read_file(path)
     tree = {
         "file": str(held.path),
@@ -30,42 +33,49 @@ def json_of_file(path: str) -> str:
         "rows": held.rows,
         "cols": held.cols,
         "bytes": held.size_bytes,
-        **{key: value for key, value in held.record.items() if key != "camsim"},
+        **held.record.as_dict(),
     }
     return json.dumps(tree, indent=2, ensure_ascii=False)
 
 
 def _figures(held: Held) -> list[tuple[str, str]]:
     record = held.record
-    pattern = " / ".join(record["cfa_pattern"])
-    error = record["error_estimate"]
+    channels, pattern = _printable(", ".join(record.channels)), _printable(" / ".join(record.cfa_pattern))
+    error = record.error_estimate
     return [
         ("file", f"{held.path} ({held.form}, {readable(held.size_bytes)})"),
         ("product", f"{held.product}, {held.rows} × {held.cols}"),
-        ("camera", str(record["camera"])),
-        ("channels", f"{', '.join(record['channels'])}; colour filters {pattern}"),
-        ("levels", f"black {_black(record)} DN, white {record['white_level_dn']} DN"),
-        ("gain", f"{record['electrons_per_dn']:.6g} e⁻ per DN"),
-        ("seed", str(record["seed"])),
+        ("camera", _printable(record.camera)),
+        ("channels", f"{channels}; colour filters {pattern}"),
+        ("levels", f"black {_black(record)} DN, white {record.white_level_dn} DN"),
+        ("gain", f"{record.electrons_per_dn:.6g} e⁻ per DN"),
+        ("seed", str(record.seed)),
         ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),
-        ("written by", str(record["software"])),
+        ("written by", _printable(record.software)),
         ("record", "whole: it fits its checksum"),
     ]
 
 
-def _black(record: Mapping[str, Any]) -> str:
-    levels = [[str(record["black_level_dn"] + offset) for offset in row] for row in record["black_offsets_dn"]]
-    return " / ".join(", ".join(row) for row in levels)
+def _black(record: Record) -> str:
+    levels = [[str(record.black_level_dn + offset) for offset in row] for row in record.black_offsets_dn]
+    return _printable(" / ".join(", ".join(row) for row in levels))
+
+
+def _printable(text: str) -> str:
+    """Return a stranger's text in one line without anything that a terminal would obey."""
+    shown = text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in shown)
 
 
 def _flat(tree: Any) -> Any:
-    """Return the tree with each table of numbers (a curve's, say) as one line."""
+    """Return the tree with each table of numbers (a curve's, say) as one line, and no list longer than people read."""
     if isinstance(tree, dict):
         return {key: _flat(value) for key, value in tree.items()}
     if isinstance(tree, list):
+        rest = len(tree) - _MOST_SHOWN
         if len(tree) > 12 and all(isinstance(value, int | float) for value in tree):
             return ", ".join(f"{value:.6g}" for value in tree)
-        return [_flat(value) for value in tree]
+        return [_flat(value) for value in tree[:_MOST_SHOWN]] + ([f"… and {rest} more"] if rest > 0 else [])
     return tree
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from camsim.errors import CamsimError, InvalidValueError, OutputError
+from camsim.files.atomic import write_whole
 
 if TYPE_CHECKING:
     from camsim.measure import MtfReport, Picture, TheoreticalOtf
@@ -47,11 +48,11 @@ def measure(request: MtfRequest) -> None:
     theory, why_not = _theory(picture)
     report = measure_mtf(picture, rois=rois, channel=request.channel, tail=request.tail, theory=theory)
     if request.csv is not None:
-        _write(request.csv, _table(report).encode("utf-8"))
+        write_whole(request.csv, _table(report).encode("utf-8"))
     if request.plot is not None:
         from camsim.cli.plot import draw
 
-        _write(request.plot, draw(report, Path(request.plot).suffix.lower()[1:]))
+        write_whole(request.plot, draw(report, Path(request.plot).suffix.lower()[1:]))
     if request.as_json:
         print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
         return
@@ -90,19 +91,12 @@ def _theory(picture: Picture) -> tuple[TheoreticalOtf | None, str]:
     if picture.description is None:
         return None, "the file does not say what it was taken with"
     from camsim.measure import CameraOtf
-    from camsim.revive import revive
+    from camsim.revive import revive_capture
 
     try:
-        return CameraOtf.from_stages(revive(picture.description)), ""
-    except (CamsimError, KeyError) as error:
+        return CameraOtf.from_stages(revive_capture(picture.description)), ""
+    except CamsimError as error:
         return None, f"what the file says of its stages cannot be used ({error})"
-
-
-def _write(path: str, data: bytes) -> None:
-    try:
-        Path(path).write_bytes(data)
-    except OSError as error:
-        raise OutputError(f"cannot write {path!r}: {error.strerror or error}") from error
 
 
 def _table(report: MtfReport) -> str:

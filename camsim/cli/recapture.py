@@ -73,15 +73,16 @@ def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: 
 
 
 def _parts(held: Held) -> tuple[Camera, Scene, dict[str, Any]]:
-    """Return camera, scene and what else ``Camera.expose`` takes."""
-    from camsim.camera import Camera
-    from camsim.revive import revive
-    from camsim.scene import Scene
+    """Return camera, scene and what else ``Camera.expose`` takes; they must give an image of the file's size."""
+    from camsim.revive import revive_capture
 
-    parts = revive(held.description)
-    camera, scene = parts.pop("camera", None), parts.pop("scene", None)
-    if not isinstance(camera, Camera) or not isinstance(scene, Scene):
-        raise InputError("it describes no camera and scene")
+    parts = revive_capture(held.description)
+    camera, scene = parts.pop("camera"), parts.pop("scene")
+    grid = camera.grid(parts.get("region"))
+    if (grid.rows, grid.cols) != (held.rows, held.cols):
+        raise InputError(
+            f"its record describes {grid.rows} × {grid.cols} photosites and its image has {held.rows} × {held.cols}"
+        )
     return camera, scene, parts
 
 
@@ -104,11 +105,6 @@ def _named(held: Held) -> Iterator[None]:
         raise
     except CamsimError as error:
         raise InputError(f"cannot capture {name} again: {error}") from None
-    except (TypeError, AttributeError) as error:
-        raise InputError(
-            f"cannot capture {name} again: this version of camsim takes other parts ({error}); "
-            f"use the version that wrote it ({held.record.get('software', 'unknown')})"
-        ) from None
 
 
 def _compared(held: Held, output: Output) -> str:
@@ -118,6 +114,6 @@ def _compared(held: Held, output: Output) -> str:
         return f"the same bytes as {held.path}"
     from camsim.files.describe import software
 
-    said = held.record.get("software", "unknown")
+    said = held.record.software
     why = "an altered file" if said == software() else f"written by {said}, and this is {software()}"
     return f"differs from {held.path} ({why})"

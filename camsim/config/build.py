@@ -213,7 +213,7 @@ def scene_content(scene: SceneDocument, pitch_um: float | None) -> Scene | None:
     background = _spectrum(scene, ("scene", "background", "reflectance"))
     tables = scene.value(("scene", "shapes"))
     shapes = [
-        _shape(scene, ("scene", "shapes", index), unit_um)
+        None if scene.full else _shape(scene, ("scene", "shapes", index), unit_um)
         for index in range(len(tables) if isinstance(tables, list) else 0)
     ]
     whole = [shape for shape in shapes if shape is not None]

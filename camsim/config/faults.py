@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from camsim.config.expect import Expected, along, can_contradict
 from camsim.config.near import elsewhere, meant
 from camsim.config.schema import Table
-from camsim.config.tree import Document, KeyPath, Node
+from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
 from camsim.errors import ConfigError, Fault
 
 T = TypeVar("T", bound=Table)
@@ -45,10 +45,12 @@ def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
                     said.add(path)
                     faults.append(_fault(document, model, path, detail))
                 misspelt |= detail["type"].startswith("union_tag") and _mend_kind(tree, root, document, path)
-            if not misspelt:
+                if len(faults) >= MOST_FAULTS:
+                    break
+            if not misspelt or len(faults) >= MOST_FAULTS:
                 break
     for path, message in _contradictions(root, document.root, ()):
-        if not document.refuses(path):
+        if len(faults) < MOST_FAULTS and not document.refuses(path):
             faults.append(document.fault(path, message, at_key=True))
     faults.sort(key=lambda fault: (fault.line, fault.column))
     return (valid if not faults else None), faults
@@ -181,7 +183,7 @@ def _got(node: Node) -> str:
 def _contradictions(expected: Expected, node: Node, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
     """Walk all tables of a document for keys that do not go together."""
     table = expected.table(node)
-    if table is not None:
+    if table is not None and "contradictions" in vars(table):
         for key, message in table.contradictions(node.plain()):
             yield (*path, key), message
     if isinstance(node.content, Mapping):

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from camsim.config.expect import Expected, along
 from camsim.config.faults import judge, validate
 from camsim.config.schema import Table
-from camsim.config.tree import Document, KeyPath
+from camsim.config.tree import MOST_FAULTS, Document, KeyPath
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 M = TypeVar("M", bound=Table)
@@ -88,6 +88,8 @@ class Judged(Generic[M]):
 
     def build(self, path: KeyPath, make: Callable[[], T]) -> T | None:
         """Make a stage of the part at ``path``; what the stage refuses becomes a fault there."""
+        if self.full:
+            return None
         try:
             return make()
         except ConfigError as error:
@@ -98,6 +100,11 @@ class Judged(Generic[M]):
         except CamsimError as error:
             self.faults.append(self._domain_fault(path, str(error)))
         return None
+
+    @property
+    def full(self) -> bool:
+        """Whether so many faults were found that no more are looked for."""
+        return len(self.faults) >= MOST_FAULTS
 
     def refuse(self, path: KeyPath, message: str) -> None:
         """Add a fault."""

@@ -13,6 +13,9 @@ from camsim.errors import Fault
 Scalar: TypeAlias = str | int | float | bool | None
 KeyPath: TypeAlias = tuple[str | int, ...]
 
+MOST_FAULTS = 100
+"""That are looked for in one file: who has read so many mends those first, and finding all of them takes minutes."""
+
 
 @dataclass(frozen=True, slots=True)
 class Place:

@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from camsim.config.scalars import resolve
-from camsim.config.tree import Document, KeyPath, Node, Place, dotted
+from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node, Place, dotted
 from camsim.errors import ConfigError, Fault
 
 MAX_BYTES = 16 * 1024 * 1024
@@ -157,8 +157,12 @@ class _Reader:
         return Place(self.shown, event.start_mark.line + 1, event.start_mark.column + 1)
 
     def _refuse(self, event: Any, path: KeyPath, message: str) -> None:
-        place = self._place(event)
+        self._add(self._place(event), path, message)
+
+    def _add(self, place: Place, path: KeyPath, message: str) -> None:
         self.faults.append(Fault(place.file, place.line, place.column, dotted(path), message))
+        if len(self.faults) >= MOST_FAULTS:
+            raise ConfigError(self.faults)
 
     def _node(self, event: Any, events: Iterator[Any], path: KeyPath, named: Place | None) -> Node:
         place = self._place(event)
@@ -168,7 +172,8 @@ class _Reader:
             return Node(None, place, named, refused=True)
         refused = self._refuse_decorations(event, path)
         if isinstance(event, yaml.ScalarEvent):
-            if bad := _FORBIDDEN_CHARACTER.search(event.value):
+            # The text was looked through; only an escape in double quotes brings in others.
+            if event.style == '"' and (bad := _FORBIDDEN_CHARACTER.search(event.value)):
                 self._refuse(event, path, f"the character U+{ord(bad[0]):04X} has no place here; leave it out")
                 refused = True
             # A style marks quotes or a block (| >): those are words, whatever they look like.
@@ -211,7 +216,7 @@ class _Reader:
             if key in entries:
                 line = entries[key].named.line
                 message = f"given twice{f' (first on line {line})' if line else ''}; keep one"
-                self.faults.append(Fault(named.file, named.line, named.column, dotted((*path, key)), message))
+                self._add(named, (*path, key), message)
             else:
                 entries[key] = node
         return entries

@@ -75,3 +75,9 @@ def write_chunks(path: Path, chunks: Iterable[bytes | memoryview]) -> None:
     with path.open("wb") as file:
         for chunk in chunks:
             file.write(chunk)
+
+
+def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
+    """Write a file at once: it is there whole, or not at all and what was there stays. Raises OutputError."""
+    with replacing(Path(path)) as beside:
+        beside.write_bytes(content)

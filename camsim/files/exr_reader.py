@@ -1,20 +1,41 @@
-"""The header of an OpenEXR file, read with distrust, and where its last chunk must end."""
+"""An OpenEXR file, read with distrust: its header, where its last chunk must end, and its pixels.
+
+The library believes what a header says and takes the memory; so the header is judged first.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import os
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import BinaryIO
+from pathlib import Path
+from typing import Any, BinaryIO
 
-from camsim.errors import InputError
+import numpy as np
+import numpy.typing as npt
+
+from camsim.errors import InputError, in_brief
+from camsim.files.limits import refuse_bomb
 
 MAGIC = struct.pack("<i", 20000630)
 
 _LONGEST_NAME = 255
 _MOST_ATTRIBUTES = 4096
+_MOST_PARTS = 64
+_MOST_CHANNELS = 4096
+_LARGEST_COORDINATE = 1 << 30
+_LONGEST_HEADER = 1 << 20
 _ROWS_PER_CHUNK = {0: 1, 2: 1, 3: 16}
 """By the format's code of the compression: none, one row by ZIP, 16 rows by ZIP."""
+
+_MOST_ROWS_PER_CHUNK = 256
+"""Of any compression."""
+
+_DEEP, _SEVERAL_PARTS = 0x800, 0x1000
+_BYTES_OF_SAMPLE = {0: 4, 1: 2, 2: 4}
+"""By the format's code: whole number, half, float."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,12 +58,98 @@ class Header:
         left, top, right, bottom = struct.unpack("<4i", value)
         if right < left or bottom < top:
             raise InputError("its dataWindow is empty")
+        if max(-left, -top, right, bottom) > _LARGEST_COORDINATE:
+            raise InputError(f"its dataWindow reaches from {left}, {top} to {right}, {bottom}, which no image does")
         return bottom - top + 1, right - left + 1
 
 
 def read_header(file: BinaryIO, size: int, most: int) -> Header:
     """Read the attributes of a file of one part; raises InputError over ``most`` bytes of them."""
     file.seek(8)
+    return _attributes(file, size, most)
+
+
+def read_pixels(path: Path, file: BinaryIO, size: int) -> Mapping[str, npt.NDArray[Any]]:
+    """Return all channels of the first part by name, (rows, cols) each."""
+    file.seek(0)
+    begin = file.read(8).ljust(8, b"\0")
+    if not begin.startswith(MAGIC):
+        raise InputError("it is no OpenEXR")
+    (flags,) = struct.unpack_from("<I", begin, 4)
+    if flags & _DEEP:
+        raise InputError("it is a deep image, with several samples in a pixel, which cannot be measured")
+    headers = [_attributes(file, size, _LONGEST_HEADER)]
+    while flags & _SEVERAL_PARTS and (following := _attributes(file, size, _LONGEST_HEADER)).attributes:
+        headers.append(following)
+        if len(headers) > _MOST_PARTS:
+            raise InputError(f"it has more than {_MOST_PARTS} parts")
+    refuse_bomb(sum(_image_bytes(header, size) for header in headers), size)
+    import OpenEXR
+
+    try:
+        with _without_its_words():
+            channels = OpenEXR.File(str(path), separate_channels=True).channels()
+        return {name: np.asarray(channel.pixels) for name, channel in channels.items()}
+    except (RuntimeError, ValueError, IndexError, OverflowError) as error:  # what pybind11 makes of C++'s
+        raise InputError(f"it is cut short or damaged ({in_brief(error)})") from None
+
+
+@contextlib.contextmanager
+def _without_its_words() -> Iterator[None]:
+    """Keep the library from printing: it writes to the process's own stderr, past Python, what it raises too."""
+    try:
+        kept = os.dup(2)
+    except OSError:  # there is no stderr
+        yield
+        return
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 2)
+        os.close(nowhere)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+
+
+def _image_bytes(header: Header, size: int) -> int:
+    """Return what the pixels of a part take, its claims judged one by one."""
+    rows, cols = header.size()
+    if 8 * (rows // _MOST_ROWS_PER_CHUNK) > size:
+        raise InputError(f"it says {rows} rows and has {size} bytes, too few for the table of its chunks")
+    kind, tiles = header.attributes.get("tiles", ("", b""))
+    if kind == "tiledesc" and len(tiles) == 9:
+        # A tile is unpacked whole, however little of it is image.
+        across, down = struct.unpack_from("<2I", tiles)
+        rows, cols = max(rows, down), max(cols, across)
+    return rows * cols * sum(_sample_bytes(header))
+
+
+def _sample_bytes(header: Header) -> list[int]:
+    """Return the bytes of a sample of each channel."""
+    kind, value = header.attributes.get("channels", ("", b""))
+    if kind != "chlist":
+        raise InputError("its header has no channels")
+    found: list[int] = []
+    at = 0
+    while at < len(value) and value[at]:
+        end = value.find(b"\0", at)
+        if end < 0 or end + 17 > len(value) or len(found) >= _MOST_CHANNELS:
+            raise InputError("the list of its channels is damaged")
+        sample, _, x_step, y_step = struct.unpack_from("<4i", value, end + 1)
+        if sample not in _BYTES_OF_SAMPLE or (x_step, y_step) != (1, 1):
+            raise InputError(
+                f"its channel {value[at:end].decode('latin-1')[:40]!r} has samples of kind {sample}, every {y_step} "
+                f"rows and {x_step} columns; all pixels are needed, as half or float"
+            )
+        found.append(_BYTES_OF_SAMPLE[sample])
+        at = end + 17
+    if not found:
+        raise InputError("it has no channels")
+    return found
+
+
+def _attributes(file: BinaryIO, size: int, most: int) -> Header:
     attributes: dict[str, tuple[str, bytes]] = {}
     for _ in range(_MOST_ATTRIBUTES):
         name = _name(file)

@@ -1,48 +1,137 @@
-"""Size and texts of a PNG, read with distrust."""
+"""PNG, read with distrust: every chunk's checksum, the texts, and the pixels."""
 
 from __future__ import annotations
 
+import io
 import struct
 import zlib
-from typing import BinaryIO
+from dataclasses import dataclass
+from typing import Any, BinaryIO
 
-from camsim.errors import InputError
+import numpy as np
+import numpy.typing as npt
+
+from camsim.errors import InputError, in_brief
+from camsim.files.limits import refuse_bomb
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
 
+_PALETTE = 3
+_CHANNELS = {0: 1, 2: 3, _PALETTE: 1, 4: 2, 6: 4}
+_BITS = {0: (1, 2, 4, 8, 16), 2: (8, 16), _PALETTE: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
+"""By the format's colour type: grey, RGB, palette, grey and RGB with alpha."""
 
-def read_png(file: BinaryIO, size: int, most: int) -> tuple[int, int, str | None]:
-    """Return rows, columns and camsim's text (None: there is none); raises InputError on a damaged chunk.
+_MOST_CHUNKS = 1 << 16
+_LONGEST_OTHER = 64
+_GAMMA_UNIT = 1e-5
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What a PNG says before its pixels.
+
+    text     : camsim's, None when there is none
+    gamma    : that the pixels were encoded with, 1 where nothing is said
+    coloured : whether a colour space is named
+    image    : offset and length of the chunks that Pillow is to see: the header's and the pixels'
+    """
+
+    rows: int
+    cols: int
+    bits: int
+    colour: int
+    text: str | None
+    gamma: float
+    coloured: bool
+    image: tuple[tuple[int, int], ...]
+
+
+def read_header(file: BinaryIO, size: int, most: int) -> Header:
+    """Look at every chunk; raises InputError on one that is damaged or missing.
 
     most : the longest text, unpacked, in bytes
     """
-    file.seek(len(MAGIC))
-    rows = cols = 0
-    text = None
-    while True:
-        head = file.read(8)
-        if len(head) < 8:
+    file.seek(0)
+    if file.read(len(MAGIC)) != MAGIC:
+        raise InputError("it is no PNG")
+    head: bytes | None = None
+    text, gamma, coloured = None, 1.0, False
+    image: list[tuple[int, int]] = []
+    for _ in range(_MOST_CHUNKS):
+        at = file.tell()
+        length, kind = struct.unpack(">I4s", file.read(8).ljust(8, b"\0"))
+        if at + 8 > size or kind == b"\0\0\0\0":
             raise InputError(f"it is cut short: it has {size} bytes and no end")
-        length, kind = struct.unpack(">I4s", head)
-        if file.tell() + length + 4 > size:
+        if at + length + 12 > size:
             raise InputError(f"it is cut short: it has {size} bytes and ends within its chunk {kind!r}")
         if kind == b"IEND":
-            return rows, cols, text
-        if kind not in (b"IHDR", b"zTXt"):
+            return _header(head, text, gamma, coloured, image)
+        if kind not in (b"IHDR", b"IDAT", b"zTXt", b"gAMA", b"sRGB", b"iCCP"):
             file.seek(length + 4, 1)
             continue
-        content = file.read(min(length, most))
-        file.seek(length - len(content), 1)
-        if file.read(4) != struct.pack(">I", zlib.crc32(kind + content)):
-            raise InputError(f"its chunk {kind!r} is damaged (its checksum does not fit)")
-        if kind == b"IHDR" and length == 13:
-            cols, rows = struct.unpack(">2I", content[:8])
+        content = _checked(file, kind, length, most if kind == b"zTXt" else _LONGEST_OTHER)
+        if kind == b"IHDR" and head is None:
+            head = content
+        if kind in (b"IHDR", b"IDAT"):
+            image.append((at, length + 12))
+        elif kind == b"gAMA" and length == 4:
+            gamma = struct.unpack(">I", content)[0] * _GAMMA_UNIT
+        elif kind in (b"sRGB", b"iCCP"):
+            coloured = True
         elif content.startswith(b"camsim\0\0"):
             text = _unpacked(content[8:], most)
+    raise InputError(f"it has more than {_MOST_CHUNKS} chunks")
+
+
+def read_pixels(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
+    """Return the pixels, (rows, cols) or (rows, cols, channels), of 8 or 16 bits."""
+    if header.colour == _PALETTE:
+        raise InputError("it is an image of a colour palette, which cannot be measured")
+    channels = _CHANNELS[header.colour]
+    refuse_bomb(header.rows * header.cols * channels * max(1, header.bits // 8), size)
+    from PIL import PngImagePlugin
+
+    chunks = bytearray(MAGIC)
+    for at, length in header.image:
+        file.seek(at)
+        chunks += file.read(length)
+    chunks += struct.pack(">I4sI", 0, b"IEND", zlib.crc32(b"IEND"))
+    try:
+        # Only what the pixels need is given to Pillow, and not to Image.open, whose limits are the whole process's.
+        with PngImagePlugin.PngImageFile(io.BytesIO(chunks)) as opened:
+            image = np.asarray(opened)
+    except (OSError, SyntaxError, ValueError) as error:
+        raise InputError(f"its pixels are damaged ({in_brief(error)})") from None
+    # Pillow's 16-bit grey may come with 32 bits.
+    return image.astype(np.uint16) if header.bits == 16 and channels == 1 else image
+
+
+def _header(head: bytes | None, text: str | None, gamma: float, coloured: bool, image: list[tuple[int, int]]) -> Header:
+    if head is None or len(head) != 13:
+        raise InputError("its header (IHDR) is missing or has not 13 bytes")
+    cols, rows, bits, colour = struct.unpack(">2I2B", head[:10])
+    if not rows or not cols or bits not in _BITS.get(colour, ()):
+        raise InputError(f"its header says {rows} × {cols} pixels of {bits} bits and colour type {colour}")
+    return Header(rows, cols, bits, colour, text, gamma, coloured, tuple(image))
+
+
+def _checked(file: BinaryIO, kind: bytes, length: int, most: int) -> bytes:
+    """Return the first ``most`` bytes of a chunk, the checksum of all of it looked at; of pixels nothing is kept."""
+    kept, checksum, left = b"", zlib.crc32(kind), length
+    while left:
+        some = file.read(min(1 << 20, left))
+        if not some:
+            raise InputError(f"it is cut short within its chunk {kind!r}")
+        checksum = zlib.crc32(some, checksum)
+        kept += some[: max(0, most - len(kept))]
+        left -= len(some)
+    if file.read(4) != struct.pack(">I", checksum):
+        raise InputError(f"its chunk {kind!r} is damaged (its checksum does not fit)")
+    return kept
 
 
 def _unpacked(packed: bytes, most: int) -> str:
     try:
         return zlib.decompressobj().decompress(packed, most).decode("latin-1")
     except zlib.error as error:
-        raise InputError(f"its text is damaged ({error})") from None
+        raise InputError(f"its text is damaged ({in_brief(error)})") from None

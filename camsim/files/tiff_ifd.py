@@ -48,11 +48,13 @@ def ascii_string(number: int, text: str) -> Tag:
 
 def short(number: int, *values: int) -> Tag:
     """Return a tag of 16-bit numbers."""
+    _refuse_beyond(values, 2**16 - 1)
     return Tag(number, _SHORT, len(values), struct.pack(f"<{len(values)}H", *values))
 
 
 def long(number: int, *values: int) -> Tag:
     """Return a tag of 32-bit numbers."""
+    _refuse_beyond(values, 2**32 - 1)
     return Tag(number, _LONG, len(values), struct.pack(f"<{len(values)}I", *values))
 
 
@@ -71,6 +73,12 @@ def srational(number: int, *values: float) -> Tag:
 def double(number: int, *values: float) -> Tag:
     """Return a tag of 64-bit floating-point numbers."""
     return Tag(number, _DOUBLE, len(values), struct.pack(f"<{len(values)}d", *values))
+
+
+def _refuse_beyond(values: Iterable[int], largest: int) -> None:
+    for value in values:
+        if not 0 <= value <= largest:
+            raise OutputError(f"{value:g} does not fit into a TIFF file, whose tag for it holds 0 to {largest}")
 
 
 def fraction(value: float, largest: int) -> tuple[int, int]:

@@ -1,26 +1,64 @@
-"""The main directory of a TIFF or DNG, read with distrust: any count and any offset may be wrong."""
+"""The directories of a TIFF or DNG, read with distrust: any count and any offset may be wrong.
+
+Classic and big files of either byte order, whoever wrote them.
+"""
 
 from __future__ import annotations
 
+import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import BinaryIO, Literal
 
 from camsim.errors import InputError
 
-IMAGE_WIDTH, IMAGE_LENGTH, IMAGE_DESCRIPTION = 256, 257, 270
+SUBFILE_TYPE, IMAGE_WIDTH, IMAGE_LENGTH, IMAGE_DESCRIPTION = 254, 256, 257, 270
 COMPRESSION, LOSSLESS_JPEG = 259, 7
 STRIP_OFFSETS, STRIP_BYTE_COUNTS = 273, 279
 TILE_OFFSETS, TILE_BYTE_COUNTS = 324, 325
+SUB_DIRECTORIES = 330
 XMP, DNG_VERSION = 700, 50706
 
-_CODES = {1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 7: "s", 9: "i", 10: "ii", 12: "d"}
-"""struct's letters of TIFF's types: BYTE, ASCII, SHORT, LONG, RATIONAL, UNDEFINED, SLONG, SRATIONAL, DOUBLE."""
+MAGICS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
-_NUMBERS = "BHI"
+_CODES = {
+    1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 6: "b", 7: "s", 8: "h", 9: "i", 10: "ii", 11: "f", 12: "d",
+    13: "I", 16: "Q", 17: "q", 18: "Q",
+}  # fmt: skip
+"""struct's letters of TIFF's types: BYTE, ASCII, SHORT, LONG, RATIONAL, SBYTE, UNDEFINED, SSHORT, SLONG, SRATIONAL,
+FLOAT, DOUBLE, IFD, and the big file's LONG8, SLONG8, IFD8."""
 
-_ENTRY = struct.Struct("<HHI4s")
+_NUMBERS = "BHIQ"
+_FRACTIONS = ("II", "ii")
+_LONGEST_NUMBERS = 4 << 20
+"""Bytes of numbers in one tag: offsets of half a million pieces."""
+
+_MOST_DIRECTORIES = 64
+_MOST_ENTRIES = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """How a file writes its numbers: byte order as struct has it, and whether its offsets have 64 bits."""
+
+    order: Literal["<", ">"]
+    big: bool
+
+    @property
+    def offset(self) -> struct.Struct:
+        """One offset."""
+        return struct.Struct(f"{self.order}{'Q' if self.big else 'I'}")
+
+    @property
+    def count(self) -> struct.Struct:
+        """How many entries a directory has."""
+        return struct.Struct(f"{self.order}{'Q' if self.big else 'H'}")
+
+    @property
+    def entry(self) -> struct.Struct:
+        """Number, type, count and value (or its offset) of one entry."""
+        return struct.Struct(f"{self.order}HH{'Q8s' if self.big else 'I4s'}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,44 +81,60 @@ class Directory:
 
     file: BinaryIO
     size: int
+    form: Form
     entries: Mapping[int, Entry]
+    following: int = 0
 
     def bytes_of(self, number: int, most: int) -> bytes:
         """Return the bytes of a tag (none: it is not there); raises InputError over ``most`` bytes."""
         entry = self.entries.get(number)
         if entry is None:
             return b""
-        if entry.size <= 4:
+        if entry.size <= len(entry.field):
             return entry.field[: entry.size]
-        (at,) = struct.unpack("<I", entry.field)
         if entry.size > most:
-            raise InputError(f"tag {number} holds {entry.size} bytes, which is more than camsim ever writes")
-        self.file.seek(at)
-        found = self.file.read(entry.size)
-        if len(found) < entry.size:
+            raise InputError(f"tag {number} holds {entry.size} bytes, and {most} are the most that are read")
+        at = self._offset(entry)
+        if at + entry.size > self.size:
             raise InputError(f"it ends at byte {self.size}, before the end of its tag {number}")
-        return found
+        self.file.seek(at)
+        return self.file.read(entry.size)
 
     def numbers(self, number: int) -> tuple[int, ...]:
-        """Return the numbers of a tag of BYTE, SHORT or LONG; none when it is not there."""
+        """Return the whole numbers of a tag; none when it is not there or holds something else."""
         entry = self.entries.get(number)
         if entry is None or entry.code not in _NUMBERS:
             return ()
-        return struct.unpack(f"<{entry.count}{entry.code}", self.bytes_of(number, 1 << 20))
+        return struct.unpack(
+            f"{self.form.order}{entry.count}{entry.code}", self.bytes_of(number, min(_LONGEST_NUMBERS, self.size))
+        )
 
-    def number(self, number: int) -> int:
-        """Return the only number of a tag."""
+    def number(self, number: int, default: int | None = None) -> int:
+        """Return the only number of a tag; ``default`` where it is not there."""
+        if default is not None and number not in self.entries:
+            return default
         values = self.numbers(number)
         if len(values) != 1:
             raise InputError(f"its tag {number} holds {len(values)} numbers where one belongs")
         return values[0]
 
-    def refuse_truncated(self) -> None:
-        """Raise InputError when the image or a tag's values end beyond the file."""
-        for number, entry in self.entries.items():
-            at = struct.unpack("<I", entry.field)[0] if entry.size > 4 else 0
-            if at + entry.size > self.size:
-                raise InputError(f"it ends at byte {self.size}, before the end of its tag {number}")
+    def values(self, number: int) -> tuple[float, ...]:
+        """Return the numbers of a tag, fractions divided; none when it is not there."""
+        entry = self.entries.get(number)
+        if entry is None or entry.code == "s":
+            return ()
+        code = f"{self.form.order}{entry.count * len(entry.code)}{entry.code[0]}"
+        found = struct.unpack(code, self.bytes_of(number, min(_LONGEST_NUMBERS, self.size)))
+        if entry.code not in _FRACTIONS:
+            if not all(map(math.isfinite, found)):
+                raise InputError(f"its tag {number} holds values that are no numbers")
+            return tuple(map(float, found))
+        if 0 in found[1::2]:
+            raise InputError(f"its tag {number} holds a fraction over zero")
+        return tuple(a / b for a, b in zip(found[::2], found[1::2], strict=True))
+
+    def pieces(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Return offsets and sizes of the image's strips or tiles; none of them ends beyond the file."""
         kinds = (STRIP_OFFSETS, STRIP_BYTE_COUNTS), (TILE_OFFSETS, TILE_BYTE_COUNTS)
         offsets, counts = next((pair for kind in kinds if (pair := tuple(map(self.numbers, kind)))[0]), ((), ()))
         if not offsets or len(offsets) != len(counts):
@@ -88,17 +142,66 @@ class Directory:
         end = max(at + count for at, count in zip(offsets, counts, strict=True))
         if end > self.size:
             raise InputError(f"it is cut short: it has {self.size} bytes and its image ends at byte {end}")
+        return offsets, counts
+
+    def refuse_truncated(self) -> None:
+        """Raise InputError when the image or a tag's values end beyond the file."""
+        for number, entry in self.entries.items():
+            if entry.size > len(entry.field) and self._offset(entry) + entry.size > self.size:
+                raise InputError(f"it ends at byte {self.size}, before the end of its tag {number}")
+        self.pieces()
+
+    def _offset(self, entry: Entry) -> int:
+        at: int = self.form.offset.unpack(entry.field)[0]
+        return at
 
 
 def read_directory(file: BinaryIO, size: int) -> Directory:
-    """Read the first directory of a classic little-endian TIFF, which is the kind that camsim writes."""
-    file.seek(4)
-    (at,) = struct.unpack("<I", file.read(4).ljust(4, b"\0"))
-    file.seek(at)
-    (count,) = struct.unpack("<H", file.read(2).ljust(2, b"\0"))
-    table = file.read(_ENTRY.size * count)
-    if not count or len(table) < _ENTRY.size * count:
-        raise InputError(f"it is cut short: its directory is not within its {size} bytes")
-    found = (_ENTRY.unpack_from(table, _ENTRY.size * k) for k in range(count))
-    entries = {number: Entry(_CODES[kind], n, field) for number, kind, n, field in found if kind in _CODES}
-    return Directory(file, size, entries)
+    """Read the first directory."""
+    form, at = _begin(file)
+    return _directory(file, size, form, at)
+
+
+def read_directories(file: BinaryIO, size: int) -> Iterator[Directory]:
+    """Yield all directories, each with those below it behind it."""
+    form, at = _begin(file)
+    seen: set[int] = set()
+    while at:
+        here = _directory(file, size, form, _fresh(at, seen))
+        yield here
+        for below in here.numbers(SUB_DIRECTORIES):
+            yield _directory(file, size, form, _fresh(below, seen))
+        at = here.following
+
+
+def _fresh(at: int, seen: set[int]) -> int:
+    if at in seen or len(seen) >= _MOST_DIRECTORIES:
+        raise InputError(f"its directories are a circle, or more than {_MOST_DIRECTORIES}")
+    seen.add(at)
+    return at
+
+
+def _begin(file: BinaryIO) -> tuple[Form, int]:
+    """Return the file's form and where its first directory is."""
+    file.seek(0)
+    head = file.read(16).ljust(16, b"\0")
+    if head[:4] not in MAGICS:
+        raise InputError("it is no TIFF and no DNG")
+    form = Form("<" if head[:2] == b"II" else ">", b"+" in head[:4])
+    at: int = form.offset.unpack_from(head, 8 if form.big else 4)[0]
+    return form, at
+
+
+def _directory(file: BinaryIO, size: int, form: Form, at: int) -> Directory:
+    if at + form.count.size <= size:
+        file.seek(at)
+        (count,) = form.count.unpack(file.read(form.count.size))
+        after = at + form.count.size + form.entry.size * count
+        if 0 < count <= _MOST_ENTRIES and after <= size:
+            found = list(form.entry.iter_unpack(file.read(form.entry.size * count)))
+            following = file.read(form.offset.size)
+            entries = {number: Entry(_CODES[kind], n, field) for number, kind, n, field in found if kind in _CODES}
+            # Some writers leave the pointer to the next directory out at the end of the file.
+            (then,) = form.offset.unpack(following) if len(following) == form.offset.size else (0,)
+            return Directory(file, size, form, entries, then)
+    raise InputError(f"it is cut short: its directory is not within its {size} bytes")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +13,9 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from camsim.arrays import F64
+from camsim.errors import UnsupportedError
 from camsim.measure.geometry import Roi
-from camsim.measure.picture import Picture, Plane
+from camsim.measure.picture import LARGEST_SIGNAL, Picture, Plane
 
 _LARGEST = 2000
 _HALF_WIDTH = 32
@@ -23,6 +24,7 @@ _LEAST_LENGTH = 40
 _MOST_LENGTH = 400
 _ANGLE_TOLERANCE = math.radians(20.0)
 _LEAST_STEP = 0.03
+_MOST_TRIED = 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +47,13 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
     equally directed gradient grow together; each group that is straight and long enough gets a region as wide as its
     neighbours allow, 32 px on either side at the most.
     """
+    if not all(abs(end) <= LARGEST_SIGNAL for plane in picture.planes for end in _range(plane)):
+        raise UnsupportedError(
+            f"{picture.name}: holds values that are no numbers (NaN or infinite) or above {LARGEST_SIGNAL:g}; "
+            "point at an edge beside them with a roi"
+        )
+    if min(picture.shape) < 2 * _LEAST_HALF_WIDTH:
+        return ()
     grey, cell = _grey(picture)
     smooth = ndimage.gaussian_filter(grey, 1.0)
     gx, gy = ndimage.sobel(smooth, axis=1) / 8.0, ndimage.sobel(smooth, axis=0) / 8.0
@@ -61,7 +70,7 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
     marks = np.stack([(cols + 0.5) * cell, (rows + 0.5) * cell, label[rows, cols]], axis=1)
     marks = marks[np.argsort(marks[:, 1], kind="stable")]
     found: list[Roi] = []
-    for segment in sorted(segments, key=lambda s: -s.half):
+    for segment in sorted(segments, key=lambda s: -s.half)[:_MOST_TRIED]:
         roi = _region(segment, marks, picture.shape, cell)
         if roi is not None and not any(_overlap(roi, other) for other in found):
             found.append(roi)
@@ -70,13 +79,19 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
     return tuple(found)
 
 
+def _range(plane: Plane) -> tuple[float, float]:
+    """Return the smallest and the largest sample; NaN where there is one."""
+    return float(np.min(plane.samples)), float(np.max(plane.samples))
+
+
 def _grey(picture: Picture) -> tuple[F64, int]:
     """Return the picture as one plane, averaged over square cells, and the cell's side in pixels.
 
     Every cell holds the same number of each channel's photosites, and each channel counts alike.
     """
     smallest = _smallest_cell(picture)
-    cell = smallest * max(1, math.ceil(max(picture.shape) / smallest / _LARGEST))
+    # By the area: a strip of a million columns is as much work as a square of it.
+    cell = smallest * max(1, math.ceil(math.sqrt(math.prod(picture.shape)) / smallest / _LARGEST))
     rows, cols = (size // cell for size in picture.shape)
     grey = np.zeros((rows, cols))
     for channel in picture.select("all"):
@@ -211,35 +226,46 @@ def _region(segment: _Segment, marks: F64, shape: tuple[int, int], cell: int) ->
     slant = (segment.tx / segment.ty) if upright else (segment.ty / segment.tx)
     margin = 3.0 * cell + 4.0
     longest = min(2.0 * (segment.half - margin) * lead, _MOST_LENGTH)
+    tried = {
+        half_width: [
+            roi
+            for length in np.unique(np.linspace(_LEAST_LENGTH, max(longest, _LEAST_LENGTH), 8).astype(int))[::-1]
+            if length <= longest + 1e-9
+            and (roi := _about(segment, length, 2.0 * half_width / lead + abs(slant) * length, upright, shape))
+            is not None
+        ]
+        for half_width in (_HALF_WIDTH, 24, _LEAST_HALF_WIDTH)
+    }
+    near = _inside(marks, [roi for rois in tried.values() for roi in rois], cell)
     own = 2.5 * cell + 3.0
-    near = marks[np.searchsorted(marks[:, 1], segment.y - 400.0) : np.searchsorted(marks[:, 1], segment.y + 400.0)]
     dx, dy = near[:, 0] - segment.x, near[:, 1] - segment.y
     across = np.abs(-dx * segment.ty + dy * segment.tx)
     along = np.abs(dx * segment.tx + dy * segment.ty)
     # A blurred edge is wide, and all of it is its own.
     wide = np.where(near[:, 2] == segment.label, own + 4.0 * segment.thick, own)
     foreign = near[(across > wide) | (along > segment.half + wide)]
-    best: Roi | None = None
-    for half_width in (_HALF_WIDTH, 24, _LEAST_HALF_WIDTH):
-        for length in np.unique(np.linspace(_LEAST_LENGTH, max(longest, _LEAST_LENGTH), 8).astype(int))[::-1]:
-            if length > longest + 1e-9:
-                continue
-            wide = 2.0 * half_width / lead + abs(slant) * length
-            height, width = (length, wide) if upright else (wide, length)
-            roi = _even(segment.x - 0.5 * width, segment.y - 0.5 * height, width, height, shape)
-            if roi is None:
-                continue
-            inside = (
-                (foreign[:, 0] > roi.col - cell)
-                & (foreign[:, 0] < roi.col + roi.cols + cell)
-                & (foreign[:, 1] > roi.row - cell)
-                & (foreign[:, 1] < roi.row + roi.rows + cell)
-            )
-            if not inside.any() and (best is None or roi.rows * roi.cols > best.rows * best.cols):
-                best = roi
-        if best is not None:
-            return best
+    for rois in tried.values():
+        free = [roi for roi in rois if not len(_inside(foreign, [roi], cell))]
+        if free:
+            return max(free, key=lambda roi: roi.rows * roi.cols)
     return None
+
+
+def _inside(marks: F64, rois: Sequence[Roi], cell: int) -> F64:
+    """Return the marks, ascending in y, in the smallest rectangle about regions."""
+    if not rois:
+        return marks[:0]
+    top, bottom = min(roi.row for roi in rois) - cell, max(roi.row + roi.rows for roi in rois) + cell
+    left, right = min(roi.col for roi in rois) - cell, max(roi.col + roi.cols for roi in rois) + cell
+    first, last = np.searchsorted(marks[:, 1], top, "right"), np.searchsorted(marks[:, 1], bottom, "left")
+    rows = marks[first:last]
+    return rows[(rows[:, 0] > left) & (rows[:, 0] < right)]
+
+
+def _about(segment: _Segment, length: float, wide: float, upright: bool, shape: tuple[int, int]) -> Roi | None:
+    """Return a region about a segment's middle, None when it reaches beyond the image."""
+    height, width = (length, wide) if upright else (wide, length)
+    return _even(segment.x - 0.5 * width, segment.y - 0.5 * height, width, height, shape)
 
 
 def _even(left: float, top: float, width: float, height: float, shape: tuple[int, int]) -> Roi | None:

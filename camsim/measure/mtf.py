@@ -16,7 +16,7 @@ from camsim.measure import spline
 from camsim.measure.fit import EdgeFit, crossing, fit_edge
 from camsim.measure.geometry import EdgeLine, Roi
 from camsim.measure.locate import locate
-from camsim.measure.picture import Channel, Plane
+from camsim.measure.picture import LARGEST_SIGNAL, Channel, Plane
 from camsim.measure.result import EdgeMtf, Figures, Theory
 from camsim.measure.spline import TAIL
 
@@ -49,8 +49,11 @@ def measure_edge(
     what = f"{what}roi {roi}, channel {channel.name}"
     samples = channel.inside(roi)
     _refuse_clipped(samples.stored, channel.planes[0], what)
-    if not np.all(np.isfinite(samples.signal)):
-        raise UnsupportedError(f"{what}: holds values that are no numbers (NaN or infinite); choose another region")
+    if not np.all(np.abs(samples.signal) <= LARGEST_SIGNAL):
+        raise UnsupportedError(
+            f"{what}: holds values that are no numbers (NaN or infinite) or above {LARGEST_SIGNAL:g}; "
+            "choose another region"
+        )
     guess = locate(*channel.on_a_lattice(roi), roi=roi, what=what)
     widths = guess.line.half_widths(roi)
     pitch = channel.pitch_pixel

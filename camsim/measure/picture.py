@@ -13,8 +13,14 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from camsim.arrays import F64
-from camsim.errors import UnknownNameError
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.measure.geometry import Roi
+
+LARGEST_SIGNAL = 1e30
+"""More than light, electrons or codes ever are; the eighth power of it is still a number."""
+
+_LONGEST_PERIOD = 24
+"""Photosites: black levels every 8 rows under X-Trans."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -35,6 +41,13 @@ class Plane:
     black: float = 0.0
     white: float | None = None
     lowest: float | None = None
+
+    def __post_init__(self) -> None:
+        for level in (self.black, self.white, self.lowest):
+            if level is not None and not abs(level) <= LARGEST_SIGNAL:
+                raise InvalidValueError(
+                    f"{self.name}: black and white level must be numbers up to {LARGEST_SIGNAL:g}, not {level:g}"
+                )
 
     def cut(self, roi: Roi) -> tuple[npt.NDArray[Any], F64, F64]:
         """Return the samples (n, m) in a region, and their centres: x (m,) and y (n,) in pixels of the image."""
@@ -179,9 +192,16 @@ def mosaic_planes(
     >>> [(plane.name, plane.first) for plane in mosaic_planes(np.zeros((4, 4)), ("GR", "BG"))]
     [('R', (0, 1)), ('G1', (0, 0)), ('G2', (1, 1)), ('B', (1, 0))]
     """
+    if not pattern or not pattern[0] or len({len(row) for row in pattern}) != 1:
+        raise InvalidValueError(f"filters {tuple(pattern)[:4]}: give one letter for each, in rows of one length")
     names = _names(pattern)
     levels = np.atleast_2d(np.asarray(black, np.float64))
     rows, cols = (math.lcm(*sizes) for sizes in zip((len(pattern), len(pattern[0])), levels.shape, strict=True))
+    if max(rows, cols) > _LONGEST_PERIOD or rows > samples.shape[0] or cols > samples.shape[1]:
+        raise InvalidValueError(
+            f"filters and black levels repeat every {rows} rows and {cols} columns; {_LONGEST_PERIOD} are the most, "
+            f"and the image has {samples.shape[0]} × {samples.shape[1]} photosites"
+        )
     planes = [
         Plane(
             name=names[row % len(pattern)][col % len(pattern[0])],

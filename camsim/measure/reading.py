@@ -7,23 +7,30 @@ Read are DNG (compressed ones with the package imagecodecs), TIFF, PNG, EXR, NPY
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.errors import InputError, InvalidValueError
-from camsim.files.reading import read_file
+from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, png_reader
+from camsim.files.reading import opened, read_record
+from camsim.files.record import LONGEST_RECORD, Record
+from camsim.files.tiff_image import read_image
+from camsim.files.tiff_reader import DNG_VERSION, read_directory
 from camsim.frame import Frame
+from camsim.measure.dng import read_raw
 from camsim.measure.picture import Picture, Plane, mosaic_planes
 from camsim.sensor.cfa import BAYER, PATTERNS
 
-_CFA_LETTERS = {0: "R", 1: "G", 2: "B", 3: "C", 4: "M", 5: "Y", 6: "W"}
 _NAMES = {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}
-_UNCOMPRESSED = 1
+_CFA_TAG, _COLOUR_PROFILE_TAG = 33422, 34675
+
+_MOST_PLANES = 64
 
 Gamma = float | str | None
 
@@ -66,59 +73,65 @@ def read_picture(
 
     Raises InputError for what cannot be read, InvalidValueError for data that is not linear.
     """
-    file = Path(path)
     shown = repr(str(path))
-    if not file.is_file():
-        raise InputError(f"cannot read {shown}: there is no such file")
-    reader = _READERS.get(file.suffix.lower())
-    if reader is None:
-        raise InputError(
-            f"cannot read {shown}: a file of the kind {file.suffix or '(no suffix)'} cannot be measured; give "
-            f"{', '.join(_READERS)} (raw files of camera makers: convert them to uncompressed DNG, dnglab or Adobe's "
-            "converter does)"
-        )
-    record = _record(file)
-    if record.get("product") == "preview" and gamma is None:
-        raise InvalidValueError(
-            f"{shown}: is a developed preview (tone curve, white balance, demosaiced), and linear data is needed; "
-            "measure the capture's mosaic instead (.dng, .tiff or FILE.png:mosaic)"
-        )
-    try:
-        picture: Picture = reader(file, record, gamma, cfa, layer)
-    except (OSError, ValueError, KeyError, IndexError, TypeError, RuntimeError, AttributeError) as error:
-        raise InputError(f"cannot read {shown}: {type(error).__name__}: {str(error).splitlines()[0][:200]}") from error
-    return picture
+    suffix = Path(path).suffix
+    with opened(path) as (file, size):
+        reader = _READERS.get(suffix.lower())
+        if reader is None:
+            raise InputError(
+                f"a file of the kind {suffix or '(no suffix)'} cannot be measured; give {', '.join(_READERS)} (raw "
+                "files of camera makers: convert them to uncompressed DNG, dnglab or Adobe's converter does)"
+            )
+        record = read_record(file, size)
+        if record is not None and record.product == "preview" and gamma is None:
+            raise InvalidValueError(
+                f"{shown}: is a developed preview (tone curve, white balance, demosaiced), and linear data is needed; "
+                "measure the capture's mosaic instead (.dng, .tiff or FILE.png:mosaic)"
+            )
+        source = _Source(Path(path), file, size, record, gamma, cfa, layer)
+        try:
+            return reader(source)
+        except InvalidValueError as error:
+            raise InvalidValueError(f"{shown}: {error}") from None
 
 
-def _record(file: Path) -> Mapping[str, Any]:
-    """Return what a file of ours says about itself; nothing for files of others."""
-    try:
-        return read_file(file).record
-    except InputError:
-        return {}
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """A file to measure in, open, with what it says of itself and what the user says of it."""
+
+    path: Path
+    file: BinaryIO
+    size: int
+    record: Record | None
+    gamma: Gamma
+    cfa: str | None
+    layer: str | None
+
+    @property
+    def product(self) -> str | None:
+        """What a file of ours holds; None for other people's."""
+        return None if self.record is None else self.record.product
 
 
-def _picture(
-    file: Path, planes: Sequence[Plane], shape: Sequence[int], record: Mapping[str, Any], pitch_um: float | None = None
-) -> Picture:
-    description = record.get("description")
-    if isinstance(description, Mapping):
-        camera = description.get("camera")
-        pitch_um = float(camera["pitch_um"]) if isinstance(camera, Mapping) and "pitch_um" in camera else pitch_um
+def _picture(source: _Source, planes: Sequence[Plane], shape: Sequence[int]) -> Picture:
+    description = None if source.record is None else source.record.description
+    camera = {} if description is None else description.get("camera")
+    pitch_um = camera.get("pitch_um") if isinstance(camera, dict) else None
+    known = isinstance(pitch_um, int | float) and pitch_um > 0
     return Picture(
-        name=file.name,
-        shape=(int(shape[0]), int(shape[1])),
+        name=source.path.name,
+        shape=(shape[0], shape[1]),
         planes=tuple(planes),
-        pitch_um=pitch_um,
-        description=description if isinstance(description, Mapping) else None,
+        pitch_um=float(pitch_um) if known and pitch_um is not None else None,
+        description=description,
     )
 
 
-def _pattern(record: Mapping[str, Any], cfa: str | None) -> tuple[str, ...]:
+def _pattern(source: _Source) -> tuple[str, ...]:
     """Return the rows of a colour filter array: the user's, or else the record's."""
+    cfa = source.cfa
     if cfa is None:
-        pattern = record.get("cfa_pattern")
-        return tuple(pattern) if pattern else ("Y",)
+        return ("Y",) if source.record is None else source.record.cfa_pattern
     if cfa.lower() in PATTERNS:
         return PATTERNS[cfa.lower()]
     rows = tuple(cfa.upper().split("/"))
@@ -135,41 +148,40 @@ def _planes(image: npt.NDArray[Any], names: Sequence[str] | None, **levels: Any)
     """Return planes of (rows, cols) or (rows, cols, n); an alpha channel is left out."""
     if image.ndim == 2:
         image = image[:, :, None]
-    if image.ndim != 3:
+    if image.ndim != 3 or not image.size or image.shape[2] > _MOST_PLANES:
         raise InvalidValueError(
             f"an array of shape {image.shape} is no image; give (rows, cols) or (rows, cols, channels)"
         )
     names = names or _NAMES.get(image.shape[2]) or tuple(f"C{k + 1}" for k in range(image.shape[2]))
+    if len(names) != image.shape[2]:
+        raise InputError(f"its record names {len(names)} channels and its image has {image.shape[2]}")
     return tuple(Plane(name=name, samples=image[:, :, k], **levels) for k, name in enumerate(names) if name != "A")
 
 
-def _grey_or_planes(
-    image: npt.NDArray[Any], record: Mapping[str, Any], cfa: str | None, **levels: Any
-) -> tuple[Plane, ...]:
-    if image.ndim == 2 and record.get("product", "mosaic") != "truth":
-        return mosaic_planes(image, _pattern(record, cfa), **levels)
-    names = record["channels"] if record.get("product") == "truth" else None
+def _grey_or_planes(image: npt.NDArray[Any], source: _Source, product: str | None, **levels: Any) -> tuple[Plane, ...]:
+    if image.ndim == 2 and product != "truth":
+        return mosaic_planes(image, _pattern(source), **levels)
+    names = source.record.channels if source.record is not None and product == "truth" else None
     return _planes(image, names, **levels)
 
 
-def _levels(image: npt.NDArray[Any], record: Mapping[str, Any]) -> dict[str, Any]:
+def _levels(image: npt.NDArray[Any], source: _Source, product: str | None) -> dict[str, Any]:
     """Return black, white and the lowest code; electrons and floating-point numbers have none."""
-    if record.get("product") == "mosaic":
-        black = record["black_level_dn"] + np.asarray(record["black_offsets_dn"], np.float64)
-        return {"black": black, "white": record["white_level_dn"], "lowest": 0.0}
+    record = source.record
+    if record is not None and product == "mosaic":
+        black = record.black_level_dn + np.asarray(record.black_offsets_dn, np.float64)
+        return {"black": black, "white": float(record.white_level_dn), "lowest": 0.0}
     if np.issubdtype(image.dtype, np.integer):
         return {"white": float(np.iinfo(image.dtype).max), "lowest": 0.0}
     return {}
 
 
-def _linear(
-    image: npt.NDArray[Any], gamma: Gamma, *, encoded: bool, shown: str, why: str
-) -> tuple[npt.NDArray[Any], bool]:
+def _linear(image: npt.NDArray[Any], gamma: Gamma, *, encoded: bool, why: str) -> tuple[npt.NDArray[Any], bool]:
     """Undo an encoding; refuse data that is probably encoded when nobody says how. Return whether it was changed."""
     if gamma is None:
         if encoded:
             raise InvalidValueError(
-                f"{shown}: {why}, so its numbers are probably gamma-encoded and linear data is needed; measure the raw "
+                f"{why}, so its numbers are probably gamma-encoded and linear data is needed; measure the raw "
                 "file, or undo the encoding with --gamma srgb or --gamma 2.2 (--gamma 1 if the numbers are linear)"
             )
         return image, False
@@ -201,172 +213,92 @@ def _after(levels: dict[str, Any], changed: bool) -> dict[str, Any]:
     return {"white": 1.0} if changed else levels
 
 
-def _read_tiff(file: Path, record: Mapping[str, Any], gamma: Gamma, cfa: str | None, layer: str | None) -> Picture:
-    import tifffile
-
-    with tifffile.TiffFile(file) as tiff:
-        first: Any = tiff.pages[0]
-        if 50706 in first.tags:  # DNGVersion
-            return _read_dng(file, tiff, record, cfa)
-        if 33723 in first.tags and file.suffix.lower() not in (".tif", ".tiff"):
-            raise InputError(f"cannot read {str(file)!r}: it is not a DNG; convert it to uncompressed DNG")
-        image = _pixels(first, file)
-        profile = 34675 in first.tags  # an ICC profile
-        if getattr(first, "planarconfig", 1) == 2 and image.ndim == 3:
-            image = np.moveaxis(image, 0, -1)
-    ours = bool(record)
+def _read_tiff(source: _Source) -> Picture:
+    first = read_directory(source.file, source.size)
+    if DNG_VERSION in first.entries:
+        return _read_dng(source)
+    if _CFA_TAG in first.entries and source.path.suffix.lower() == ".dng":
+        raise InputError("it is not a DNG; convert it to uncompressed DNG")
+    image = read_image(first)
     eight = image.dtype.itemsize == 1
     image, changed = _linear(
         image,
-        gamma,
-        encoded=not ours and (eight or profile),
-        shown=repr(str(file)),
+        source.gamma,
+        encoded=source.record is None and (eight or _COLOUR_PROFILE_TAG in first.entries),
         why="it has 8 bits" if eight else "it has a colour profile",
     )
-    planes = _grey_or_planes(image, record, cfa, **_after(_levels(image, record), changed))
-    return _picture(file, planes, image.shape, record)
+    product = source.product
+    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product), changed))
+    return _picture(source, planes, image.shape)
 
 
-def _pixels(page: Any, file: Path) -> npt.NDArray[Any]:
-    try:
-        pixels: npt.NDArray[Any] = page.asarray()
-    except (ValueError, ImportError) as error:
-        name = getattr(page.compression, "name", page.compression)
-        raise InputError(
-            f"cannot read {str(file)!r}: its image is stored as {name} of {page.bitspersample} bits ({error}); convert "
-            "it to an uncompressed 16-bit file (Adobe's DNG converter does), or: python -m pip install imagecodecs"
-        ) from error
-    return pixels
-
-
-def _read_dng(file: Path, tiff: Any, record: Mapping[str, Any], cfa: str | None) -> Picture:
+def _read_dng(source: _Source) -> Picture:
     """Read the main image of a DNG: its mosaic, or linear planes."""
-    page = next(
-        (
-            p
-            for top in tiff.pages
-            for p in (top, *(top.pages or ()))
-            if _tag(p, 254, 0) == 0 and _tag(p, 262) in (32803, 34892)
-        ),
-        None,
-    )
-    if page is None:
-        raise InputError(f"cannot read {str(file)!r}: this DNG holds no mosaic and no linear raw image")
-    image = _pixels(page, file)
-    if (table := _tag(page, 50712)) is not None:  # LinearizationTable
-        image = np.asarray(table)[np.minimum(image, len(table) - 1)]
-    top, left, bottom, right = _tag(page, 50829, (0, 0, *image.shape[:2]))  # ActiveArea
-    image = image[top:bottom, left:right]
-    bits = _tag(page, 258, 16)
-    white = float(np.ravel(_tag(page, 50717, 2 ** int(np.ravel(bits)[0]) - 1))[0])
-    if image.ndim == 3:
-        return _picture(file, _planes(image, None, white=white, lowest=0.0), image.shape, record)
-    if _tag(page, 262) == 34892:
-        planes = mosaic_planes(image, _pattern({}, cfa), black=_black(page), white=white, lowest=0.0)
-        return _picture(file, planes, image.shape, record)
-    rows, cols = _tag(page, 33421, (2, 2))
-    codes = [int(c) for c in np.frombuffer(bytes(_tag(page, 33422, b"\0\1\1\2")), np.uint8)]
-    letters = "".join(_CFA_LETTERS.get(code, "?") for code in codes)
-    pattern = tuple(letters[r * cols : (r + 1) * cols] for r in range(rows))
-    planes = mosaic_planes(
-        image, pattern if cfa is None else _pattern({}, cfa), black=_black(page), white=white, lowest=0.0
-    )
-    return _picture(file, planes, image.shape, record)
+    raw = read_raw(source.file, source.size)
+    levels = {"white": raw.white, "lowest": 0.0}
+    if raw.image.ndim == 3:
+        planes = _planes(raw.image, None, **levels)
+        if raw.black.size == len(planes):
+            planes = tuple(replace(p, black=float(b)) for p, b in zip(planes, raw.black.flat, strict=True))
+        return _picture(source, planes, raw.image.shape)
+    pattern = _pattern(replace(source, record=None)) if source.cfa is not None or raw.pattern is None else raw.pattern
+    return _picture(source, mosaic_planes(raw.image, pattern, black=raw.black, **levels), raw.image.shape)
 
 
-def _black(page: Any) -> F64:
-    """Return the black levels, a rectangle that is repeated from the active area's corner."""
-    rows, cols = _tag(page, 50713, (1, 1))  # BlackLevelRepeatDim
-    raw = _tag(page, 50714, 0)
-    values = np.atleast_1d(np.asarray(raw, np.float64))
-    if isinstance(raw, tuple) and len(raw) == 2 * rows * cols:  # fractions
-        values = values[0::2] / values[1::2]
-    black: F64 = values[: rows * cols].reshape(rows, cols)
-    return black
-
-
-def _tag(page: Any, number: int, default: Any = None) -> Any:
-    tag = page.tags.get(number)
-    return default if tag is None else tag.value
-
-
-def _read_png(file: Path, record: Mapping[str, Any], gamma: Gamma, cfa: str | None, layer: str | None) -> Picture:
-    from PIL import Image
-
-    Image.MAX_IMAGE_PIXELS = None
-    with Image.open(file) as opened:
-        info = dict(opened.info)
-        mode = opened.mode
-        if mode == "P":
-            raise InvalidValueError(f"{str(file)!r}: is an image of a colour palette, which cannot be measured")
-        image = np.asarray(opened)
-    if mode.startswith("I") and image.dtype != np.uint16:
-        image = image.astype(np.uint16)
-    ours = record.get("product") == "mosaic"
-    said = float(info.get("gamma", 1.0))
-    encoded = not ours and (
-        image.dtype.itemsize == 1 or abs(said - 1.0) > 0.01 or "srgb" in info or "icc_profile" in info
-    )
+def _read_png(source: _Source) -> Picture:
+    header = png_reader.read_header(source.file, source.size, LONGEST_RECORD)
+    image = png_reader.read_pixels(source.file, source.size, header)
+    eight, product = image.dtype.itemsize == 1, source.product
     image, changed = _linear(
         image,
-        gamma,
-        encoded=encoded,
-        shown=repr(str(file)),
-        why="it has 8 bits" if image.dtype.itemsize == 1 else "it names a colour space",
+        source.gamma,
+        encoded=product != "mosaic" and (eight or abs(header.gamma - 1.0) > 0.01 or header.coloured),
+        why="it has 8 bits" if eight else "it names a colour space",
     )
-    planes = _grey_or_planes(image, record, cfa, **_after(_levels(image, record), changed))
-    return _picture(file, planes, image.shape, record)
+    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product), changed))
+    return _picture(source, planes, image.shape)
 
 
-def _read_exr(file: Path, record: Mapping[str, Any], gamma: Gamma, cfa: str | None, layer: str | None) -> Picture:
-    import OpenEXR
-
-    channels = {
-        name: np.asarray(channel.pixels)
-        for name, channel in OpenEXR.File(str(file), separate_channels=True).channels().items()
-    }
+def _read_exr(source: _Source) -> Picture:
     layers: dict[str, dict[str, npt.NDArray[Any]]] = {}
-    for name, pixels in channels.items():
+    for name, pixels in exr_reader.read_pixels(source.path, source.file, source.size).items():
         folder, _, last = name.rpartition(".")
         layers.setdefault(folder, {})[last] = pixels
-    chosen = layer if layer is not None else "noisy" if "noisy" in layers else next(iter(layers))
+    chosen = source.layer if source.layer is not None else "noisy" if "noisy" in layers else next(iter(layers))
     if chosen not in layers:
-        raise InvalidValueError(f"{str(file)!r}: has no layer {chosen!r}; there are {', '.join(map(repr, layers))}")
-    planes_here = layers[chosen]
-    shape = next(iter(planes_here.values())).shape
-    if record.get("product") == "electrons" or (len(planes_here) == 1 and cfa is not None):
-        planes = mosaic_planes(next(iter(planes_here.values())), _pattern(record, cfa))
-    else:
-        order = [n for n in "RGB" if n in planes_here] + [n for n in planes_here if n not in ("R", "G", "B", "A")]
-        planes = tuple(Plane(name=name, samples=planes_here[name]) for name in order)
-    return _picture(file, planes, shape, record)
+        raise InvalidValueError(f"has no layer {chosen!r}; there are {', '.join(map(repr, layers))}")
+    here = layers[chosen]
+    first = next(iter(here.values()))
+    if source.product == "electrons" or (len(here) == 1 and source.cfa is not None):
+        return _picture(source, mosaic_planes(first, _pattern(source)), first.shape)
+    order = [n for n in "RGB" if n in here] + [n for n in here if n not in ("R", "G", "B", "A")]
+    return _picture(source, tuple(Plane(name=name, samples=here[name]) for name in order), first.shape)
 
 
-def _read_npy(file: Path, record: Mapping[str, Any], gamma: Gamma, cfa: str | None, layer: str | None) -> Picture:
-    image = np.load(file, allow_pickle=False, mmap_mode="r")
-    image, changed = _linear(image, gamma, encoded=image.dtype == np.uint8, shown=repr(str(file)), why="it has 8 bits")
-    planes = _grey_or_planes(image, {}, cfa, **_after(_levels(image, {}), changed))
-    return _picture(file, planes, image.shape, {})
+def _read_npy(source: _Source) -> Picture:
+    image = npy_reader.read_array(source.file, source.size)
+    image, changed = _linear(image, source.gamma, encoded=image.dtype == np.uint8, why="it has 8 bits")
+    planes = _grey_or_planes(image, source, None, **_after(_levels(image, source, None), changed))
+    return _picture(source, planes, image.shape)
 
 
-def _read_npz(file: Path, record: Mapping[str, Any], gamma: Gamma, cfa: str | None, layer: str | None) -> Picture:
-    with np.load(file, allow_pickle=False) as arrays:
-        chosen = layer or ("mosaic" if "mosaic" in arrays.files else arrays.files[0])
-        if chosen not in arrays.files:
-            raise InvalidValueError(f"{str(file)!r}: has no array {chosen!r}; there are {', '.join(arrays.files)}")
-        image = arrays[chosen]
-    held = {**record, "product": chosen} if record else {}
-    planes = _grey_or_planes(image, held, cfa, **_levels(image, held))
-    return _picture(file, planes, image.shape, record)
+def _read_npz(source: _Source) -> Picture:
+    with npz_reader.opened(source.file, source.size) as archive:
+        names = archive.arrays
+        if not names:
+            raise InputError("it holds no array")
+        chosen = source.layer or ("mosaic" if "mosaic" in names else names[0])
+        if chosen not in names:
+            raise InvalidValueError(f"has no array {chosen!r}; there are {', '.join(names)}")
+        image = archive.array(chosen)
+    planes = _grey_or_planes(image, source, chosen, **_levels(image, source, chosen))
+    return _picture(source, planes, image.shape)
 
 
-def _read_jpeg(file: Path, record: Mapping[str, Any], gamma: Gamma, cfa: str | None, layer: str | None) -> Picture:
-    from PIL import Image
-
-    with Image.open(file) as opened:
-        image = np.asarray(opened)
-    image, changed = _linear(image, gamma, encoded=True, shown=repr(str(file)), why="it is a JPEG")
-    return _picture(file, _planes(image, None, **_after(_levels(image, {}), changed)), image.shape, {})
+def _read_jpeg(source: _Source) -> Picture:
+    image = jpeg_reader.read_pixels(source.file, source.size)
+    image, changed = _linear(image, source.gamma, encoded=True, why="it is a JPEG")
+    return _picture(source, _planes(image, None, **_after(_levels(image, source, None), changed)), image.shape)
 
 
 _READERS = {

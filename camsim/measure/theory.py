@@ -36,7 +36,7 @@ class CameraOtf:
 
     @classmethod
     def from_stages(cls, stages: dict[str, Any]) -> CameraOtf:
-        """Take what ``camsim.revive`` makes of a file's description."""
+        """Take what ``camsim.revive.revive_capture`` makes of a file's description."""
         return cls(camera=stages["camera"], scene=stages["scene"], light=stages["light"], region=stages.get("region"))
 
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:

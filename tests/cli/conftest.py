@@ -27,6 +27,16 @@ render: {tolerance: 1e-4}
 noise: {enabled: true, seed: 1}
 """
 
+# From where a file is about to be written on, the system takes no more than its first thousand bytes.
+FULL_DISK = """\
+import resource
+import camsim.files.atomic as atomic
+write_whole = atomic.write_whole
+def limited(*arguments):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+    write_whole(*arguments)
+atomic.write_whole = limited"""
+
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
 

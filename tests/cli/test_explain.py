@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from .conftest import FULL_DISK
+
 Run = Callable[..., subprocess.CompletedProcess[str]]
 SHIPPED = ("colorchecker", "edge-chart", "flat-field", "knife-edge", "paper-square", "slanted-edge")
 
@@ -118,3 +120,11 @@ def test_the_report_counts_what_was_done(camsim: Run, folder: Path) -> None:
     told = camsim("capture", "small.yaml", "-v", "-o", "c.dng").stderr
     assert "edges 4, " in told
     assert "bytes written " in told
+
+
+def test_a_plot_on_a_full_disk_leaves_no_half_of_one(patched: Run, folder: Path) -> None:
+    """The system stops the writing in the middle; see the same of ``measure`` for the older file that stays."""
+    done = patched(FULL_DISK, "explain", "small.yaml", "--plot", "mtf", "a.svg")
+    assert done.returncode == 2
+    assert done.stderr == "cannot write 'a.svg': the file would be larger than the system allows\n"
+    assert {path.name for path in folder.iterdir()} == {"small.yaml"}

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from .conftest import COMMAND
+from .conftest import COMMAND, FULL_DISK
 
 EDGE = """\
 camsim: scene/1
@@ -113,3 +113,13 @@ def test_without_matplotlib_a_plot_says_what_to_install(captured, patched):
     done = patched(hide, "measure", "mtf", "edge.dng", "--plot", "a.png")
     assert done.returncode == 2
     assert "camsim-spectral[plot]" in done.stderr
+
+
+def test_a_full_disk_leaves_the_older_plot_and_no_half_one(folder, captured, patched):
+    (folder / "a.png").write_text("old")
+    before = {path.name for path in folder.iterdir()}
+    done = patched(FULL_DISK, "measure", "mtf", "edge.dng", "--roi", "0,0,128,96", "--force", "--plot", "a.png")
+    assert done.returncode == 2
+    assert done.stderr == "cannot write 'a.png': the file would be larger than the system allows\n"
+    assert {path.name for path in folder.iterdir()} == before
+    assert (folder / "a.png").read_text() == "old"

@@ -53,7 +53,7 @@ def test_pairs_belong_together(folder: Path, camsim: Run) -> None:
         # 9 e⁻ of read noise are 0.9 DN; the noise is there and its mean is not.
         assert 0.5 < (noisy - clean).std() < 8
         assert abs((noisy - clean).mean()) < 5 * (noisy - clean).std() / np.sqrt(noisy.size) + 0.2
-        assert read_file(folder / "out" / str(row["noisy"])).record["description_sha256"] == row["description_sha256"]
+        assert read_file(folder / "out" / str(row["noisy"])).record.description_sha256 == row["description_sha256"]
     for bright, dim in zip(rows[::2], rows[1::2], strict=True):
         assert (bright["level"], dim["level"]) == (1, 0.25)
         np.testing.assert_allclose(

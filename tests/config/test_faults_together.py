@@ -5,10 +5,12 @@ from __future__ import annotations
 import random
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from camsim.capturing import load
+from camsim.config.tree import MOST_FAULTS, Document
 from camsim.errors import ConfigError, Fault
 
 
@@ -183,3 +185,51 @@ def test_a_misspelt_kind_does_not_hide_what_is_wrong_beside_it(folder: Path) -> 
         "scene.shapes.0.reflectance",
     }
     assert said["scene.shapes.0.kind"] == "must be rectangle, polygon or disc, not 'disk'; did you mean 'disc'?"
+
+
+@pytest.mark.parametrize(
+    "many",
+    [
+        "".join(f"key{k}: 1\n" for k in range(2000)),
+        "name: &a x\n" * 2000,
+        "".join(f"? [a{k}]\n: 1\n" for k in range(2000)),
+    ],
+    ids=["keys", "anchors", "key tables"],
+)
+def test_of_thousands_of_faults_a_hundred_are_told(folder: Path, many: str) -> None:
+    (folder / "scene.yaml").write_text("camsim: scene/1\n" + many)
+    with pytest.raises(ConfigError) as caught:
+        load("scene.yaml")
+    *faults, last = str(caught.value).splitlines()
+    assert len(faults) in (MOST_FAULTS, MOST_FAULTS + 1)  # that no sensor is named is found later
+    assert last == f"scene.yaml: more than {MOST_FAULTS - 1} faults; mend these first, there may be more"
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        "{kind: rectangle, widht: 6, height: 8, reflectance: 0.05}",
+        "{kind: polygn, points: [[0, 0], [4, 0], [0, 4]], reflectance: nope}",
+        "{kind: polygon, points: [[0, 0], [2, 2], [2, 0], [0, 2]], reflectance: 0.05}",
+    ],
+)
+def test_of_thousands_of_faulty_shapes_a_hundred_faults_are_told(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, shape: str
+) -> None:
+    """Counted, not clocked: sixty thousand took three minutes when each was put into words."""
+    put_into_words = 0
+    of_document = Document.fault
+
+    def counted(*arguments: Any, **how: Any) -> Fault:
+        nonlocal put_into_words
+        put_into_words += 1
+        return of_document(*arguments, **how)
+
+    monkeypatch.setattr(Document, "fault", counted)
+    head, _, rest = (folder / "good.yaml").read_text().partition("  shapes:\n")
+    tail = rest[rest.index("render:") :]
+    (folder / "scene.yaml").write_text(f"{head}  shapes:\n" + f"    - {shape}\n" * 3000 + tail)
+    with pytest.raises(ConfigError) as caught:
+        load("scene.yaml")
+    assert len(str(caught.value).splitlines()) == MOST_FAULTS + 1
+    assert put_into_words <= MOST_FAULTS

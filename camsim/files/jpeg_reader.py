@@ -1,0 +1,69 @@
+"""JPEG: the size that its header claims, and the pixels of a whole file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from camsim.errors import InputError, in_brief
+from camsim.files.limits import refuse_bomb
+
+MAGIC = b"\xff\xd8"
+
+_ALONE = frozenset((0x01, *range(0xD0, 0xD9)))
+"""Markers without a length."""
+
+_FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"""SOF0 … SOF15; the three between them are tables."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameHeader:
+    """What a start-of-frame says."""
+
+    bits: int
+    rows: int
+    cols: int
+    components: int
+
+
+def frame_header(data: bytes) -> FrameHeader:
+    """Find the start of the frame in the markers of a JPEG (ITU-T T.81, B.2.2), before any of it is decoded."""
+    at = 2 if data.startswith(MAGIC) else len(data)
+    while at + 4 <= len(data):
+        if data[at] != 0xFF:
+            break
+        marker = data[at + 1]
+        if marker == 0xFF:  # fill
+            at += 1
+        elif marker in _ALONE:
+            at += 2
+        elif marker in _FRAMES and at + 10 <= len(data):
+            rows, cols = int.from_bytes(data[at + 5 : at + 7]), int.from_bytes(data[at + 7 : at + 9])
+            if not rows or not cols:
+                raise InputError(f"its JPEG says {rows} × {cols} pixels")
+            return FrameHeader(data[at + 4], rows, cols, data[at + 9])
+        elif marker == 0xDA:  # the scan begins, and no frame has
+            break
+        else:
+            at += 2 + int.from_bytes(data[at + 2 : at + 4])
+    raise InputError("its JPEG is damaged: no frame begins in it")
+
+
+def read_pixels(file: BinaryIO, size: int) -> npt.NDArray[Any]:
+    """Return the pixels of a file, (rows, cols) or (rows, cols, channels)."""
+    from PIL import JpegImagePlugin
+
+    file.seek(0)
+    frame = frame_header(file.read(size))
+    refuse_bomb(frame.rows * frame.cols * frame.components, size)
+    file.seek(0)
+    try:
+        # Not Image.open, which tries all formats and keeps one limit for the whole process.
+        with JpegImagePlugin.JpegImageFile(file) as opened:
+            return np.asarray(opened)
+    except (OSError, SyntaxError, ValueError) as error:
+        raise InputError(f"its JPEG is damaged ({in_brief(error)})") from None

@@ -1,0 +1,141 @@
+"""The record that a file carries, judged before anything of it is used: size, depth, checksum, names and types."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from camsim.errors import CamsimError, InputError, InvalidValueError
+from camsim.files.describe import RECORD_FORMAT, checksum
+from camsim.frame import check_products
+from camsim.typed import hints, judged
+
+LONGEST_RECORD = 16 << 20
+"""Bytes of JSON. A scene file has at most as many."""
+
+_MOST_LISTS, _MOST_VALUES = 1 << 19, 1 << 21
+"""Half a million corners. Parsed, lists and numbers take twenty times the memory of their text."""
+
+_DEEPEST = 64
+_MOST_DIGITS = 20
+_CHECKSUM = re.compile(r',"sha256":"([0-9a-f]{64})"')
+_PROGRAM = re.compile(r'"camsim":"([^"\\]{1,40})"')
+_SOFTWARE = re.compile(r'"software":"([^"\\]{1,40})"')
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """What was computed and what explains its numbers; see ``camsim.files.describe.record``."""
+
+    software: str
+    product: str
+    camera: str
+    channels: tuple[str, ...]
+    cfa_pattern: tuple[str, ...]
+    black_level_dn: int
+    black_offsets_dn: tuple[tuple[int, ...], ...]
+    white_level_dn: int
+    electrons_per_dn: float
+    seed: int
+    error_estimate: float | None
+    description_sha256: str
+    description: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        check_products((self.product,))
+        if not self.channels or not self.cfa_pattern or len({len(row) for row in (*self.cfa_pattern, "")} - {0}) != 1:
+            raise InvalidValueError("channels and cfa_pattern: give one letter for each filter, in rows of one length")
+        if len({len(row) for row in (*self.black_offsets_dn, ())} - {0}) != 1:
+            raise InvalidValueError("black_offsets_dn: give rows of one length")
+        if self.white_level_dn <= self.black_level_dn or self.electrons_per_dn <= 0.0:
+            raise InvalidValueError("white_level_dn must be above black_level_dn, and electrons_per_dn above 0")
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the record as it was written."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def is_record(text: str) -> bool:
+    """Whether a text is a record of ours, of any version, whole or not; other programs write texts too."""
+    return _PROGRAM.search(text) is not None or _CHECKSUM.search(text) is not None
+
+
+def parse_record(text: str | None) -> Record:
+    """Return the record that a text holds; raises InputError for what was not written, or was changed since."""
+    if text is None:
+        raise InputError("it was not written by camsim: it does not say what was computed")
+    if len(text) > LONGEST_RECORD:
+        raise InputError(f"its record has more than {LONGEST_RECORD >> 20} MiB")
+    if text.count("[") + text.count("{") > _MOST_LISTS or text.count(",") > _MOST_VALUES:
+        raise InputError(f"its record has more than {_MOST_LISTS} lists and tables, or {_MOST_VALUES} values")
+    try:
+        said = json.loads(text, parse_constant=_no_number, parse_float=_finite, parse_int=_whole)
+    except (ValueError, RecursionError):
+        raise InputError("its record is damaged: it is no JSON") from None
+    if not isinstance(said, dict) or "camsim" not in said:
+        raise InputError("it was not written by camsim: its text is another program's")
+    if said.pop("camsim") != RECORD_FORMAT:
+        raise InputError(_other_format(text))
+    # The text is what was written, byte for byte: only the checksum itself was added.
+    found = list(_CHECKSUM.finditer(text))
+    whole = found and text[: found[-1].start()] + text[found[-1].end() :]
+    if not whole or not text.isascii() or said.pop("sha256", None) != checksum(whole):
+        raise InputError("its record is damaged: it does not fit its checksum")
+    _refuse_deep(said)
+    return _record(said)
+
+
+def _record(said: dict[str, Any]) -> Record:
+    kinds = hints(Record)
+    if unknown := [name for name in said if name not in kinds]:
+        raise InputError(f"its record has a part {ascii(unknown[0])[:40]} that camsim never writes")
+    if missing := [name for name in kinds if name not in said]:
+        raise InputError(f"its record lacks {missing[0]!r}")
+    try:
+        return Record(**{name: judged(said[name], kind, name) for name, kind in kinds.items()})
+    except CamsimError as error:
+        raise InputError(f"its record cannot be: {error}") from None
+
+
+def _other_format(text: str) -> str:
+    format_, software = (pattern.search(text) for pattern in (_PROGRAM, _SOFTWARE))
+    return (
+        f"its record has the format {format_[1] if format_ else 'unknown'!r} and this version of camsim reads "
+        f"{RECORD_FORMAT!r}; use the version that wrote it ({software[1] if software else 'unknown'})"
+    )
+
+
+def _refuse_deep(tree: Any) -> None:
+    """Raise InputError when a tree is nested more deeply than any scene."""
+    level = [tree]
+    for _ in range(_DEEPEST):
+        level = [
+            part
+            for holder in level
+            for part in (holder.values() if isinstance(holder, dict) else holder)
+            if isinstance(part, (dict, list))
+        ]
+        if not level:
+            return
+    raise InputError(f"its record is nested more than {_DEEPEST} deep")
+
+
+def _finite(word: str) -> float:
+    value = float(word)
+    if not math.isfinite(value):
+        raise ValueError(f"{word} is too large")
+    return value
+
+
+def _whole(word: str) -> int:
+    if len(word) > _MOST_DIGITS:
+        raise ValueError(f"a number of {len(word)} digits")
+    return int(word)
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is no number")

@@ -1,0 +1,97 @@
+"""The raw image of a DNG, whoever wrote it: samples, filters and levels from its tags."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from camsim.arrays import F64
+from camsim.errors import InputError
+from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, bits_per_sample, photometric, read_image
+from camsim.files.tiff_reader import SUBFILE_TYPE, Directory, read_directories
+
+_CFA_REPEAT, _CFA_PATTERN = 33421, 33422
+_LINEARIZATION, _BLACK_REPEAT, _BLACK, _WHITE, _ACTIVE_AREA = 50712, 50713, 50714, 50717, 50829
+"""Tags of the DNG specification 1.7."""
+
+_LETTERS = "RGBCMYW"
+_LARGEST_REPEAT = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Raw:
+    """The active area: (rows, cols) or (rows, cols, samples).
+
+    pattern : letters of its filters, one string per row; None for linear raw, which has none
+    black   : a rectangle of levels that is repeated, or one for each sample
+    """
+
+    image: npt.NDArray[Any]
+    pattern: tuple[str, ...] | None
+    black: F64
+    white: float
+
+
+def read_raw(file: BinaryIO, size: int) -> Raw:
+    """Return the main image of a DNG: its mosaic, or linear planes; raises InputError."""
+    here = next(
+        (
+            directory
+            for directory in read_directories(file, size)
+            if directory.number(SUBFILE_TYPE, 0) == 0 and photometric(directory) in (MOSAIC, LINEAR_RAW)
+        ),
+        None,
+    )
+    if here is None:
+        raise InputError("this DNG holds no mosaic and no linear raw image")
+    image = _linearised(read_image(here), here.numbers(_LINEARIZATION))
+    area = here.numbers(_ACTIVE_AREA) or (0, 0, *image.shape[:2])
+    if len(area) != 4 or not (area[0] < area[2] <= image.shape[0] and area[1] < area[3] <= image.shape[1]):
+        raise InputError(f"its active area {area[:4]} does not lie within its image of {image.shape[:2]} pixels")
+    white = here.values(_WHITE) or (2.0 ** bits_per_sample(here) - 1.0,)
+    return Raw(
+        image=image[area[0] : area[2], area[1] : area[3]],
+        pattern=_pattern(here) if photometric(here) == MOSAIC else None,
+        black=_black(here, image.shape[2] if image.ndim == 3 else 1),
+        white=white[0],
+    )
+
+
+def _linearised(image: npt.NDArray[Any], table: tuple[int, ...]) -> npt.NDArray[Any]:
+    if not table:
+        return image
+    if image.dtype.kind != "u":
+        raise InputError("it has a linearisation table, and its samples are no whole numbers")
+    light: npt.NDArray[Any] = np.asarray(table, np.uint32)[np.minimum(image, len(table) - 1)]
+    return light
+
+
+def _pattern(directory: Directory) -> tuple[str, ...]:
+    rows, cols = _repeat(directory, _CFA_REPEAT, (2, 2))
+    codes = directory.bytes_of(_CFA_PATTERN, _LARGEST_REPEAT**2) or bytes((0, 1, 1, 2))
+    if len(codes) != rows * cols or max(codes) >= len(_LETTERS):
+        raise InputError(
+            f"its filters in {rows} × {cols} places are {list(codes[:8])}; give {len(_LETTERS) - 1} at most"
+        )
+    return tuple("".join(_LETTERS[code] for code in codes[r * cols : (r + 1) * cols]) for r in range(rows))
+
+
+def _black(directory: Directory, samples: int) -> F64:
+    """Return the black levels, a rectangle that is repeated from the active area's corner."""
+    rows, cols = _repeat(directory, _BLACK_REPEAT, (1, 1))
+    levels = directory.values(_BLACK) or (0.0,) * (rows * cols * samples)
+    if len(levels) != rows * cols * samples:
+        raise InputError(f"it has {len(levels)} black levels for {rows} × {cols} places of {samples} samples")
+    black: F64 = np.array(levels, np.float64).reshape(rows, cols * samples)
+    return black
+
+
+def _repeat(directory: Directory, number: int, default: tuple[int, int]) -> tuple[int, int]:
+    """Return rows and columns after which something repeats."""
+    found = directory.numbers(number) or default
+    if len(found) != 2 or not all(1 <= size <= _LARGEST_REPEAT for size in found):
+        raise InputError(f"its tag {number} says {found[:2]}; two numbers from 1 to {_LARGEST_REPEAT} belong there")
+    return found[0], found[1]

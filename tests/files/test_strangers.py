@@ -1,0 +1,176 @@
+"""Files from strangers through every command: one sentence and exit 2, little memory, and nothing of theirs is run."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.camera import Camera
+from camsim.description import describe
+from camsim.errors import CamsimError, InputError
+from camsim.files import save
+from camsim.files.reading import read_file
+from camsim.measure import read_picture
+from camsim.revive import revive, revive_capture
+from camsim.typed import judged
+
+BENCH = Path(__file__).parents[2] / "bench"
+SLOW_MACHINE_S = float("inf")
+
+
+@pytest.fixture(scope="module")
+def fuzz() -> Iterator[ModuleType]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH))
+        import fuzz_readers
+
+        yield fuzz_readers
+    for name in ("fuzz_readers", "mutations", "crafted_files"):
+        sys.modules.pop(name, None)
+
+
+@pytest.fixture(scope="module")
+def whole(fuzz: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    return fuzz.samples(tmp_path_factory.mktemp("whole"))
+
+
+def test_mutated_files_give_a_sentence(tmp_path: Path, fuzz: ModuleType, whole: Any) -> None:
+    """The same as bench/fuzz_readers.py, which does twenty thousand."""
+    tally = fuzz.fuzz(120, 5, whole, tmp_path, slowest_s=SLOW_MACHINE_S)
+    assert not tally.wrong
+    assert tally.ends.total() == 4 * 120
+    for what in ("info", "info --json", "measure", "recapture"):
+        assert tally.ends[f"{what}: refused"] > 30, what
+        assert tally.ends[f"{what}: done"] > 8, what
+
+
+def test_crafted_files_are_refused(tmp_path: Path, fuzz: ModuleType, whole: Any) -> None:
+    wrong, commands = fuzz.crafted_are_refused(whole, tmp_path, slowest_s=SLOW_MACHINE_S)
+    assert not wrong
+    assert commands > 200
+    assert not (tmp_path / "proof").exists()
+
+
+def mosaic_with(tmp_path: Path, fuzz: ModuleType, make_frame: Any, **changes: Any) -> Path:
+    """Write a TIFF whose record is changed, its checksum mended."""
+    import mutations
+
+    save(make_frame(), tmp_path / "a.tiff")
+    record = {"camsim": "frame/1", **read_file(tmp_path / "a.tiff").record.as_dict(), **changes}
+    content = mutations.with_record((tmp_path / "a.tiff").read_bytes(), ".tiff", mutations.signed(record))
+    (tmp_path / "b.tiff").write_bytes(content)
+    return tmp_path / "b.tiff"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"cfa_pattern": ["RG", "B"]}, "give one letter for each filter, in rows of one length"),
+        ({"black_level_dn": "128"}, "black_level_dn: must be a whole number, not '128'"),
+        ({"channels": [["R"], 5]}, r"channels.0: must be a text, not a list of 1"),
+        ({"error_estimate": True}, "error_estimate: must be a number or nothing, not True"),
+        ({"white_level_dn": 5}, "white_level_dn must be above black_level_dn"),
+        ({"product": "film"}, "unknown product 'film'"),
+        ({"more": 1}, "its record has a part 'more' that camsim never writes"),
+    ],
+)
+def test_a_record_is_judged_before_it_is_used(
+    tmp_path: Path, fuzz: ModuleType, make_frame: Any, changes: dict[str, Any], message: str
+) -> None:
+    path = mosaic_with(tmp_path, fuzz, make_frame, **changes)
+    for read in (read_file, read_picture):
+        with pytest.raises(InputError, match=rf"^cannot read '{path}': [^\n]*{message}"):
+            read(path)
+
+
+def test_a_damaged_record_is_not_measured_as_if_there_were_none(tmp_path: Path, make_frame: Any) -> None:
+    """Black level and filters would be lost: wrong figures without a word."""
+    save(make_frame(), tmp_path / "a.tiff")
+    whole = (tmp_path / "a.tiff").read_bytes()
+    (tmp_path / "a.tiff").write_bytes(whole.replace(b'"black_level_dn":128', b'"black_level_dn":129'))
+    with pytest.raises(InputError, match="its record is damaged: it does not fit its checksum"):
+        read_picture(tmp_path / "a.tiff")
+
+
+STAGES = (
+    camsim.Airy(f_number=8.0, transmission=0.9),
+    camsim.AnnularAiry(f_number=4.0, obstruction=0.3),
+    camsim.Gaussian(sigma_um=1.5, f_number=8.0),
+    camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.3, 0.0), f_number=8.0),
+    camsim.Wavefront(f_number=4.0, zernike_waves=((4, 0.1), (11, 0.05)), reference_nm=550.0),
+    camsim.FourSpotOlpf(split_um=3.0, split_y_um=0.0, rotate_deg=45.0),
+    camsim.PolygonPhotosite(points_um=((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))),
+    camsim.Light(camsim.Curve((400.0, 700.0), (1.0, 2.0)), illuminance_lux=5000.0, at="sensor"),
+    camsim.Scene(background=0.5, shapes=[camsim.Polygon(points_um=[(0, 0), (9, 0), (0, 9)], reflectance=0.0)]),
+    camsim.Exposure(time_s="auto", iso=200.0),
+    camsim.Defects(hot=((1, 2, 300.0),), dead=((4, 5),)),
+)
+
+
+@pytest.mark.parametrize("stage", STAGES, ids=lambda stage: type(stage).__name__)
+def test_what_was_described_comes_back(stage: Any) -> None:
+    assert revive(json.loads(json.dumps(describe(stage)))) == stage
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"pitch_um": "4.88"}, r"description.camera.pitch_um: must be a number, not '4.88'"),
+        ({"rows": 16.5}, r"description.camera.rows: must be a whole number, not 16.5"),
+        (
+            {"lens": {"kind": "FourSpotOlpf", "split_um": 3.0}},
+            r"description.camera.lens: must be Lens, not FourSpotOlpf",
+        ),
+        ({"lens": {"kind": "system"}}, r"description.camera.lens: 'system' is not a stage"),
+        ({"olpf": [1, 2]}, r"description.camera.olpf: must be FourSpotOlpf or nothing, not a list of 2"),
+        ({"films": 1}, r"description.camera: Camera has no 'films'"),
+        ({"pitch_um": 1e300}, r"description.camera.pitch_um: must be a number up to 1e\+15, not 1e\+300"),
+    ],
+)
+def test_a_parameter_of_another_type_is_refused(change: dict[str, Any], message: str) -> None:
+    tree = json.loads(json.dumps(describe(Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0)))))
+    with pytest.raises(InputError, match=message):
+        revive_capture({"camera": {**tree, **change}})
+
+
+@pytest.mark.parametrize(
+    ("value", "kind"),
+    [
+        (True, int), (True, float), (1.0, int), (float("nan"), float), (float("inf"), float), (10**400, float),
+        (2**70, int), ("x", float), (None, float), ([1, 2], tuple[float, float, float]), ({}, float | str),
+        ([1, "2"], tuple[float, ...]), ("x" * 200_000, str), ({"a": 1}, tuple[float, ...]), (1, str),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_its_type(value: Any, kind: Any) -> None:
+    with pytest.raises(InputError, match=r"^here[.\d]*: [^\n]{1,100}$"):
+        judged(value, kind, "here")
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e300])
+def test_pictures_of_no_numbers_are_refused(tmp_path: Path, bad: float) -> None:
+    image = np.full((100, 120), 0.5)
+    image[50, 60] = bad
+    np.save(tmp_path / "a.npy", image)
+    with pytest.raises(CamsimError, match="holds values that are no numbers"):
+        camsim_measure(tmp_path / "a.npy")
+
+
+def camsim_measure(path: Path) -> Any:
+    from camsim.measure import measure_mtf
+
+    return measure_mtf(read_picture(path))
+
+
+@pytest.mark.parametrize("shape", [(1, 200_000), (200_000, 1), (40, 60_000), (5, 5), (31, 31)])
+def test_pictures_of_any_shape_take_little_work(tmp_path: Path, shape: tuple[int, int]) -> None:
+    np.save(tmp_path / "a.npy", np.random.default_rng(1).integers(0, 4000, shape).astype(np.uint16))
+    with pytest.raises(CamsimError, match=r"no measurable slanted edge|repeat every"):
+        camsim_measure(tmp_path / "a.npy")
