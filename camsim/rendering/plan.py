@@ -148,7 +148,7 @@ def _loud_foci(
     found = foci(start, end, blur=float(blur.min()), grid=grid, nearest=quiet_end / (1.0 + ZONE))
     hundredths = np.ceil(100.0 * found.share)
     until = np.zeros_like(found.radius)
-    for share in np.unique(hundredths):
+    for share in np.unique(hundredths[hundredths > 0.0]):
         until[hundredths == share] = quiet_distance(
             pattern, blur, shares, footprint, allowed / (0.01 * float(share)), front="focus"
         )

@@ -21,6 +21,7 @@ from camsim.rendering.run import Found, Run, check, compare, hardest
 from camsim.rendering.work import Work
 from camsim.scene import Scene
 
+LOOSEST = 1.0  # engines refuse less than this in words of their own
 TAKEN_PHOTOSITES = 2_000_000
 Progress = Callable[[str, float], None]
 
@@ -211,6 +212,8 @@ def plan_render(
 ) -> tuple[Job, Choice]:
     """Decide everything and render nothing; arguments as in ``render_channels``."""
     check_method(method)
+    if not 0.0 < tolerance <= LOOSEST:
+        raise InvalidValueError(f"tolerance: {tolerance!r} is no error to keep below; give 1e-2 … 1e-11")
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
             raise InvalidValueError(f"wavelength_nm: {float(w)!r} is not a wavelength; give nm above 0")

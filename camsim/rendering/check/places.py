@@ -11,7 +11,7 @@ from camsim.arrays import F64, I64
 from camsim.rendering.check.scenery import Outlines
 from camsim.rendering.grid import Grid
 
-FEWEST, MOST = 4, 256
+FEWEST, MOST = 8, 256
 MOST_PARTS = 256  # looked at for a hard tile; more are thinned out
 SHARE_OF_TIME = 0.1
 GOLDEN = 0.6180339887498949

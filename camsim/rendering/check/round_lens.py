@@ -19,6 +19,7 @@ from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.quadrature import gauss_error, gauss_legendre
 
 NEAREST = 12.0  # blurs: where the search for silence begins
+FEW = 4.0  # ends that some photosite hears from just outside, wherever it lies
 FARTHER = 1.4  # times, at each step of it
 LOOKED_AT = 24  # places in the frame where ends are heard
 FALLS = 1.5  # at least this power of the distance is what swings lost with
@@ -73,7 +74,7 @@ class RoundLens:
         heard = np.concatenate([distance, np.where(beside, np.abs(h), np.inf)], axis=1)
         square = np.concatenate([strength**2, np.full(h.shape[1], 4.0)])
         extent = float(np.hypot(*self.rule[0].T).max())
-        everything = float(heard[np.isfinite(heard)].max(initial=0.0))
+        everything = self._farthest
         radius = max(NEAREST * blur, 2.0 * extent)
         until = 0.0
         table = None
@@ -81,9 +82,8 @@ class RoundLens:
             if table is None or radius + extent + 5.0 * blur > until:
                 until = 2.0 * radius + extent + 6.0 * blur
                 table = self._table(until)
-            together = float(
-                np.sum(square * (radius / np.maximum(heard, radius)) ** 5 * (heard > radius), axis=1).max()
-            )
+            beyond = np.sum(square * (radius / np.maximum(heard, radius)) ** 5 * (heard > radius), axis=1)
+            together = max(FEW, float(beyond.max()))
             swing = loudness(table, radius, blur, *self.rule)
             if 2.0 * swing * math.sqrt(blur / radius * together) / (4.0 * math.pi) <= 0.5 * self.allowed:
                 break
@@ -148,6 +148,18 @@ class RoundLens:
         some = ends[:: max(1, len(ends) // LOOKED_AT)]
         low, high = self.corners[:2], self.corners[2:]
         return np.concatenate([np.clip(some, low, high), [0.5 * (low + high)]])
+
+    @property
+    def _farthest(self) -> float:
+        """No piece reaches farther than this from any photosite."""
+        o = self.pieces.outlines
+        straight = o.turn_rad == 0.0
+        more = np.where(straight, 0.0, o.dx)
+        x, y = np.concatenate([o.x, o.x + straight * o.dx]), np.concatenate([o.y, o.y + straight * o.dy])
+        x0, y0, x1, y1 = self.corners
+        across = np.maximum(np.abs(x - x0), np.abs(x - x1)) + np.tile(more, 2)
+        down = np.maximum(np.abs(y - y0), np.abs(y - y1)) + np.tile(more, 2)
+        return float(np.hypot(across, down).max(initial=0.0))
 
     @functools.cached_property
     def _ends(self) -> tuple[F64, F64]:
