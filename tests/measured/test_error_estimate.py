@@ -223,7 +223,7 @@ CORRUPTIONS = {
         shapes.Disc,
         "outline_um",
         lambda f: lambda self, segment, wobble=np.inf, cut=np.inf: f(self, segment, wobble),
-        {"scene": "cut disc", "optics": SHARP},
+        {"scene": "cut disc", "over": 3.0},
     ),
     "discs are a ten-thousandth too large": (
         shapes.Disc,
