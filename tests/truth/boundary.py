@@ -47,6 +47,17 @@ class BoundaryTruth:
         other = self._values(points, panel=4.0, density=5.0, resolved=0.6 * self.resolved, cells=CELLS - 3)
         return fine, np.abs(fine - other) + 1e-14 * (1.0 + len(self.pieces))
 
+    def cost(self):
+        """Integrands evaluated for one photosite, about."""
+        length = sum(
+            math.dist(p.start, p.end) if p.centre is None else p.radius * (p.last - p.first) for p in self.pieces
+        )
+        length = min(length, 4.0 * self.resolved * len(self.pieces))
+        along = NODES * (length / (3.0 * self.length) + 4.0 * len(self.pieces))
+        if self.photosite["kind"] == "point":
+            return 2.0 * along * len(photosites.spots(self.olpf))
+        return 2.0 * along * len(photosites.spots(self.olpf)) * len(photosites.border(self.photosite, 7.0 / self.length)[0])
+
     def _values(self, points, *, panel, density, resolved, cells):
         if not self.pieces:
             return np.zeros(len(points))
