@@ -70,7 +70,9 @@ def _lens(rng, blur):
         lens |= {"ratio": float(10.0 ** rng.uniform(0.0, 1.2)), "rotate_deg": _angle(rng)}
     if kind == "curve":
         count = int(rng.integers(3, 12))
-        inner = np.sort(rng.uniform(0.03, 0.97, count - 2)) if rng.random() < 0.5 else np.arange(1, count - 1) / (count - 1)
+        inner = (
+            np.sort(rng.uniform(0.03, 0.97, count - 2)) if rng.random() < 0.5 else np.arange(1, count - 1) / (count - 1)
+        )
         values = np.clip(1.0 - inner + rng.normal(0.0, rng.choice([0.0, 0.1, 0.3]), count - 2), -1.0, 1.0)
         lens |= {"frequency": [0.0, *inner.tolist(), 1.0], "values": [1.0, *values.tolist(), 0.0]}
     if kind == "wavefront":
@@ -97,9 +99,7 @@ def _wavefront(rng):
     count = int(rng.choice([0, 1, 2, 4]))
     # Orders to 8; outside the unit circle, in a square's corners, r⁸ is 16.
     strength = rng.choice([0.02, 0.1, 0.3])
-    waves = [
-        [int(index), float(strength * rng.normal())] for index in sorted(set(rng.integers(1, 45, count).tolist()))
-    ]
+    waves = [[int(index), float(strength * rng.normal())] for index in sorted(set(rng.integers(1, 45, count).tolist()))]
     defocus_waves = float(rng.choice([0.0, 0.0, rng.normal()]))
     return {"pupil": pupil, "zernike_waves": waves, "defocus_waves": defocus_waves}
 
@@ -120,7 +120,11 @@ def _olpf(rng):
 
 
 def _photosite(rng):
-    kind = str(rng.choice(["point", "square", "rectangle", "circle", "rounded", "polygon"], p=[0.2, 0.4, 0.2, 0.07, 0.06, 0.07]))
+    kind = str(
+        rng.choice(
+            ["point", "square", "rectangle", "circle", "rounded", "polygon"], p=[0.2, 0.4, 0.2, 0.07, 0.06, 0.07]
+        )
+    )
     sides = [float(rng.choice([1.0, 0.5, 0.75, rng.uniform(0.05, 1.2)])) for _ in range(2)]
     if kind == "square":
         return {"kind": kind, "side": sides[0]}
@@ -149,7 +153,11 @@ def _spectrum(rng, lens):
     if lens["kind"] == "wavefront":
         count = min(count, 4)
     width = float(rng.choice([2.0, 30.0, 300.0]))
-    nm = np.sort(550.0 + width * (rng.random(count) - 0.5)) if rng.random() < 0.5 else 550.0 + width * np.linspace(-0.5, 0.5, count)
+    nm = (
+        np.sort(550.0 + width * (rng.random(count) - 0.5))
+        if rng.random() < 0.5
+        else 550.0 + width * np.linspace(-0.5, 0.5, count)
+    )
     channels = int(rng.choice([1, 3, 4]))
     response = rng.random((channels, count)) ** 2 * 10.0 ** rng.uniform(-1.0, 4.0)
     layout = {1: [0, 0, 0, 0], 3: [0, 1, 1, 2], 4: [0, 1, 2, 3]}[channels]
@@ -229,7 +237,12 @@ def _diamonds(rng, size):
     for _ in range(rng.integers(1, 4)):
         x, y = np.round(2.0 * rng.uniform(-0.5, 0.5, 2) * size) / 2.0
         r = max(round(2.0 * size * 10.0 ** rng.uniform(-1.0, 0.0)), 1) / 2.0
-        shapes.append({"kind": "polygon", "points": [[float(x + a * r), float(y + b * r)] for a, b in ((-1, 0), (0, -1), (1, 0), (0, 1))]})
+        shapes.append(
+            {
+                "kind": "polygon",
+                "points": [[float(x + a * r), float(y + b * r)] for a, b in ((-1, 0), (0, -1), (1, 0), (0, 1))],
+            }
+        )
     return shapes
 
 
@@ -269,13 +282,19 @@ def _slivers(rng, size):
 def _touching(rng, size):
     """Fans of triangles about one corner: all share sides exactly."""
     count = int(rng.integers(3, 8))
-    angle = np.sort(rng.uniform(0.0, 2.0 * math.pi, count)) if rng.random() < 0.5 else 2.0 * math.pi * np.arange(count) / count
+    angle = (
+        np.sort(rng.uniform(0.0, 2.0 * math.pi, count))
+        if rng.random() < 0.5
+        else 2.0 * math.pi * np.arange(count) / count
+    )
     rim = 0.5 * size * rng.uniform(0.3, 1.5) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     middle = np.round(rng.uniform(-0.3, 0.3, 2) * size * 2.0) / 2.0
     shapes = []
     for a, b in zip(rim, np.roll(rim, -1, axis=0), strict=True):
         if abs(a[0] * b[1] - a[1] * b[0]) > 1e-3 and rng.random() < 0.8:
-            shapes.append({"kind": "polygon", "points": [middle.tolist(), (middle + a).tolist(), (middle + b).tolist()]})
+            shapes.append(
+                {"kind": "polygon", "points": [middle.tolist(), (middle + a).tolist(), (middle + b).tolist()]}
+            )
     return shapes
 
 
@@ -283,7 +302,13 @@ def _crowd(rng, size):
     step = size / 4.0
     angle = _angle(rng)
     return [
-        {"kind": "rectangle", "width": 0.6 * step, "height": 0.6 * step, "centre": [x * step, y * step], "rotate_deg": angle}
+        {
+            "kind": "rectangle",
+            "width": 0.6 * step,
+            "height": 0.6 * step,
+            "centre": [x * step, y * step],
+            "rotate_deg": angle,
+        }
         for x in (-1.5, -0.5, 0.5, 1.5)
         for y in (-1.5, -0.5, 0.5, 1.5)
     ]
@@ -306,7 +331,12 @@ def _giants(rng, size):
     reach = large * rng.uniform(0.3, 1.0, 2)
     if rng.random() < 0.3:
         reach[0] = round(0.3 * size)  # one corner within or near the frame
-    points = [foot - reach[0] * along, foot + reach[1] * along, foot + reach[1] * along + large * out, foot - reach[0] * along + large * out]
+    points = [
+        foot - reach[0] * along,
+        foot + reach[1] * along,
+        foot + reach[1] * along + large * out,
+        foot - reach[0] * along + large * out,
+    ]
     return [{"kind": "polygon", "points": [p.tolist() for p in points]}]
 
 

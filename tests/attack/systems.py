@@ -7,6 +7,7 @@ import numpy as np
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
+from camsim.rendering.render import plan_render
 from tests.attack.draw import REFERENCE_NM
 from tests.truth import picture, round_lenses, waves
 from tests.truth.boundary import BoundaryTruth
@@ -51,7 +52,9 @@ def optics(system):
     olpf = system["olpf"]
     if olpf:
         stages.append(
-            camsim.FourSpotOlpf(split_um=olpf["split"] * p, split_y_um=olpf["split_y"] * p, rotate_deg=olpf["rotate_deg"])
+            camsim.FourSpotOlpf(
+                split_um=olpf["split"] * p, split_y_um=olpf["split_y"] * p, rotate_deg=olpf["rotate_deg"]
+            )
         )
     stages.append(_photosite(system["photosite"], p))
     return stages
@@ -123,6 +126,20 @@ def channel(system):
     tile = np.array(system["layout"], np.uint8).reshape(2, 2)
     rows, cols = own["rows"], own["cols"]
     return np.tile(tile, (rows // 2 + 1, cols // 2 + 1))[:rows, :cols].copy()
+
+
+def expected_seconds(system, *, tolerance, method):
+    """What camsim expects a method to take, one core."""
+    _, choice = plan_render(
+        scene(system),
+        OpticalSystem.of(optics(system)),
+        grid(system),
+        response=np.array(system["response"]),
+        wavelength_nm=np.array(system["wavelength_nm"]),
+        tolerance=tolerance,
+        method=method,
+    )
+    return choice.run.cost.seconds
 
 
 def rendered(system, *, tolerance=None, method=None, every_channel=False):

@@ -56,7 +56,12 @@ class BoundaryTruth:
         along = NODES * (length / (3.0 * self.length) + 4.0 * len(self.pieces))
         if self.photosite["kind"] == "point":
             return 2.0 * along * len(photosites.spots(self.olpf))
-        return 2.0 * along * len(photosites.spots(self.olpf)) * len(photosites.border(self.photosite, 7.0 / self.length)[0])
+        return (
+            2.0
+            * along
+            * len(photosites.spots(self.olpf))
+            * len(photosites.border(self.photosite, 7.0 / self.length)[0])
+        )
 
     def _values(self, points, *, panel, density, resolved, cells):
         if not self.pieces:

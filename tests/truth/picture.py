@@ -80,9 +80,7 @@ class Circle:
 
     def piece(self, t, u, left, right):
         first, last = 2.0 * math.pi * t, 2.0 * math.pi * u
-        return Piece(
-            tuple(self.at(t)), tuple(self.at(u)), left, right, tuple(self.centre), self.radius, first, last
-        )
+        return Piece(tuple(self.at(t)), tuple(self.at(u)), left, right, tuple(self.centre), self.radius, first, last)
 
 
 def outline(shape):

@@ -144,24 +144,38 @@ def pattern(lens, wavelength_nm, x, y, spare=1.0):
     levels = np.array([row[0] for row in rows])
     for k, (level, share, begin, end) in enumerate(rows):
         at = 0.5 * (begin + end) + 0.5 * (end - begin) * t
-        strength = share * 0.5 * (end - begin) * v * np.exp(2j * np.pi * waves(lens, at, np.full(at.shape, level), wavelength_nm))
+        strength = (
+            share
+            * 0.5
+            * (end - begin)
+            * v
+            * np.exp(2j * np.pi * waves(lens, at, np.full(at.shape, level), wavelength_nm))
+        )
         inner[k] = _along(at, strength, -2.0 * np.pi * per * x[0], -2.0 * np.pi * per * (x[1] - x[0]), x.size)
     outer = np.exp(-2j * np.pi * per * np.outer(y, levels))
     amplitude = outer @ inner
     return np.abs(amplitude) ** 2 * per**2 / area(pupil)
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, fastmath=True)
 def _along(at, strength, first, step, count):
-    """Σ strength·exp(i·at·(first + step·m)), m = 0 … count − 1; started afresh every 32 terms."""
+    """Σ strength·exp(i·at·(first + step·m)), m = 0 … count − 1; phases are started afresh every 32 terms."""
     out = np.zeros(count, np.complex128)
-    for q in range(at.size):
-        turn = complex(math.cos(at[q] * step), math.sin(at[q] * step))
-        value = 0.0 + 0.0j
-        for m in range(count):
-            if m % 32 == 0:
+    turn_re, turn_im = np.cos(at * step), np.sin(at * step)
+    re, im = np.zeros(at.size), np.zeros(at.size)
+    for m in range(count):
+        if m % 32 == 0:
+            for q in range(at.size):
                 phase = at[q] * (first + step * m)
-                value = strength[q] * complex(math.cos(phase), math.sin(phase))
-            out[m] += value
-            value *= turn
+                c, s = math.cos(phase), math.sin(phase)
+                re[q] = strength[q].real * c - strength[q].imag * s
+                im[q] = strength[q].real * s + strength[q].imag * c
+        sum_re, sum_im = 0.0, 0.0
+        for q in range(at.size):
+            a, b = re[q], im[q]
+            sum_re += a
+            sum_im += b
+            re[q] = a * turn_re[q] - b * turn_im[q]
+            im[q] = a * turn_im[q] + b * turn_re[q]
+        out[m] = complex(sum_re, sum_im)
     return out

@@ -59,8 +59,6 @@ class WaveTruth:
         if fading:
             # Copies a period further on must be out of reach; nothing is tapered.
             outer = max(fading) * wider
-            if inner > 40.0 * outer:
-                raise TooLarge
             return inner, outer, inner + outer, None, 2.0 * self.cutoff
         taper = wider * max(6.0 / self.cutoff, math.sqrt(2.0 * BAND * inner / self.cutoff))
         outer = inner + taper
