@@ -14,7 +14,7 @@ from tests.attack.draw import draw
 from tests.attack.judge import judged
 from tests.attack.table import summary
 
-WARM_UP = (2, 5, 8, 11)
+WARM_UP = (2, 6, 10, 12, 16, 22, 35)
 WRONG = {"over", "silent", "slow", "crash"}
 
 
@@ -40,7 +40,7 @@ def main(arguments=None):
         seed = int(datetime.date.today().strftime("%Y%m%d"))
     begin, records = time.perf_counter(), []
     for number in WARM_UP:
-        judged(0, number)  # kernels are compiled before anything is timed
+        judged(0, number, patience_s=0.0)  # kernels are compiled before anything is timed
     for number in range(options.first, options.first + options.count):
         if options.seconds and time.perf_counter() - begin > options.seconds:
             break

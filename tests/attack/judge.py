@@ -24,8 +24,8 @@ IN_ANY_CASE = 1600  # the same where no other road is there
 EVALUATIONS = 1e8  # of a line integral: about a second
 
 
-def judged(seed, number, *, thorough=True):
-    """Record of one system; ``thorough``: the truth where it takes seconds too."""
+def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
+    """Record of one system; ``thorough``: the truth where it takes seconds too; ``patience_s`` 0: wait for ever."""
     system = draw(seed, number)
     rng = np.random.default_rng([seed, number, 1])
     record = {
@@ -36,7 +36,7 @@ def judged(seed, number, *, thorough=True):
     }  # fmt: skip
     begin = time.process_time()
     try:
-        with warnings.catch_warnings(), _at_most(PATIENCE_S):
+        with warnings.catch_warnings(), _at_most(patience_s):
             warnings.simplefilter("error")
             rendering = systems.rendered(system, every_channel=system["every_channel"])
     except (UnsupportedError, InvalidValueError, AccuracyError) as refused:
@@ -51,7 +51,7 @@ def judged(seed, number, *, thorough=True):
     record |= {"method": rendering.method, "seconds": seconds, "estimate": float(rendering.error_estimate)}
     begin = time.process_time()
     record |= {"error": 0.0, "truth_error": 0.0, "judge": "nobody"}
-    with contextlib.suppress(Patience), _at_most(PATIENCE_S):
+    with contextlib.suppress(Patience), _at_most(patience_s):
         record |= _errors(system, rendering, rng, thorough)
     record["judge_seconds"] = time.process_time() - begin
     over = record["error"] - record["truth_error"] > system["tolerance"] * (1.0 + 1e-6)
@@ -72,7 +72,7 @@ class Patience(BaseException):
 
 @contextlib.contextmanager
 def _at_most(seconds):
-    """Raise Patience once the process has computed for so long."""
+    """Raise Patience once the process has computed for so long; 0: never."""
 
     def stop(number, frame):
         raise Patience

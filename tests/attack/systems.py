@@ -168,7 +168,8 @@ def code(system):
             f"scene = {scene(system)!r}",
             f"optics = {optics(system)!r}",
             f"grid = {grid(system)!r}",
-            f"channel = np.tile(np.array({system['layout']}, np.uint8).reshape(2, 2), (33, 33))[:grid.rows, :grid.cols]",
+            f"tile = np.array({system['layout']}, np.uint8).reshape(2, 2)",
+            "channel = np.tile(tile, (33, 33))[:grid.rows, :grid.cols]",
             f"r = render_channels(scene, OpticalSystem.of(optics), grid, response=np.array({system['response']}), "
             f"wavelength_nm=np.array({system['wavelength_nm']}), channel=channel, "
             f"tolerance={system['tolerance']!r}, method={system['method']!r})",
@@ -238,6 +239,16 @@ class Truth:
             "blur": lens["blur"] / REFERENCE_NM,
         }
         return [waves.Opening(own, nm) for nm in self.system["wavelength_nm"]]
+
+    def everywhere(self, channel=0):
+        """Light (rows, cols) of every photosite as if it were in one channel, relative to full scale, and its error."""
+        values, error = self.waves(channel).values(self.x, self.y)
+        return self.base[channel] / self.scale[channel] + values, error
+
+    def at(self, row, col, channel=0, *, target):
+        """Light of one photosite, relative to full scale, and its error."""
+        value, error = self.boundary(channel, target).values([[self.x[col], self.y[row]]])
+        return float(self.base[channel] / self.scale[channel] + value[0]), float(error[0])
 
     def boundary(self, channel, target):
         """Truth of single photosites in one channel, relative to its scale."""

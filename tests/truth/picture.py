@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -147,7 +148,7 @@ def pieces(shapes):
             cuts.append(cuts[0] + 1.0)
         else:
             cuts = sorted(cuts)
-        for t, u in zip(cuts[:-1], cuts[1:], strict=True):
+        for t, u in pairwise(cuts):
             if (u - t) * side.length <= 4.0 * near:
                 continue
             left_right = _sides(shapes, sides, i, side, 0.5 * (t + u), (u - t) * side.length, near)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+from itertools import pairwise
 
 import numba as nb
 import numpy as np
@@ -79,7 +80,7 @@ def rows_of(pupil, nodes):
     levels = sorted(levels)
     levels = [a for a, b in zip(levels, [*levels[1:], math.inf], strict=True) if b - a > 1e-12]
     found = []
-    for low, high in zip(levels[:-1], levels[1:], strict=True):
+    for low, high in pairwise(levels):
         # A side that lies nearly along the rows crosses many columns in few rows.
         ends = np.abs(np.subtract(_chord(pupil, low + 1e-9), _chord(pupil, high - 1e-9))).max()
         count = math.ceil(nodes * (0.8 * (high - low + ends) / extent(pupil)[1] + 0.1)) + 16
@@ -122,10 +123,9 @@ def nodes_for(lens, wavelength_nm, turns):
     w = waves(lens, x, y, wavelength_nm)
     ends = np.array([_chord(lens["pupil"], level) for level in y[:, 0]])
     w = np.where((x >= ends[:, :1] - 0.01) & (x <= ends[:, 1:] + 0.01), w, np.nan)
-    own = max(
-        float(np.nansum(np.abs(np.diff(w, axis=0)), axis=0).max()), float(np.nansum(np.abs(np.diff(w, axis=1)), axis=1).max())
-    )  # fmt: skip
-    steepest = 400.0 * max(float(np.nanmax(np.abs(np.diff(w, axis=k)))) for k in (0, 1))
+    steps = [np.abs(np.diff(w, axis=axis)) for axis in (0, 1)]
+    own = max(float(np.nansum(step, axis=axis).max()) for axis, step in enumerate(steps))
+    steepest = 400.0 * max(float(np.nanmax(step)) for step in steps)
     return math.ceil(1.02 * math.pi * (turns + max(own, 0.3 * steepest))) + 32
 
 

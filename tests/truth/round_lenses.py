@@ -17,7 +17,7 @@ def _jinc(x):
 
 @dataclass(frozen=True)
 class Airy:
-    """Circle, or ring with an obstruction of ``e`` of the diameter; blur is λN. Amplitude 2(J1(x)/x − e²·J1(ex)/(ex))."""
+    """Circle, or ring with an obstruction of ``e`` of the diameter; blur is λN."""
 
     blur: float
     e: float = 0.0
