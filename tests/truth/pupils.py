@@ -71,9 +71,7 @@ def area(pupil):
 
 def rows_of(pupil, nodes):
     """Rows y with weights, each with its one or two intervals of x: (y, weight, begin, end)."""
-    levels = {-extent(pupil)[1], extent(pupil)[1]}
-    if pupil["shape"] != "circular":
-        levels |= {float(v) for v in corners(pupil)[:, 1]}
+    levels = {-1.0, 1.0} if pupil["shape"] == "circular" else {float(v) for v in corners(pupil)[:, 1]}
     e = pupil["obstruction"]
     if e:
         levels |= {-e, e}
@@ -121,7 +119,7 @@ def nodes_for(lens, wavelength_nm, turns):
     wide, high = extent(lens["pupil"])
     x, y = np.meshgrid(np.linspace(-wide, wide, 401), np.linspace(-high, high, 401))
     w = waves(lens, x, y, wavelength_nm)
-    ends = np.array([_chord(lens["pupil"], level) for level in y[:, 0]])
+    ends = np.array([_chord(lens["pupil"], level) for level in y[:, 0]])  # of rows below a flat side, longer ones
     w = np.where((x >= ends[:, :1] - 0.01) & (x <= ends[:, 1:] + 0.01), w, np.nan)
     steps = [np.abs(np.diff(w, axis=axis)) for axis in (0, 1)]
     own = max(float(np.nansum(step, axis=axis).max()) for axis, step in enumerate(steps))
