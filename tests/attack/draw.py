@@ -17,8 +17,9 @@ PITCHES_UM = (1.0, 4.0, 4.88, 2.4)  # two of them keep multiples of a quarter ex
 def draw(seed, number):
     """One system."""
     rng = np.random.default_rng([seed, number])
-    rows, cols = _shape(rng)
-    lens = _lens(rng, 10.0 ** rng.uniform(math.log10(0.02), math.log10(50.0)))
+    blur = 10.0 ** rng.uniform(math.log10(0.02), math.log10(50.0))
+    rows, cols = _shape(rng, blur)
+    lens = _lens(rng, blur)
     wavelength_nm, response, layout = _spectrum(rng, lens)
     system = {
         "seed": seed,
@@ -42,8 +43,11 @@ def draw(seed, number):
     return system
 
 
-def _shape(rng):
-    most = int(rng.choice([5, 12, 24, 40, 64], p=[0.4, 0.3, 0.15, 0.1, 0.05]))
+def _shape(rng, blur):
+    """Rows and columns: few where the pattern is sharp, in most systems, for time goes with (size/λN)²."""
+    most = int(rng.choice([4, 8, 16, 32, 64], p=[0.5, 0.3, 0.12, 0.05, 0.03]))
+    if blur < 0.2 and rng.random() < 0.9:
+        most = min(most, 6)
     return int(rng.integers(1, most + 1)), int(rng.integers(1, most + 1))
 
 

@@ -16,12 +16,12 @@ from tests.attack.draw import draw
 from tests.truth.waves import TooLarge
 
 SLOWEST_S = 20.0  # of one processor's time: a busy machine makes nothing slow
-PATIENCE_S = 40.0  # then a rendering, or a judge, is stopped
+PATIENCE_S = 25.0  # then a rendering, or a judge, is stopped
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
 FINEST = {"boundary": 1e-9, "fourier": 1e-11}
-ALL_AT_ONCE = 500  # points along the lattice's side: so far the Fourier sum judges every photosite
-IN_ANY_CASE = 1600  # the same where no other road is there
-EVALUATIONS = 1e8  # of a line integral: about a second
+ALL_AT_ONCE = 300  # points along the lattice's side: so far the Fourier sum judges every photosite
+IN_ANY_CASE = 1000  # the same where no other road is there
+EVALUATIONS = 3e7  # of line integrals: about a third of a second
 
 
 def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
@@ -206,7 +206,7 @@ def _by_the_other(system, truth, method):
         try:
             # The truth judges round lenses in any case, the other engine where it takes a moment.
             expected = systems.expected_seconds(system, tolerance=tolerance, method=name)
-            if expected > (2.0 if truth.round is not None else 10.0):
+            if expected > (0.5 if truth.round is not None else 5.0):
                 continue
             return name, tolerance, systems.rendered(system, tolerance=tolerance, method=name).image
         except (UnsupportedError, InvalidValueError, AccuracyError):
