@@ -22,7 +22,7 @@ def main(arguments=None):
     """Run; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.attack", description=__doc__)
     parser.add_argument("--seed", type=int, help="of the systems; left out: today's date, as 20261122")
-    parser.add_argument("--count", type=int, default=300, help="how many systems")
+    parser.add_argument("--count", type=int, default=100_000, help="how many systems")
     parser.add_argument("--first", type=int, default=0, help="number of the first")
     parser.add_argument("--seconds", type=float, help="stop after so long, whatever the count")
     parser.add_argument("--quick", action="store_true", help="leave out truths that take seconds")
