@@ -38,9 +38,9 @@ def main(arguments=None):
     seed = options.seed
     if seed is None:
         seed = int(datetime.date.today().strftime("%Y%m%d"))
-    begin, records = time.perf_counter(), []
     for number in WARM_UP:
         judged(0, number, patience_s=0.0)  # kernels are compiled before anything is timed
+    begin, records = time.perf_counter(), []
     for number in range(options.first, options.first + options.count):
         if options.seconds and time.perf_counter() - begin > options.seconds:
             break
