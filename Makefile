@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test test-clients test-bounds lint format bench clean
+.PHONY: demo test test-clients test-bounds attack attack-quick lint format bench clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -30,6 +30,13 @@ test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing
 test-bounds: $(READY)  ## the kernels with every array index checked (compiled apart, a minute)
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(VENV)/bounds-checked $(BIN)/python -m pytest -q \
 	  tests/convergence/test_random_scenes.py tests/analytic/test_rendering_truth.py
+
+attack: $(READY)  ## random systems against independent truths, ten minutes; SEED=… COUNT=… draws others (docs/attack.md)
+	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --seconds 600 \
+	  $(if $(SEED),--seed $(SEED)) $(if $(COUNT),--count $(COUNT))
+
+attack-quick: $(READY)  ## the first few dozen of today's
+	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --quick --count 60 --seconds 60
 
 bench: $(READY)  ## error against run time, beside GalSim and prysm, into out/bench (camsim bench --peers: all of it)
 	$(BIN)/python -m pip install --quiet --editable '.[bench]'

@@ -1,7 +1,7 @@
 """True error against the tolerance asked for, of both engines: ``python -m bench.convergence`` (some minutes).
 
 Prints the figures and writes docs/convergence.svg. Truths that share nothing with camsim: reference values by adaptive
-quadrature (tests/data), exact Fourier renderings of whole images (tests/fourier_truth.py), of one wavelength and of 61
+quadrature (tests/data), exact Fourier renderings of whole images (tests/truth/lattice.py), of one wavelength and of 61
 added up, and a Hankel integral for discs (tests/analytic/test_discs.py).
 """
 
@@ -17,7 +17,7 @@ import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from tests.analytic.test_discs import disc_by_frequencies
-from tests.fourier_truth import white_with_a_black_polygon
+from tests.truth.lattice import white_with_a_black_polygon
 
 ROOT = Path(__file__).parents[1]
 DECADES = tuple(10.0**-digits for digits in range(2, 12))

@@ -12,8 +12,8 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering import fourier_plan, render_channels
 from camsim.rendering.fourier import fourier_cost, fourier_image
-from tests.fourier_truth import white_with_a_black_polygon
 from tests.many_polygons import bayer, random_scene, three_channels
+from tests.truth.lattice import white_with_a_black_polygon
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
 OUTLINE = np.array([(-9.3, -12.1), (14.2, -7.7), (3.3, 15.9), (-2.0, 2.5)])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import camsim
-from tests.fourier_truth import white_with_a_black_polygon
+from tests.truth.lattice import white_with_a_black_polygon
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
 

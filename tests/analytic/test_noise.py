@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.stats
+from tolerances import PROBABILITY, STATISTICAL
 
 from camsim.errors import InvalidValueError
 from camsim.sensor.adc import Adc
@@ -14,10 +15,6 @@ from camsim.sensor.chain import record
 from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
 
 F64 = np.ndarray[Any, np.dtype[np.float64]]
-
-# Seeds are fixed, so a test passes always or never; one in 10⁴ honest seeds would fail.
-STATISTICAL_P = 1e-4
-STATISTICAL_SIGMA = 4.0
 
 ROWS, COLS = 400, 1000
 
@@ -61,19 +58,19 @@ def test_photons_are_poisson_distributed(mean_e: float) -> None:
     edges[0], edges[-1] = -np.inf, np.inf
     counted, _ = np.histogram(counts, bins=edges)
     expected = np.diff(scipy.stats.poisson.cdf(edges, mean_e)) * counts.size
-    assert chi_square_p(counted.astype(np.float64), expected) > STATISTICAL_P
+    assert chi_square_p(counted.astype(np.float64), expected) > PROBABILITY
 
 
 @pytest.mark.parametrize("level_e", [0.1, 10.0, 1000.0, 40_000.0])
 def test_read_noise_is_normal_at_every_level(level_e: float) -> None:
     noisy = flat(level_e, shot_noise=None, read_noise=ReadNoise(3.3))
-    assert normal_p(noisy - level_e, 3.3) > STATISTICAL_P
+    assert normal_p(noisy - level_e, 3.3) > PROBABILITY
 
 
 def test_fixed_patterns_are_normal() -> None:
-    assert normal_p(flat(0.0, dsnu=Dsnu(0.7)), 0.7) > STATISTICAL_P
+    assert normal_p(flat(0.0, dsnu=Dsnu(0.7)), 0.7) > PROBABILITY
     gain = flat(1e6, shot_noise=None, prnu=Prnu(0.01)) / 1e6
-    assert normal_p(gain - 1.0, 0.01) > STATISTICAL_P
+    assert normal_p(gain - 1.0, 0.01) > PROBABILITY
 
 
 @pytest.mark.parametrize("mean_e", [50.0, 1_000.0, 8_000.0, 30_000.0])
@@ -93,23 +90,23 @@ def test_photon_transfer_gives_back_gain_and_read_noise(mean_e: float) -> None:
     n = ROWS * COLS
     gain = (variance - dark_variance) / signal_dn
     error = np.sqrt(2 / n) * np.hypot(variance, dark_variance) / signal_dn
-    assert abs(gain - 1 / 2.5) < STATISTICAL_SIGMA * error
+    assert abs(gain - 1 / 2.5) < STATISTICAL * error
     # The rounding of the converter adds a twelfth of a squared code.
     read_dn = np.sqrt(dark_variance - 1 / 12)
-    assert abs(read_dn - 9.0 / 2.5) < STATISTICAL_SIGMA * read_dn / np.sqrt(2 * n)
+    assert abs(read_dn - 9.0 / 2.5) < STATISTICAL * read_dn / np.sqrt(2 * n)
     # Pattern: what stays in the mean of both frames, less what noise leaves there.
     pattern_dn2 = np.cov(flats[0].ravel(), flats[1].ravel())[0, 1]
     expected_dn2 = ((0.02 * mean_e) ** 2 + 2.0**2) / 2.5**2
     total_dn2 = expected_dn2 + variance
-    assert abs(pattern_dn2 - expected_dn2) < STATISTICAL_SIGMA * np.sqrt(2 / n) * total_dn2
+    assert abs(pattern_dn2 - expected_dn2) < STATISTICAL * np.sqrt(2 / n) * total_dn2
 
 
 def test_dark_current_comes_with_its_own_shot_noise() -> None:
     dark = flat(0.0, dark_current=DarkCurrent(0.5), time_s=30.0)
     n = dark.size
-    assert abs(dark.mean() - 15.0) < STATISTICAL_SIGMA * np.sqrt(15.0 / n)
+    assert abs(dark.mean() - 15.0) < STATISTICAL * np.sqrt(15.0 / n)
     # Var of a Poisson sample variance: (2λ² + λ)/n.
-    assert abs(dark.var() - 15.0) < STATISTICAL_SIGMA * np.sqrt((2 * 15.0**2 + 15.0) / n)
+    assert abs(dark.var() - 15.0) < STATISTICAL * np.sqrt((2 * 15.0**2 + 15.0) / n)
 
 
 def test_photo_response_works_on_light_and_not_on_dark_current() -> None:
@@ -122,7 +119,7 @@ def test_photo_response_works_on_light_and_not_on_dark_current() -> None:
 def test_charge_is_cut_before_it_is_read() -> None:
     """A full photosite still shows the whole read noise, around its capacity and on both sides of it."""
     full = flat(1e6, full_well=FullWell(20_000.0), read_noise=ReadNoise(5.0))
-    assert normal_p(full - 20_000.0, 5.0) > STATISTICAL_P
+    assert normal_p(full - 20_000.0, 5.0) > PROBABILITY
 
 
 def test_shot_noise_follows_the_pattern_of_the_response() -> None:
@@ -133,7 +130,7 @@ def test_shot_noise_follows_the_pattern_of_the_response() -> None:
     for part in (weak, strong):
         ratio = variance[part].mean() / mean[part].mean()
         # Selecting by the mean favours neither, and 12 frames leave √(2/11) a photosite.
-        assert abs(ratio - 1.0) < STATISTICAL_SIGMA * np.sqrt(2 / 11 / part.sum()) + 0.01
+        assert abs(ratio - 1.0) < STATISTICAL * np.sqrt(2 / 11 / part.sum()) + 0.01
 
 
 def test_without_noise_the_mean_stays_and_no_generator_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,7 +170,7 @@ def test_extremes_are_right_or_cut(mean_e: float, full_well_e: float | None) -> 
         assert recorded.max() <= full_well_e
     elif mean_e == 1e9:
         error = np.sqrt(mean_e / recorded.size)
-        assert abs(recorded.mean() - mean_e) < STATISTICAL_SIGMA * error
+        assert abs(recorded.mean() - mean_e) < STATISTICAL * error
         assert recorded.std() == pytest.approx(np.sqrt(mean_e), rel=0.01)
     for bits in (1, 16):
         codes = Adc(bit_depth=bits, black_level_dn=0, electrons_per_dn=0.01, base_iso=1.0).quantise(recorded, iso=1e6)

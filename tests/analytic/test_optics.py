@@ -9,13 +9,13 @@ from scipy import integrate, special
 from camsim.errors import UnsupportedError
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
 from camsim.optics.airy import airy_encircled_energy, airy_otf
-from tests import truth
+from tests.truth import rays
 
 
 @pytest.mark.parametrize("radius", [0.05, 0.4, 1.2196698912665045, 3.3, 9.7])
 def test_encircled_energy_is_the_psf_added_up(radius):
     energy = airy_encircled_energy(np.array(radius), f_number=2.0, wavelength_nm=500.0)  # λN = 1 µm
-    assert energy == pytest.approx(truth.energy_by_integration(radius, 1.0), abs=1e-11)
+    assert energy == pytest.approx(rays.energy_by_integration(radius, 1.0), abs=1e-11)
 
 
 @pytest.mark.parametrize("frequency", [0.05, 0.3, 0.77, 0.999])
@@ -38,7 +38,7 @@ def test_system_otf_is_the_transform_of_its_parts():
     box = np.trapezoid(np.cos(2 * np.pi * fx * x), x) * np.trapezoid(np.cos(2 * np.pi * fy * x), x) / 9.0
     spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx in (-1.25, 1.25) for sy in (-1.25, 1.25)])
     r = np.linspace(0, 4000, 4_000_001)  # Hankel transform of the PSF; its tail beyond 4000 µm is below 1e-3
-    lens = np.trapezoid(truth.airy_psf(r, 2.2) * special.j0(2 * np.pi * math.hypot(fx, fy) * r) * 2 * np.pi * r, r)
+    lens = np.trapezoid(rays.airy_psf(r, 2.2) * special.j0(2 * np.pi * math.hypot(fx, fy) * r) * 2 * np.pi * r, r)
     assert system.otf(np.array(fx), np.array(fy), 550.0) == pytest.approx(lens * box * spots, abs=1e-3)
 
 

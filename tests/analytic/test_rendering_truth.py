@@ -10,7 +10,7 @@ import shapely
 import camsim
 from camsim.rendering.far import Moments, far_edge, far_moments
 from camsim.rendering.patterns import pattern_of
-from tests import truth
+from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
 ARROW = [(-4.0, -3.0), (4.0, 0.0), (-4.0, 3.0), (-1.0, 0.0)]
@@ -30,7 +30,7 @@ def one_photosite(polygon, point, lambda_n, *, side=0.0, split=0.0, tolerance=1e
 @pytest.mark.parametrize("point", [(0.3, 0.2), (-2.9, -2.0), (7.4, 3.0), (15.0, -9.0)])
 @pytest.mark.parametrize("lambda_n", [0.35, 1.7])
 def test_point_samples_equal_rays(polygon, point, lambda_n):
-    expected = truth.coverage_by_rays(polygon, np.array(point), lambda r: truth.rayleigh_energy(r, lambda_n))
+    expected = rays.coverage_by_rays(polygon, np.array(point), lambda r: rays.rayleigh_energy(r, lambda_n))
     assert one_photosite(polygon, point, lambda_n) == pytest.approx(expected, abs=1e-6)
 
 
@@ -39,10 +39,10 @@ def test_square_photosite_with_olpf_is_the_mean_of_rays(point):
     lambda_n, side, split = 0.9, 1.0, 0.75
 
     def point_sample(offset):
-        return truth.coverage_by_rays(TRIANGLE, np.array(point) + offset, lambda r: truth.rayleigh_energy(r, lambda_n))
+        return rays.coverage_by_rays(TRIANGLE, np.array(point) + offset, lambda r: rays.rayleigh_energy(r, lambda_n))
 
     spots = [np.array([sx, sy]) * split / 2 for sx in (-1, 1) for sy in (-1, 1)]
-    expected = np.mean([truth.box_average(lambda u, s=s: point_sample(u + s), side, order=8) for s in spots])
+    expected = np.mean([rays.box_average(lambda u, s=s: point_sample(u + s), side, order=8) for s in spots])
     assert one_photosite(TRIANGLE, point, lambda_n, side=side, split=split) == pytest.approx(expected, abs=1e-6)
 
 
@@ -53,7 +53,7 @@ def test_middle_of_a_long_edge_tends_to_the_half_plane(distance):
     half = 4000.0
     square = [(-half, 0.0), (half, 0.0), (half, 2 * half), (-half, 2 * half)]
     lacking = 3 * 2.0 * 1.3 / (math.pi**3 * half)
-    expected = truth.half_plane(distance, 1.3)
+    expected = rays.half_plane(distance, 1.3)
     assert one_photosite(square, (0.0, distance), 1.3) == pytest.approx(expected, abs=1e-6 + lacking)
 
 

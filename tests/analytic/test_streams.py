@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tolerances import STATISTICAL
 
 from camsim.errors import InvalidValueError
 from camsim.sensor.chain import record
@@ -161,4 +162,4 @@ def test_rows_columns_and_blocks_know_nothing_of_one_another() -> None:
     for axis, count in ((0, 90), (1, 256)):
         means = noise.mean(axis=axis)
         # As many independent means as there are lines: their variance is a χ².
-        assert abs(np.var(means) * noise.size / count - 1.0) < 4.0 * np.sqrt(2.0 / count)
+        assert abs(np.var(means) * noise.size / count - 1.0) < STATISTICAL * np.sqrt(2.0 / count)

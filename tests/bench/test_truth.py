@@ -8,7 +8,7 @@ import pytest
 
 from camsim.bench.truth import photosite_value
 from camsim.bench.windows import Lens, window_truths
-from tests.truth import rayleigh_energy
+from tests.truth.rays import rayleigh_energy
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
 # Sharp patterns over a wide footprint take seconds each by plain quadrature: a few of them do.

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 
 import pytest
+from tolerances import STATISTICAL
 
 from .conftest import COMMAND, FULL_DISK
 
@@ -54,7 +55,7 @@ def test_json_table_plot_and_report(folder, captured):
         assert edge["angle_deg"] == pytest.approx(4.0, abs=0.05)
         error = edge["standard_error"]["mtf50_cycles_per_pixel"]
         theory = edge["theory"]["mtf50_cycles_per_pixel"]
-        assert abs(edge["mtf50_cycles_per_pixel"] - theory) < 4 * error
+        assert abs(edge["mtf50_cycles_per_pixel"] - theory) < STATISTICAL * error
         assert error < 0.02 * theory
     with (folder / "edge.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))

@@ -12,6 +12,7 @@ import numpy as np
 import OpenEXR
 import pytest
 import tifffile
+from tolerances import STATISTICAL
 
 from camsim.files.reading import read_file
 
@@ -52,7 +53,7 @@ def test_pairs_belong_together(folder: Path, camsim: Run) -> None:
         assert np.abs(clean - expected).max() <= 0.5 + 1e-3
         # 9 e⁻ of read noise are 0.9 DN; the noise is there and its mean is not.
         assert 0.5 < (noisy - clean).std() < 8
-        assert abs((noisy - clean).mean()) < 5 * (noisy - clean).std() / np.sqrt(noisy.size) + 0.2
+        assert abs((noisy - clean).mean()) < STATISTICAL * (noisy - clean).std() / np.sqrt(noisy.size) + 0.2
         assert read_file(folder / "out" / str(row["noisy"])).record.description_sha256 == row["description_sha256"]
     for bright, dim in zip(rows[::2], rows[1::2], strict=True):
         assert (bright["level"], dim["level"]) == (1, 0.25)

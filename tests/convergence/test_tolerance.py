@@ -1,75 +1,92 @@
-"""A stated tolerance is kept: whole images against settings that share nothing with the ones under test."""
+"""A stated tolerance is kept: whole images against Fourier sums, sharp ones against line integrals (tests/truth)."""
 
 import numpy as np
 import pytest
 
-import camsim
+from tests.attack import systems
 
-PITCH_UM = 4.88
 TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
-
-
-def image(f_number, optics, tolerance, channel_scene="square"):
-    shapes = {
-        "square": [camsim.Rectangle(width_um=40 * PITCH_UM, height_um=40 * PITCH_UM, rotate_deg=4, reflectance=0.0)],
-        "crowd": [
-            camsim.Disc(radius_um=60.0, centre_um=(40.0, 10.0), reflectance=0.1),
-            camsim.Polygon(points_um=[(-150, -130), (20, -90), (-60, 100)], reflectance=0.7),
-            camsim.Rectangle(width_um=250, height_um=3, rotate_deg=31, reflectance=0.0),
-        ],
-    }[channel_scene]
-    return camsim.render(
-        camsim.Scene(background=1.0, shapes=shapes),
-        [camsim.Airy(f_number=f_number), *optics],
-        camsim.Grid(rows=72, cols=80, pitch_um=PITCH_UM),
-        wavelength_nm=550.0,
-        tolerance=tolerance,
-    )
-
-
-@pytest.mark.parametrize("scene", ["square", "crowd"])
-@pytest.mark.parametrize("f_number", [1.4, 8.0, 32.0])
-@pytest.mark.parametrize(
-    "optics",
-    [
-        [camsim.SquarePhotosite(side_um=0.0)],
-        [camsim.SquarePhotosite(side_um=PITCH_UM)],
-        [camsim.SquarePhotosite(side_um=PITCH_UM), camsim.FourSpotOlpf(split_um=0.75 * PITCH_UM)],
+POINT, SQUARE = {"kind": "point"}, {"kind": "square", "side": 1.0}
+OLPF = {"split": 0.75, "split_y": 0.75, "rotate_deg": 0.0}
+SCENES = {
+    "square": [
+        {"kind": "rectangle", "width": 20.0, "height": 20.0, "centre": [0, 0], "rotate_deg": 4.0, "reflectance": 0.0}
     ],
-    ids=["point", "box", "box+olpf"],
+    "crowd": [
+        {"kind": "disc", "radius": 8.0, "centre": [8.0, 2.0], "reflectance": 0.1},
+        {"kind": "polygon", "points": [[-20, -18], [3, -12], [-8, 14]], "reflectance": 0.7},
+        {"kind": "rectangle", "width": 50.0, "height": 0.6, "centre": [0, 0], "rotate_deg": 31.0, "reflectance": 0.0},
+    ],
+}
+
+
+def system_of(shapes, blur, *, photosite=SQUARE, olpf=None, rows=28, cols=34):
+    """A system of ``tests.attack`` behind an Airy lens; ``blur``: λN in pitches."""
+    return {
+        "pitch_um": 4.88,
+        "grid": {"rows": rows, "cols": cols, "origin": [0, 0], "frame": None},
+        "lens": {"kind": "airy", "blur": blur},
+        "olpf": olpf,
+        "photosite": photosite,
+        "wavelength_nm": [550.0],
+        "response": [[1.0]],
+        "layout": [0, 0, 0, 0],
+        "method": "auto",
+        "background": 1.0,
+        "shapes": shapes,
+    }
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("blur", [0.9, 3.6])
+@pytest.mark.parametrize(
+    ("photosite", "olpf"), [(POINT, None), (SQUARE, None), (SQUARE, OLPF)], ids=["point", "box", "box+olpf"]
 )
-def test_error_stays_below_every_tolerance(scene, f_number, optics):
-    exact = image(f_number, optics, 1e-7, scene).image
+def test_error_stays_below_every_tolerance(scene, blur, photosite, olpf):
+    system = system_of(SCENES[scene], blur, photosite=photosite, olpf=olpf)
+    exact, unsure = systems.Truth(system).everywhere()
+    assert unsure < 1e-11
     for tolerance in TOLERANCES:
-        rendering = image(f_number, optics, tolerance, scene)
-        error = np.abs(rendering.image - exact).max()
-        assert error <= tolerance
+        rendering = systems.rendered(system, tolerance=tolerance)
+        assert np.abs(rendering.image - exact).max() <= tolerance
         assert rendering.error_estimate <= tolerance
+
+
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize(
+    ("photosite", "olpf"), [(POINT, None), (SQUARE, None), (SQUARE, OLPF)], ids=["point", "box", "box+olpf"]
+)
+def test_sharp_images_too(scene, photosite, olpf, rng):
+    """f/1.4, λN = 0.16 pitches: the photosites that two tolerances make most different of, and others."""
+    system = system_of(SCENES[scene], 0.16, photosite=photosite, olpf=olpf)
+    images = {tolerance: systems.rendered(system, tolerance=tolerance) for tolerance in TOLERANCES}
+    unlike = np.abs(images[1e-3].image - images[1e-6].image)
+    places = [*np.argsort(-unlike, axis=None)[:6], *rng.integers(unlike.size, size=10)]
+    truth = systems.Truth(system)
+    for row, col in zip(*np.unravel_index(places, unlike.shape), strict=True):
+        exact, unsure = truth.at(row, col, target=1e-9)
+        assert unsure < 1e-9
+        for tolerance, rendering in images.items():
+            assert abs(rendering.image[row, col] - exact) <= tolerance
+            assert rendering.error_estimate <= tolerance
 
 
 def test_a_crowd_of_corners_keeps_the_tolerance():
     """What a hundred corners in sight each leave out adds up; the settings allow for it."""
     rng = np.random.default_rng(3)
     shapes = [
-        camsim.Rectangle(
-            width_um=3.9 * PITCH_UM,
-            height_um=3.9 * PITCH_UM,
-            centre_um=((16 * (i % 8) - 56) * PITCH_UM, (16 * (i // 8) - 56) * PITCH_UM),
-            rotate_deg=rng.uniform(0, 90),
-            reflectance=0.0,
-        )
+        {
+            "kind": "rectangle",
+            "width": 3.9,
+            "height": 3.9,
+            "centre": [16.0 * (i % 8) - 56.0, 16.0 * (i // 8) - 56.0],
+            "rotate_deg": float(rng.uniform(0, 90)),
+            "reflectance": 0.0,
+        }
         for i in range(64)
     ]
-
-    def many_squares(tolerance):
-        return camsim.render(
-            camsim.Scene(background=1.0, shapes=shapes),
-            [camsim.Airy(f_number=8.0), camsim.SquarePhotosite(side_um=PITCH_UM)],
-            camsim.Grid(rows=128, cols=128, pitch_um=PITCH_UM),
-            wavelength_nm=550.0,
-            tolerance=tolerance,
-        ).image
-
-    exact = many_squares(1e-7)
+    system = system_of(shapes, 0.9, rows=128, cols=128)
+    exact, unsure = systems.Truth(system).everywhere()
+    assert unsure < 1e-11
     for tolerance in TOLERANCES:
-        assert np.abs(many_squares(tolerance) - exact).max() <= tolerance
+        assert np.abs(systems.rendered(system, tolerance=tolerance).image - exact).max() <= tolerance

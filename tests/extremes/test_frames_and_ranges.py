@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import truth
 from examples import (
     ARROW,
     OPTICS,
@@ -23,6 +22,7 @@ from tolerances import METHOD, ROUNDING
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
+from tests.truth import rays
 
 SIZES = [(1, 1), (1, 2), (2, 1), (1, 300), (300, 1), (65, 63)]
 
@@ -123,10 +123,10 @@ def test_from_sharp_to_blurred_by_rays(lambda_n, point):
     """λN from 0.08 to 20 pitches, for a point in the shape, at its tip and beside it."""
     optics = [camsim.Airy(f_number=8.0 * lambda_n)]
     found = image_of(moved([(ARROW, 1.0)], shift=np.negative(point)), optics, 1, 1, background=0.0)[0, 0]
-    rays = truth.coverage_by_rays(
-        ARROW, np.array(point), lambda r: truth.rayleigh_energy(r, lambda_n), advance=0.2 * min(1.0, lambda_n)
+    expected = rays.coverage_by_rays(
+        ARROW, np.array(point), lambda r: rays.rayleigh_energy(r, lambda_n), advance=0.2 * min(1.0, lambda_n)
     )
-    assert found == pytest.approx(rays, abs=TOLERANCE)
+    assert found == pytest.approx(expected, abs=TOLERANCE)
 
 
 @pytest.mark.parametrize("lambda_n", [0.08, 0.3, 2.0, 20.0])
@@ -176,7 +176,7 @@ def test_in_the_blurred_limit_the_psf_is_added_up_over_the_shape(lambda_n):
     for row in range(3):
         for col in range(3):
             r = np.hypot(*np.moveaxis(points - (col - 1, row - 1), 2, 0))
-            assert found[row, col] == pytest.approx(np.sum(weight * truth.airy_psf(r, lambda_n)), abs=1e-7)
+            assert found[row, col] == pytest.approx(np.sum(weight * rays.airy_psf(r, lambda_n)), abs=1e-7)
 
 
 @pytest.mark.parametrize("pitch_um", [1e-3, 0.7, 30.0, 1e4])

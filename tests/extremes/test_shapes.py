@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import truth
 from examples import (
     ARROW,
     BACKGROUND,
@@ -16,6 +15,7 @@ from examples import (
 from tolerances import METHOD, ROUNDING
 
 import camsim
+from tests.truth import rays
 
 F8 = OPTICS["f/8"]  # λN is one pitch
 POINT = [camsim.Airy(f_number=8.0)]
@@ -25,7 +25,7 @@ SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 
 def by_rays(corners, point, lambda_n=1.0):
     """Light on a point sample from one white polygon on black."""
-    return truth.coverage_by_rays(corners, np.asarray(point, float), lambda r: truth.rayleigh_energy(r, lambda_n))
+    return rays.coverage_by_rays(corners, np.asarray(point, float), lambda r: rays.rayleigh_energy(r, lambda_n))
 
 
 def at_origin(corners, point, optics=POINT, **settings):
@@ -68,7 +68,7 @@ def test_a_shape_far_smaller_than_a_photosite(side, place):
     shape = shape + place if side > 1e-15 else shape
     image = image_of([(shape, 1.0)], POINT, 3, 3, background=0.0)
     assert worst(image, 0.0) <= side**2 * np.pi / 4 + TOLERANCE
-    middle = truth.airy_psf(np.hypot(*(place if side > 1e-15 else (0.0, 0.0))), 1.0) * side**2
+    middle = rays.airy_psf(np.hypot(*(place if side > 1e-15 else (0.0, 0.0))), 1.0) * side**2
     assert image[1, 1] == pytest.approx(middle, abs=1e-7)
 
 
@@ -86,7 +86,7 @@ def test_a_thin_line_is_its_width_times_the_line_spread(point):
     width, half = 3e-3, 200.0
     line = SQUARE * (half, width / 2)
     s = np.linspace(-half, half, 200_001) - point[0]
-    spread = np.trapezoid(truth.airy_psf(np.hypot(s, point[1]), 1.0), s)
+    spread = np.trapezoid(rays.airy_psf(np.hypot(s, point[1]), 1.0), s)
     assert at_origin(line, point, tolerance=1e-7) == pytest.approx(width * spread, abs=METHOD * 1e-7)
 
 

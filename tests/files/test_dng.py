@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import rawpy
 import tifffile
+from tolerances import STATISTICAL
 
 import camsim
 from camsim.errors import OutputError
@@ -164,8 +165,8 @@ def test_noise_profile_is_the_variance_of_a_flat_field(frame: Frame, level_e: fl
     codes = np.rint(frame.black_level_dn + electrons / frame.electrons_per_dn)
     x = (codes - frame.black_level_dn) / (frame.white_level_dn - frame.black_level_dn)
     shot, floor = noise_profile(frame)
-    # The variance of n values has a relative standard deviation of sqrt(2/n); five of them.
-    assert x.var() == pytest.approx(shot * x.mean() + floor, rel=5 * np.sqrt(2 / photosites))
+    # The variance of n values has a relative standard deviation of sqrt(2/n).
+    assert x.var() == pytest.approx(shot * x.mean() + floor, rel=STATISTICAL * np.sqrt(2 / photosites))
 
 
 def test_noise_profile_is_written_for_every_plane(tmp_path: Path, frame: Frame, mono_frame: Frame) -> None:

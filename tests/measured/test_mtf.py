@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
+from tolerances import STATISTICAL
 
 import camsim
 from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
@@ -165,7 +166,7 @@ def test_standard_errors_are_true(rng, size, step, angle, mtf50):
     ratio = np.sqrt((errors**2).mean(axis=0)) / spread
     # The spread of 200 draws is itself known to 5 %.
     assert np.all(np.abs(ratio - 1.0) < 0.2), ratio
-    assert abs(values[:, 0].mean() - mtf50) < 3.5 * spread[0] / math.sqrt(200)
+    assert abs(values[:, 0].mean() - mtf50) < STATISTICAL * spread[0] / math.sqrt(200)
     assert values[:, 4].mean() == pytest.approx(100, rel=0.02)
 
 
@@ -187,7 +188,7 @@ def test_a_step_of_several_greys_is_found_everywhere(rng):
     for edge in report.edges:
         assert min(abs(edge.figures.angle_deg - a) for a in (5, -12, 20)) < 0.1
         error = edge.figures.mtf50_cycles_per_pixel - gaussian_limit(0.5, 0.7)
-        assert abs(error) < 5 * edge.standard_error.mtf50_cycles_per_pixel
+        assert abs(error) < STATISTICAL * edge.standard_error.mtf50_cycles_per_pixel
 
 
 def _step(distance):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tolerances import STATISTICAL
 
 import camsim
 from camsim.capturing import load_camera
@@ -14,7 +15,6 @@ from camsim.measure.photon_transfer import LEAST_NOISE_DN, photon_transfer, stac
 
 SIDE, FRAMES, TIME_S = 450, 16, 0.01
 LEVELS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
-SIGMAS = 4.0
 
 
 def codes_of(
@@ -73,9 +73,9 @@ def test_a_machine_vision_camera_gives_back_its_profile(mono: camsim.Camera) -> 
     ):
         estimate = getattr(found, name)
         assert estimate.measurable, name
-        assert abs(estimate.value - value) <= max(tolerance * value, SIGMAS * estimate.sigma), name
+        assert abs(estimate.value - value) <= max(tolerance * value, STATISTICAL * estimate.sigma), name
         # And the estimator knows its own error: it is neither blind nor timid.
-        assert abs(estimate.value - value) <= SIGMAS * estimate.sigma, name
+        assert abs(estimate.value - value) <= STATISTICAL * estimate.sigma, name
         assert estimate.sigma < 0.5 * value, name
     assert found.linearity_error.value < 0.001
 

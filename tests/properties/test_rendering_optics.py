@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import truth
 from examples import (
     ARROW,
     BACKGROUND,
@@ -23,6 +22,7 @@ from tolerances import METHOD, ROUNDING
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
+from tests.truth import rays
 
 F_NUMBERS = [1.4, 8.0, 48.0]
 
@@ -113,7 +113,7 @@ def test_energy(split):
         for xi, wi in zip(x, w, strict=True):
             for xj, wj in zip(x, w, strict=True):
                 point = np.array([2.2 + 0.5 * width * xi, -3.1 + 0.5 * height * xj]) + shift
-                share = truth.coverage_by_rays(frame, point, lambda r: truth.rayleigh_energy(r, 1.0), advance=4.0)
+                share = rays.coverage_by_rays(frame, point, lambda r: rays.rayleigh_energy(r, 1.0), advance=4.0)
                 expected += width * height * wi * wj / 4 * share / len(shifts)
     assert 0.005 < 1 - expected / (width * height) < 0.02
     assert abs(caught - expected) <= rows * cols * tolerance

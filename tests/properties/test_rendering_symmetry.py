@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-import truth
 from examples import (
     ARROW,
     BACKGROUND,
@@ -22,6 +21,7 @@ from examples import (
 from tolerances import METHOD, ROUNDING
 
 import camsim
+from tests.truth import rays
 
 MOVES = {
     "mirror in x": ([[-1, 0], [0, 1]], lambda image: image[:, ::-1]),
@@ -146,7 +146,7 @@ def test_the_light_at_a_discs_centre_is_its_encircled_energy(radius):
         grid_of(1, 1),
         wavelength_nm=WAVELENGTH_NM,
     ).image
-    assert 1.0 - image[0, 0] == pytest.approx(truth.energy_by_integration(radius, 1.0), abs=TOLERANCE)
+    assert 1.0 - image[0, 0] == pytest.approx(rays.energy_by_integration(radius, 1.0), abs=TOLERANCE)
 
 
 def test_a_disc_looks_the_same_from_every_side():

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from scipy import fft, interpolate, special
 
-from tests.truth import airy_psf
+from tests.truth.rays import airy_psf
 
 
 def white_with_a_black_polygon(polygon, rows, cols, lambda_n, *, side=0.0, split=0.0, taper=90.0, band=18.0):

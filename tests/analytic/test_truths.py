@@ -1,0 +1,153 @@
+"""The judges judged: every truth against another one, against reference values, and against closed forms."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.truth import photosites, picture, pupils, rays, round_lenses, waves
+from tests.truth.boundary import BoundaryTruth
+
+CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
+SHAPES = [
+    {"kind": "polygon", "points": [(-9.3, -12.1), (14.2, -7.7), (3.3, 15.9), (-2.0, 2.5)]},
+    {"kind": "disc", "centre": (5.0, 3.0), "radius": 4.0},
+    {"kind": "rectangle", "width": 6.0, "height": 3.0, "centre": (0.0, 0.0), "rotate_deg": 20.0},
+    {"kind": "disc", "centre": (9.0, 3.0), "radius": 2.5},
+    {"kind": "polygon", "points": [(-9.3, -12.1), (14.2, -7.7), (14.0, -14.0)]},
+]
+LEVELS = np.array([0.5, 1.0, 0.25, 0.7, 0.1, 0.3])  # of the shapes, and of the background
+PIECES = picture.pieces(SHAPES)
+JUMPS = np.array([[LEVELS[p.left] - LEVELS[p.right]] for p in PIECES])
+POINT, SQUARE = {"kind": "point"}, {"kind": "square", "side": 1.0}
+
+
+def test_line_integrals_meet_the_reference_values():
+    for case in CASES[::3]:
+        pieces = picture.pieces([{"kind": "polygon", "points": case["polygon"]}])
+        photosite = {"kind": "square", "side": case["box"]} if case["box"] else POINT
+        olpf = {"split": case["olpf"], "split_y": case["olpf"], "rotate_deg": 0.0} if case["olpf"] else None
+        jumps = [[1.0 if piece.left == 0 else -1.0] for piece in pieces]
+        truth = BoundaryTruth(pieces, [round_lenses.Airy(case["L"])], jumps, photosite, olpf, target=1e-12)
+        value, unsure = truth.values([[case["x"], case["y"]]])
+        assert value[0] == pytest.approx(case["value"], abs=5e-14), case
+        assert unsure[0] < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("photosite", "olpf"),
+    [
+        (POINT, None),
+        (SQUARE, {"split": 0.75, "split_y": 0.0, "rotate_deg": 45.0}),
+        ({"kind": "circle", "diameter": 0.9}, None),
+        ({"kind": "rounded", "width": 1.0, "height": 0.8, "radius": 0.2}, None),
+        ({"kind": "polygon", "points": [(-0.5, -0.4), (0.5, -0.3), (0.1, 0.5)]}, None),
+    ],
+    ids=["point", "plate", "circle", "rounded", "triangle"],
+)
+@pytest.mark.parametrize(
+    "lens",
+    [
+        round_lenses.Airy(0.9),
+        round_lenses.Airy(2.0, 0.3),
+        round_lenses.Gauss(3.0),
+        round_lenses.Curve((0.0, 0.3, 0.6, 1.0), (1.0, 0.5, -0.1, 0.0)),
+    ],
+    ids=["airy", "annular", "gaussian", "curve"],
+)
+def test_line_integrals_meet_fourier_sums(lens, photosite, olpf):
+    x, y = np.arange(-4.0, 8.0, 2.0), np.arange(-3.0, 5.0, 2.0)
+    points = np.stack([axis.ravel() for axis in np.meshgrid(x, y)], axis=1)
+    lines, unsure = BoundaryTruth(PIECES, [lens], JUMPS, photosite, olpf, target=1e-12).values(points)
+    sums, also = waves.WaveTruth(PIECES, [waves.Round(lens)], JUMPS, photosite, olpf).values(x, y)
+    assert max(also, unsure.max()) < 2e-12
+    assert np.abs(lines.reshape(sums.shape) - sums).max() < 2e-12
+
+
+def test_the_painters_rule_by_rays():
+    """Along every ray out of a point what is seen is asked place by place; no outline is looked at."""
+    lens, point = round_lenses.Airy(3.0), np.array([3.1, 1.7])
+    radius = np.linspace(0.0, 30.0, 301)
+    share = np.diff(rays.rayleigh_energy(radius, 3.0))
+    middle = 0.5 * (radius[:-1] + radius[1:])
+    total = []
+    for angle in 2.0 * np.pi * (np.arange(120) + 0.5) / 120:
+        levels = [
+            LEVELS[picture.seen(SHAPES, point + r * np.array([math.cos(angle), math.sin(angle)]))] for r in middle
+        ]
+        total.append(np.array(levels) @ share + LEVELS[-1] * (1.0 - share.sum()))
+    value, _ = BoundaryTruth(PIECES, [lens], JUMPS, POINT, None, target=1e-9).values(point[None])
+    assert LEVELS[-1] + value[0] == pytest.approx(np.mean(total), abs=2e-3)
+
+
+def test_outlines_along_one_another_make_one_piece():
+    square = [(0, 0), (2, 0), (2, 2), (0, 2)]
+    beside = [(2, 1), (4, 1), (4, 3), (2, 3)]
+    found = picture.pieces(
+        [
+            {"kind": "polygon", "points": square},
+            {"kind": "polygon", "points": beside},
+            {"kind": "polygon", "points": square},
+        ]
+    )
+    between = [
+        {p.left, p.right} for p in found if p.start[0] == p.end[0] == 2.0 and {p.start[1], p.end[1]} == {1.0, 2.0}
+    ]
+    assert between == [{1, 2}]  # the last one painted, and its neighbour
+    for shape in (-1, 1, 2):
+        way = [np.subtract(p.end, p.start) * ((p.left == shape) - (p.right == shape)) for p in found]
+        np.testing.assert_allclose(np.sum(way, axis=0), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("obstruction", [0.0, 0.35])
+def test_a_pupil_without_aberrations_is_an_airy_pattern(obstruction):
+    pupil = {"shape": "circular", "obstruction": obstruction, "blades": 0, "rotate_deg": 0.0}
+    lens = {
+        "pupil": pupil,
+        "zernike_waves": [],
+        "reference_nm": 500.0,
+        "f_number": 1.0,
+        "defocus_um": 0.0,
+        "blur": 2e-3,
+    }
+    at = 0.37 * np.arange(-40, 41)
+    expected = round_lenses.Airy(1.0, obstruction).pattern(np.hypot(at, at[:, None]))
+    assert np.abs(pupils.pattern(lens, 500.0, at, at) - expected).max() < 1e-13
+
+
+def test_pupils_have_their_area(rng):
+    for _ in range(50):
+        pupil = {"shape": str(rng.choice(["square", "bladed"])), "blades": int(rng.integers(3, 12)), "obstruction": 0.2}
+        pupil["rotate_deg"] = float(rng.choice([0.0, 90.0, 45.0, rng.uniform(0.0, 180.0)]))
+        rule = pupils.rows_of(pupil, 60)
+        assert sum(share * (end - begin) for _, share, begin, end in rule) == pytest.approx(
+            pupils.area(pupil), abs=1e-12
+        )
+
+
+def test_a_square_pupil_is_two_slits():
+    pupil = {"shape": "square", "obstruction": 0.0, "blades": 0, "rotate_deg": 0.0}
+    lens = {
+        "pupil": pupil,
+        "zernike_waves": [],
+        "reference_nm": 500.0,
+        "f_number": 1.0,
+        "defocus_um": 0.0,
+        "blur": 2e-3,
+    }
+    at = 0.37 * np.arange(-40, 41)
+    expected = np.multiply.outer(np.sinc(at) ** 2, np.sinc(at) ** 2)
+    assert np.abs(pupils.pattern(lens, 500.0, at, at) - expected).max() < 1e-13
+
+
+def test_photosites_have_their_area_and_transfer():
+    kx, ky = np.array([0.0, 0.3, -1.1]), np.array([0.0, 0.7])
+    radius = np.hypot(kx, ky[:, None])
+    disc = photosites.transfer({"kind": "circle", "diameter": 0.8}, kx, ky)
+    np.testing.assert_allclose(disc.ravel()[1:], 2.0 * round_lenses._jinc(np.pi * 0.8 * radius).ravel()[1:], atol=1e-13)
+    rounded = {"kind": "rounded", "width": 1.0, "height": 0.8, "radius": 0.2}
+    assert photosites.area(rounded) == pytest.approx(0.8 - (4.0 - math.pi) * 0.04, abs=1e-14)
+    nodes, weights = photosites.inner_nodes({"kind": "rectangle", "width": 3.0, "height": 2.0})
+    assert weights @ nodes[:, 0] ** 2 == pytest.approx(9.0 / 12.0, abs=1e-13)

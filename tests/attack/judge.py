@@ -1,0 +1,214 @@
+"""One system rendered and judged: a record with the true error, the estimate, the time and what is wrong."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import time
+import traceback
+import warnings
+
+import numpy as np
+
+from camsim.errors import AccuracyError, InvalidValueError, UnsupportedError
+from tests.attack import systems
+from tests.attack.draw import draw
+from tests.truth.waves import TooLarge
+
+SLOWEST_S = 20.0  # of one processor's time: a busy machine makes nothing slow
+PATIENCE_S = 25.0  # then a rendering, or a judge, is stopped
+HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
+FINEST = {"boundary": 1e-9, "fourier": 1e-11}
+ALL_AT_ONCE = 300  # points along the lattice's side: so far the Fourier sum judges every photosite
+IN_ANY_CASE = 1000  # the same where no other road is there
+EVALUATIONS = 3e7  # of line integrals: about a third of a second
+
+
+def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
+    """Record of one system; ``thorough``: the truth where it takes seconds too; ``patience_s`` 0: wait for ever."""
+    system = draw(seed, number)
+    rng = np.random.default_rng([seed, number, 1])
+    record = {
+        "seed": seed, "number": number, "lens": system["lens"]["kind"], "photosite": system["photosite"]["kind"],
+        "olpf": _olpf_name(system["olpf"]), "blur": system["lens"]["blur"], "tolerance": system["tolerance"],
+        "asked": system["method"], "rows": system["grid"]["rows"], "cols": system["grid"]["cols"],
+        "wavelengths": len(system["wavelength_nm"]), "shapes": len(system["shapes"]), "faults": [],
+    }  # fmt: skip
+    begin = time.process_time()
+    try:
+        with warnings.catch_warnings(), _at_most(patience_s):
+            warnings.simplefilter("error")
+            rendering = systems.rendered(system, every_channel=system["every_channel"])
+    except (UnsupportedError, InvalidValueError, AccuracyError) as refused:
+        return record | {"refused": f"{type(refused).__name__}: {refused}", "seconds": time.process_time() - begin}
+    except Patience:
+        record["faults"].append("slow")
+        return record | {"judge": "nobody", "seconds": time.process_time() - begin}
+    except Exception:
+        record["faults"].append("crash")
+        return record | {"crash": traceback.format_exc(limit=-3), "seconds": time.process_time() - begin}
+    seconds = time.process_time() - begin
+    record |= {"method": rendering.method, "seconds": seconds, "estimate": float(rendering.error_estimate)}
+    begin = time.process_time()
+    record |= {"error": 0.0, "truth_error": 0.0, "judge": "nobody"}
+    with contextlib.suppress(Patience), _at_most(patience_s):
+        record |= _errors(system, rendering, rng, thorough)
+    record["judge_seconds"] = time.process_time() - begin
+    over = record["error"] - record["truth_error"] > system["tolerance"] * (1.0 + 1e-6)
+    if over:
+        record["faults"].append("over")
+        if record["estimate"] < HONEST * record["error"]:
+            record["faults"].append("silent")
+    elif record["estimate"] > system["tolerance"] * (1.0 + 1e-6) and record["error"] < 0.3 * system["tolerance"]:
+        record["faults"].append("alarm")
+    if seconds > SLOWEST_S:
+        record["faults"].append("slow")
+    return record
+
+
+class Patience(BaseException):
+    """It takes too long."""
+
+
+@contextlib.contextmanager
+def _at_most(seconds):
+    """Raise Patience once the process has computed for so long; 0: never."""
+
+    def stop(number, frame):
+        raise Patience
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def _olpf_name(olpf):
+    if olpf is None:
+        return "none"
+    plate = (
+        "plate"
+        if 0.0 in (olpf["split"], olpf["split_y"])
+        else "four"
+        if olpf["split"] == olpf["split_y"]
+        else "unequal"
+    )
+    return plate + (" turned" if olpf["rotate_deg"] % 90.0 else "")
+
+
+def _errors(system, rendering, rng, thorough):
+    """The largest error over everything that was judged, relative to full scale, and who judged."""
+    truth = systems.Truth(system)
+    channel = systems.channel(system)
+    image = rendering.image / truth.scale[channel]
+    planes = None if rendering.planes is None else rendering.planes / truth.scale[:, None, None]
+    base = truth.base / truth.scale
+    points = max((truth.waves(c).points(truth.x, truth.y) for c in (0,)), default=0)
+    is_round = truth.round is not None
+    limit = ALL_AT_ONCE if is_round or not thorough else IN_ANY_CASE
+    if points <= limit:
+        try:
+            return _by_waves(truth, image, planes, base, channel)
+        except TooLarge:
+            pass
+    other = _by_the_other(system, truth, rendering.method)
+    found = {"error": 0.0, "truth_error": 0.0, "judge": "nobody", "photosites_judged": 0}
+    worst = np.zeros(image.shape)
+    if other is not None:
+        method, tolerance, values = other
+        worst = np.abs(image - values / truth.scale[channel])
+        found |= {"error": float(worst.max()), "truth_error": tolerance, "judge": f"{method} at {tolerance:.1g}"}
+        found |= _place(worst) | {"photosites_judged": image.size}
+    if is_round:
+        own = _by_lines(system, truth, image, planes, base, channel, worst, rng, thorough)
+        # The truth has the last word where it found the photosites that the other engine thought worst.
+        if other is None or own["error"] >= 0.5 * found["error"] or found["error"] <= 1.1 * system["tolerance"]:
+            found |= own
+        found["judge"] = "lines" if other is None else "lines and the other engine"
+    return found
+
+
+def _place(error):
+    row, col = np.unravel_index(int(np.argmax(error)), error.shape)
+    return {"row": int(row), "col": int(col)}
+
+
+def _by_waves(truth, image, planes, base, channel):
+    worst = {"error": -1.0, "truth_error": 0.0}
+    for c in range(len(base)):
+        values, error = truth.waves(c).values(truth.x, truth.y)
+        off = np.where(channel == c, np.abs(image - base[c] - values), 0.0)
+        if planes is not None:
+            off = np.maximum(off, np.abs(planes[c] - base[c] - values))
+        if float(off.max()) > worst["error"]:
+            worst = {"error": float(off.max()), "truth_error": error} | _place(off)
+    return worst | {"judge": "waves", "photosites_judged": image.size}
+
+
+def _by_lines(system, truth, image, planes, base, channel, worst, rng, thorough):
+    """The truth at photosites that the other engine finds worst, that lie on something, and at random."""
+    target = max(0.02 * system["tolerance"], 1e-13)
+    rows, cols = np.indices(image.shape)
+    order = np.argsort(-worst, axis=None)[:4].tolist() if worst.any() else []
+    order += _aligned(truth, rng)
+    order += rng.permutation(image.size)[:8].tolist()
+    order = list(dict.fromkeys(order))
+    found = {"error": -1.0, "truth_error": 0.0, "photosites_judged": 0}
+    spent, allowed = 0.0, EVALUATIONS * (1.0 if thorough else 0.2)
+    for place in order:
+        row, col = int(rows.flat[place]), int(cols.flat[place])
+        c = int(channel[row, col])
+        judge = truth.boundary(c, target)
+        spent += judge.cost()
+        if spent > allowed and found["photosites_judged"]:
+            break
+        value, error = judge.values([[truth.x[col], truth.y[row]]])
+        off = abs(image[row, col] - base[c] - value[0])
+        if planes is not None:
+            off = max(off, abs(planes[c, row, col] - base[c] - value[0]))
+        found["photosites_judged"] += 1
+        if off > found["error"]:
+            found |= {"error": float(off), "truth_error": float(error[0]), "row": row, "col": col}
+    return found
+
+
+def _aligned(truth, rng):
+    """Photosites whose centre lies on an edge's line, those nearest its ends first; four edges."""
+    y, x = np.meshgrid(truth.y, truth.x, indexing="ij")
+    found = []
+    straight = [p for p in truth.pieces if p.centre is None]
+    for k in rng.permutation(len(straight))[:4]:
+        a, b = np.array(straight[k].start), np.array(straight[k].end)
+        e = (b - a) / np.hypot(*(b - a))
+        height = (x - a[0]) * e[1] - (y - a[1]) * e[0]
+        along = (x - a[0]) * e[0] + (y - a[1]) * e[1]
+        length = float(np.hypot(*(b - a)))
+        beyond = np.maximum(-along, along - length)
+        foot = np.minimum(np.abs(along), np.abs(along - length))
+        for hit in (np.abs(height) < 1e-6, foot < 1e-6):
+            places = np.flatnonzero(hit)
+            if places.size:
+                found.append(int(places[np.argmin(np.abs(beyond.flat[places]))]))
+                found.append(int(rng.choice(places)))
+    return found
+
+
+def _by_the_other(system, truth, method):
+    """What another engine makes of it at a tenth of the tolerance; the same engine where there is no other."""
+    names = [n for n in ("boundary", "fourier") if n != method] + [method]
+    for name in names:
+        tolerance = max(0.1 * system["tolerance"], FINEST[name])
+        if tolerance > 0.5 * system["tolerance"]:
+            continue
+        try:
+            # The truth judges round lenses in any case, the other engine where it takes a moment.
+            expected = systems.expected_seconds(system, tolerance=tolerance, method=name)
+            if expected > (0.5 if truth.round is not None else 5.0):
+                continue
+            return name, tolerance, systems.rendered(system, tolerance=tolerance, method=name).image
+        except (UnsupportedError, InvalidValueError, AccuracyError):
+            continue
+    return None

@@ -1,0 +1,269 @@
+"""A system as camsim's objects, as Python to copy, and as the truth's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import camsim
+from camsim.optics import OpticalSystem
+from camsim.rendering import render_channels
+from camsim.rendering.render import plan_render
+from tests.attack.draw import REFERENCE_NM
+from tests.truth import picture, round_lenses, waves
+from tests.truth.boundary import BoundaryTruth
+
+
+def scene(system):
+    p = system["pitch_um"]
+    return camsim.Scene(
+        background=_surface(system["background"]), shapes=[_shape(shape, p) for shape in system["shapes"]]
+    )
+
+
+def _shape(shape, p):
+    own = {"reflectance": _surface(shape["reflectance"])}
+    if shape["kind"] == "disc":
+        return camsim.Disc(radius_um=shape["radius"] * p, centre_um=_times(shape["centre"], p), **own)
+    if shape["kind"] == "rectangle":
+        return camsim.Rectangle(
+            width_um=shape["width"] * p,
+            height_um=shape["height"] * p,
+            centre_um=_times(shape["centre"], p),
+            rotate_deg=shape["rotate_deg"],
+            **own,
+        )
+    return camsim.Polygon(points_um=tuple(_times(point, p) for point in shape["points"]), **own)
+
+
+def _times(values, p):
+    return tuple(float(v) * p for v in values)
+
+
+def _surface(value):
+    if isinstance(value, dict):
+        return camsim.Curve(tuple(value["wavelength_nm"]), tuple(value["values"]), outside="hold")
+    return value
+
+
+def optics(system):
+    """Lens, OLPF and photosite, in the order light meets them."""
+    p, lens = system["pitch_um"], system["lens"]
+    stages = [_lens(lens, p)]
+    olpf = system["olpf"]
+    if olpf:
+        stages.append(
+            camsim.FourSpotOlpf(
+                split_um=olpf["split"] * p, split_y_um=olpf["split_y"] * p, rotate_deg=olpf["rotate_deg"]
+            )
+        )
+    stages.append(_photosite(system["photosite"], p))
+    return stages
+
+
+def _lens(lens, p):
+    kind, blur_um = lens["kind"], lens["blur"] * p
+    f_number = blur_um / (REFERENCE_NM * 1e-3)
+    if kind == "airy":
+        return camsim.Airy(f_number=f_number)
+    if kind == "annular":
+        return camsim.AnnularAiry(f_number=f_number, obstruction=lens["obstruction"])
+    if kind == "gaussian":
+        return camsim.Gaussian(sigma_um=blur_um)
+    if kind == "ellipse":
+        return camsim.EllipticalGaussian.from_axes(
+            sigma_um=blur_um, sigma_across_um=blur_um / lens["ratio"], rotate_deg=lens["rotate_deg"]
+        )
+    if kind == "curve":
+        frequency = tuple(f / blur_um for f in lens["frequency"])
+        return camsim.RadialOtf(freq_per_um=frequency, values=tuple(lens["values"]))
+    if kind == "measured":
+        return camsim.MeasuredPsf(irradiance=tuple(map(tuple, lens["irradiance"])), spacing_um=0.5 * blur_um)
+    return camsim.Wavefront(
+        f_number=f_number,
+        zernike_waves=tuple((j, c) for j, c in lens["zernike_waves"]),
+        reference_nm=REFERENCE_NM,
+        defocus_um=_defocus_um(lens, p),
+        pupil=camsim.Pupil(**lens["pupil"]),
+    )
+
+
+def _defocus_um(lens, p):
+    """The focus shift that is ``defocus_waves`` at the rim: δ/(8N²) of path."""
+    f_number = lens["blur"] * p / (REFERENCE_NM * 1e-3)
+    return lens["defocus_waves"] * REFERENCE_NM * 1e-3 * 8.0 * f_number**2
+
+
+def _photosite(photosite, p):
+    kind = photosite["kind"]
+    if kind == "point":
+        return camsim.SquarePhotosite(side_um=0.0)
+    if kind == "square":
+        return camsim.SquarePhotosite(side_um=photosite["side"] * p)
+    if kind == "rectangle":
+        return camsim.RectangularPhotosite(width_um=photosite["width"] * p, height_um=photosite["height"] * p)
+    if kind == "circle":
+        return camsim.CircularPhotosite(diameter_um=photosite["diameter"] * p)
+    if kind == "rounded":
+        return camsim.RoundedPhotosite(
+            width_um=photosite["width"] * p, height_um=photosite["height"] * p, radius_um=photosite["radius"] * p
+        )
+    return camsim.PolygonPhotosite(points_um=tuple(_times(point, p) for point in photosite["points"]))
+
+
+def grid(system):
+    own = system["grid"]
+    return camsim.Grid(
+        rows=own["rows"],
+        cols=own["cols"],
+        pitch_um=system["pitch_um"],
+        origin=tuple(own["origin"]),
+        frame=None if own["frame"] is None else tuple(own["frame"]),
+    )
+
+
+def channel(system):
+    own = system["grid"]
+    tile = np.array(system["layout"], np.uint8).reshape(2, 2)
+    rows, cols = own["rows"], own["cols"]
+    return np.tile(tile, (rows // 2 + 1, cols // 2 + 1))[:rows, :cols].copy()
+
+
+def expected_seconds(system, *, tolerance, method):
+    """What camsim expects a method to take, one core."""
+    _, choice = plan_render(
+        scene(system),
+        OpticalSystem.of(optics(system)),
+        grid(system),
+        response=np.array(system["response"]),
+        wavelength_nm=np.array(system["wavelength_nm"]),
+        tolerance=tolerance,
+        method=method,
+    )
+    return choice.run.cost.seconds
+
+
+def rendered(system, *, tolerance=None, method=None, every_channel=False):
+    """What camsim makes of it."""
+    return render_channels(
+        scene(system),
+        OpticalSystem.of(optics(system)),
+        grid(system),
+        response=np.array(system["response"]),
+        wavelength_nm=np.array(system["wavelength_nm"]),
+        channel=channel(system),
+        tolerance=system["tolerance"] if tolerance is None else tolerance,
+        method=system["method"] if method is None else method,
+        every_channel=every_channel,
+    )
+
+
+def code(system):
+    """The system as Python that renders it."""
+    return "\n".join(
+        [
+            "import camsim, numpy as np",
+            "from camsim import *",
+            "from camsim.optics import OpticalSystem",
+            "from camsim.rendering import render_channels",
+            f"scene = {scene(system)!r}",
+            f"optics = {optics(system)!r}",
+            f"grid = {grid(system)!r}",
+            f"tile = np.array({system['layout']}, np.uint8).reshape(2, 2)",
+            "channel = np.tile(tile, (33, 33))[:grid.rows, :grid.cols]",
+            f"r = render_channels(scene, OpticalSystem.of(optics), grid, response=np.array({system['response']}), "
+            f"wavelength_nm=np.array({system['wavelength_nm']}), channel=channel, "
+            f"tolerance={system['tolerance']!r}, method={system['method']!r})",
+        ]
+    )
+
+
+class Truth:
+    """What the truth needs of a system, in pitches; the value of photosites by the road asked for."""
+
+    def __init__(self, system):
+        self.system = system
+        nm, response = np.array(system["wavelength_nm"]), np.array(system["response"])
+        spectra = [_values(s["reflectance"], nm) for s in system["shapes"]]
+        ground = _values(system["background"], nm)
+        self.response = response
+        self.base = response @ ground
+        brightest = (response @ np.array([ground, *spectra]).T).max(axis=1)
+        self.scale = np.maximum(response.sum(axis=1), brightest)
+        self.scale = np.where(self.scale > 0.0, self.scale, 1.0)
+        self.pieces = picture.pieces(system["shapes"])
+        of = [*spectra, ground]  # −1: the background
+        self.difference = np.array([of[p.left] - of[p.right] for p in self.pieces]).reshape(len(self.pieces), nm.size)
+        own = system["grid"]
+        rows, cols = own["frame"] or (own["rows"], own["cols"])
+        self.x = own["origin"][1] + 0.5 - 0.5 * cols + np.arange(own["cols"])
+        self.y = own["origin"][0] + 0.5 - 0.5 * rows + np.arange(own["rows"])
+
+    @property
+    def round(self):
+        """The lens at every wavelength, None where it is not round."""
+        lens, found = self.system["lens"], []
+        for nm in self.system["wavelength_nm"]:
+            blur = lens["blur"] * nm / REFERENCE_NM
+            if lens["kind"] == "airy":
+                found.append(round_lenses.Airy(blur))
+            elif lens["kind"] == "annular":
+                found.append(round_lenses.Airy(blur, lens["obstruction"]))
+            elif lens["kind"] == "gaussian":
+                found.append(round_lenses.Gauss(lens["blur"]))
+            elif lens["kind"] == "curve":
+                found.append(round_lenses.Curve([f / lens["blur"] for f in lens["frequency"]], lens["values"]))
+            else:
+                return None
+        return found
+
+    @property
+    def any_lens(self):
+        lens = self.system["lens"]
+        if self.round is not None:
+            return [waves.Round(one) for one in self.round]
+        if lens["kind"] == "ellipse":
+            a = np.radians(lens["rotate_deg"])
+            along, across = np.array([np.cos(a), np.sin(a)]), np.array([-np.sin(a), np.cos(a)])
+            short = lens["blur"] / lens["ratio"]
+            covariance = lens["blur"] ** 2 * np.outer(along, along) + short**2 * np.outer(across, across)
+            return [waves.Ellipse(covariance)] * len(self.system["wavelength_nm"])
+        if lens["kind"] == "measured":
+            return [waves.Samples(lens["irradiance"], 0.5 * lens["blur"])] * len(self.system["wavelength_nm"])
+        own = {
+            "pupil": lens["pupil"],
+            "zernike_waves": lens["zernike_waves"],
+            "reference_nm": REFERENCE_NM,
+            "f_number": 1.0,
+            # δ/(8N²) of path is what counts: so many waves at the rim.
+            "defocus_um": lens["defocus_waves"] * REFERENCE_NM * 8e-3,
+            "blur": lens["blur"] / REFERENCE_NM,
+        }
+        return [waves.Opening(own, nm) for nm in self.system["wavelength_nm"]]
+
+    def everywhere(self, channel=0):
+        """Light (rows, cols) of every photosite as if it were in one channel, relative to full scale, and its error."""
+        values, error = self.waves(channel).values(self.x, self.y)
+        return self.base[channel] / self.scale[channel] + values, error
+
+    def at(self, row, col, channel=0, *, target):
+        """Light of one photosite, relative to full scale, and its error."""
+        value, error = self.boundary(channel, target).values([[self.x[col], self.y[row]]])
+        return float(self.base[channel] / self.scale[channel] + value[0]), float(error[0])
+
+    def boundary(self, channel, target):
+        """Truth of single photosites in one channel, relative to its scale."""
+        jumps = self.difference * self.response[channel] / self.scale[channel]
+        return BoundaryTruth(
+            self.pieces, self.round, jumps, self.system["photosite"], self.system["olpf"], target=target
+        )
+
+    def waves(self, channel):
+        """Truth of all photosites in one channel, relative to its scale."""
+        jumps = self.difference * self.response[channel] / self.scale[channel]
+        return waves.WaveTruth(self.pieces, self.any_lens, jumps, self.system["photosite"], self.system["olpf"])
+
+
+def _values(surface, nm):
+    if isinstance(surface, dict):
+        return np.interp(nm, surface["wavelength_nm"], surface["values"])
+    return np.full(nm.shape, float(surface))

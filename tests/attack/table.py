@@ -1,0 +1,28 @@
+"""What an attack found, as a table."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+
+def summary(records):
+    """Count and worst of every kind of lens, then the faults."""
+    if not records:
+        return "nothing was judged"
+    lines = [
+        f"{'lens':<10} {'systems':>7} {'refused':>7} {'median':>9} {'worst':>9} {'slowest':>8}  error over tolerance"
+    ]
+    for lens in sorted({r["lens"] for r in records}):
+        own = [r for r in records if r["lens"] == lens]
+        ratios = sorted(r["error"] / r["tolerance"] for r in own if r.get("error", -1.0) >= 0.0)
+        median = ratios[len(ratios) // 2] if ratios else math.nan
+        worst = ratios[-1] if ratios else math.nan
+        slowest = max(r["seconds"] for r in own)
+        refused = sum("refused" in r for r in own)
+        lines.append(f"{lens:<10} {len(own):>7} {refused:>7} {median:>9.2g} {worst:>9.2g} {slowest:>6.1f} s")
+    judges = Counter(r.get("judge", "refused").split(" at ")[0] for r in records)
+    lines.append("judged by: " + ", ".join(f"{name} {count}" for name, count in judges.most_common()))
+    faults = Counter(fault for r in records for fault in r["faults"])
+    lines.append("faults: " + (", ".join(f"{name} {count}" for name, count in faults.most_common()) or "none"))
+    return "\n".join(lines)

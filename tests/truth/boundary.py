@@ -1,0 +1,250 @@
+"""Single photosites behind a round lens: two line integrals, and nothing else.
+
+With ΔΦ = P, the lens's pattern, the share of a photosite A's light that comes from a region R is by Gauss's theorem,
+used on both, −(1/|A|) ∮_∂R ∮_∂A Φ(|y − a|) n(y)·n(a) dt ds; for a point it is ∮_∂R n·(y − x) E(r)/(2πr²) ds, E the
+encircled energy. Both integrands are as band-limited as the pattern, wherever a photosite lies on an edge, a corner or
+an edge's extension: Gauss panels of a few lengths of the pattern are exact, and nothing has a kink to be aware of.
+
+Beyond ``resolved`` what oscillates is left out (E is its power law), on panels that grow with the distance. The error
+is found by computing everything twice, with other panels, borders, tables and another such distance.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+from tests.truth import photosites
+
+CELLS = 12  # of a table, per shortest wavelength on the sensor
+DEGREE = 9
+NODES = 20
+
+
+class BoundaryTruth:
+    """Photosites of one picture.
+
+    pieces  : from ``picture.pieces``
+    lenses  : (n,) round lenses, one for each wavelength
+    jumps   : (pieces, n) what lies left of each piece less what lies right of it, times what the wavelength weighs
+    photosite, olpf : of a specification
+    """
+
+    def __init__(self, pieces, lenses, jumps, photosite, olpf, *, target):
+        self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
+        self.rows, self.kind_of = np.unique(np.asarray(jumps, float), axis=0, return_inverse=True)
+        self.kind_of = self.kind_of.ravel()
+        self.length = 1.0 / max(lens.cutoff for lens in lenses)
+        longest = 1.0 / min(lens.cutoff for lens in lenses)
+        self.resolved = longest * max(30.0, 1.2 * (3e-3 / target) ** 0.4)
+
+    def values(self, points):
+        """Light of every photosite centre (n, 2), less the background's, and the error of each."""
+        points = np.asarray(points, float)
+        fine = self._values(points, panel=3.0, density=7.0, resolved=self.resolved, cells=CELLS)
+        other = self._values(points, panel=4.0, density=5.0, resolved=0.6 * self.resolved, cells=CELLS - 3)
+        return fine, np.abs(fine - other) + 1e-14 * (1.0 + len(self.pieces))
+
+    def cost(self):
+        """Integrands evaluated for one photosite, about."""
+        length = sum(
+            math.dist(p.start, p.end) if p.centre is None else p.radius * (p.last - p.first) for p in self.pieces
+        )
+        length = min(length, 4.0 * self.resolved * len(self.pieces))
+        along = NODES * (length / (3.0 * self.length) + 4.0 * len(self.pieces))
+        if self.photosite["kind"] == "point":
+            return 2.0 * along * len(photosites.spots(self.olpf))
+        return (
+            2.0
+            * along
+            * len(photosites.spots(self.olpf))
+            * len(photosites.border(self.photosite, 7.0 / self.length)[0])
+        )
+
+    def _values(self, points, *, panel, density, resolved, cells):
+        if not self.pieces:
+            return np.zeros(len(points))
+        reach = photosites.reach(self.photosite) + float(np.hypot(*photosites.spots(self.olpf).T).max())
+        farthest = max(_distances(points, piece)[1].max() for piece in self.pieces) + 2.0 * reach
+        last = min(farthest, resolved + (panel + 2.0) * self.length + 2.0 * reach) * 1.001 + self.length
+        fields, potentials = self._tables(last, cells)
+        c1 = self.rows @ np.array([lens.powers[0] for lens in self.lenses])
+        c3 = self.rows @ np.array([lens.powers[1] for lens in self.lenses])
+        whole = self.rows.sum(axis=1)
+        inner, share = photosites.inner_nodes(self.photosite)
+        d = photosites.spots(self.olpf)
+        inner = (d[:, None] + inner).reshape(-1, 2)
+        share = np.tile(share, len(d)) / len(d)
+        if self.photosite["kind"] == "point":
+            border, normal = np.empty((0, 2)), np.empty((0, 2))
+        else:
+            border, normal = photosites.border(self.photosite, density / self.length)
+            normal = np.tile(normal, (len(d), 1)) / (photosites.area(self.photosite) * len(d))
+            border = (d[:, None] + border).reshape(-1, 2)
+        x, w = np.polynomial.legendre.leggauss(NODES)
+        total = np.zeros(len(points))
+        for piece, kind in zip(self.pieces, self.kind_of, strict=True):
+            straight, begin, stop, height = _frame(points, piece)
+            total += _integrals(
+                points, straight, piece.radius, np.array(piece.centre or (0.0, 0.0)), begin, stop, height,
+                _direction(piece), panel * self.length, resolved, reach, border, normal, inner, share,
+                fields[kind], potentials[kind], self.length / cells, whole[kind], c1[kind], c3[kind], x, w,
+            )  # fmt: skip
+        return total
+
+    def _tables(self, last, cells):
+        """E/(2πr²) and Φ of every row of jumps, as polynomials (kinds, cells, degree) on equal cells of radius."""
+        step = self.length / cells
+        count = math.ceil(last / step) + 2
+        t, coefficients, rising, at_nodes, powers, more_powers = _bases()
+        r = (np.arange(count)[:, None] + 0.5 * (1.0 + t)) * step
+        near = 4
+        u, w = np.polynomial.legendre.leggauss(24)
+        u, w = 0.5 * (1.0 + u), 0.5 * w
+        at_near = r[:near, :, None] * u
+        rings = np.zeros((len(self.rows), *r.shape))
+        first = np.zeros((len(self.rows), near, r.shape[1]))
+        for j, lens in enumerate(self.lenses):
+            used = self.rows[:, j] != 0.0
+            if not used.any():
+                continue
+            rings[used] += np.multiply.outer(self.rows[used, j], 2.0 * np.pi * r * lens.pattern(r))
+            start = (lens.pattern(at_near) * u) @ w  # E/(2πr²) = ∫ P(ru)·u du
+            first[used] += np.multiply.outer(self.rows[used, j], start)
+        fields, potentials = [], []
+        for ring, start in zip(rings, first, strict=True):
+            inside = 0.5 * step * (ring @ coefficients.T @ rising.T)
+            ends = np.concatenate([[0.0], np.cumsum(inside.sum(axis=1))])
+            energy = ends[:-1, None] + inside @ at_nodes.T
+            field = energy / (2.0 * np.pi * r**2)
+            field[:near] = start
+            fields.append(field @ coefficients.T @ powers)
+            inside = 0.5 * step * ((field * r) @ coefficients.T @ rising.T)
+            ends = np.concatenate([[0.0], np.cumsum(inside.sum(axis=1))])
+            inside[:, 0] += ends[:-1]
+            potentials.append(inside @ more_powers)
+        return np.array(fields), np.array(potentials)
+
+
+def _bases():
+    """Chebyshev nodes on −1 … 1 and what makes of values there coefficients, integrals from −1, values and powers."""
+    order = DEGREE + 1
+    t = np.cos(np.pi * (np.arange(order) + 0.5) / order)[::-1]
+    at = np.polynomial.chebyshev.chebvander(t, DEGREE)
+    coefficients = at.T * (2.0 / order)
+    coefficients[0] *= 0.5
+    eye = np.eye(order)
+    rising = np.stack([np.polynomial.chebyshev.chebint(row, lbnd=-1.0) for row in eye], axis=1)
+    at_nodes = np.polynomial.chebyshev.chebvander(t, order)
+
+    def to_powers(count):
+        rows = [np.polynomial.chebyshev.cheb2poly(row) for row in np.eye(count)]
+        return np.array([np.pad(row, (0, count - len(row))) for row in rows])
+
+    return t, coefficients, rising, at_nodes, to_powers(order), to_powers(order + 1)
+
+
+def _direction(piece):
+    if piece.centre is not None:
+        return np.zeros(2)
+    d = np.array(piece.end, np.longdouble) - np.array(piece.start, np.longdouble)
+    return (d / np.hypot(*d)).astype(float)
+
+
+def _frame(points, piece):
+    """Where a piece begins and ends for every photosite: along the line from the foot, or as angles of an arc.
+
+    Extended precision: a foot is known to a part of a pitch though the piece begins a million of them away.
+    """
+    if piece.centre is not None:
+        one = np.ones(len(points))
+        return False, piece.first * one, piece.last * one, 0.0 * one
+    a, b = np.array(piece.start, np.longdouble), np.array(piece.end, np.longdouble)
+    d = b - a
+    length = np.hypot(*d)
+    e = d / length
+    gap = a - points.astype(np.longdouble)
+    along = gap @ e
+    height = gap[:, 0] * e[1] - gap[:, 1] * e[0]  # along the normal to the right of the direction: outwards
+    return True, along.astype(float), (along + length).astype(float), height.astype(float)
+
+
+def _distances(points, piece):
+    """Smallest and largest distance of every point from a piece; of an arc, of its whole circle."""
+    if piece.centre is not None:
+        d = np.hypot(*(points - np.array(piece.centre)).T)
+        return np.abs(d - piece.radius), d + piece.radius
+    _, begin, stop, height = _frame(points, piece)
+    least = np.maximum(np.maximum(begin, -stop), 0.0)
+    return np.hypot(least, height), np.hypot(np.maximum(np.abs(begin), np.abs(stop)), height)
+
+
+@nb.njit(cache=True)
+def _polynomial(cells, u):
+    cell = int(u)
+    t = 2.0 * (u - cell) - 1.0
+    c = cells[cell]
+    value = c[c.size - 1]
+    for k in range(c.size - 2, -1, -1):
+        value = value * t + c[k]
+    return value
+
+
+@nb.njit(cache=True)
+def _integrals(
+    points, straight, radius, centre, begin, stop, height, direction, panel, resolved, reach, border, normal,
+    inner, share, field, potential, step, whole, c1, c3, gauss_x, gauss_w,
+):  # fmt: skip
+    """One piece, every photosite."""
+    out = np.zeros(len(points))
+    for p in range(len(points)):
+        s, last, h = begin[p], stop[p], height[p]
+        total = 0.0
+        while s < last:
+            # How far from here the photosite is decides how long a panel may be.
+            if straight:
+                away = math.hypot(s, h)
+            else:
+                away = math.hypot(
+                    centre[0] + radius * math.cos(s) - points[p, 0], centre[1] + radius * math.sin(s) - points[p, 1]
+                )
+            away = max(away - reach, 0.0)
+            near = away < resolved
+            length = panel if near else 0.5 * away
+            if not straight:
+                length = min(length, 0.25 * radius) / radius
+            rest = last - s
+            length = rest if rest < 1.0000001 * length else min(length, rest)
+            part = 0.0
+            for q in range(gauss_x.size):
+                at = s + 0.5 * length * (1.0 + gauss_x[q])
+                if straight:
+                    nx, ny = direction[1], -direction[0]
+                    dx, dy = at * direction[0] + h * nx, at * direction[1] + h * ny
+                    weight = 0.5 * length * gauss_w[q]
+                else:
+                    nx, ny = math.cos(at), math.sin(at)
+                    dx, dy = centre[0] + radius * nx - points[p, 0], centre[1] + radius * ny - points[p, 1]
+                    weight = 0.5 * length * gauss_w[q] * radius
+                value = 0.0
+                if near and len(border):
+                    for k in range(len(border)):
+                        r = math.hypot(dx - border[k, 0], dy - border[k, 1])
+                        value -= (nx * normal[k, 0] + ny * normal[k, 1]) * _polynomial(potential, r / step)
+                else:
+                    for k in range(len(inner)):
+                        gx, gy = dx - inner[k, 0], dy - inner[k, 1]
+                        square = gx * gx + gy * gy
+                        if near:
+                            f = _polynomial(field, math.sqrt(square) / step)
+                        else:
+                            r = math.sqrt(square)
+                            f = (whole - c1 / r - c3 / (r * square)) / (2.0 * math.pi * square)
+                        value += share[k] * (nx * gx + ny * gy) * f
+                part += weight * value
+            total += part
+            s = last if length == rest else s + length
+        out[p] = total
+    return out

@@ -1,0 +1,258 @@
+"""All photosites behind any lens, by plain sums over the lattice of frequencies of one long period.
+
+The point image is sampled as finely as its band asks for, out to the largest distance between a photosite and what it
+sees, and from there tapered to nothing (with erfc) so that a period of that length wraps nothing round; one FFT makes
+its transfer. Images that fade by themselves (Gaussians, measured ones) have their transfer in closed form. The scene's
+transform is a sum over the pieces of outline, the photosite's one over its border. The error is found by computing
+everything twice, with another period, taper and other nodes.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numba as nb
+import numpy as np
+from scipy import fft, special
+
+from tests.truth import photosites, pupils
+
+BAND = 23.5  # of the taper's transform, over its width: beyond it is below 1e-16
+LARGEST = 2600  # points along a side of the lattice
+
+
+class TooLarge(Exception):
+    """The lattice that a system asks for is too large."""
+
+
+class WaveTruth:
+    """Photosites of one picture.
+
+    pieces  : from ``picture.pieces``;  jumps: (pieces, n) as in ``BoundaryTruth``
+    lenses  : (n,) of ``round_lenses``, or objects below
+    """
+
+    def __init__(self, pieces, lenses, jumps, photosite, olpf):
+        self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
+        self.rows, kind_of = np.unique(np.asarray(jumps, float), axis=0, return_inverse=True)
+        self.kind_of = kind_of.ravel()
+        self.cutoff = max(lens.cutoff for lens in lenses)
+
+    def values(self, x, y):
+        """Light (y, x) of the photosites at every x and y, less the background's, and the error of the worst."""
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        if not self.pieces:
+            return np.zeros((y.size, x.size)), 0.0
+        fine = self._values(x, y, 1.25, 1.0)
+        other = self._values(x, y, 1.0, 1.3)
+        return fine, float(np.abs(fine - other).max()) + 1e-14 * (1 + len(self.pieces))
+
+    def plan(self, x, y, wider):
+        """Centre of what is looked at, distance to keep, outer distance, period and points along a side."""
+        boxes = np.array([_box(piece) for piece in self.pieces])
+        low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
+        footprint = photosites.reach(self.photosite) + float(np.hypot(*photosites.spots(self.olpf).T).max())
+        first, last = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
+        inner = float(np.maximum(high - first, last - low).max()) + footprint
+        fading = [lens.reach for lens in self.lenses if getattr(lens, "reach", None)]
+        if fading:
+            # Copies a period further on must be out of reach; nothing is tapered.
+            outer = max(fading) * wider
+            return inner, outer, inner + outer, None, 2.0 * self.cutoff
+        taper = wider * max(6.0 / self.cutoff, math.sqrt(2.0 * BAND * inner / self.cutoff))
+        outer = inner + taper
+        return inner, outer, inner + outer, taper, 2.0 * (self.cutoff + 2.0 * BAND / taper)
+
+    def points(self, x, y):
+        """Points along a side of the larger of the two lattices."""
+        if not self.pieces:
+            return 0
+        *_, period, _, band = self.plan(np.asarray(x, float), np.asarray(y, float), 1.25)
+        return math.ceil(period * band)
+
+    def _values(self, x, y, wider, spare):
+        inner, outer, period, taper, band = self.plan(x, y, wider)
+        count = fft.next_fast_len(math.ceil(period * band) | 1, real=True)
+        count += count % 2
+        if count > LARGEST:
+            raise TooLarge
+        kx, ky = fft.fftfreq(count, 1.0 / count) / period, np.arange(count // 2 + 1) / period
+        transfers = self._transfers(kx, ky, period, count, inner, outer, taper, spare)
+        total = np.zeros((ky.size, kx.size), complex)
+        for row in range(len(self.rows)):
+            own = [p for p, k in zip(self.pieces, self.kind_of, strict=True) if k == row]
+            total += _scene(own, kx, ky) * transfers[row]
+        total *= photosites.transfer(self.photosite, kx, ky) * photosites.olpf_transfer(self.olpf, kx, ky)
+        total[1:] *= 2.0
+        total[count // 2] = 0.0
+        total[:, count // 2] = 0.0
+        across = np.exp(2j * np.pi * np.outer(kx, x))
+        down = np.exp(2j * np.pi * np.outer(y, ky))
+        return (down @ (total @ across)).real / period**2
+
+    def _transfers(self, kx, ky, period, count, inner, outer, taper, spare):
+        """Σ over the wavelengths, for every row of jumps: (ky, kx)."""
+        sums = [0.0] * len(self.rows)
+        if taper is None:
+            for j, lens in enumerate(self.lenses):
+                own = lens.transfer(kx, ky)
+                sums = [s + row[j] * own for s, row in zip(sums, self.rows, strict=True)]
+            return sums
+        step = period / count
+        far = math.floor(outer / step)
+        at = step * np.arange(-far, far + 1)
+        window = 0.5 * special.erfc(6.0 * (2.0 * (np.abs(at) - inner) / (outer - inner) - 1.0))
+        window = np.outer(window, window) * step**2
+        for j, lens in enumerate(self.lenses):
+            own = lens.samples(at, spare) * window
+            sums = [s + row[j] * own for s, row in zip(sums, self.rows, strict=True)]
+        found = []
+        place = np.arange(-far, far + 1) % count
+        for own in sums:
+            # Rows and columns a period apart fall on one another: frequencies are multiples of 1/period.
+            folded = np.zeros((count, count))
+            np.add.at(folded, (place[:, None], place[None]), own)
+            found.append(fft.rfft2(folded.T).T)
+        return found
+
+
+class Round:
+    """A round lens of ``round_lenses`` as samples."""
+
+    def __init__(self, lens):
+        self.lens, self.cutoff = lens, lens.cutoff
+
+    def samples(self, at, spare):
+        r = np.hypot(at, at[:, None])
+        if hasattr(self.lens, "frequency"):
+            unique, back = np.unique(np.round(r, 12), return_inverse=True)
+            return self.lens.pattern(unique)[back].reshape(r.shape)
+        return self.lens.pattern(r)
+
+
+class Opening:
+    """A pupil and a wavefront; ``lens['blur']``: λN in pitches per nm of wavelength."""
+
+    def __init__(self, lens, wavelength_nm):
+        self.lens, self.wavelength_nm = lens, wavelength_nm
+        self.cutoff = max(pupils.extent(lens["pupil"])) / (lens["blur"] * wavelength_nm)
+
+    def samples(self, at, spare):
+        return pupils.pattern(self.lens, self.wavelength_nm, at, at, spare)
+
+
+class Ellipse:
+    """A Gaussian with a covariance; its transfer in closed form."""
+
+    def __init__(self, covariance):
+        self.covariance = np.array(covariance, float)
+        smallest, largest = np.sqrt(np.linalg.eigvalsh(self.covariance))
+        self.cutoff, self.reach = 1.4 / smallest, 9.5 * largest
+
+    def transfer(self, kx, ky):
+        (xx, xy), (_, yy) = self.covariance
+        ky = ky[:, None]
+        return np.exp(-2.0 * np.pi**2 * (xx * kx * kx + 2.0 * xy * kx * ky + yy * ky * ky))
+
+
+class Samples:
+    """A measured pattern, band-limited: its samples' waves times a slope from 1 at 0.4 cycles a sample to 0 at 0.6.
+
+    The slope is the integral of a Kaiser–Bessel window of parameter 32.
+    """
+
+    def __init__(self, irradiance, spacing):
+        self.irradiance = np.array(irradiance, float)
+        self.irradiance /= self.irradiance.sum()
+        self.spacing = spacing
+        self.cutoff = 0.6 / spacing
+        rows, cols = self.irradiance.shape
+        self.reach = spacing * (0.5 * math.hypot(rows, cols) + 70.0)
+
+    def transfer(self, kx, ky):
+        rows, cols = self.irradiance.shape
+        at_x = (np.arange(cols) - 0.5 * (cols - 1)) * self.spacing
+        at_y = (np.arange(rows) - 0.5 * (rows - 1)) * self.spacing
+        across = np.exp(-2j * np.pi * np.outer(at_x, kx)) * _slope(kx * self.spacing)
+        down = np.exp(-2j * np.pi * np.outer(ky, at_y)) * _slope(ky * self.spacing)[:, None]
+        return down @ self.irradiance @ across
+
+
+def _slope(f):
+    edges = np.linspace(-1.0, 1.0, 2001)
+    below = _kaiser_integral()
+    t = np.clip((np.abs(f) - 0.5) / 0.1, -1.0, 1.0)
+    x, w = np.polynomial.legendre.leggauss(12)
+    cell = np.clip(((t + 1.0) * 1000.0).astype(int), 0, 1999)
+    half = 0.5 * (t - edges[cell])
+    rest = half * (_kaiser(edges[cell][..., None] + half[..., None] * (1.0 + x)) @ w)
+    return 1.0 - (below[cell] + rest) / below[-1]
+
+
+def _kaiser(t):
+    return special.i0e(32.0 * np.sqrt(np.maximum((1.0 - t) * (1.0 + t), 0.0))) * np.exp(
+        32.0 * (np.sqrt(np.maximum((1.0 - t) * (1.0 + t), 0.0)) - 1.0)
+    )
+
+
+@functools.cache
+def _kaiser_integral():
+    x, w = np.polynomial.legendre.leggauss(12)
+    edges = np.linspace(-1.0, 1.0, 2001)
+    nodes = edges[:-1, None] + 0.0005 * (1.0 + x)
+    return np.concatenate([[0.0], np.cumsum(0.0005 * (_kaiser(nodes) @ w))])
+
+
+def _box(piece):
+    if piece.centre is not None:
+        c, r = np.array(piece.centre), piece.radius
+        return [*(c - r), *(c + r)]
+    a, b = np.array(piece.start), np.array(piece.end)
+    return [*np.minimum(a, b), *np.maximum(a, b)]
+
+
+def _scene(own, kx, ky):
+    """∫ exp(−2πi k·y) over what lies left of the pieces, (ky, kx): a part of a closed outline each."""
+    total = np.zeros((ky.size, kx.size), complex)
+    straight = [p for p in own if p.centre is None]
+    if straight:
+        a, b = np.array([p.start for p in straight]), np.array([p.end for p in straight])
+        _straight(a, b, kx, ky, total)
+    at_zero = sum(0.5 * (p.start[0] * p.end[1] - p.end[0] * p.start[1]) for p in straight)
+    highest = math.hypot(float(np.abs(kx).max()), float(ky.max()))
+    for p in own:
+        if p.centre is None:
+            continue
+        length = p.radius * (p.last - p.first)
+        panels = max(4, math.ceil(length * highest / 4.0))
+        x, w = np.polynomial.legendre.leggauss(24)
+        step = (p.last - p.first) / panels
+        angle = (p.first + step * (np.arange(panels)[:, None] + 0.5 * (1.0 + x))).ravel()
+        share = np.tile(0.5 * step * w, panels) * p.radius
+        nx, ny = np.cos(angle), np.sin(angle)
+        px, py = p.centre[0] + p.radius * nx, p.centre[1] + p.radius * ny
+        at_zero += 0.5 * float(np.sum(share * (px * nx + py * ny)))
+        down, across = np.exp(-2j * np.pi * np.outer(ky, py)), np.exp(-2j * np.pi * np.outer(px, kx))
+        # ∫ exp(−2πi k·y) dA = ∮ i/(2π|k|²) (k·n) exp(−2πi k·y) ds
+        total += ((down * (share * nx)) @ across) * kx + ((down * (share * ny)) @ across) * ky[:, None]
+    square = kx**2 + ky[:, None] ** 2
+    square[0, 0] = 1.0
+    total *= 1j / (2.0 * np.pi * square)
+    total[0, 0] = at_zero
+    return total
+
+
+@nb.njit(cache=True)
+def _straight(a, b, kx, ky, total):
+    """Add (k·n)·∫ exp(−2πi k·y) ds of straight pieces, n to the right of their direction."""
+    for p in range(len(a)):
+        ex, ey = b[p, 0] - a[p, 0], b[p, 1] - a[p, 1]
+        mx, my = 0.5 * (a[p, 0] + b[p, 0]), 0.5 * (a[p, 1] + b[p, 1])
+        across = np.exp(-2j * np.pi * mx * kx)
+        for i in range(ky.size):
+            down = np.exp(-2j * np.pi * my * ky[i])
+            for j in range(kx.size):
+                u = math.pi * (kx[j] * ex + ky[i] * ey)
+                sinc = math.sin(u) / u if abs(u) > 1e-4 else 1.0 - u * u / 6.0
+                total[i, j] += (kx[j] * ey - ky[i] * ex) * sinc * (down * across[j])
