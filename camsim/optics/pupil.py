@@ -91,18 +91,18 @@ class Pupil:
         """How many smooth pieces the outline has: 1 for a circle."""
         return max(len(self.corners), 1)
 
-    def rays(self, share: F64) -> tuple[F64, F64]:
-        """Return angle and length of the rays to the outline's points: ``share`` (n,) is 0 … 1 of each side in turn.
+    def rays(self, fraction: F64) -> tuple[F64, F64]:
+        """Return angle and length of the rays to the outline's points: ``fraction`` (n,) is 0 … 1 of each side in turn.
 
         returns : (sides, n) each; the middle's distance from the outline changes smoothly along a side
         """
         corners = self.corners
         if not len(corners):
-            angle = 2.0 * np.pi * share[None]
+            angle = 2.0 * np.pi * fraction[None]
             return angle, np.ones_like(angle)
         step = 2.0 * np.pi / len(corners)
-        angle = np.arctan2(corners[:, 1], corners[:, 0])[:, None] + step * share
-        return angle, np.tile(self.inner_radius / np.cos(step * (share - 0.5)), (len(corners), 1))
+        angle = np.arctan2(corners[:, 1], corners[:, 0])[:, None] + step * fraction
+        return angle, np.tile(self.inner_radius / np.cos(step * (fraction - 0.5)), (len(corners), 1))
 
     def rule(self, radial: int, angular: int) -> tuple[F64, F64, F64]:
         """Return nodes x, y and weights of a polar product rule over the opening.
