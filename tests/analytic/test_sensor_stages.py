@@ -10,6 +10,7 @@ import scipy.signal
 import scipy.stats
 from tolerances import PROBABILITY
 
+import camsim
 from camsim.errors import InvalidValueError
 from camsim.sensor.chain import mixed, record
 from camsim.sensor.conversion_gain import DualGain
@@ -225,6 +226,21 @@ EVERY: dict[str, Any] = {
     "dsnu": Dsnu(1.5),
     "output_noise": OutputNoise(0.5),
 }
+
+
+@pytest.mark.parametrize("name", ["reset_noise", "read_noise", "row_noise", "flicker_rows", "output_noise", "all"])
+def test_the_dark_noise_is_what_dark_frames_have(name: str) -> None:
+    """Of each stage of the read-out, and of all: the spread of many dark rows is the figure that files carry."""
+    # Without a spectrum of their own, 4000 rows are 4000 independent numbers.
+    stages = {key: EVERY[key] for key in ADDITIVE} | {"flicker_rows": FlickerRows(3.0, exponent=0.0)}
+    some = stages if name == "all" else {name: stages[name]}
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0)).replace(
+        **({"read_noise": None} | some)
+    )
+    gain = {"electrons_per_dn": camera.adc.electrons_per_dn / 2.0}
+    dark = [record(np.zeros((4000, 4)), **some, **gain, frame_number=n, **QUIET) for n in (0, 1)]
+    spread_e = float((dark[0] - dark[1]).std()) / np.sqrt(2.0)  # what stays from frame to frame is no noise
+    assert camera.dark_noise_e(2.0 * camera.adc.base_iso) == pytest.approx(spread_e, rel=SIGMA / np.sqrt(2 * 4000))
 
 
 def test_threads_change_no_byte_of_the_whole_chain() -> None:

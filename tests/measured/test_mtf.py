@@ -91,6 +91,51 @@ def test_the_theory_is_the_product_of_transfers_in_green_light():
     assert theory.along_normal(f, channel="Y", line=line) is None
 
 
+@pytest.mark.parametrize("normal_deg", [0.0, 30.0, 90.0, -120.0])
+def test_the_theory_of_an_oblique_edge_has_each_axis_own_part(normal_deg):
+    """A plate that splits along x and a photosite wider than high: x counts by the cosine, y by the sine."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0)).replace(
+        olpf=camsim.FourSpotOlpf(split_um=2.5, split_y_um=0.0),
+        photosite=camsim.RectangularPhotosite(width_um=3.4, height_um=2.0),
+    )
+    turn = math.radians(normal_deg)
+    across = (1e3 * math.cos(turn), 1e3 * math.sin(turn))
+    dark = camsim.Rectangle(width_um=2e3, height_um=2e3, rotate_deg=normal_deg, centre_um=across, reflectance=0.05)
+    scene, light = camsim.Scene(background=0.9, shapes=[dark]), camsim.Light(line_nm=550.0, illuminance_lux=5000)
+    line = EdgeLine(x_pixel=0.5 * camera.cols, y_pixel=0.5 * camera.rows, normal_rad=turn + math.pi)
+    f = np.array([0.0, 0.1, 0.25, 0.4])
+    fx, fy = (f / 3.45 * part for part in (math.cos(turn), math.sin(turn)))
+    overlap = np.array([1 - 4 / math.pi * _half_lens(x) for x in f / 3.45 * 0.55 * 8.0])
+    expected = overlap * np.cos(np.pi * 2.5 * fx) * np.sinc(3.4 * fx) * np.sinc(2.0 * fy)
+    got = CameraOtf(camera=camera, scene=scene, light=light).along_normal(f, channel="Y", line=line)
+    np.testing.assert_allclose(got, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("sides", [(), (-1,), (1,), (-1, 1)])
+@pytest.mark.parametrize("normal_deg", [20.0, -110.0])
+def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides, normal_deg):
+    """Marks a third of a pixel wide, on a background of one colour: an edge is seen where just one side has its mark."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
+    region, turn = camsim.Region(rows=40, cols=50, origin=(600, 100)), math.radians(normal_deg)
+    x, y = 20.25, 18.75  # in the window, from its upper left corner
+    marks = [
+        camsim.Rectangle(
+            width_um=0.3 * camera.pitch_um,
+            height_um=0.3 * camera.pitch_um,
+            centre_um=(
+                (100 + x + 3.0 * side * math.cos(turn) - 0.5 * camera.cols) * camera.pitch_um,
+                (600 + y + 3.0 * side * math.sin(turn) - 0.5 * camera.rows) * camera.pitch_um,
+            ),
+            reflectance=0.2,
+        )
+        for side in sides
+    ]
+    theory = CameraOtf(camera=camera, scene=camsim.Scene(background=0.9, shapes=marks), light=LIGHT, region=region)
+    line = EdgeLine(x_pixel=x, y_pixel=y, normal_rad=turn)
+    seen = theory.along_normal(np.array([0.0]), channel="Y", line=line) is not None
+    assert seen == (len(sides) == 1)
+
+
 def _half_lens(u):
     """∫₀^u √(1 − t²) dt by brute force: what two circles u·diameter apart do not share."""
     t = (np.arange(200_000) + 0.5) / 200_000 * u

@@ -1,0 +1,183 @@
+"""One mutant at a time in a copy of the project: a forked process runs the tests that its line matters to."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import resource
+import shutil
+import signal
+import sys
+import time
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from draw import ROOT, Mutant
+from references import References
+
+COMPILING_S = 420.0
+"""Kernels that a mutant is in are compiled again, on a machine that others use too."""
+
+_GENEROUS = 10.0
+_START_S = 120.0
+_MOST_BYTES = 12 << 30
+_COPIED = ("camsim", "tests", "scenes", "sensors", "docs", "bench", "README.md", "CHANGELOG.md", "pyproject.toml")
+_PRELOADED = ("numpy", "scipy.special", "scipy.ndimage", "scipy.optimize", "numba", "shapely", "pydantic", "finufft")
+
+
+def copy_tree(to: Path) -> Path:
+    """Copy what tests need, compiled kernels included, with the files' times by which Numba knows them."""
+    for name in (*_COPIED, "Makefile", "LICENSE", "DATA_LICENSES.md"):
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, to / name)
+        else:
+            shutil.copy2(ROOT / name, to / name)
+    return to
+
+
+class Selection:
+    """The tests that run a line, from what ``traced.Recorder`` noted; those of one file together, quick files first."""
+
+    def __init__(self, lines: Path) -> None:
+        self._seconds: dict[str, float] = {}
+        self._by_line: dict[tuple[str, int], set[str]] = defaultdict(set)
+        for told in map(json.loads, lines.read_text(encoding="utf-8").splitlines()):
+            self._seconds[told["test"]] = told["seconds"]
+            for path, numbers in told["lines"].items():
+                for number in numbers:
+                    self._by_line[path, number].add(told["test"])
+        self._killers: dict[str, Counter[str]] = defaultdict(Counter)
+
+    def of(self, mutant: Mutant, references: References, most_s: float) -> tuple[list[str], float]:
+        """Return tests to run in order, at most ``most_s`` of them, and the seconds that they should take."""
+        lines = references.run_by(mutant.path, mutant.number)
+        wanted = {test for line in lines for test in self._by_line[line]}
+        if not wanted:  # of an expression over several lines some are never told
+            wanted = {test for path, n in lines for k in range(n - 6, n + 7) for test in self._by_line[path, k]}
+        files: dict[str, list[str]] = defaultdict(list)
+        for test in self._seconds:
+            if test in wanted:
+                files[test.split("::")[0]].append(test)
+        chosen: list[str] = []
+        took_s = 0.0
+        for file in sorted(files, key=lambda file: (-self._killers[mutant.path][file], self._cost_s(files[file]))):
+            for test in files[file]:
+                if took_s + self._seconds[test] <= most_s:
+                    chosen.append(test)
+                    took_s += self._seconds[test]
+        return chosen, took_s
+
+    def remember(self, mutant: Mutant, killer: str) -> None:
+        """Ask the file of a test that killed first, when it comes to the same module again."""
+        self._killers[mutant.path][killer.split("::")[0]] += 1
+
+    def _cost_s(self, tests: Iterable[str]) -> float:
+        return 0.3 + sum(self._seconds[test] for test in tests)
+
+
+@contextmanager
+def changed(tree: Path, mutant: Mutant, stale: set[str]) -> Iterator[None]:
+    """Have the mutant in the copy, nothing compiled of what it is in; afterwards all is as it was.
+
+    The file keeps its time: other kernels are not compiled again.
+    """
+    path = tree / mutant.path
+    before = path.stat()
+    aside = tree / "kernels-aside"
+    aside.mkdir()
+    kept = []
+    for module in {mutant.path, *stale}:
+        cache = (tree / module).parent / "__pycache__"
+        name = Path(module).stem
+        for compiled in [*cache.glob(f"{name}.*.nb?"), *cache.glob(f"{name}.cpython*")]:
+            kept.append((compiled, aside / f"{len(kept)}"))
+            compiled.rename(kept[-1][1])
+    path.write_text(mutant.text(), encoding="utf-8")
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    try:
+        yield
+    finally:
+        shutil.copy2(ROOT / mutant.path, path)
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+        for module in {mutant.path, *stale}:
+            cache = (tree / module).parent / "__pycache__"
+            for compiled in cache.glob(f"{Path(module).stem}.*.nb?"):
+                compiled.unlink()
+        for compiled, moved in kept:
+            moved.rename(compiled)
+        aside.rmdir()
+
+
+class _Watch:
+    """A pytest plugin: only the chosen tests, in their order; keeps the first that fails."""
+
+    def __init__(self, tests: list[str]) -> None:
+        self._place = {test: k for k, test in enumerate(tests)}
+        self.failed = ""
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items[:] = [item for item in items if item.nodeid in self._place]
+        items.sort(key=lambda item: self._place[item.nodeid])
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        if report.failed:
+            self.failed = self.failed or report.nodeid
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed:
+            self.failed = self.failed or report.nodeid
+
+
+def preload() -> None:
+    """Load other people's packages once, for all the forked processes."""
+    for name in _PRELOADED:
+        importlib.import_module(name)
+
+
+def run_tests(tree: Path, tests: list[str], limit_s: float) -> tuple[str, str]:
+    """Run tests in the copy; returns "survived", "killed" or "timeout", and the test that failed."""
+    result = tree / "result.json"
+    result.unlink(missing_ok=True)
+    child = os.fork()
+    if child == 0:
+        _as_child(tree, tests, result)
+    deadline = time.monotonic() + limit_s
+    while time.monotonic() < deadline:
+        if os.waitpid(child, os.WNOHANG)[0]:
+            break
+        time.sleep(0.02)
+    else:
+        os.killpg(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        return "timeout", ""
+    told: dict[str, Any] = json.loads(result.read_text()) if result.exists() else {"failed": "the process itself"}
+    return ("killed" if told["failed"] else "survived"), told["failed"]
+
+
+def _as_child(tree: Path, tests: list[str], result: Path) -> None:
+    os.setpgid(0, 0)
+    resource.setrlimit(resource.RLIMIT_AS, (_MOST_BYTES, _MOST_BYTES))
+    os.chdir(tree)
+    os.environ["PYTHONPATH"] = str(tree)
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+    sys.dont_write_bytecode = True
+    sys.path[:] = [str(tree), *(entry for entry in sys.path if entry not in (str(ROOT), ""))]
+    with (tree / "log").open("w") as log:
+        os.dup2(log.fileno(), 1)
+        os.dup2(log.fileno(), 2)
+    watch = _Watch(tests)
+    files = list(dict.fromkeys(test.split("::")[0] for test in tests))
+    code = pytest.main(["-x", "-q", "--no-header", "-p", "no:cacheprovider", "--tb=short", *files], plugins=[watch])
+    failed = watch.failed or ("" if code in (0, 5) else f"pytest ended with {int(code)}")
+    result.write_text(json.dumps({"failed": failed}))
+    os._exit(0)
+
+
+def limit_s(expected_s: float, compiles: bool) -> float:
+    """How long a mutant's tests may take before they count as hanging."""
+    return _START_S + _GENEROUS * expected_s + (COMPILING_S if compiles else 0.0)
