@@ -114,7 +114,7 @@ def test_the_theory_of_an_oblique_edge_has_each_axis_own_part(normal_deg):
 @pytest.mark.parametrize("sides", [(), (-1,), (1,), (-1, 1)])
 @pytest.mark.parametrize("normal_deg", [20.0, -110.0])
 def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides, normal_deg):
-    """Marks a third of a pixel wide, on a background of one colour: an edge is seen where just one side has its mark."""
+    """Marks a third of a pixel wide on an even background: an edge is seen where just one side has its mark."""
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
     region, turn = camsim.Region(rows=40, cols=50, origin=(600, 100)), math.radians(normal_deg)
     x, y = 20.25, 18.75  # in the window, from its upper left corner
