@@ -11,7 +11,7 @@ import signal
 import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -41,13 +41,15 @@ def copy_tree(to: Path) -> Path:
 
 
 class Selection:
-    """The tests that run a line, from what ``traced.Recorder`` noted; those of one file together, quick files first."""
+    """The tests that run a line, from what ``traced.Recorder`` noted: those first that run little else."""
 
     def __init__(self, lines: Path) -> None:
         self._seconds: dict[str, float] = {}
+        self._lines: dict[str, int] = {}
         self._by_line: dict[tuple[str, int], set[str]] = defaultdict(set)
         for told in map(json.loads, lines.read_text(encoding="utf-8").splitlines()):
             self._seconds[told["test"]] = told["seconds"]
+            self._lines[told["test"]] = sum(map(len, told["lines"].values()))
             for path, numbers in told["lines"].items():
                 for number in numbers:
                     self._by_line[path, number].add(told["test"])
@@ -60,24 +62,21 @@ class Selection:
         if not wanted:  # of an expression over several lines some are never told
             wanted = {test for path, n in lines for k in range(n - 6, n + 7) for test in self._by_line[path, k]}
         files: dict[str, list[str]] = defaultdict(list)
-        for test in self._seconds:
-            if test in wanted:
-                files[test.split("::")[0]].append(test)
-        chosen: list[str] = []
         took_s = 0.0
-        for file in sorted(files, key=lambda file: (-self._killers[mutant.path][file], self._cost_s(files[file]))):
-            for test in files[file]:
-                if took_s + self._seconds[test] <= most_s:
-                    chosen.append(test)
-                    took_s += self._seconds[test]
-        return chosen, took_s
+        for test in sorted(wanted, key=lambda test: (-self._killers[mutant.path][_function(test)], self._lines[test])):
+            if took_s + self._seconds[test] <= most_s:
+                files[test.split("::")[0]].append(test)
+                took_s += self._seconds[test]
+        # Those of a file together, or its fixtures would be made again and again.
+        return [test for tests in files.values() for test in tests], took_s
 
     def remember(self, mutant: Mutant, killer: str) -> None:
-        """Ask the file of a test that killed first, when it comes to the same module again."""
-        self._killers[mutant.path][killer.split("::")[0]] += 1
+        """Ask a test that killed first, when it comes to the same module again."""
+        self._killers[mutant.path][_function(killer)] += 1
 
-    def _cost_s(self, tests: Iterable[str]) -> float:
-        return 0.3 + sum(self._seconds[test] for test in tests)
+
+def _function(test: str) -> str:
+    return test.split("[")[0]
 
 
 @contextmanager

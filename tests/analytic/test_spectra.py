@@ -183,12 +183,14 @@ def test_the_peak_is_reached_and_never_passed(name: str, per: str) -> None:
     assert fine.max() == pytest.approx(0.42, rel=1e-12)
 
 
-def test_a_selection_of_channels_keeps_its_scale() -> None:
+@pytest.mark.parametrize("chosen", ["BR", "R", "G", "B"])
+def test_a_selection_of_channels_keeps_its_scale(chosen: str) -> None:
+    """Whether the channel that has the peak is among them or not."""
     nm = np.linspace(400.0, 700.0, 31)
     whole = QuantumEfficiency.named("Nikon 5100 (NPL)", peak=0.42)
-    part = whole.select(("B", "R"))
-    assert part.channels == ("B", "R")
-    np.testing.assert_allclose(part.at(nm), whole.at(nm)[[2, 0]], rtol=1e-12)
+    part = whole.select(tuple(chosen))
+    assert part.channels == tuple(chosen)
+    np.testing.assert_allclose(part.at(nm), whole.at(nm)[["RGB".index(letter) for letter in chosen]], rtol=1e-12)
     with pytest.raises(InvalidValueError, match="no curve for Y; there are R, G, B"):
         whole.select(("Y",))
 
