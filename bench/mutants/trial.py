@@ -20,11 +20,11 @@ import pytest
 from draw import ROOT, Mutant
 from references import References
 
-COMPILING_S = 420.0
+COMPILING_S = 300.0
 """Kernels that a mutant is in are compiled again, on a machine that others use too."""
 
-_GENEROUS = 10.0
-_START_S = 120.0
+_GENEROUS = 5.0
+_START_S = 40.0
 _MOST_BYTES = 12 << 30
 _COPIED = ("camsim", "tests", "scenes", "sensors", "docs", "bench", "README.md", "CHANGELOG.md", "pyproject.toml")
 _PRELOADED = ("numpy", "scipy.special", "scipy.ndimage", "scipy.optimize", "numba", "shapely", "pydantic", "finufft")

@@ -40,6 +40,7 @@ LOPSIDED_STAGES = {
     "measured": camsim.MeasuredPsf(irradiance=((0, 1, 0.5), (1, 4, 2), (0.2, 1, 0.1), (0, 0.3, 0)), spacing_um=0.7),
     "rectangle": camsim.RectangularPhotosite(width_um=4.0, height_um=2.0),
     "rounded rectangle": camsim.RoundedPhotosite(width_um=4.0, height_um=3.0, radius_um=1.5),
+    "tile": camsim.RoundedPhotosite(width_um=4.0, height_um=3.0, radius_um=0.5),
     "L": camsim.PolygonPhotosite(points_um=((-2, -2), (2, -2), (2, 0), (0, 0), (0, 2), (-2, 2))),
     "unequal splits, turned": camsim.FourSpotOlpf(split_um=3.0, split_y_um=1.0, rotate_deg=20.0),
     "one plate": camsim.FourSpotOlpf(split_um=3.0, split_y_um=0.0),
@@ -167,16 +168,17 @@ def test_the_olpf_is_the_transform_of_its_spots(frequencies, across_um, down_um,
     np.testing.assert_allclose(waves.mean(axis=0), otf(olpf, fx, fy), rtol=0, atol=1e3 * ROUNDING)
 
 
-def _in_rounded(x, y):
-    """Whether a point is in 4 × 3 with corners of radius 1.5: a stadium, all within 1.5 of a line of length 1."""
-    return np.hypot(np.maximum(np.abs(x) - 0.5, 0.0), y) <= 1.5
+def _within(reach, x, y, half_x, half_y):
+    """Whether a point is within ``reach`` of a rectangle (or a line, or a point) about the origin."""
+    return np.hypot(np.maximum(np.abs(x) - half_x, 0.0), np.maximum(np.abs(y) - half_y, 0.0)) <= reach
 
 
 INSIDE = {
     "photosite": (lambda x, y: np.maximum(np.abs(x), np.abs(y)) <= 2.44),
     "rectangle": (lambda x, y: (np.abs(x) <= 2.0) & (np.abs(y) <= 1.0)),
     "disc": (lambda x, y: np.hypot(x, y) <= 2.0),
-    "rounded rectangle": _in_rounded,
+    "rounded rectangle": (lambda x, y: _within(1.5, x, y, 0.5, 0.0)),
+    "tile": (lambda x, y: _within(0.5, x, y, 1.5, 1.0)),
     "L": (lambda x, y: (np.maximum(np.abs(x), np.abs(y)) <= 2.0) & ((x <= 0.0) | (y <= 0.0))),
 }
 
