@@ -14,15 +14,12 @@ import os
 import sys
 import tempfile
 import time
-from collections import Counter
 from pathlib import Path
 
-from draw import FOLDERS, KINDS, ROOT, Mutant, drawn
+from draw import FOLDERS, ROOT, Mutant, drawn
 from references import References
+from report import RESULTS, page, reasons, results, table
 
-HERE = Path(__file__).parent
-RESULTS = HERE / "results.jsonl"
-EQUIVALENT = HERE / "equivalent.jsonl"
 LINES = ROOT / "out" / "mutants" / "lines.jsonl"
 EACH, SEED = 5, "1"
 
@@ -33,16 +30,22 @@ def main() -> None:
     parser.add_argument("--seed", default=SEED, help=f"of the draw ({SEED})")
     parser.add_argument("--folders", default=",".join(FOLDERS), help="with commas between them")
     parser.add_argument("--most", type=float, default=60.0, help="seconds of tests for one mutant (60)")
-    parser.add_argument("--again", action="store_true", help="try those that survived once more")
+    parser.add_argument("--again", action="store_true", help="try those that survived or never ended once more")
     parser.add_argument("--record", nargs="*", metavar="TESTS", help="only note which lines these tests run (all)")
     parser.add_argument("--table", action="store_true", help="only show what came out")
+    parser.add_argument("--page", action="store_true", help="write it into docs/mutants.md")
     told = parser.parse_args()
     mutants = [m for m in drawn(told.each, told.seed) if m.folder in told.folders.split(",")]
-    if told.record is not None or not (told.table or LINES.exists()):
-        record(told.record or [])
-    if told.record is None:
-        if not told.table:
-            run(mutants, told.most, told.again)
+    if told.page:
+        page(mutants)
+    elif told.table:
+        print(table(mutants))
+    elif told.record is not None:
+        record(told.record)
+    else:
+        if not LINES.exists():
+            record([])
+        run(mutants, told.most, told.again)
         print(table(mutants))
 
 
@@ -84,7 +87,7 @@ def run(mutants: list[Mutant], most_s: float, again: bool) -> None:
         tree = copy_tree(Path(folder))
         for mutant in mutants:
             before = done.get(mutant.key, {}).get("outcome")
-            if before in ("killed", "timeout") or (before and (not again or mutant.key in equivalent)):
+            if before == "killed" or (before and (not again or mutant.key in equivalent)):
                 continue
             began = time.monotonic()
             stale = references.compiled_with(mutant.path, mutant.number)
@@ -106,47 +109,6 @@ def run(mutants: list[Mutant], most_s: float, again: bool) -> None:
             print(f"{outcome:8} {line['seconds']:6} s  {mutant.path}:{mutant.number} {mutant.kind}; {by}", flush=True)
             if outcome == "killed":
                 selection.remember(mutant, by)
-
-
-def results() -> dict[str, dict[str, object]]:
-    """Return the last result of each mutant by its key."""
-    lines = RESULTS.read_text(encoding="utf-8").splitlines() if RESULTS.exists() else []
-    return {line["key"]: line for line in map(json.loads, lines)}
-
-
-def reasons() -> dict[str, str]:
-    """Return why mutants change nothing that could be tested, by key."""
-    lines = EQUIVALENT.read_text(encoding="utf-8").splitlines() if EQUIVALENT.exists() else []
-    return {line["key"]: line["reason"] for line in map(json.loads, lines)}
-
-
-def table(mutants: list[Mutant]) -> str:
-    """Return killed and all, by kind and folder, and every survivor with the reason, where there is one."""
-    done, equivalent = results(), reasons()
-    outcome = {mutant.key: done.get(mutant.key, {}).get("outcome", "not tried") for mutant in mutants}
-    all_of, killed = Counter(), Counter()
-    for mutant in mutants:
-        for cell in ((mutant.folder, mutant.kind), (mutant.folder, ""), ("", mutant.kind), ("", "")):
-            all_of[cell] += 1
-            killed[cell] += outcome[mutant.key] in ("killed", "timeout")
-    folders = [folder for folder in FOLDERS if all_of[folder, ""]]
-    rows = [["", *folders, "all"]]
-    for kind in (*KINDS, ""):
-        cells = [f"{killed[where, kind]}/{all_of[where, kind]}" for where in (*folders, "")]
-        rows.append([kind or "all", *("" if cell == "0/0" else cell for cell in cells)])
-    text = "\n".join(f"{row[0]:20}" + "".join(f"{cell:>11}" for cell in row[1:]) for row in rows)
-    ends = Counter(outcome.values())
-    same = sum(outcome[mutant.key] == "survived" and mutant.key in equivalent for mutant in mutants)
-    of_those = len(mutants) - same - ends["not tried"]
-    dead = ends["killed"] + ends["timeout"]
-    text += f"\n\n{dead} of {len(mutants)} killed ({ends['timeout']} by hanging), {ends['not tried']} not tried; "
-    text += f"{same} survivors change nothing that could be tested: {100 * dead / max(of_those, 1):.1f} % of the others"
-    for mutant in mutants:
-        if outcome[mutant.key] == "survived":
-            text += f"\n\n{mutant.key} {mutant.path}:{mutant.number}, {mutant.kind}"
-            text += f"\n  - {mutant.before.strip()}\n  + {mutant.after.strip()}"
-            text += f"\n  {equivalent.get(mutant.key, 'NO REASON')}"
-    return text
 
 
 if __name__ == "__main__":

@@ -98,17 +98,23 @@ def drawn(each: int, seed: str) -> list[Mutant]:
 
     The draw goes by a hash of each mutant and the seed, so that most of it stays while the modules change.
     """
+    chosen: dict[str, Mutant] = {}
+    for some in _all_there_are().values():
+        order = sorted(some, key=lambda key: hashlib.sha256(f"{seed} {key}".encode()).digest())
+        parsed = (some[key] for key in order if key not in chosen and _parses(some[key].text()))
+        chosen |= {mutant.key: mutant for mutant in islice(parsed, each)}
+    return list(chosen.values())
+
+
+@functools.cache
+def _all_there_are() -> dict[tuple[str, str], dict[str, Mutant]]:
+    """Return every mutant by folder and kind, and there by its key."""
     found: dict[tuple[str, str], dict[str, Mutant]] = {(folder, kind): {} for folder in FOLDERS for kind in KINDS}
     for folder in FOLDERS:
         for path in sorted((ROOT / "camsim" / folder).rglob("*.py")):
             for mutant in mutants(path):
                 found[folder, mutant.kind].setdefault(mutant.key, mutant)
-    chosen: dict[str, Mutant] = {}
-    for some in found.values():
-        order = sorted(some, key=lambda key: hashlib.sha256(f"{seed} {key}".encode()).digest())
-        parsed = (some[key] for key in order if key not in chosen and _parses(some[key].text()))
-        chosen |= {mutant.key: mutant for mutant in islice(parsed, each)}
-    return list(chosen.values())
+    return found
 
 
 def mutants(path: Path) -> Iterator[Mutant]:

@@ -240,6 +240,24 @@ def test_a_pattern_far_along_one_axis_is_as_exact_as_near(turned):
     np.testing.assert_allclose(pattern, expected, rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize(
+    "lens",
+    [
+        Wavefront(f_number=4.0, defocus_um=30.0, pupil=Pupil(shape="bladed", blades=3, rotate_deg=10.0)),
+        Wavefront(f_number=4.0, zernike_waves=((7, 0.1), (5, 0.2)), pupil=Pupil(shape="square", obstruction=0.3)),
+        Wavefront(f_number=4.0, zernike_waves=((8, 0.2),), pupil=Pupil(obstruction=0.4)),
+    ],
+    ids=["triangle out of focus", "square", "ring"],
+)
+def test_the_transfer_is_the_transform_of_the_pattern(lens):
+    """Summed over a lattice of half the pattern's finest wave, 160 λN wide: what is beyond is a hundredth at most."""
+    x = 0.5 * np.arange(-320, 321)  # λN = 2 µm, the pattern's waves 1.4 µm and longer
+    pattern = lens.point_spread_on(x, x, 500.0, 1e-12)
+    for fx, fy in ((0.05, 0.0), (0.0, 0.07), (0.1, -0.06), (-0.15, -0.1)):
+        expected = np.exp(-2j * np.pi * fy * x) @ pattern @ np.exp(-2j * np.pi * fx * x) * 0.25
+        assert complex(lens.otf(np.array(fx), np.array(fy), 500.0)) == pytest.approx(expected, abs=5e-3)
+
+
 def test_coma_points_to_the_right():
     """A positive coefficient 8: the bright head at the left of the light's centre, the tail to its right."""
     lens = Wavefront(f_number=N, zernike_waves=((8, 0.3),), reference_nm=NM)
