@@ -161,6 +161,12 @@ def test_noise_comes_after_the_bent_response() -> None:
     assert recorded.std() == pytest.approx(6.0, rel=SIGMA / np.sqrt(2 * recorded.size))
 
 
+def test_a_table_goes_on_straight_beyond_both_ends() -> None:
+    """By hand: 0.4 electrons an electron up to (200, 90), 0.5 from there on."""
+    table = ResponseTable((100.0, 200.0, 1200.0), (50.0, 90.0, 590.0))
+    np.testing.assert_allclose(table.apply(np.array([0.0, 150.0, 700.0, 2200.0])), [10.0, 70.0, 340.0, 1090.0])
+
+
 def test_full_wells_are_bent_too() -> None:
     polynomial = PolynomialResponse((-0.1,), 1000.0)
     recorded = record(np.full((4, 4), 5e3), nonlinearity=polynomial, full_well=FullWell(1000.0), noise=False, **PLACE)
@@ -304,14 +310,18 @@ def test_a_measured_falloff_is_held_beyond_its_table() -> None:
         (lambda: Crosstalk(((0.5, 0, 0), (0, 0.9, 0), (0, 0, 0))), "adds up to 1.4"),
         (lambda: Crosstalk(((0, 0), (0, 1))), "3 rows of 3"),
         (lambda: Crosstalk(((0, 0, 0), (0, -1, 0), (0, 0, 0))), "crosstalk: kernel -1.0"),
+        (lambda: Crosstalk(((0, 0, 0), (0, 1.005, 0), (0, 0, 0))), "^crosstalk: kernel 1.005; "),
         (lambda: Blooming(2.0), "blooming: spill 2.0; must be a fraction"),
         (lambda: Defects(hot_fraction=0.7, dead_fraction=0.7), "more than 1 together"),
         (lambda: Defects(dead=((-1, 0),)), "count from 0"),
         (lambda: PolynomialResponse((-0.6,), 1e4), "the response falls at"),
         (lambda: PolynomialResponse((), 1e4), "one or more"),
         (lambda: ResponseTable((0.0, 1.0), (1.0, 0.5)), "must increase: more charge"),
+        (lambda: ResponseTable((1.0, 0.0), (1.0, 0.5)), "^nonlinearity: electrons_in .* must increase"),
+        (lambda: ResponseTable((0.0,), (0.0,)), "electrons_in .* must be two or more finite numbers"),
+        (lambda: ResponseTable((0.0, 1.0), (0.0, np.nan)), "electrons_out .* must be two or more finite numbers"),
         (lambda: ResponseTable((0.0, 1.0, 2.0), (0.0, 0.5)), "3 electrons_in but 2"),
-        (lambda: DarkCurrent(1.0, at_c=-300.0), "below absolute zero"),
+        (lambda: DarkCurrent(1.0, at_c=-300.0), "^dark_current: at_c -300.0; is below absolute zero"),
         (lambda: DarkCurrent(1.0).warming(-300.0), "temperature_c -300.0; is below absolute zero"),
         (lambda: DarkCurrent(1.0, doubling_c=0.0), "doubling_c 0.0"),
         (lambda: DarkCurrent(1.0, nonuniformity=30.0), "0.01 means 1 %"),
