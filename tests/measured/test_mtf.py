@@ -9,6 +9,8 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
+from camsim.measure.find import find_edges
+from camsim.measure.picture import mosaic_planes
 
 LIGHT = camsim.Light("D55", illuminance_lux=5000)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=200)
@@ -234,6 +236,39 @@ def test_a_step_of_several_greys_is_found_everywhere(rng):
         assert min(abs(edge.figures.angle_deg - a) for a in (5, -12, 20)) < 0.1
         error = edge.figures.mtf50_cycles_per_pixel - gaussian_limit(0.5, 0.7)
         assert abs(error) < STATISTICAL * edge.standard_error.mtf50_cycles_per_pixel
+
+
+@pytest.mark.parametrize("pattern", [("Y",), ("RG", "GB")])
+def test_regions_lie_in_the_middle_of_their_sides(rng, pattern):
+    """Turned rectangles at places between pixels: each side's region is about its middle, and no side is left out."""
+    y, x = np.mgrid[:200, :220] + 0.5
+    aside = []
+    for _ in range(40):
+        cx, cy, turn = 110.0 + rng.uniform(-4, 4), 100.0 + rng.uniform(-4, 4), math.radians(rng.uniform(4.0, 12.0))
+        u = (x - cx) * math.cos(turn) + (y - cy) * math.sin(turn)
+        v = (y - cy) * math.cos(turn) - (x - cx) * math.sin(turn)
+        image = 0.8 - 0.6 * _step(u + 60) * _step(60 - u) * _step(v + 50) * _step(50 - v)
+        picture = Picture(name="a square", shape=image.shape, planes=mosaic_planes(image, pattern))
+        regions = find_edges(picture)
+        assert len(regions) == 4
+        for roi in regions:
+            dx, dy = roi.col + 0.5 * roi.cols - cx, roi.row + 0.5 * roi.rows - cy
+            u, v = dx * math.cos(turn) + dy * math.sin(turn), dy * math.cos(turn) - dx * math.sin(turn)
+            upright = abs(u) / 60 > abs(v) / 50
+            off = (u - math.copysign(60, u), v) if upright else (u, v - math.copysign(50, v))
+            aside.append((off[0] + 1j * off[1]) * np.exp(1j * turn))
+    # Regions begin at even rows and columns: 1 px at most, and nothing in the mean.
+    assert np.abs(aside).max() < 3.5
+    assert abs(np.mean(aside)) < 0.25
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_the_unit_of_the_numbers_is_no_matter(scale):
+    image = gaussian_edge(64, 64, 5, 0.8)
+    one, other = (measured(factor * image) for factor in (1.0, scale))
+    assert other.figures.mtf50_cycles_per_pixel == pytest.approx(one.figures.mtf50_cycles_per_pixel, rel=1e-9)
+    assert other.figures.contrast == pytest.approx(one.figures.contrast, rel=1e-9)
+    assert other.left_out == one.left_out
 
 
 def _step(distance):

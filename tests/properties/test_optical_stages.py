@@ -105,9 +105,9 @@ def test_elementwise_on_any_shape(stage, frequencies):
 def test_the_point_image_is_nowhere_negative(name, rng):
     """Bochner: exactly then the matrix OTF(f_i − f_j) of any frequencies has no eigenvalue below 0."""
     for spread_per_um in (0.05, 0.3, 2.0):
-        fx, fy = rng.normal(size=(2, 30)) * spread_per_um
+        fx, fy = rng.normal(size=(2, 16)) * spread_per_um
         matrix = otf(ALL_STAGES[name], fx[:, None] - fx, fy[:, None] - fy)
-        assert np.linalg.eigvalsh(matrix).min() > -30 * ROUNDING
+        assert np.linalg.eigvalsh(matrix).min() > -16 * ROUNDING
 
 
 def test_continuous_at_zero(stage):
