@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -21,6 +20,15 @@ from references import References
 from report import RESULTS, page, reasons, results, table
 
 LINES = ROOT / "out" / "mutants" / "lines.jsonl"
+KERNEL_LINES = LINES.with_name("kernel-lines.jsonl")
+BASELINE = ["tests/config/test_capture.py::test_frames_are_numbered_from_the_scenes_own"]
+BASELINE_S = 1200.0  # kernels may have to be compiled
+KERNEL_TESTS = [
+    *(f"tests/analytic/test_{name}.py" for name in ("rendering_truth", "crowd", "sampled", "fourier_truth")),
+    "tests/convergence/test_random_scenes.py",
+    "tests/convergence/test_footprints.py",
+    "tests/measured/test_mtf_refusals.py",
+]
 EACH, SEED = 5, "1"
 
 
@@ -32,6 +40,7 @@ def main() -> None:
     parser.add_argument("--most", type=float, default=60.0, help="seconds of tests for one mutant (60)")
     parser.add_argument("--again", action="store_true", help="try those that survived or never ended once more")
     parser.add_argument("--record", nargs="*", metavar="TESTS", help="only note which lines these tests run (all)")
+    parser.add_argument("--interpreted", action="store_true", help="with --record: kernels as plain Python")
     parser.add_argument("--table", action="store_true", help="only show what came out")
     parser.add_argument("--page", action="store_true", help="write it into docs/mutants.md")
     told = parser.parse_args()
@@ -41,34 +50,38 @@ def main() -> None:
     elif told.table:
         print(table(mutants))
     elif told.record is not None:
-        record(told.record)
+        record(told.record, interpreted=told.interpreted)
     else:
         if not LINES.exists():
-            record([])
+            record([], interpreted=False)
+        if not KERNEL_LINES.exists():
+            record(KERNEL_TESTS, interpreted=True)
         run(mutants, told.most, told.again)
         print(table(mutants))
 
 
-def record(tests: list[str]) -> None:
-    """Run tests, all unless told otherwise, and note their lines; those of the same tests before are replaced."""
+def record(tests: list[str], *, interpreted: bool) -> None:
+    """Run tests and note their lines; those of the same tests before are replaced.
+
+    interpreted : kernels too, as plain Python; of tests for which twenty seconds are enough then
+    """
     import pytest
     from traced import Recorder
-    from trial import copy_tree
+    from trial import copy_tree, enter
 
-    LINES.parent.mkdir(parents=True, exist_ok=True)
-    new = LINES.with_suffix(".new")
+    path = KERNEL_LINES if interpreted else LINES
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new = path.with_suffix(".new")
     with tempfile.TemporaryDirectory() as folder:
         tree = copy_tree(Path(folder))
-        os.chdir(tree)
-        os.environ["PYTHONPATH"] = str(tree)
-        sys.path.insert(0, str(tree))
-        pytest.main(["-q", *tests], plugins=[Recorder(tree, new)])
+        enter(tree, interpreted)
+        pytest.main(["-q", *tests], plugins=[Recorder(tree, new, most_s=20.0 if interpreted else 0.0)])
         os.chdir(ROOT)
     kept = {}
-    for path in (LINES, new):
-        for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
+    for some in (path, new):
+        for line in some.read_text(encoding="utf-8").splitlines() if some.exists() else []:
             kept[json.loads(line)["test"]] = line
-    LINES.write_text("".join(f"{line}\n" for line in kept.values()), encoding="utf-8")
+    path.write_text("".join(f"{line}\n" for line in kept.values()), encoding="utf-8")
     new.unlink()
 
 
@@ -78,22 +91,29 @@ def run(mutants: list[Mutant], most_s: float, again: bool) -> None:
 
     done = results()
     equivalent = reasons()
-    references, selection = References(ROOT), Selection(LINES)
+    references, plain = References(ROOT), References(ROOT, compiled=False)
+    selection, of_kernels = Selection(LINES), Selection(KERNEL_LINES)
     for mutant in mutants:
         if done.get(mutant.key, {}).get("outcome") == "killed":
             selection.remember(mutant, done[mutant.key]["by"])
+            of_kernels.remember(mutant, done[mutant.key]["by"])
     preload()
     with tempfile.TemporaryDirectory() as folder, RESULTS.open("a", encoding="utf-8") as file:
         tree = copy_tree(Path(folder))
+        ended, by = run_tests(tree, BASELINE, BASELINE_S)
+        if ended != "survived":
+            raise SystemExit(f"without any mutant {by or 'the baseline'} fails ({ended}): {(tree / 'log').read_text()}")
         for mutant in mutants:
             before = done.get(mutant.key, {}).get("outcome")
             if before == "killed" or (before and (not again or mutant.key in equivalent)):
                 continue
             began = time.monotonic()
-            stale = references.compiled_with(mutant.path, mutant.number)
-            tests, expected_s = selection.of(mutant, references, most_s)
-            with changed(tree, mutant, stale):
-                outcome, by = run_tests(tree, tests, limit_s(expected_s, bool(stale))) if tests else ("survived", "")
+            compiled = bool(references.compiled_with(mutant.path, mutant.number))
+            asked = of_kernels if compiled else selection
+            tests, expected_s = asked.of(mutant, plain if compiled else references, most_s)
+            with changed(tree, mutant):
+                limit = limit_s(expected_s)
+                outcome, by = run_tests(tree, tests, limit, interpreted=compiled) if tests else ("survived", "")
             line = {
                 "key": mutant.key,
                 "path": mutant.path,
@@ -108,7 +128,7 @@ def run(mutants: list[Mutant], most_s: float, again: bool) -> None:
             print(json.dumps(line, ensure_ascii=False), file=file, flush=True)
             print(f"{outcome:8} {line['seconds']:6} s  {mutant.path}:{mutant.number} {mutant.kind}; {by}", flush=True)
             if outcome == "killed":
-                selection.remember(mutant, by)
+                asked.remember(mutant, by)
 
 
 if __name__ == "__main__":

@@ -26,9 +26,10 @@ class _Definition:
 
 
 class References:
-    """All definitions of the package below ``root``."""
+    """All definitions of the package below ``root``; not ``compiled``: kernels are plain functions."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, *, compiled: bool = True) -> None:
+        self._compiled = compiled
         self._all: list[_Definition] = []
         self._imports: dict[str, set[str]] = {}
         for path in sorted((root / "camsim").rglob("*.py")):
@@ -79,7 +80,7 @@ class References:
 
     def _define(self, path: str, statement: ast.stmt, owner: str = "") -> None:
         if isinstance(statement, ast.FunctionDef):
-            name, kernel, called = statement.name, "jit" in ast.unparse(statement.decorator_list or []), True
+            name, kernel, called = statement.name, self._compiled and _is_kernel(statement), True
         elif isinstance(statement, ast.ClassDef):
             name, kernel, called = statement.name, False, False
         elif isinstance(statement, ast.Assign | ast.AnnAssign):
@@ -103,6 +104,10 @@ class References:
                     definition.uses[node.id if isinstance(node, ast.Name) else node.attr].add(node.lineno)
         for part in inner:
             self._define(path, part, owner=owner or name)
+
+
+def _is_kernel(function: ast.FunctionDef) -> bool:
+    return any("jit" in ast.unparse(decorator) for decorator in function.decorator_list)
 
 
 def _imported(root: Path, tree: ast.Module) -> set[str]:

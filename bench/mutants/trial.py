@@ -10,24 +10,26 @@ import shutil
 import signal
 import sys
 import time
+import warnings
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from draw import ROOT, Mutant
 from references import References
-
-COMPILING_S = 300.0
-"""Kernels that a mutant is in are compiled again, on a machine that others use too."""
 
 _GENEROUS = 5.0
 _START_S = 40.0
 _MOST_BYTES = 12 << 30
 _COPIED = ("camsim", "tests", "scenes", "sensors", "docs", "bench", "README.md", "CHANGELOG.md", "pyproject.toml")
-_PRELOADED = ("numpy", "scipy.special", "scipy.ndimage", "scipy.optimize", "numba", "shapely", "pydantic", "finufft")
+_PRELOADED = (
+    *("numpy", "scipy.special", "scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.stats", "numba", "shapely"),
+    *("finufft", "pydantic", "yaml", "typer", "rich.console", "tifffile", "OpenEXR", "PIL.Image", "rawpy", "colour"),
+)
 
 
 def copy_tree(to: Path) -> Path:
@@ -80,22 +82,15 @@ def _function(test: str) -> str:
 
 
 @contextmanager
-def changed(tree: Path, mutant: Mutant, stale: set[str]) -> Iterator[None]:
-    """Have the mutant in the copy, nothing compiled of what it is in; afterwards all is as it was.
+def changed(tree: Path, mutant: Mutant) -> Iterator[None]:
+    """Have the mutant in the copy; afterwards all is as it was.
 
-    The file keeps its time: other kernels are not compiled again.
+    The file keeps its time, by which the compiled kernels of others know that they are not stale.
     """
     path = tree / mutant.path
     before = path.stat()
-    aside = tree / "kernels-aside"
-    aside.mkdir()
-    kept = []
-    for module in {mutant.path, *stale}:
-        cache = (tree / module).parent / "__pycache__"
-        name = Path(module).stem
-        for compiled in [*cache.glob(f"{name}.*.nb?"), *cache.glob(f"{name}.cpython*")]:
-            kept.append((compiled, aside / f"{len(kept)}"))
-            compiled.rename(kept[-1][1])
+    for bytecode in (path.parent / "__pycache__").glob(f"{path.stem}.cpython*"):
+        bytecode.unlink()
     path.write_text(mutant.text(), encoding="utf-8")
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
     try:
@@ -103,13 +98,6 @@ def changed(tree: Path, mutant: Mutant, stale: set[str]) -> Iterator[None]:
     finally:
         shutil.copy2(ROOT / mutant.path, path)
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
-        for module in {mutant.path, *stale}:
-            cache = (tree / module).parent / "__pycache__"
-            for compiled in cache.glob(f"{Path(module).stem}.*.nb?"):
-                compiled.unlink()
-        for compiled, moved in kept:
-            moved.rename(compiled)
-        aside.rmdir()
 
 
 class _Watch:
@@ -133,18 +121,25 @@ class _Watch:
 
 
 def preload() -> None:
-    """Load other people's packages once, for all the forked processes."""
-    for name in _PRELOADED:
-        importlib.import_module(name)
+    """Load other people's packages once, for all the forked processes; what they change in numpy is undone."""
+    options = np.get_printoptions()
+    with warnings.catch_warnings(), np.errstate():
+        warnings.simplefilter("ignore")
+        for name in _PRELOADED:
+            importlib.import_module(name)
+    np.set_printoptions(**options)
 
 
-def run_tests(tree: Path, tests: list[str], limit_s: float) -> tuple[str, str]:
-    """Run tests in the copy; returns "survived", "killed" or "timeout", and the test that failed."""
+def run_tests(tree: Path, tests: list[str], limit_s: float, *, interpreted: bool = False) -> tuple[str, str]:
+    """Run tests in the copy; returns "survived", "killed" or "timeout", and the test that failed.
+
+    interpreted : run kernels as plain Python: nothing is compiled, which would take a minute or two
+    """
     result = tree / "result.json"
     result.unlink(missing_ok=True)
     child = os.fork()
     if child == 0:
-        _as_child(tree, tests, result)
+        _as_child(tree, tests, result, interpreted)
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:
         if os.waitpid(child, os.WNOHANG)[0]:
@@ -158,14 +153,10 @@ def run_tests(tree: Path, tests: list[str], limit_s: float) -> tuple[str, str]:
     return ("killed" if told["failed"] else "survived"), told["failed"]
 
 
-def _as_child(tree: Path, tests: list[str], result: Path) -> None:
+def _as_child(tree: Path, tests: list[str], result: Path, interpreted: bool) -> None:
     os.setpgid(0, 0)
     resource.setrlimit(resource.RLIMIT_AS, (_MOST_BYTES, _MOST_BYTES))
-    os.chdir(tree)
-    os.environ["PYTHONPATH"] = str(tree)
-    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
-    sys.dont_write_bytecode = True
-    sys.path[:] = [str(tree), *(entry for entry in sys.path if entry not in (str(ROOT), ""))]
+    enter(tree, interpreted)
     with (tree / "log").open("w") as log:
         os.dup2(log.fileno(), 1)
         os.dup2(log.fileno(), 2)
@@ -177,6 +168,32 @@ def _as_child(tree: Path, tests: list[str], result: Path) -> None:
     os._exit(0)
 
 
-def limit_s(expected_s: float, compiles: bool) -> float:
-    """How long a mutant's tests may take before they count as hanging."""
-    return _START_S + _GENEROUS * expected_s + (COMPILING_S if compiles else 0.0)
+def enter(tree: Path, interpreted: bool) -> None:
+    """Make this process, and those that it starts, work in the copy; nothing of camsim may be loaded yet."""
+    import numba
+    from numba.core import caching
+
+    numba.config.DISABLE_JIT = interpreted
+    locator = caching._SourceFileBackedLocatorMixin
+    stamp = locator.get_source_stamp
+
+    def stamp_of_the_original(self: Any) -> Any:
+        """Kernels beside a changed line that they do not hold are those of the unchanged file."""
+        copied = self._py_file
+        self._py_file = copied.replace(str(tree), str(ROOT))
+        try:
+            return stamp(self)
+        finally:
+            self._py_file = copied
+
+    locator.get_source_stamp = stamp_of_the_original
+    os.chdir(tree)
+    os.environ["PYTHONPATH"] = str(tree)
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+    sys.dont_write_bytecode = True
+    sys.path[:] = [str(tree), *(entry for entry in sys.path if entry not in (str(ROOT), ""))]
+
+
+def limit_s(expected_s: float) -> float:
+    """How long a mutant's tests may take before they count as never ending."""
+    return _START_S + _GENEROUS * expected_s
