@@ -262,6 +262,13 @@ def test_regions_lie_in_the_middle_of_their_sides(rng, pattern):
     assert abs(np.mean(aside)) < 0.25
 
 
+def test_a_large_region_is_measured_with_all_that_is_near_the_edge():
+    """Of 160 000 photosites the edge's few thousand, and of the even surfaces beside it as many as tell their level."""
+    edge = measured(gaussian_edge(400, 400, 5, 0.8), size=400)
+    assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, 0.8), rel=1e-5)
+    assert 101_000 < edge.photosites < 120_000
+
+
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 def test_the_unit_of_the_numbers_is_no_matter(scale):
     image = gaussian_edge(64, 64, 5, 0.8)
