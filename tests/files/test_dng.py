@@ -19,7 +19,7 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.errors import OutputError
 from camsim.files import save
-from camsim.files.dng import XMP_NAMESPACE, noise_profile
+from camsim.files.dng import XMP_NAMESPACE, noise_profile, odd_cfa
 from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
@@ -371,6 +371,13 @@ def test_arrays_that_developers_misread_are_refused(
     with pytest.raises(OutputError, match=r"misread a DNG of the colour filter array .*; write a \.tiff"):
         save(dataclasses.replace(frame, cfa_pattern=rows), tmp_path / "a.dng")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("long", "said"), [(255, "raw developers misread"), (258, "a DNG cannot hold")])
+def test_a_period_beyond_a_byte_cannot_be_written(long: int, said: str) -> None:
+    across, down = (("RGB" * 86)[:long],), tuple(("RGB" * 86)[:long])
+    assert str(odd_cfa(across)).startswith(said)
+    assert str(odd_cfa(down)).startswith(said)
 
 
 def test_more_than_4_gib_is_refused(tmp_path: Path, frame: Frame) -> None:
