@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from camsim.files import save
-from camsim.files.preview import _XYZ_D50_TO_SRGB, demosaic, develop
+from camsim.files.preview import _XYZ_D50_TO_SRGB, _srgb_bytes, demosaic, develop
 from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
 
@@ -37,6 +37,12 @@ def test_it_looks_like_libraws_development(
     difference = np.abs(ours - theirs)[2:-2, 2:-2]
     # Half an 8-bit step is at most 0.0045 of linear light.
     assert difference.max() < 0.006
+
+
+def test_the_curve_is_colour_sciences() -> None:
+    grey = np.concatenate([np.linspace(0.0, 0.01, 2001), np.linspace(0.0, 1.0, 2001)])
+    expected = 255 * colour_science().models.eotf_inverse_sRGB(grey)
+    assert np.abs(_srgb_bytes(grey) - expected).max() <= 0.5 + 1e-9
 
 
 def test_the_matrix_is_that_of_the_primaries_and_whites() -> None:
