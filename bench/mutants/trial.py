@@ -72,6 +72,11 @@ class Selection:
         # Those of a file together, or its fixtures would be made again and again.
         return [test for tests in files.values() for test in tests], took_s
 
+    def forget(self, start: str) -> None:
+        """Ask no more for tests whose name begins so."""
+        for tests in self._by_line.values():
+            tests -= {test for test in tests if test.startswith(start)}
+
     def remember(self, mutant: Mutant, killer: str) -> None:
         """Ask a test that killed first, when it comes to the same module again."""
         self._killers[mutant.path][_function(killer)] += 1
