@@ -15,6 +15,7 @@ from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, spectrum_at
 from camsim.spectra.named import (
     illuminant,
+    illuminant_a,
     illuminant_names,
     photopic_observer,
     reflectance,
@@ -155,6 +156,15 @@ def test_loading_twice_gives_the_same_module_without_a_warning() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert colour_science() is colour_science()
+
+
+def test_illuminant_a_is_the_radiator_that_cie_15_defines() -> None:
+    """CIE 15:2018, table 1, relative to 100 at 560 nm; beyond 780 nm by the formula in its own words."""
+    table = illuminant("A")
+    values = table.at(np.array([380.0, 480.0, 560.0, 650.0, 780.0]))
+    np.testing.assert_allclose(values, [9.7951, 48.2423, 100.0, 165.028, 241.675], rtol=1e-4)
+    nm = np.array([380.0, 480.0, 650.0, 780.0])
+    np.testing.assert_allclose(illuminant_a(nm), [9.7951, 48.2423, 165.028, 241.675], rtol=1e-4)
 
 
 RELATIVE = (("R", Curve((500.0, 600.0, 700.0), (0.0, 3.0, 0.0))), ("B", Curve((400.0, 500.0), (2.4, 0.0))))
