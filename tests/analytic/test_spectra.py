@@ -167,6 +167,20 @@ def test_illuminant_a_is_the_radiator_that_cie_15_defines() -> None:
     np.testing.assert_allclose(illuminant_a(nm), [9.7951, 48.2423, 165.028, 241.675], rtol=1e-4)
 
 
+def test_a_cameras_channels_have_the_colours_of_their_letters() -> None:
+    """Where each of the Nikon 5100's curves has its middle: blue, green, red."""
+    curves = sensitivities("Nikon 5100 (NPL)")
+    nm = np.arange(380.0, 781.0)
+    middle_nm = {letter: np.sum(nm * curve.at(nm)) / np.sum(curve.at(nm)) for letter, curve in curves.items()}
+    assert 440.0 < middle_nm["B"] < 490.0 < 520.0 < middle_nm["G"] < 560.0 < 590.0 < middle_nm["R"] < 640.0
+
+
+def test_daylight_goes_on_as_cie_15_tabulates_it() -> None:
+    """CIE 15:2018, table 1: D65 at 820 and 830 nm, where colour-science's own table has ended."""
+    beyond = illuminant("D65").at(np.array([820.0, 830.0]))
+    np.testing.assert_allclose(beyond, [57.4406, 60.3125], rtol=1e-4)
+
+
 RELATIVE = (("R", Curve((500.0, 600.0, 700.0), (0.0, 3.0, 0.0))), ("B", Curve((400.0, 500.0), (2.4, 0.0))))
 
 
