@@ -60,7 +60,7 @@ def _rows(mutants: list[Mutant]) -> list[list[str]]:
     ended = _ended(mutants)
     all_of: Counter[tuple[str, str]] = Counter()
     killed: Counter[tuple[str, str]] = Counter()
-    for mutant in mutants:
+    for mutant in (mutant for mutant in mutants if ended[mutant.key] != "not tried"):
         for cell in ((mutant.folder, mutant.kind), (mutant.folder, ""), ("", mutant.kind), ("", "")):
             all_of[cell] += 1
             killed[cell] += ended[mutant.key] in ("killed", "timeout")

@@ -181,6 +181,12 @@ def test_daylight_goes_on_as_cie_15_tabulates_it() -> None:
     np.testing.assert_allclose(beyond, [57.4406, 60.3125], rtol=1e-4)
 
 
+@pytest.mark.parametrize(("name", "said"), [("", "curve: 2 wavelengths"), ("sun", "curve 'sun': 2 wavelengths")])
+def test_a_message_calls_a_curve_by_its_name(name: str, said: str) -> None:
+    with pytest.raises(InvalidValueError, match=f"^{said} but 1 values"):
+        Curve((400.0, 500.0), (1.0,), name)
+
+
 RELATIVE = (("R", Curve((500.0, 600.0, 700.0), (0.0, 3.0, 0.0))), ("B", Curve((400.0, 500.0), (2.4, 0.0))))
 
 
