@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test test-clients test-bounds attack attack-quick lint format bench clean
+.PHONY: demo test test-clients test-bounds attack attack-quick mutants lint format bench clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -37,6 +37,9 @@ attack: $(READY)  ## random systems against independent truths, ten minutes; SEE
 
 attack-quick: $(READY)  ## the first few dozen of today's
 	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --quick --count 60 --seconds 60
+
+mutants: $(READY)  ## one line of camsim changed at a time: do the tests notice? (docs/mutants.md; an hour or two, goes on where it was)
+	NUMBA_NUM_THREADS=1 $(BIN)/python bench/mutants
 
 bench: $(READY)  ## error against run time, beside GalSim and prysm, into out/bench (camsim bench --peers: all of it)
 	$(BIN)/python -m pip install --quiet --editable '.[bench]'

@@ -94,6 +94,11 @@ def test_white_is_where_the_signal_clips(iso: float, full_well_e: float | None, 
         assert adc.quantise(np.array([full_well_e]), iso=iso).tolist() == [white_dn]
 
 
+def test_a_converter_of_one_bit_and_tiny_figures_rounds_like_any() -> None:
+    adc = Adc(bit_depth=1, black_level_dn=0, electrons_per_dn=1e-3, base_iso=1e-3)
+    assert adc.quantise(np.array([4e-4, 6e-4, 9.0]), iso=1e-3).tolist() == [0, 1, 1]
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

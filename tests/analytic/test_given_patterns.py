@@ -63,6 +63,19 @@ def test_both_engines_on_a_curve():
     assert np.abs(boundary.image - image(lens)).max() <= 1e-5
 
 
+@pytest.mark.parametrize("shape", [(5, 5), (4, 3), (3, 6), (1, 4)])
+def test_a_measured_pattern_is_the_sum_of_its_samples(rng, shape):
+    """Each sample a point of light, places counted from the middle of the array; y down, as the rows go."""
+    samples = rng.uniform(0.0, 1.0, shape)
+    lens = camsim.MeasuredPsf(irradiance=samples.tolist(), spacing_um=0.7)
+    y, x = (0.7 * (np.arange(n) - 0.5 * (n - 1)) for n in shape)
+    fx, fy = rng.uniform(-0.4 / 0.7, 0.4 / 0.7, (2, 50))
+    waves = [np.exp(-2j * np.pi * (u * x + v * y[:, None])) for u, v in zip(fx, fy, strict=True)]
+    expected = [(samples * wave).sum() / samples.sum() for wave in waves]
+    np.testing.assert_allclose(lens.otf(fx, fy, 550.0), expected, rtol=0, atol=1e-11)
+    assert not lens.otf(np.array([0.6 / 0.7, 0.0]), np.array([0.0, 0.6 / 0.7]), 550.0).any()
+
+
 def test_a_measured_transfer_passes_what_was_measured(rng):
     """At the table's own frequencies the transfer is the table's, in between a sum of waves goes through it."""
     half, step = 20, 0.02

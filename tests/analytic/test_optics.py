@@ -64,6 +64,21 @@ def test_stages_that_make_no_system_are_refused(stages, message):
         OpticalSystem.of(stages)
 
 
+class Strip:
+    """A lens of one's own that says nothing of its band: 4 × 1 cycles/µm, its long side turned by 135°."""
+
+    place = "lens"
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        along, across = (fy_per_um - fx_per_um) / math.sqrt(2.0), (fx_per_um + fy_per_um) / math.sqrt(2.0)
+        return np.maximum(1.0 - np.abs(along) / 2.0, 0.0) * np.maximum(1.0 - np.abs(across) / 0.5, 0.0)
+
+
+def test_the_end_of_an_unknown_band_is_looked_for_in_every_direction():
+    found = OpticalSystem.of([Strip(), SquarePhotosite(side_um=1.0)]).cutoff_per_um(550.0)
+    assert 2.0 <= found <= 1.001 * math.hypot(2.0, 0.5)
+
+
 def test_a_stage_without_a_place_is_the_lens_where_there_is_no_other():
     own, besides = Placed(None), Placed(None)
     system = OpticalSystem.of([own, besides, SquarePhotosite(side_um=3.0)])

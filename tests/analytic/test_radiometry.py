@@ -374,3 +374,19 @@ def test_filters_multiply_wavelength_by_wavelength() -> None:
     per_nm = 1.0 / 100.0 / 4.0 * 1e-21 / (scipy.constants.h * scipy.constants.c)  # × λ in nm: photons per µm²
     expected, _ = scipy.integrate.quad(lambda nm: 0.5 * (nm - 500) * (600 - nm) / 1e4 * nm * per_nm, 500, 600)
     assert both == pytest.approx(expected, rel=1e-9)
+
+    assert both == pytest.approx(expected, rel=2e-4)
+
+
+def test_a_table_that_is_held_lights_all_that_the_eye_sees() -> None:
+    """1 at 500 and 600 nm is 1 from 360 to 830: equal energy, 683.002 lm/W times ∫V(λ)dλ = 106.857 nm (CIE 15)."""
+    held = Light(Curve((500.0, 600.0), (1.0, 1.0), outside="hold"), illuminance_lux=683.002 * 106.857).samples()
+    assert np.sum(held.weight_nm * held.irradiance_w_per_m2_nm) == pytest.approx(830.0 - 360.0, abs=1.5)
+    np.testing.assert_allclose(held.irradiance_w_per_m2_nm, 1.0, rtol=1e-5)
+
+
+def test_the_coolest_blackbody_and_none_below() -> None:
+    samples = Light(blackbody_k=500.0, irradiance_w_per_m2=1.0).samples()
+    assert samples.wavelength_nm[-1] == pytest.approx(1100.0, abs=0.6)
+    with pytest.raises(InvalidValueError, match=r"blackbody_k 499.0; must be 500..1000000 K"):
+        Light(blackbody_k=499.0, irradiance_w_per_m2=1.0)

@@ -10,6 +10,7 @@ import scipy.signal
 import scipy.stats
 from tolerances import PROBABILITY
 
+import camsim
 from camsim.errors import InvalidValueError
 from camsim.sensor.chain import mixed, record
 from camsim.sensor.conversion_gain import DualGain
@@ -160,6 +161,12 @@ def test_noise_comes_after_the_bent_response() -> None:
     assert recorded.std() == pytest.approx(6.0, rel=SIGMA / np.sqrt(2 * recorded.size))
 
 
+def test_a_table_goes_on_straight_beyond_both_ends() -> None:
+    """By hand: 0.4 electrons an electron up to (200, 90), 0.5 from there on."""
+    table = ResponseTable((100.0, 200.0, 1200.0), (50.0, 90.0, 590.0))
+    np.testing.assert_allclose(table.apply(np.array([0.0, 150.0, 700.0, 2200.0])), [10.0, 70.0, 340.0, 1090.0])
+
+
 def test_full_wells_are_bent_too() -> None:
     polynomial = PolynomialResponse((-0.1,), 1000.0)
     recorded = record(np.full((4, 4), 5e3), nonlinearity=polynomial, full_well=FullWell(1000.0), noise=False, **PLACE)
@@ -227,6 +234,21 @@ EVERY: dict[str, Any] = {
 }
 
 
+@pytest.mark.parametrize("name", ["reset_noise", "read_noise", "row_noise", "flicker_rows", "output_noise", "all"])
+def test_the_dark_noise_is_what_dark_frames_have(name: str) -> None:
+    """Of each stage of the read-out, and of all: the spread of many dark rows is the figure that files carry."""
+    # Without a spectrum of their own, 4000 rows are 4000 independent numbers.
+    stages = {key: EVERY[key] for key in ADDITIVE} | {"flicker_rows": FlickerRows(3.0, exponent=0.0)}
+    some = stages if name == "all" else {name: stages[name]}
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0)).replace(
+        **({"read_noise": None} | some)
+    )
+    gain = {"electrons_per_dn": camera.adc.electrons_per_dn / 2.0}
+    dark = [record(np.zeros((4000, 4)), **some, **gain, frame_number=n, **QUIET) for n in (0, 1)]
+    spread_e = float((dark[0] - dark[1]).std()) / np.sqrt(2.0)  # what stays from frame to frame is no noise
+    assert camera.dark_noise_e(2.0 * camera.adc.base_iso) == pytest.approx(spread_e, rel=SIGMA / np.sqrt(2 * 4000))
+
+
 def test_threads_change_no_byte_of_the_whole_chain() -> None:
     wide = ramp(302, 302)
     one, two = (record(wide, crosstalk=Crosstalk(KERNEL), **EVERY, **PLACE, threads=n).tobytes() for n in (1, 2))
@@ -288,14 +310,18 @@ def test_a_measured_falloff_is_held_beyond_its_table() -> None:
         (lambda: Crosstalk(((0.5, 0, 0), (0, 0.9, 0), (0, 0, 0))), "adds up to 1.4"),
         (lambda: Crosstalk(((0, 0), (0, 1))), "3 rows of 3"),
         (lambda: Crosstalk(((0, 0, 0), (0, -1, 0), (0, 0, 0))), "crosstalk: kernel -1.0"),
+        (lambda: Crosstalk(((0, 0, 0), (0, 1.005, 0), (0, 0, 0))), "^crosstalk: kernel 1.005; "),
         (lambda: Blooming(2.0), "blooming: spill 2.0; must be a fraction"),
         (lambda: Defects(hot_fraction=0.7, dead_fraction=0.7), "more than 1 together"),
         (lambda: Defects(dead=((-1, 0),)), "count from 0"),
         (lambda: PolynomialResponse((-0.6,), 1e4), "the response falls at"),
         (lambda: PolynomialResponse((), 1e4), "one or more"),
         (lambda: ResponseTable((0.0, 1.0), (1.0, 0.5)), "must increase: more charge"),
+        (lambda: ResponseTable((1.0, 0.0), (1.0, 0.5)), "^nonlinearity: electrons_in .* must increase"),
+        (lambda: ResponseTable((0.0,), (0.0,)), "electrons_in .* must be two or more finite numbers"),
+        (lambda: ResponseTable((0.0, 1.0), (0.0, np.nan)), "electrons_out .* must be two or more finite numbers"),
         (lambda: ResponseTable((0.0, 1.0, 2.0), (0.0, 0.5)), "3 electrons_in but 2"),
-        (lambda: DarkCurrent(1.0, at_c=-300.0), "below absolute zero"),
+        (lambda: DarkCurrent(1.0, at_c=-300.0), "^dark_current: at_c -300.0; is below absolute zero"),
         (lambda: DarkCurrent(1.0).warming(-300.0), "temperature_c -300.0; is below absolute zero"),
         (lambda: DarkCurrent(1.0, doubling_c=0.0), "doubling_c 0.0"),
         (lambda: DarkCurrent(1.0, nonuniformity=30.0), "0.01 means 1 %"),

@@ -15,6 +15,7 @@ from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, spectrum_at
 from camsim.spectra.named import (
     illuminant,
+    illuminant_a,
     illuminant_names,
     photopic_observer,
     reflectance,
@@ -157,6 +158,35 @@ def test_loading_twice_gives_the_same_module_without_a_warning() -> None:
         assert colour_science() is colour_science()
 
 
+def test_illuminant_a_is_the_radiator_that_cie_15_defines() -> None:
+    """CIE 15:2018, table 1, relative to 100 at 560 nm; beyond 780 nm by the formula in its own words."""
+    table = illuminant("A")
+    values = table.at(np.array([380.0, 480.0, 560.0, 650.0, 780.0]))
+    np.testing.assert_allclose(values, [9.7951, 48.2423, 100.0, 165.028, 241.675], rtol=1e-4)
+    nm = np.array([380.0, 480.0, 650.0, 780.0])
+    np.testing.assert_allclose(illuminant_a(nm), [9.7951, 48.2423, 165.028, 241.675], rtol=1e-4)
+
+
+def test_a_cameras_channels_have_the_colours_of_their_letters() -> None:
+    """Where each of the Nikon 5100's curves has its middle: blue, green, red."""
+    curves = sensitivities("Nikon 5100 (NPL)")
+    nm = np.arange(380.0, 781.0)
+    middle_nm = {letter: np.sum(nm * curve.at(nm)) / np.sum(curve.at(nm)) for letter, curve in curves.items()}
+    assert 440.0 < middle_nm["B"] < 490.0 < 520.0 < middle_nm["G"] < 560.0 < 590.0 < middle_nm["R"] < 640.0
+
+
+def test_daylight_goes_on_as_cie_15_tabulates_it() -> None:
+    """CIE 15:2018, table 1: D65 at 820 and 830 nm, where colour-science's own table has ended."""
+    beyond = illuminant("D65").at(np.array([820.0, 830.0]))
+    np.testing.assert_allclose(beyond, [57.4406, 60.3125], rtol=1e-4)
+
+
+@pytest.mark.parametrize(("name", "said"), [("", "curve: 2 wavelengths"), ("sun", "curve 'sun': 2 wavelengths")])
+def test_a_message_calls_a_curve_by_its_name(name: str, said: str) -> None:
+    with pytest.raises(InvalidValueError, match=f"^{said} but 1 values"):
+        Curve((400.0, 500.0), (1.0,), name)
+
+
 RELATIVE = (("R", Curve((500.0, 600.0, 700.0), (0.0, 3.0, 0.0))), ("B", Curve((400.0, 500.0), (2.4, 0.0))))
 
 
@@ -183,12 +213,14 @@ def test_the_peak_is_reached_and_never_passed(name: str, per: str) -> None:
     assert fine.max() == pytest.approx(0.42, rel=1e-12)
 
 
-def test_a_selection_of_channels_keeps_its_scale() -> None:
+@pytest.mark.parametrize("chosen", ["BR", "R", "G", "B"])
+def test_a_selection_of_channels_keeps_its_scale(chosen: str) -> None:
+    """Whether the channel that has the peak is among them or not."""
     nm = np.linspace(400.0, 700.0, 31)
     whole = QuantumEfficiency.named("Nikon 5100 (NPL)", peak=0.42)
-    part = whole.select(("B", "R"))
-    assert part.channels == ("B", "R")
-    np.testing.assert_allclose(part.at(nm), whole.at(nm)[[2, 0]], rtol=1e-12)
+    part = whole.select(tuple(chosen))
+    assert part.channels == tuple(chosen)
+    np.testing.assert_allclose(part.at(nm), whole.at(nm)[["RGB".index(letter) for letter in chosen]], rtol=1e-12)
     with pytest.raises(InvalidValueError, match="no curve for Y; there are R, G, B"):
         whole.select(("Y",))
 

@@ -12,7 +12,7 @@ from tolerances import STATISTICAL
 from camsim.errors import InvalidValueError
 from camsim.sensor.chain import record
 from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
-from camsim.sensor.streams import Stream, fixed_normals, generator
+from camsim.sensor.streams import Stream, column_normals, fixed_normals, generator
 
 EVERY: dict[str, Any] = {
     "prnu": Prnu(0.01),
@@ -140,6 +140,15 @@ def test_rows_and_columns_do_not_know_one_another() -> None:
 def test_a_seed_that_no_file_can_hold_is_refused(seed: int) -> None:
     with pytest.raises(InvalidValueError, match="must be a whole number from 0"):
         generator(seed, Stream.SHOT, block=0)
+
+
+def test_columns_have_the_numbers_that_the_page_says() -> None:
+    """Philox(SeedSequence([serial, stage, frame number, block])), the first of them; a window has its part."""
+    whole = np.random.Generator(np.random.Philox(np.random.SeedSequence([17, 8, 0, 0]))).standard_normal(
+        300, dtype=np.float32
+    )
+    np.testing.assert_array_equal(column_normals(17, first_col=0, cols=300, frame_cols=300), whole)
+    np.testing.assert_array_equal(column_normals(17, first_col=40, cols=9, frame_cols=300), whole[40:49])
 
 
 def test_large_seeds_work() -> None:

@@ -13,6 +13,7 @@ from camsim.optics import Pupil, Wavefront
 from camsim.optics.airy import airy_otf
 from camsim.optics.zernike import orders, zernike
 from camsim.rendering.fourier import fourier_image
+from tests import truth
 
 NM, N = 500.0, 4.0  # λN = 2 µm
 LAMBDA_N = 2.0
@@ -227,6 +228,34 @@ def test_an_aberrated_pattern_against_an_fft_of_the_pupil():
     here = slice(middle - around, middle + around + 1)
     ours = ABERRATED.point_spread_on(x, x, NM, 1e-12)
     assert np.abs(ours - pattern[here, here]).max() < 0.01 * ours.max()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_pattern_far_along_one_axis_is_as_exact_as_near(turned):
+    """A narrow strip of the lattice, 200 λN long: the Airy pattern's rings in closed form."""
+    long_um, short_um = np.linspace(-400.0, 400.0, 401), np.array([-1.0, 0.0, 1.0])
+    x_um, y_um = (short_um, long_um) if turned else (long_um, short_um)
+    pattern = camsim.Wavefront(f_number=4.0).point_spread_on(x_um, y_um, 500.0, 1e-12)
+    expected = truth.airy_psf(np.hypot(x_um, y_um[:, None]), 2.0)
+    np.testing.assert_allclose(pattern, expected, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        Wavefront(f_number=4.0, defocus_um=30.0, pupil=Pupil(shape="bladed", blades=3, rotate_deg=10.0)),
+        Wavefront(f_number=4.0, zernike_waves=((7, 0.1), (5, 0.2)), pupil=Pupil(shape="square", obstruction=0.3)),
+        Wavefront(f_number=4.0, zernike_waves=((8, 0.2),), pupil=Pupil(obstruction=0.4)),
+    ],
+    ids=["triangle out of focus", "square", "ring"],
+)
+def test_the_transfer_is_the_transform_of_the_pattern(lens):
+    """Summed over a lattice of half the pattern's finest wave, 160 λN wide: what is beyond is a hundredth at most."""
+    x = 0.5 * np.arange(-320, 321)  # λN = 2 µm, the pattern's waves 1.4 µm and longer
+    pattern = lens.point_spread_on(x, x, 500.0, 1e-12)
+    for fx, fy in ((0.05, 0.0), (0.0, 0.07), (0.1, -0.06), (-0.15, -0.1)):
+        expected = np.exp(-2j * np.pi * fy * x) @ pattern @ np.exp(-2j * np.pi * fx * x) * 0.25
+        assert complex(lens.otf(np.array(fx), np.array(fy), 500.0)) == pytest.approx(expected, abs=5e-3)
 
 
 def test_coma_points_to_the_right():

@@ -16,7 +16,7 @@ def test_pages_say_what_the_stored_run_says():
         cwd=ROOT,
         capture_output=True,
         encoding="utf-8",
-        timeout=120,
+        timeout=600,
         check=False,
     )
     assert done.returncode == 0, done.stderr

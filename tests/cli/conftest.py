@@ -61,7 +61,7 @@ def camsim(folder: Path) -> Run:
             preexec_fn=before,
             capture_output=True,
             encoding="utf-8",
-            timeout=300,
+            timeout=600,
             check=False,
         )
         assert "Traceback" not in done.stderr, done.stderr
@@ -81,7 +81,7 @@ def patched(folder: Path) -> Run:
             cwd=folder,
             capture_output=True,
             encoding="utf-8",
-            timeout=300,
+            timeout=600,
             check=False,
         )
 

@@ -173,7 +173,7 @@ def test_control_c_ends_it_with_130_and_no_file(folder: Path) -> None:
     )
     with pipe.open("w"):
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=600)
     assert process.returncode == 130
     assert said == "camsim: interrupted\n"
     assert files_in(folder) == {"small.yaml", "pipe.yaml"}

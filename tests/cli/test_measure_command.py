@@ -33,7 +33,7 @@ def files(tmp_path_factory):
     (there / "edge.yaml").write_text(EDGE, encoding="utf-8")
     outputs = ("edge.dng", "edge.tiff", "edge.png:mosaic", "look.png:preview", "edge.exr:truth", "edge.npy")
     arguments = [a for o in outputs for a in ("-o", o)]
-    subprocess.run([COMMAND, "capture", "edge.yaml", "-q", *arguments], cwd=there, check=True, timeout=300)
+    subprocess.run([COMMAND, "capture", "edge.yaml", "-q", *arguments], cwd=there, check=True, timeout=600)
     return there
 
 

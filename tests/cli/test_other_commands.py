@@ -1,11 +1,10 @@
-"""Help, list, show, validate: quick, honest about mistakes, and fit for pipes."""
+"""Help, list, show, validate: nothing heavy loaded, honest about mistakes, and fit for pipes."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,40 +13,21 @@ import yaml
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
-# One of these alone takes longer to import than the help may take to print.
+# One of these alone takes longer to import than the help may take to print (bench/waits.py measures that).
 HEAVY = ("numpy", "numba", "scipy", "shapely", "colour", "pydantic", "yaml", "tifffile", "OpenEXR", "PIL")
 
 
-def seconds_of(run: Callable[[], object], repeats: int, enough_s: float) -> float:
-    """Return the shortest of a few runs: other work on the machine only ever adds."""
-    best = float("inf")
-    for _ in range(repeats):
-        began = time.perf_counter()
-        run()
-        best = min(best, time.perf_counter() - began)
-        if best <= enough_s:
-            break
-    return best
-
-
-def test_help_is_there_at_once(camsim: Run) -> None:
+def test_help_names_the_commands(camsim: Run) -> None:
     done = camsim("--help")
     assert done.returncode == 0
     for command in ("capture", "list", "show", "validate", "--version"):
         assert command in done.stdout
-    assert seconds_of(lambda: camsim("--help"), 5, 0.5) <= 0.5
 
 
 def test_help_imports_nothing_heavy() -> None:
     code = "import sys, camsim.cli.app; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(loaded.stdout.split()) & set(HEAVY) == set()
-
-
-def test_a_warm_capture_takes_three_seconds_at_most(camsim: Run) -> None:
-    run = lambda: camsim("capture", "slanted-edge", "--force", "-q")  # noqa: E731
-    assert run().returncode == 0
-    assert seconds_of(run, 4, 3.0) <= 3.0
 
 
 def test_version(camsim: Run) -> None:

@@ -84,7 +84,7 @@ class Program:
 
 def run(*command: str | Path, cwd: Path | None = None, home: Path | None = None) -> subprocess.CompletedProcess[bytes]:
     env = {**os.environ, **({"HOME": str(home), "XDG_CONFIG_HOME": str(home)} if home else {})}
-    return subprocess.run(command, capture_output=True, check=False, timeout=240, cwd=cwd, env=env)
+    return subprocess.run(command, capture_output=True, check=False, timeout=600, cwd=cwd, env=env)
 
 
 def quiet(answer: subprocess.CompletedProcess[bytes]) -> bytes:

@@ -104,6 +104,20 @@ def test_a_frame_that_does_not_fit_in_memory(edited: Callable[..., None], folder
     assert str(caught.value).endswith(" are free; make the region smaller")
 
 
+def test_a_frame_that_passes_through_takes_more_the_larger_it_is_and_less_than_one_that_is_held() -> None:
+    small, large = (memory.needed_bytes(rows, 9000, 3, ("mosaic",), held=False) for rows in (6000, 12_000))
+    # Each photosite's filter at least, and a band.
+    assert small > 1e8 + 6000 * 9000
+    assert 6000 * 9000 <= large - small < memory.needed_bytes(6000, 9000, 3, ("mosaic",))
+
+
+def test_every_product_takes_memory() -> None:
+    held = {name: memory.needed_bytes(1000, 2000, 3, ("mosaic", name)) for name in ("mosaic", "truth", "preview")}
+    # Four bytes a channel of truth; the preview's own planes besides.
+    assert held["truth"] >= held["mosaic"] + 2e6 * 3 * 4
+    assert held["preview"] >= held["mosaic"] + 2e6 * 3 * 4
+
+
 def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) -> None:
     files = {
         "/proc/meminfo": "MemTotal: 9 kB\nMemAvailable:    4000 kB\n",

@@ -33,6 +33,14 @@ def test_a_file_that_holds_no_table(folder: Path, text: str) -> None:
         load("scene.yaml")
 
 
+def test_a_region_is_not_judged_by_a_frame_that_is_unknown(folder: Path) -> None:
+    sensor = (folder / "my.yaml").read_text()
+    (folder / "my.yaml").write_text(sensor.replace("rows: 200,", "rows: none,"))
+    with pytest.raises(ConfigError) as caught:
+        load("good.yaml", overrides=["region={rows: 400, cols: 24}"])
+    assert [fault.key for fault in caught.value.faults] == ["frame.rows"]
+
+
 def test_all_faults_of_both_files_and_the_command_line_at_once(folder: Path) -> None:
     """Also what only the stages see (a crossing, unknown names) when the schema has faults of its own."""
     (folder / "scene.yaml").write_text(

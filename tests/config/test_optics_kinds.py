@@ -238,6 +238,16 @@ SENSOR_FAULTS = {
         "photosite: {kind: circular, diameter_um: 5}",
         ["my.yaml:5:12: photosite: is 5 µm wide; photosites may not overlap, and the pitch is 4 µm"],
     ),
+    "taller than the pitch": (
+        GOOD_PHOTOSITE,
+        "photosite: {kind: rectangular, width_um: 1, height_um: 5}",
+        ["my.yaml:5:12: photosite: is 5 µm wide; photosites may not overlap, and the pitch is 4 µm"],
+    ),
+    "a kind unlike both that there are": (
+        "olpf: {kind: four-spot,",
+        "olpf: {kind: birefringent,",
+        ["my.yaml:6:14: olpf.kind: must be four-spot or two-spot, not 'birefringent'"],
+    ),
     "too round": (
         GOOD_PHOTOSITE,
         "photosite: {kind: rounded, width_um: 4, height_um: 3, radius_um: 2}",

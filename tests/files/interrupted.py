@@ -31,13 +31,16 @@ def main(pickled: Path, folder: Path, kills: int) -> None:
             took = time.perf_counter() - began
             known[hashlib.sha256(target.read_bytes()).hexdigest()] = name
         found[suffix] = []
-        for _ in range(kills):
+        for kill in range(kills):
             child = os.fork()
             if child == 0:
                 while True:
                     for frame in frames.values():
                         save(frame, target)
-            time.sleep(rng.uniform(0, 3 * took))
+            # The first is killed while it writes, however busy the machine is; the others at any moment.
+            while kill == 0 and not any(path.suffix == ".part" for path in folder.iterdir()):
+                pass
+            time.sleep(rng.uniform(0, 3 * took) if kill else 0.0)
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             found[suffix].append(known.get(hashlib.sha256(target.read_bytes()).hexdigest(), "neither"))

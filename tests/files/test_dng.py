@@ -19,7 +19,7 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.errors import OutputError
 from camsim.files import save
-from camsim.files.dng import XMP_NAMESPACE, noise_profile
+from camsim.files.dng import XMP_NAMESPACE, noise_profile, odd_cfa
 from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
@@ -145,6 +145,59 @@ def test_colour_matrices_take_white_to_neutral(tmp_path: Path, frame: Frame) -> 
         np.testing.assert_allclose(
             fractions(tags[code]).reshape(3, 3).sum(axis=1), [0.9642, 1, 0.8249], rtol=0, atol=1e-7
         )
+
+
+def test_forward_matrices_belong_to_the_colour_matrices_of_their_light(tmp_path: Path, frame: Frame) -> None:
+    """Both are one fit: camera to XYZ under the light, balanced by its white, and taken to D50 by colour-science."""
+    save(frame, tmp_path / "a.dng")
+    tags = tags_of(tmp_path / "a.dng")
+    adapted = colour_science().adaptation.matrix_chromatic_adaptation_VonKries
+    for colour_tag, forward_tag, light in ((50721, 50964, "A"), (50722, 50965, "D65")):
+        x, y = CHROMATICITY[light]
+        white = np.array([x / y, 1, (1 - x - y) / y])
+        from_xyz = fractions(tags[colour_tag]).reshape(3, 3)
+        to_d50 = adapted(white, np.array([0.9642, 1, 0.8249]), transform="Bradford")
+        expected = to_d50 @ np.linalg.inv(from_xyz) @ np.diag(from_xyz @ white)
+        np.testing.assert_allclose(fractions(tags[forward_tag]).reshape(3, 3), expected, rtol=0, atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("size", "pattern", "margin"),
+    [
+        ((48, 66), "RG GB", 4),
+        ((66, 24), "GB RG", 4),
+        ((23, 66), "RG GB", 2),
+        ((5, 66), "RG GB", 2),
+        ((66, 4), "RG GB", 0),
+        ((48, 66), "x-trans", 6),
+        ((66, 23), "x-trans", 6),
+        ((12, 66), "x-trans", 0),
+        ((13, 66), "x-trans", 6),
+        ((48, 66), "Y", 4),
+    ],
+)
+def test_the_default_crop_leaves_whole_periods_and_a_middle(
+    tmp_path: Path,
+    make_frame: Callable[..., Frame],
+    x_trans: str,
+    size: tuple[int, int],
+    pattern: str,
+    margin: int,
+) -> None:
+    """Two photosites a side at least, for demosaicing, where that leaves anything; counted by hand."""
+    save(make_frame(*size, x_trans if pattern == "x-trans" else pattern), tmp_path / "a.dng")
+    tags = tags_of(tmp_path / "a.dng")
+    assert fractions(tags[50719]).tolist() == [margin, margin]
+    assert fractions(tags[50720]).tolist() == [size[1] - 2 * margin, size[0] - 2 * margin]
+    assert tags[50829] == (0, 0, *size)
+
+
+def test_libraw_takes_the_default_crop_from_the_file(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.dng")
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        sizes = raw.sizes
+        assert (sizes.crop_left_margin, sizes.crop_top_margin) == (4, 4)
+        assert (sizes.crop_width, sizes.crop_height) == (66 - 8, 48 - 8)
 
 
 def test_libraw_takes_white_balance_and_matrix_from_the_file(tmp_path: Path, frame: Frame) -> None:
@@ -318,6 +371,13 @@ def test_arrays_that_developers_misread_are_refused(
     with pytest.raises(OutputError, match=r"misread a DNG of the colour filter array .*; write a \.tiff"):
         save(dataclasses.replace(frame, cfa_pattern=rows), tmp_path / "a.dng")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("long", "said"), [(255, "raw developers misread"), (258, "a DNG cannot hold")])
+def test_a_period_beyond_a_byte_cannot_be_written(long: int, said: str) -> None:
+    across, down = (("RGB" * 86)[:long],), tuple(("RGB" * 86)[:long])
+    assert str(odd_cfa(across)).startswith(said)
+    assert str(odd_cfa(down)).startswith(said)
 
 
 def test_more_than_4_gib_is_refused(tmp_path: Path, frame: Frame) -> None:

@@ -25,6 +25,15 @@ def exr_planes(path: Path) -> dict[str, np.ndarray]:
     return {name: channel.pixels for name, channel in file.channels().items()}
 
 
+def test_a_tiff_of_four_channels_is_one_page_of_four_samples(tmp_path: Path, frame: Frame) -> None:
+    truth = np.random.default_rng(1).random((48, 66, 4), dtype=np.float32)
+    save(dataclasses.replace(frame, channels=("R", "G", "B", "W"), truth=truth), tmp_path / "a.tiff", product="truth")
+    with tifffile.TiffFile(tmp_path / "a.tiff") as file:
+        (page,) = file.pages
+        assert (page.shape, page.planarconfig) == ((48, 66, 4), 1)
+        np.testing.assert_array_equal(page.asarray(), truth)
+
+
 def test_exr_truth_is_exact(tmp_path: Path, frame: Frame) -> None:
     save(frame, tmp_path / "a.exr")
     planes = exr_planes(tmp_path / "a.exr")

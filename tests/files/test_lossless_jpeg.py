@@ -70,3 +70,14 @@ def test_without_the_library_the_message_says_which(
     with pytest.raises(OutputError, match=r"needs the package imagecodecs: .*camsim-spectral\[compress\]"):
         save(frame, tmp_path / "a.dng", compress=True)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("pattern", "components"), [("RG GB", 2), ("Y", 1)])
+def test_a_bayer_mosaic_is_two_components_side_by_side(
+    tmp_path: Path, make_frame: Callable[..., Frame], pattern: str, components: int
+) -> None:
+    """As cameras write it: red beside green predicts better from two to the left. Told by the frame header, SOF3."""
+    save(make_frame(pattern=pattern), tmp_path / "a.dng", compress=True)
+    content = (tmp_path / "a.dng").read_bytes()
+    header = content[content.index(b"\xff\xd8\xff") :]
+    assert header[header.index(b"\xff\xc3") + 9] == components

@@ -131,6 +131,8 @@ def test_the_streamed_file_reads_back_exactly(tmp_path: Path, rows: int, cols: i
         np.testing.assert_array_equal(found[name], plane)
     assert header["software"] == "µ"
     assert header["one"] == 1.5
+    assert (tuple(header["screenWindowCenter"]), header["screenWindowWidth"]) == ((0.0, 0.0), 1.0)
+    assert header["pixelAspectRatio"] == 1.0
 
 
 def test_wavelengths_of_four_digits_are_in_their_place(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def test_a_kill_leaves_the_old_or_the_new_file(tmp_path: Path, make_frame: Calla
         capture_output=True,
         text=True,
         check=True,
-        timeout=120,
+        timeout=600,
         env={**os.environ, "PYTHONPATH": str(HERE.parents[1])},
     )
     found = json.loads(ran.stdout)

@@ -9,6 +9,8 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
+from camsim.measure.find import find_edges
+from camsim.measure.picture import mosaic_planes
 
 LIGHT = camsim.Light("D55", illuminance_lux=5000)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=200)
@@ -89,6 +91,51 @@ def test_the_theory_is_the_product_of_transfers_in_green_light():
     flat = CameraOtf(camera=camera, scene=scene, light=light)
     assert flat.along_normal(f, channel="G1", line=line) is None
     assert theory.along_normal(f, channel="Y", line=line) is None
+
+
+@pytest.mark.parametrize("normal_deg", [0.0, 30.0, 90.0, -120.0])
+def test_the_theory_of_an_oblique_edge_has_each_axis_own_part(normal_deg):
+    """A plate that splits along x and a photosite wider than high: x counts by the cosine, y by the sine."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0)).replace(
+        olpf=camsim.FourSpotOlpf(split_um=2.5, split_y_um=0.0),
+        photosite=camsim.RectangularPhotosite(width_um=3.4, height_um=2.0),
+    )
+    turn = math.radians(normal_deg)
+    across = (1e3 * math.cos(turn), 1e3 * math.sin(turn))
+    dark = camsim.Rectangle(width_um=2e3, height_um=2e3, rotate_deg=normal_deg, centre_um=across, reflectance=0.05)
+    scene, light = camsim.Scene(background=0.9, shapes=[dark]), camsim.Light(line_nm=550.0, illuminance_lux=5000)
+    line = EdgeLine(x_pixel=0.5 * camera.cols, y_pixel=0.5 * camera.rows, normal_rad=turn + math.pi)
+    f = np.array([0.0, 0.1, 0.25, 0.4])
+    fx, fy = (f / 3.45 * part for part in (math.cos(turn), math.sin(turn)))
+    overlap = np.array([1 - 4 / math.pi * _half_lens(x) for x in f / 3.45 * 0.55 * 8.0])
+    expected = overlap * np.cos(np.pi * 2.5 * fx) * np.sinc(3.4 * fx) * np.sinc(2.0 * fy)
+    got = CameraOtf(camera=camera, scene=scene, light=light).along_normal(f, channel="Y", line=line)
+    np.testing.assert_allclose(got, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("sides", [(), (-1,), (1,), (-1, 1)])
+@pytest.mark.parametrize("normal_deg", [20.0, -110.0])
+def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides, normal_deg):
+    """Marks a third of a pixel wide on an even background: an edge is seen where just one side has its mark."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
+    region, turn = camsim.Region(rows=40, cols=50, origin=(600, 100)), math.radians(normal_deg)
+    x, y = 20.25, 18.75  # in the window, from its upper left corner
+    marks = [
+        camsim.Rectangle(
+            width_um=0.3 * camera.pitch_um,
+            height_um=0.3 * camera.pitch_um,
+            centre_um=(
+                (100 + x + 3.0 * side * math.cos(turn) - 0.5 * camera.cols) * camera.pitch_um,
+                (600 + y + 3.0 * side * math.sin(turn) - 0.5 * camera.rows) * camera.pitch_um,
+            ),
+            reflectance=0.2,
+        )
+        for side in sides
+    ]
+    theory = CameraOtf(camera=camera, scene=camsim.Scene(background=0.9, shapes=marks), light=LIGHT, region=region)
+    line = EdgeLine(x_pixel=x, y_pixel=y, normal_rad=turn)
+    seen = theory.along_normal(np.array([0.0]), channel="Y", line=line) is not None
+    assert seen == (len(sides) == 1)
 
 
 def _half_lens(u):
@@ -189,6 +236,46 @@ def test_a_step_of_several_greys_is_found_everywhere(rng):
         assert min(abs(edge.figures.angle_deg - a) for a in (5, -12, 20)) < 0.1
         error = edge.figures.mtf50_cycles_per_pixel - gaussian_limit(0.5, 0.7)
         assert abs(error) < STATISTICAL * edge.standard_error.mtf50_cycles_per_pixel
+
+
+@pytest.mark.parametrize("pattern", [("Y",), ("RG", "GB")])
+def test_regions_lie_in_the_middle_of_their_sides(rng, pattern):
+    """Turned rectangles at places between pixels: each side's region is about its middle, and no side is left out."""
+    y, x = np.mgrid[:200, :220] + 0.5
+    aside = []
+    for _ in range(40):
+        cx, cy, turn = 110.0 + rng.uniform(-4, 4), 100.0 + rng.uniform(-4, 4), math.radians(rng.uniform(4.0, 12.0))
+        u = (x - cx) * math.cos(turn) + (y - cy) * math.sin(turn)
+        v = (y - cy) * math.cos(turn) - (x - cx) * math.sin(turn)
+        image = 0.8 - 0.6 * _step(u + 60) * _step(60 - u) * _step(v + 50) * _step(50 - v)
+        picture = Picture(name="a square", shape=image.shape, planes=mosaic_planes(image, pattern))
+        regions = find_edges(picture)
+        assert len(regions) == 4
+        for roi in regions:
+            dx, dy = roi.col + 0.5 * roi.cols - cx, roi.row + 0.5 * roi.rows - cy
+            u, v = dx * math.cos(turn) + dy * math.sin(turn), dy * math.cos(turn) - dx * math.sin(turn)
+            upright = abs(u) / 60 > abs(v) / 50
+            off = (u - math.copysign(60, u), v) if upright else (u, v - math.copysign(50, v))
+            aside.append((off[0] + 1j * off[1]) * np.exp(1j * turn))
+    # Regions begin at even rows and columns: 1 px at most, and nothing in the mean.
+    assert np.abs(aside).max() < 3.5
+    assert abs(np.mean(aside)) < 0.25
+
+
+def test_a_large_region_is_measured_with_all_that_is_near_the_edge():
+    """Of 160 000 photosites the edge's few thousand, and of the even surfaces beside it as many as tell their level."""
+    edge = measured(gaussian_edge(400, 400, 5, 0.8), size=400)
+    assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, 0.8), rel=1e-5)
+    assert 101_000 < edge.photosites < 120_000
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_the_unit_of_the_numbers_is_no_matter(scale):
+    image = gaussian_edge(64, 64, 5, 0.8)
+    one, other = (measured(factor * image) for factor in (1.0, scale))
+    assert other.figures.mtf50_cycles_per_pixel == pytest.approx(one.figures.mtf50_cycles_per_pixel, rel=1e-9)
+    assert other.figures.contrast == pytest.approx(one.figures.contrast, rel=1e-9)
+    assert other.left_out == one.left_out
 
 
 def _step(distance):

@@ -50,6 +50,38 @@ def test_an_edge_in_closed_form(array, angle):
             assert edge.figures.angle_deg == pytest.approx((angle + 45) % 90 - 45, abs=2e-3)
 
 
+@pytest.mark.parametrize("array", ["quad-bayer", "x-trans", "rgbw"])
+@pytest.mark.parametrize("roi", [Roi(0, 0, 48, 60), Roi(5, 7, 40, 36)])
+def test_every_photosite_is_where_its_centre_is(array, roi):
+    """An image of its own coordinates, photosite (0, 0) having its centre at (½, ½)."""
+    y, x = np.mgrid[:48, :60] + 0.5
+    pattern, inside = ARRAYS[array][0].window_pattern((1, 2)), np.s_[roi.row : roi.row + roi.rows, :]
+    counted = 0
+    for channel in picture_of(x + 100.0 * y, pattern, black=10.0).select("all"):
+        found = channel.inside(roi)
+        np.testing.assert_array_equal(found.signal, found.x + 100.0 * found.y - 10.0)
+        np.testing.assert_array_equal(found.stored, found.x + 100.0 * found.y)
+        assert (roi.col < found.x).all()
+        assert (found.x < roi.col + roi.cols).all()
+        assert np.isin(found.y, y[inside]).all()
+        counted += found.signal.size
+    assert counted == roi.rows * roi.cols
+
+
+@pytest.mark.parametrize("array", ["x-trans", "rgbw", "bayer"])
+def test_the_picture_that_edges_are_looked_for_in_is_in_its_place(array):
+    """Of several lattices it is smoothed: exact in the mean, within what an uneven pattern moves it."""
+    y, x = np.mgrid[:60, :72] + 0.5
+    pattern = ("RG", "GB") if array == "bayer" else ARRAYS[array][0].pattern
+    for image, axis in ((x, 1), (y, 0)):
+        for channel in picture_of(image, pattern).select("all"):
+            smooth, across, down = channel.on_a_lattice(Roi(6, 8, 50, 60))
+            expected = np.broadcast_to(across if axis == 1 else down[:, None], smooth.shape)
+            middle = np.s_[8:-8, 8:-8] if len(channel.planes) > 1 else np.s_[:, :]
+            assert abs((smooth - expected)[middle].mean()) < 0.15
+            assert np.abs((smooth - expected)[middle]).max() < (0.6 if len(channel.planes) > 1 else 1e-12)
+
+
 def test_phases_that_hardly_come_again_are_refused():
     """Columns 4 px apart: an edge of 2.5° has to be longer than 96 px to pass over all of them twice."""
     picture = picture_of(gaussian_edge(96, 96, 2.5, 0.5), ARRAYS["nona-bayer"][0].pattern)

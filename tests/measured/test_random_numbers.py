@@ -28,6 +28,7 @@ class Counting:
 
 STAGES = {
     "prnu": Prnu(fraction=0.01),
+    "crosstalk": camsim.Crosstalk(((0.0, 0.01, 0.0), (0.01, 0.96, 0.01), (0.0, 0.01, 0.0))),
     "dark_current": DarkCurrent(e_per_s=2.0, nonuniformity=0.1),
     "reset_noise": ResetNoise(sigma_e=2.0),
     "read_noise": camsim.ReadNoise(sigma_e=3.0),
@@ -39,7 +40,9 @@ STAGES = {
 }
 
 
-@pytest.mark.parametrize("names", [[], ["prnu"], ["read_noise"], ["dark_current"], list(STAGES)], ids=len)
+@pytest.mark.parametrize(
+    "names", [[], ["prnu"], ["prnu", "crosstalk"], ["read_noise"], ["dark_current"], list(STAGES)], ids=",".join
+)
 @pytest.mark.parametrize("region", [None, camsim.Region(rows=70, cols=9, origin=(100, 20))])
 def test_the_count(monkeypatch, names, region):
     true_generator = streams.generator
@@ -47,7 +50,7 @@ def test_the_count(monkeypatch, names, region):
     monkeypatch.setattr(streams, "generator", counting)
     monkeypatch.setattr(chain, "generator", counting)
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
-    nothing = dict.fromkeys((*STAGES, "defects", "crosstalk", "blooming"))
+    nothing = dict.fromkeys((*STAGES, "defects", "blooming"))
     camera = camera.replace(rows=200, cols=40, **{**nothing, **{name: STAGES[name] for name in names}})
     Counting.drawn = 0
     frame = camera.expose(

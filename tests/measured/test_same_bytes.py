@@ -85,7 +85,7 @@ def test_on_one_thread_and_on_two(digest, tmp_path, threads):
         check=True,
         cwd=tmp_path,
         env={**os.environ, "NUMBA_NUM_THREADS": str(threads)},
-        timeout=300,
+        timeout=600,
     )
     assert hashlib.sha256((tmp_path / "a.dng").read_bytes()).hexdigest() == digest
 

@@ -44,19 +44,66 @@ def test_an_accurate_one_does_not(method):
 
 def test_the_place_is_where_the_error_is(monkeypatch):
     """One photosite of the frame is corrupted: it is the one that is named, in the frame's own rows and columns."""
+    row, col = corrupt(monkeypatch, 1e-3, lambda channel: True)
+    place = rf"photosite \[{row + 100}, {col + 50}\] is off by 0.001,"
+    with pytest.raises(AccuracyError, match=place):
+        rendered("boundary", strict=True, origin=(100, 50), frame=(224, 124))
+
+
+@pytest.mark.parametrize("off", [0.5, 2.0])
+def test_what_is_beyond_the_tolerance_is_refused_and_no_more(monkeypatch, off):
+    corrupt(monkeypatch, off * 1e-3, lambda channel: True)
+    if off < 1.0:
+        assert rendered("boundary", tolerance=1e-3, strict=True).error_estimate == pytest.approx(off * 1e-3, rel=0.1)
+    else:
+        with pytest.raises(AccuracyError, match=r"is off by 0\.002, and the tolerance is 0\.001"):
+            rendered("boundary", tolerance=1e-3, strict=True)
+
+
+@pytest.mark.parametrize("every_channel", [False, True])
+def test_strict_looks_at_every_plane_that_is_asked_for(monkeypatch, every_channel):
+    """Only the second channel's plane is corrupted, at a photosite that is the first channel's."""
+    from camsim.optics import OpticalSystem
+    from camsim.rendering.render import render_channels
+
+    channel = np.zeros((24, 24), np.uint8)
+    channel[0, 0] = 1
+    corrupt(monkeypatch, 1e-3, lambda channel: (channel == 1).all())
+
+    def rendered_channels():
+        return render_channels(
+            scene_of(PICTURE),
+            OpticalSystem.of(OPTICS["f/8"]),
+            grid_of(24, 24),
+            response=np.ones((2, 1)),
+            wavelength_nm=np.array([WAVELENGTH_NM]),
+            channel=channel,
+            tolerance=TOLERANCE,
+            method="boundary",
+            every_channel=every_channel,
+            strict=True,
+        )
+
+    if every_channel:
+        with pytest.raises(AccuracyError, match=r"is off by 0\.001"):
+            rendered_channels()
+    else:
+        assert rendered_channels().error_estimate <= TOLERANCE
+
+
+def corrupt(monkeypatch, by, where):
+    """Raise one of the photosites that are checked, in images of which ``where`` says so of the channels."""
     run = by_boundary.BoundaryRun
     true_bands = run.bands
     row, col = (int(i[0]) for i in camsim_hardest())
 
     def corrupted(self, channel, progress):
         for band in true_bands(self, channel, progress):
-            band[row, col] += 1e-3
+            band[row, col] += by if where(channel) else 0.0
             yield band
 
     monkeypatch.setattr(run, "bands", corrupted)
-    place = rf"photosite \[{row + 100}, {col + 50}\] is off by 0.001,"
-    with pytest.raises(AccuracyError, match=place):
-        rendered("boundary", strict=True, origin=(100, 50), frame=(224, 124))
+    return row, col
 
 
 def camsim_hardest():
