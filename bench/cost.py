@@ -22,6 +22,7 @@ def one(name: str) -> dict[str, float]:
     """Return expected and measured seconds and bytes of a scene's capture (nothing is written)."""
     from camsim.capturing import load
     from camsim.cli.explain import explained
+    from camsim.rendering.run import hardest
 
     small = load("slanted-edge", overrides=["region.rows=16", "region.cols=16", "region.origin=null"])
     small.expose()  # kernels and libraries are there from now on
@@ -38,8 +39,8 @@ def one(name: str) -> dict[str, float]:
         channel = setup.camera.cfa.channel_index(job.grid.rows, job.grid.cols, job.grid.origin)
         begin = time.process_time()
         image = np.concatenate(list(choice.run.bands(channel, lambda done: None)))
-        rows, cols = choice.run.hardest()
-        choice.run.reference(rows, cols, channel[rows, cols])
+        rows, cols = hardest(job, choice.run)
+        job.judge.values(rows, cols, channel[rows, cols])
         rendering.append(time.process_time() - begin)
         del image
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - begin_bytes

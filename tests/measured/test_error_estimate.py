@@ -21,7 +21,6 @@ from camsim.rendering import (
     job,
     patterns,
     plan,
-    rings,
     tables,
 )
 from camsim.rendering.render import render_channels
@@ -90,7 +89,7 @@ def in_colour(optics=OPTICS["f/8"], scene="overlap", method="boundary", toleranc
     scene = dataclasses.replace(
         SCENES[scene], shapes=[dataclasses.replace(s, reflectance=RED) for s in SCENES[scene].shapes]
     )
-    rendering = render_channels(
+    return render_channels(
         scene,
         OpticalSystem.of(optics),
         grid_of(40, 40),
@@ -100,7 +99,6 @@ def in_colour(optics=OPTICS["f/8"], scene="overlap", method="boundary", toleranc
         tolerance=tolerance,
         method=method,
     )
-    return rendering
 
 
 def scaled(function, factor):

@@ -9,7 +9,10 @@ from examples import OPTICS, PICTURE, TOLERANCE, WAVELENGTH_NM, grid_of, scene_o
 import camsim
 from camsim.errors import AccuracyError
 from camsim.rendering import by_boundary
-from camsim.rendering.by_fourier import WINDOW, windows
+from camsim.rendering.check.judge import WINDOW
+from camsim.rendering.check.places import windows
+from camsim.rendering.check.scenery import outlines_of
+from camsim.rendering.run import hardest
 
 
 def rendered(method, *, optics=OPTICS["f/8"], tolerance=TOLERANCE, strict=False, samples=None, **window):
@@ -111,7 +114,7 @@ def camsim_hardest():
     from camsim.optics import OpticalSystem
     from camsim.rendering.render import plan_render
 
-    _, choice = plan_render(
+    job, choice = plan_render(
         scene_of(PICTURE),
         OpticalSystem.of(OPTICS["f/8"]),
         grid_of(24, 24, origin=(100, 50), frame=(224, 124)),
@@ -120,7 +123,7 @@ def camsim_hardest():
         tolerance=TOLERANCE,
         method="boundary",
     )
-    return choice.run.hardest()
+    return hardest(job, choice.run)
 
 
 def test_a_capture_warns_or_fails(monkeypatch):
@@ -190,7 +193,8 @@ def test_fourier_judges_itself_where_nothing_else_can(monkeypatch):
 
 @pytest.mark.parametrize(("rows", "cols"), [(1, 1), (2, 9), (24, 24)])
 def test_windows_lie_within_the_grid(rows, cols):
-    row, col = windows(np.array([(-1e3, 0.0), (0.2, 0.3), (1e3, 1e3)]), rows, cols, (0.5 - cols / 2, 0.5 - rows / 2))
+    outlines = outlines_of(scene_of([(np.array([(-1e3, 0.0), (0.2, 0.3), (1e3, 1e3)]), 0.5)]), 4.0)
+    row, col = windows(outlines, grid_of(rows, cols), WINDOW)
     assert row.min() >= 0
     assert row.max() < rows
     assert col.min() >= 0
