@@ -52,7 +52,8 @@ def main(arguments=None):
         if record["faults"]:
             print(_line(record), flush=True)
     print(summary(records))
-    return int(any(WRONG & set(record["faults"]) for record in records))
+    wrong = WRONG - {"slow"} if options.quick else WRONG  # a busy machine is no fault of the numbers
+    return int(any(wrong & set(record["faults"]) for record in records))
 
 
 def _line(record):
