@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from camsim.rendering.spectral import Signals, fuse
-from tests import truth
+from tests.truth import rays
 
 WAVELENGTH_NM = np.linspace(400.0, 700.0, 6001)
 
@@ -19,6 +19,6 @@ def test_fused_wavelengths_follow_the_rings(phase, tolerance):
     radius_over_n = phase / (2 * np.pi * (1 / 400.0 - 1 / 700.0))
     nodes_nm, weights = fuse(signals, phase=phase, tolerance=tolerance)
     assert nodes_nm.size < 0.5 * phase + 60
-    whole = density[0, 0] @ truth.rayleigh_energy(radius_over_n, WAVELENGTH_NM)
-    assert weights[0, 0] @ truth.rayleigh_energy(radius_over_n, nodes_nm) == pytest.approx(whole, abs=tolerance)
+    whole = density[0, 0] @ rays.rayleigh_energy(radius_over_n, WAVELENGTH_NM)
+    assert weights[0, 0] @ rays.rayleigh_energy(radius_over_n, nodes_nm) == pytest.approx(whole, abs=tolerance)
     assert weights.sum() == pytest.approx(density.sum(), rel=1e-12)

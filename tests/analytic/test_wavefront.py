@@ -13,7 +13,7 @@ from camsim.optics import Pupil, Wavefront
 from camsim.optics.airy import airy_otf
 from camsim.optics.zernike import orders, zernike
 from camsim.rendering.fourier import fourier_image
-from tests import truth
+from tests.truth import rays
 
 NM, N = 500.0, 4.0  # λN = 2 µm
 LAMBDA_N = 2.0
@@ -236,7 +236,7 @@ def test_a_pattern_far_along_one_axis_is_as_exact_as_near(turned):
     long_um, short_um = np.linspace(-400.0, 400.0, 401), np.array([-1.0, 0.0, 1.0])
     x_um, y_um = (short_um, long_um) if turned else (long_um, short_um)
     pattern = camsim.Wavefront(f_number=4.0).point_spread_on(x_um, y_um, 500.0, 1e-12)
-    expected = truth.airy_psf(np.hypot(x_um, y_um[:, None]), 2.0)
+    expected = rays.airy_psf(np.hypot(x_um, y_um[:, None]), 2.0)
     np.testing.assert_allclose(pattern, expected, rtol=0, atol=1e-10)
 
 
