@@ -75,7 +75,9 @@ def _rows(mutants: list[Mutant]) -> list[list[str]]:
 def _in_words(mutants: list[Mutant]) -> str:
     ended, reason = _ended(mutants), reasons()
     count = Counter(ended.values())
-    same = sum(ended[mutant.key] == "survived" and mutant.key in reason for mutant in mutants)
+    # What is marked as open is no reason: a test is still to be written.
+    seen_by_none = {key for key, why in reason.items() if not why.startswith("OPEN")}
+    same = sum(ended[mutant.key] == "survived" and mutant.key in seen_by_none for mutant in mutants)
     dead, tried = count["killed"] + count["timeout"], len(mutants) - count["not tried"]
     return (
         f"{dead} of {tried} mutants killed, {100 * dead / max(tried, 1):.1f} % ({count['timeout']} by never ending); "
