@@ -14,6 +14,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.rendering.engine import directions, largest_tile
+from camsim.rendering.focus import ZONE, touching
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.plan import PANEL_BLURS, Settings
@@ -111,6 +112,10 @@ def boundary_counts(
     ringed = 0.0
     if settings.quiet_end > settings.near:
         ringed = float((within(ends, settings.quiet_end, grid) - near).sum()) * thin * wavelengths
+    foci = settings.foci
+    if len(foci.radius):
+        of_each = np.diff(touching(foci, start, end)[0])
+        ringed += 2.0 * float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step
     taps = (2.0 * footprint.extent) / settings.field_step

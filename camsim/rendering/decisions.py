@@ -116,6 +116,12 @@ def _settings(choice: Choice) -> Iterator[Decision]:
             decision=f"ends integrated within {settings.near:.3g} pitches, lines looked up within {settings.reach:.3g}",
             reason="beyond, the far form keeps its share of the tolerance",
         )
+        if len(settings.foci.radius):
+            yield Decision(
+                topic="settings",
+                decision=f"rings followed to {len(settings.foci.radius)} round outlines",
+                reason="in their centres the rings of all sides meet, and are heard",
+            )
         yield Decision(
             topic="settings",
             decision=f"{counts.tables} tables, {counts.table_values:.2g} numbers",

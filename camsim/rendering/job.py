@@ -116,7 +116,8 @@ class Job:
         arrangement = arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2)
         signals = Signals.of(arrangement, response, wavelength_nm)
         start, end = arrangement.start_um / grid.pitch_um, arrangement.end_um / grid.pitch_um
-        left, right = arrangement.left, arrangement.right
+        real = np.hypot(*(end - start).T) > 0.0  # shorter than rounding in pitches: no edge, and no direction
+        start, end, left, right = start[real], end[real], arrangement.left[real], arrangement.right[real]
         equal = equal_sides(left, right, signals.density)
         far, bound = np.zeros_like(equal), 0.0
         if pattern is not None and footprint is not None:

@@ -17,19 +17,19 @@ Numba's work-queue thread layer, the only one sure to be there, may not be enter
 
 
 def forget_stale(sources: Path, cache: Path) -> None:
-    """Remove Numba's indices in ``cache`` that are older than any of the ``sources``.
+    """Remove Numba's indices in or under ``cache`` that are older than any of the ``sources``.
 
     An index knows the file of its own function only, while kernels take in functions of other files: after a change
     there it would go on giving the old numbers.
     """
-    newest = max(source.stat().st_mtime for source in sources.glob("*.py"))
-    for index in cache.glob("*.nbi"):
+    newest = max(source.stat().st_mtime for source in sources.rglob("*.py"))
+    for index in cache.rglob("*.nbi"):
         with contextlib.suppress(OSError):  # read-only, or another process was quicker
             if index.stat().st_mtime < newest:
                 index.unlink()
 
 
-forget_stale(Path(__file__).parent, Path(__file__).parent / "__pycache__")
+forget_stale(Path(__file__).parent, Path(__file__).parent)
 
 
 def kernels_compiled() -> bool:

@@ -5,6 +5,7 @@ import pytest
 from scipy import special
 
 import camsim
+from tests.truth import rays
 
 
 def disc_by_frequencies(radius, lambda_n, distance):
@@ -34,6 +35,42 @@ def test_a_disc_under_a_point(radius, lambda_n, tolerance):
             tolerance=tolerance,
         )
         assert found.image[0, 0] == pytest.approx(disc_by_frequencies(radius, lambda_n, distance), abs=tolerance)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize(("radius", "lambda_n"), [(3.3, 0.5), (20.2, 0.5), (20.2, 1.0), (61.1, 1.0), (40.3, 3.0)])
+def test_the_centre_of_a_disc(radius, lambda_n, tolerance):
+    """There the rings of the whole outline meet; its light is the encircled energy, 1 − J0² − J1² (Rayleigh)."""
+    x = np.pi * radius / lambda_n
+    truth = 1.0 - special.j0(x) ** 2 - special.j1(x) ** 2
+    found = camsim.render(
+        camsim.Scene(background=0.0, shapes=[camsim.Disc(radius_um=radius, reflectance=1.0)]),
+        [camsim.Airy(f_number=lambda_n)],
+        camsim.Grid(rows=3, cols=3, pitch_um=1.0),
+        wavelength_nm=1000.0,
+        tolerance=tolerance,
+        method="boundary",
+    )
+    assert found.image[1, 1] == pytest.approx(truth, abs=tolerance)
+    assert found.error_estimate <= tolerance
+
+
+@pytest.mark.parametrize("sides", [16, 64])
+def test_the_middle_of_a_polygon_whose_sides_touch_a_circle(sides):
+    """Judged by rays out of the middle, which know nothing of rings."""
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    corners = 20.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    truth = rays.coverage_by_rays(corners, np.zeros(2), lambda r: rays.rayleigh_energy(r, 0.5))
+    for tolerance in (1e-4, 1e-5, 1e-6):
+        found = camsim.render(
+            camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=corners, reflectance=1.0)]),
+            [camsim.Airy(f_number=0.5)],
+            camsim.Grid(rows=3, cols=3, pitch_um=1.0),
+            wavelength_nm=1000.0,
+            tolerance=tolerance,
+            method="boundary",
+        )
+        assert found.image[1, 1] == pytest.approx(truth, abs=tolerance)
 
 
 def test_the_outline_has_the_area_of_the_disc_and_the_wobble_asked_for():
