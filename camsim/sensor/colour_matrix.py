@@ -173,7 +173,7 @@ def fit_white(light: str) -> F64:
     """
     samples = _standard(light).samples(_observer(), [_MEASURED])
     power = samples.weight_nm * samples.irradiance_w_per_m2_nm * _MEASURED.at(samples.wavelength_nm)
-    seen = np.array([curve.at(samples.wavelength_nm) for curve in _observer()]) @ power
+    seen = np.einsum("kn,n->k", np.array([curve.at(samples.wavelength_nm) for curve in _observer()]), power)
     white: F64 = seen / seen[1]
     return white
 
@@ -196,7 +196,8 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
     scale = np.repeat([white[:count].max() or 1.0, white[count + 1] or 1.0], [count, 3])
     neutral, white_xyz = np.split(white / scale, [count])
     reflectance = np.array([curve.at(wavelength_nm) for curve in _surfaces()])
-    camera, xyz = np.split(reflectance @ lumps.T / scale, [count], axis=1)
+    # Not as a matrix product: a BLAS adds up in another order on another number of cores, and a file shows it.
+    camera, xyz = np.split(np.einsum("rn,kn->rk", reflectance, lumps) / scale, [count], axis=1)
 
     spread = np.linalg.svd(camera, compute_uv=False)
     if not spread[-1] > _LEAST_RANK * spread[0]:

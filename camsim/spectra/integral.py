@@ -74,7 +74,7 @@ def lumped(wavelength_nm: F64, density: F64) -> tuple[F64, F64]:
         own, held = wavelength_nm[start : start + size], density[..., start : start + size]
         if size > LUMPED:
             here = 0.5 * (own[0] + own[-1]) + 0.5 * (own[-1] - own[0]) * x
-            held = held @ lagrange(own, here, x, w)
+            held = np.einsum("...n,nj->...j", held, lagrange(own, here, x, w))  # no BLAS: the same bits on any cores
             own = here
         nodes.append(own)
         parts.append(held)

@@ -142,8 +142,8 @@ def test_thousands_of_faults_are_cut_short(camsim: Run, folder: Path) -> None:
     done = camsim("validate", "many.yaml")
     lines = done.stderr.splitlines()
     assert done.returncode == 2
-    assert len(lines) == 201
-    assert lines[-1].startswith("… and ")
+    assert len(lines) <= 102
+    assert lines[-1].endswith("mend these first, there may be more")
 
 
 @pytest.mark.parametrize("kind", ["scene", "sensor"])

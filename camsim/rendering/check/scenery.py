@@ -90,7 +90,9 @@ def pieces_of(scene: Scene, pitch_um: float) -> tuple[Pieces, tuple[Spectrum, ..
     cuts, places = _cuts(outlines, boxes, first, begin, near, shape_boxes, same)
     owner, low, high = _between(cuts, places)
     left, right = _sides(outlines, owner, low, high, first, begin, near, shape_boxes, of_shape, same)
-    seen = left != right
+    length = np.where(outlines.turn_rad == 0.0, np.hypot(outlines.dx, outlines.dy), outlines.dx * outlines.turn_rad)
+    # A piece as short as rounding has no direction.
+    seen = (left != right) & ((high - low) * length[owner] > 1e-3 * same)
     owner, low, high = owner[seen], low[seen], high[seen]
     whole = Outlines(*(column[owner] for column in outlines))
     straight = whole.turn_rad == 0.0
