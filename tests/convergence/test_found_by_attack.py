@@ -63,9 +63,11 @@ def test_high_orders_in_the_corners_of_a_square_pupil(waves, rotate_deg):
     keeps(system | {"lens": wavefront(0.8, {"shape": "square", "rotate_deg": rotate_deg}, waves)}, 1e-6)
 
 
-@pytest.mark.parametrize("rotate_deg", [0.0, 45.0])
-def test_a_disc_under_a_square_pupil(rotate_deg):
-    """1.6e-5 off at 1e-6: sides short enough for λN along the pupil's sides, and not along its diagonals."""
-    disc = {"kind": "disc", "radius": 60.0, "centre": [60.0, 0.0], "reflectance": 0.0}
-    system = system_of([disc], 0.5, photosite=POINT, rows=5, cols=5)
-    keeps(system | {"lens": wavefront(0.5, {"shape": "square", "rotate_deg": rotate_deg})}, 1e-7)
+def test_a_disc_under_a_square_pupil():
+    """1.6e-5 off at 1e-6: sides short enough for λN along the pupil's sides, and not along its diagonals.
+
+    The rim runs along y where the photosites lie, and so does one of the pupil's diagonals.
+    """
+    disc = {"kind": "disc", "radius": 25.0, "centre": [25.0, 0.0], "reflectance": 0.0}
+    system = system_of([disc], 0.5, photosite=POINT, rows=3, cols=3)
+    keeps(system | {"lens": wavefront(0.5, {"shape": "square", "rotate_deg": 45.0})}, 1e-7)
