@@ -105,6 +105,30 @@ def changed(tree: Path, mutant: Mutant) -> Iterator[None]:
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
 
 
+@contextmanager
+def compiled_anew(tree: Path, modules: set[str]) -> Iterator[None]:
+    """Have none of these modules' kernels compiled in the copy; afterwards they are as they were."""
+    places = [(tree / path).parent / "__pycache__" for path in modules]
+    aside = tree / "kernels aside"
+    aside.mkdir()
+
+    def compiled() -> list[Path]:
+        names = (f"{Path(path).stem}.*.nb?" for path in modules)
+        return [file for place, name in zip(places, names, strict=True) for file in place.glob(name)]
+
+    before = [(file, aside / str(k)) for k, file in enumerate(compiled())]
+    for file, kept in before:
+        file.rename(kept)
+    try:
+        yield
+    finally:
+        for file in compiled():
+            file.unlink()
+        for file, kept in before:
+            kept.rename(file)
+        aside.rmdir()
+
+
 class _Watch:
     """A pytest plugin: only the chosen tests, in their order; keeps the first that fails."""
 

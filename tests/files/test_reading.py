@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import re
 import struct
 import zlib
 from collections.abc import Callable
@@ -23,6 +25,7 @@ from camsim.files.describe import canonical, checksum
 from camsim.files.reading import read_file
 from camsim.files.record import parse_record
 from camsim.frame import Frame
+from camsim.measure import read_picture
 from camsim.revive import revive
 
 KINDS = [
@@ -48,6 +51,7 @@ def test_a_file_says_what_it_is(tmp_path: Path, frame: Frame, name: str, product
     assert held.size_bytes == (tmp_path / name).stat().st_size
     assert held.description == frame.description
     assert held.record.seed == frame.seed
+    assert held.has_truth == (product in ("truth", "frame"))
     assert held.record.error_estimate == (4.5e-7 if product == "truth" else 3.2e-7)
 
 
@@ -148,6 +152,23 @@ def test_xmp_with_entities_is_refused(tmp_path: Path, frame: Frame) -> None:
     (tmp_path / "a.dng").write_bytes(whole[:at] + bomb + whole[at + len(bomb) :])
     with pytest.raises(InputError, match="its XMP declares a document type"):
         read_file(tmp_path / "a.dng")
+
+
+def test_damaged_xmp_is_a_fault_only_where_a_record_was_begun(tmp_path: Path, frame: Frame) -> None:
+    """Pictures of other cameras are measured whatever their XMP says; of ours no record is lost without a word."""
+    save(frame, tmp_path / "a.dng")
+    whole = (tmp_path / "a.dng").read_bytes()
+    first, last = (mark.start() for mark in re.finditer(rb"<\?xpacket", whole))
+    for xmp, read, message in (
+        (b'<x xmlns:tiff="http://ns.adobe.com/tiff/1.0/"><tiff:Make>Other', True, "it was not written by camsim"),
+        (whole[first : whole.index(b"Record")], False, "its XMP is damaged"),
+        (whole[first : whole.index(b"Record") + 99], False, "its XMP is damaged"),
+    ):
+        (tmp_path / "b.dng").write_bytes(whole[:first] + xmp.ljust(last - first) + whole[last:])
+        with pytest.raises(InputError, match=message):
+            read_file(tmp_path / "b.dng")
+        with contextlib.nullcontext() if read else pytest.raises(InputError, match=message):
+            read_picture(tmp_path / "b.dng")
 
 
 def test_a_bomb_of_zeros_in_a_png_stays_small(tmp_path: Path, frame: Frame) -> None:
