@@ -55,6 +55,24 @@ def test_the_centre_of_a_disc(radius, lambda_n, tolerance):
     assert found.error_estimate <= tolerance
 
 
+@pytest.mark.parametrize(("right", "down"), [(30, -20), (-30, 20), (17, 35)])
+@pytest.mark.parametrize(("radius", "lambda_n", "tolerance"), [(20.2, 0.5, 1e-5), (61.1, 1.0, 1e-6), (40.3, 3.0, 1e-4)])
+def test_the_centre_of_a_disc_in_a_window(right, down, radius, lambda_n, tolerance):
+    """Where the rings meet is found in any part of a frame."""
+    x = np.pi * radius / lambda_n
+    disc = camsim.Disc(radius_um=radius, centre_um=(right, down), reflectance=1.0)
+    found = camsim.render(
+        camsim.Scene(background=0.0, shapes=[disc]),
+        [camsim.Airy(f_number=lambda_n)],
+        camsim.Grid(rows=5, cols=7, pitch_um=1.0, origin=(40 + down - 1, 40 + right - 2), frame=(81, 81)),
+        wavelength_nm=1000.0,
+        tolerance=tolerance,
+        method="boundary",
+    )
+    assert found.image[1, 2] == pytest.approx(1.0 - special.j0(x) ** 2 - special.j1(x) ** 2, abs=tolerance)
+    assert found.error_estimate <= tolerance
+
+
 @pytest.mark.parametrize("sides", [16, 64])
 def test_the_middle_of_a_polygon_whose_sides_touch_a_circle(sides):
     """Judged by rays out of the middle, which know nothing of rings."""

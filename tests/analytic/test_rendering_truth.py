@@ -10,6 +10,7 @@ import shapely
 import camsim
 from camsim.rendering.far import Moments, far_edge, far_moments
 from camsim.rendering.patterns import pattern_of
+from camsim.rendering.quadrature import gauss_error
 from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
@@ -107,3 +108,12 @@ def test_far_form_with_moments_equals_the_averaged_smooth_integral(h, s1, s2, tu
         *(complex(share @ power) for power in (zeta**2, zeta**2 * size, zeta**4, zeta**6)),
     )
     assert float(np.dot(far_edge(h, s1, s2, moments), far)) == pytest.approx(total, abs=2e-8)
+
+
+@pytest.mark.parametrize("order", [2, 3, 4, 6, 8])
+def test_a_gauss_rule_errs_by_what_is_said_of_it(order):
+    """By no more, and while the phase is half as large as the order by little less."""
+    x, w = np.polynomial.legendre.leggauss(order)
+    phase = 0.5 * order
+    error = abs(w @ np.cos(phase * x) - 2.0 * math.sin(phase) / phase)
+    assert -0.25 < math.log(error) - gauss_error(order, phase) <= 0.0

@@ -21,6 +21,7 @@ from examples import (
 from tolerances import METHOD, ROUNDING
 
 import camsim
+from camsim.rendering import engine
 from tests.truth import rays
 
 MOVES = {
@@ -83,6 +84,27 @@ def test_a_window_is_that_slice_of_the_frame(optics, whole_frame, origin):
     window = image_of(PICTURE, optics, rows, cols, origin=origin, frame=whole_frame.shape)
     row, col = origin
     assert worst(window, whole_frame[row : row + rows, col : col + cols]) <= METHOD * TOLERANCE
+
+
+@pytest.mark.parametrize("shape", [(24, 150), (150, 24)], ids=["wide", "tall"])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_a_large_frame_is_made_of_the_numbers_of_small_ones(monkeypatch, shape, tolerance):
+    """A large frame begins with larger tiles, which hand down to smaller ones what is far from all of their places."""
+
+    def image(most_tiles):
+        monkeypatch.setattr(engine, "MOST_TILES", most_tiles)
+        return camsim.render(
+            camsim.Scene(background=0.0, shapes=[far_off, camsim.Disc(radius_um=3 * PITCH_UM, reflectance=0.5)]),
+            [camsim.Airy(f_number=2.0), camsim.SquarePhotosite(side_um=PITCH_UM)],
+            grid_of(*shape),
+            wavelength_nm=WAVELENGTH_NM,
+            tolerance=tolerance,
+            method="boundary",
+        ).image
+
+    corners = np.array([(-70, -60), (-40, -55), (-60, -20)]) * PITCH_UM
+    far_off = camsim.Polygon(points_um=corners.tolist(), reflectance=1.0)
+    assert worst(image(1), image(100_000)) <= tolerance
 
 
 @pytest.mark.parametrize("factor", [0.25, 3.7, 1000.0])
