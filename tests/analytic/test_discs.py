@@ -55,6 +55,23 @@ def test_the_centre_of_a_disc(radius, lambda_n, tolerance):
     assert found.error_estimate <= tolerance
 
 
+@pytest.mark.parametrize(
+    ("radius", "lambda_n", "tolerance"), [(40.05, 0.1, 1e-7), (15.0, 0.1, 1e-6), (10.0, 0.2, 1e-5)]
+)
+def test_the_centre_of_the_largest_discs_whose_rings_matter(radius, lambda_n, tolerance):
+    """J0² + J1² swings by 1/(πx²): by 1.3 to 2 tolerances here, all of which is lost where the rings are left out."""
+    x = np.pi * radius / lambda_n
+    assert 1.2 * tolerance < 1.0 / (np.pi * x * x) < 2.2 * tolerance
+    found = camsim.render(
+        camsim.Scene(background=0.0, shapes=[camsim.Disc(radius_um=radius, reflectance=1.0)]),
+        [camsim.Airy(f_number=lambda_n)],
+        camsim.Grid(rows=3, cols=3, pitch_um=1.0),
+        wavelength_nm=1000.0,
+        tolerance=tolerance,
+    )
+    assert found.image[1, 1] == pytest.approx(1.0 - special.j0(x) ** 2 - special.j1(x) ** 2, abs=tolerance)
+
+
 @pytest.mark.parametrize(("right", "down"), [(30, -20), (-30, 20), (17, 35)])
 @pytest.mark.parametrize(("radius", "lambda_n", "tolerance"), [(20.2, 0.5, 1e-5), (61.1, 1.0, 1e-6), (40.3, 3.0, 1e-4)])
 def test_the_centre_of_a_disc_in_a_window(right, down, radius, lambda_n, tolerance):

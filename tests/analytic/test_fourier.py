@@ -1,6 +1,7 @@
 """The Fourier engine against quadrature, against the boundary engine, and against itself by other roads."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,9 @@ from tolerances import ROUNDING
 import camsim
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.rendering import fourier_plan, render_channels
+from camsim.rendering import auto, fourier_plan, render_channels
 from camsim.rendering.fourier import fourier_cost, fourier_image
+from camsim.rendering.render import plan_render
 from tests.many_polygons import bayer, random_scene, three_channels
 from tests.truth.lattice import white_with_a_black_polygon
 
@@ -304,6 +306,24 @@ def test_scenery_wholly_elsewhere_and_wholly_around(monkeypatch, spread):
         np.testing.assert_array_equal(polygon_image(lens, 1e-9, outline=elsewhere, shape=(3, 4)), 1.0)
     around = [(-1e6, -1e6), (1e6, -1e6), (1e6, 1e6), (-1e6, 1e6)]
     assert np.abs(polygon_image(lens, 1e-9, outline=around, shape=(3, 4))).max() <= 1e-9
+
+
+def test_the_choice_says_what_either_engine_takes(monkeypatch):
+    def why():
+        return plan_render(
+            camsim.Scene(background=1.0, shapes=[camsim.Rectangle(width_um=9.0, height_um=5.0, reflectance=0.0)]),
+            OpticalSystem.of([AIRY, SQUARE]),
+            camsim.Grid(rows=20, cols=20, pitch_um=1.0),
+            response=np.ones((1, 1)),
+            wavelength_nm=np.array([550.0]),
+            tolerance=1e-4,
+        )[1].why
+
+    monkeypatch.setattr(auto, "CHEAP_SECONDS", 0.0)
+    seconds, memory = r"[\d.e-]+ s of one core", r"[\d.e-]+ GB of memory"
+    assert re.fullmatch(f"{seconds} expected, (fourier|boundary) {seconds}", why())
+    monkeypatch.setattr(auto, "MEMORY_LIMIT_BYTES", 1)
+    assert re.fullmatch(f"{memory} expected, fourier {memory}", why())
 
 
 def test_too_much_memory_is_refused_with_the_figure():

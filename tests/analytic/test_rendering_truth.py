@@ -8,9 +8,11 @@ import pytest
 import shapely
 
 import camsim
+from camsim.rendering.check.pattern import table_of
 from camsim.rendering.far import Moments, far_edge, far_moments
 from camsim.rendering.patterns import pattern_of
 from camsim.rendering.quadrature import gauss_error
+from camsim.rendering.tables import LONG, _filtered
 from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
@@ -117,3 +119,28 @@ def test_a_gauss_rule_errs_by_what_is_said_of_it(order):
     phase = 0.5 * order
     error = abs(w @ np.cos(phase * x) - 2.0 * math.sin(phase) / phase)
     assert -0.25 < math.log(error) - gauss_error(order, phase) <= 0.0
+
+
+@pytest.mark.parametrize("reach", [7, LONG])
+def test_a_field_is_the_potential_averaged_along_and_differenced_across(reach):
+    """Short averages are added up, long ones run: both against the sum as it is written."""
+    average = np.interp(np.arange(-reach, reach + 1), [-reach, 2 - reach, reach - 3, reach], [0.0, 1.0, 1.0, 0.0])
+    slope, rows, margin = np.array([-1.0, 0.0, 0.3, 0.0, 1.0]), 20, 3
+    count = rows - margin + reach
+    radial = np.exp(-((np.arange(6 * count) / 2.0 / 25.0) ** 2))
+    found = _filtered(radial[None], 2.0, average, slope, rows, margin, count)[0]
+    down = np.arange(rows)[:, None] - margin + np.arange(-2, 3)
+    right = np.arange(rows)[:, None] - margin + np.arange(-reach, reach + 1)
+    along = np.exp(-((right / 25.0) ** 2)) @ average
+    across = np.exp(-((down / 25.0) ** 2)) @ slope
+    assert found == pytest.approx(np.outer(across, along), abs=1e-8)
+
+
+def test_what_the_check_takes_for_the_light_far_out_is_what_bessel_functions_leave():
+    """On the mean J0² + J1² = 2/(πx)·(1 + 1/(8x²) − 9/(128x⁴) …), x = πρ; what swings about it falls as ρ⁻²."""
+    table = table_of(camsim.Airy(f_number=2.0), np.array([1.0]), np.ones((1, 1)), 60.0)
+    powers = [1.0, 2.0 / math.pi**2, 1.0 / (4.0 * math.pi**4), -9.0 / (64.0 * math.pi**6)]
+    assert table.far[0] == pytest.approx(powers, rel=1e-3)
+    rho = np.linspace(20.0, 60.0, 500)
+    swing = table.oscillation(rho)[0] * math.pi**3 * rho**2
+    assert swing == pytest.approx(np.cos(2.0 * math.pi * rho), abs=0.02)

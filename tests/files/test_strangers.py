@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
+import struct
 import sys
+import zipfile
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -16,7 +20,8 @@ import camsim
 from camsim.camera import Camera
 from camsim.description import describe
 from camsim.errors import CamsimError, InputError
-from camsim.files import save
+from camsim.files import exr_reader, jpeg_reader, save, tiff_reader
+from camsim.files.limits import MOST_RATIO, MOST_UNPACKED_BYTES, refuse_bomb
 from camsim.files.reading import read_file
 from camsim.measure import read_picture
 from camsim.revive import revive, revive_capture
@@ -174,3 +179,83 @@ def test_pictures_of_any_shape_take_little_work(tmp_path: Path, shape: tuple[int
     np.save(tmp_path / "a.npy", np.random.default_rng(1).integers(0, 4000, shape).astype(np.uint16))
     with pytest.raises(CamsimError, match=r"no measurable slanted edge|repeat every"):
         camsim_measure(tmp_path / "a.npy")
+
+
+def png_that_says(rows: int, cols: int) -> bytes:
+    """Return a PNG of one byte a pixel with none in it."""
+    chunks = ((b"IHDR", struct.pack(">2I5B", cols, rows, 8, 0, 0, 0, 0)), (b"IDAT", zlib.compress(b"")), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I4s", len(body), kind) + body + struct.pack(">I", zlib.crc32(kind + body))
+        for kind, body in chunks
+    )
+
+
+def tiff_that_says(rows: int, cols: int) -> bytes:
+    """Return a TIFF of one byte a pixel, packed by zlib, with none in it."""
+    said = {256: cols, 257: rows, 258: 8, 259: 8, 262: 1, 273: 8, 277: 1, 278: rows, 279: 8}
+    entries = b"".join(struct.pack("<2H2I", number, 4, 1, value) for number, value in said.items())
+    return b"II*\0" + struct.pack("<I", 16) + bytes(8) + struct.pack("<H", len(said)) + entries + bytes(4)
+
+
+@pytest.mark.parametrize(("name", "content"), [("a.png", png_that_says), ("a.tiff", tiff_that_says)])
+@pytest.mark.parametrize(("rows", "cols"), [(1 << 11, 1 << 17), (1 << 17, 1 << 11)])
+def test_as_much_as_is_said_to_be_believed_is(tmp_path: Path, name: str, content: Any, rows: int, cols: int) -> None:
+    assert rows * cols == MOST_UNPACKED_BYTES
+    for more, message in ((0, "damaged|cut short|holds"), (1, f"more than {MOST_UNPACKED_BYTES >> 20} MiB")):
+        (tmp_path / name).write_bytes(content(rows + more, cols))
+        with pytest.raises(InputError, match=message):
+            read_picture(tmp_path / name)
+
+
+def test_a_large_file_is_believed_sixteenfold() -> None:
+    refuse_bomb(MOST_RATIO << 30, 1 << 30)
+    with pytest.raises(InputError, match="and 16 times the file are not believed"):
+        refuse_bomb((MOST_RATIO << 30) + 1, 1 << 30)
+
+
+def test_tiles_of_an_exr_count_whole() -> None:
+    """Ten rows of a thousand columns in tiles of 32 rows and 64 columns: two channels of half, one of float."""
+    kinds = ((b"B", 1), (b"G", 1), (b"R", 2))
+    channels = b"".join(name + b"\0" + struct.pack("<4i", kind, 0, 1, 1) for name, kind in kinds) + b"\0"
+    window = ("box2i", struct.pack("<4i", 0, 0, 999, 9))
+    told = {"dataWindow": window, "channels": ("chlist", channels)}
+    assert exr_reader._image_bytes(exr_reader.Header(told, 0), 9999) == 10 * 1000 * (2 + 2 + 4)
+    for across, down, pixels in ((64, 32, 32 * 1000), (2000, 5, 10 * 2000)):
+        tiled = {**told, "tiles": ("tiledesc", struct.pack("<2IB", across, down, 0))}
+        assert exr_reader._image_bytes(exr_reader.Header(tiled, 0), 9999) == pixels * (2 + 2 + 4)
+
+
+def test_every_byte_cut_off_the_beginnings_of_a_jpeg_and_a_tiff_is_noticed() -> None:
+    jpeg = b"\xff\xd8\xff\xe0\0\4ab\xff\xc0\0\x0b\x08" + struct.pack(">2H", 40, 30) + b"\1\1\x11\0"
+    header = jpeg_reader.frame_header(jpeg)
+    assert (header.bits, header.rows, header.cols, header.components) == (8, 40, 30, 1)
+    for keep in range(18):
+        with pytest.raises(InputError, match="no frame begins in it"):
+            jpeg_reader.frame_header(jpeg[:keep])
+    entries = struct.pack("<2H2I2H2I", 256, 4, 1, 9, 257, 4, 1, 7)
+    tiff = b"II*\0" + struct.pack("<IH", 8, 2) + entries
+    assert tiff_reader.read_directory(io.BytesIO(tiff), len(tiff)).number(257) == 7
+    for keep in range(8, len(tiff)):
+        with pytest.raises(InputError, match="its directory is not within"):
+            tiff_reader.read_directory(io.BytesIO(tiff[:keep]), keep)
+
+
+@pytest.mark.parametrize(("length", "message"), [(None, ""), (1 << 30, "its directory has 1073741824 bytes")])
+def test_an_archive_that_ends_as_those_beyond_4_gib_do(
+    tmp_path: Path, make_frame: Any, length: int | None, message: str
+) -> None:
+    """Where its directory lies and how long it is stand in a record of their own then."""
+    save(make_frame(), tmp_path / "a.npz")
+    whole = (tmp_path / "a.npz").read_bytes()
+    with zipfile.ZipFile(io.BytesIO(whole)) as archive:
+        count, start = len(archive.namelist()), archive.start_dir
+    own = len(whole) - 22 - start
+    large = struct.pack("<4sQ2H2I4Q", b"PK\6\6", 44, 45, 45, 0, 0, count, count, length or own, start)
+    where = struct.pack("<4sIQI", b"PK\6\7", 0, start + own, 1)
+    end = struct.pack("<4s4H2IH", b"PK\5\6", 0, 0, 0xFFFF, 0xFFFF, 0xFFFFFFFF, 0xFFFFFFFF, 0)
+    (tmp_path / "a.npz").write_bytes(whole[:-22] + large + where + end)
+    if length is None:
+        assert read_file(tmp_path / "a.npz").product == "frame"
+    else:
+        with pytest.raises(InputError, match=message):
+            read_file(tmp_path / "a.npz")
