@@ -128,5 +128,10 @@ def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) ->
     assert memory.available_bytes() == 2_000_000
     files["/sys/fs/cgroup/memory.max"] = "max\n"
     assert memory.available_bytes() == 4_096_000
+    # The first version of control groups keeps them elsewhere.
+    del files["/sys/fs/cgroup/memory.max"]
+    files["/sys/fs/cgroup/memory/memory.limit_in_bytes"] = "5000000\n"
+    files["/sys/fs/cgroup/memory/memory.usage_in_bytes"] = "2000000\n"
+    assert memory.available_bytes() == 3_000_000
     files.clear()
     assert memory.available_bytes() > 2**20

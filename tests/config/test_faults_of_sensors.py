@@ -79,6 +79,22 @@ FAULTS = {
         "black_level_dn: 4095",
         ["my.yaml:13:42: readout.black_level_dn: is 4095; must be 0..4094, below the largest code of 12 bits"],
     ),
+    "a black level that no code is": (
+        "black_level_dn: 100",
+        "black_level_dn: 65535",
+        [
+            "my.yaml:13:42: readout.black_level_dn: must be a whole number from 0 to 65534, not 65535 "
+            "(data number of no charge)"
+        ],
+    ),
+    "colder than cold": (
+        "dsnu_e: 0.5",
+        "dark_current_at_c: -274",
+        [
+            "my.yaml:12:88: charge.dark_current_at_c: must be a number from -273.15 to 1000, not -274 "
+            "(temperature at which dark_current_e_per_s holds, °C)"
+        ],
+    ),
     "17 bits": (
         "bit_depth: 12",
         "bit_depth: 17",

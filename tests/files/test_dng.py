@@ -246,6 +246,15 @@ def test_extreme_exposures_are_kept(tmp_path: Path, make_frame: Callable[..., Fr
     assert exif["RecommendedExposureIndex"] == 409600
 
 
+@pytest.mark.parametrize("product", ["mosaic", "truth"])
+def test_readers_of_the_formats_version_1_1_are_not_sent_away(tmp_path: Path, frame: Frame, product: str) -> None:
+    """One that is older than DNGBackwardVersion must not read the file; nothing in ours asks for more than 1.1."""
+    save(frame, tmp_path / "a.dng", product=product)
+    tags = tags_of(tmp_path / "a.dng")
+    version, oldest = (tuple(bytes(tags[number])) for number in (50706, 50707))
+    assert oldest == (1, 1, 0, 0) <= version
+
+
 def test_xmp_carries_the_whole_description(tmp_path: Path, frame: Frame) -> None:
     save(frame, tmp_path / "a.dng")
     xmp = bytes(tags_of(tmp_path / "a.dng")[700]).decode()

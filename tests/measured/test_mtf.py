@@ -10,6 +10,7 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
 from camsim.measure.find import find_edges
+from camsim.measure.fit import _ordinary
 from camsim.measure.picture import mosaic_planes
 
 LIGHT = camsim.Light("D55", illuminance_lux=5000)
@@ -282,3 +283,17 @@ def _step(distance):
     from scipy import special
 
     return special.ndtr(distance / 0.7)
+
+
+def test_a_defect_is_told_by_the_noise_of_its_own_side():
+    """Dark photosites scatter by 0.01 here, bright ones by 0.1: 0.2 is far off for the ones, usual for the others."""
+    rng = np.random.default_rng(3)
+    distance = np.linspace(-20.0, 20.0, 2001)
+    residual = rng.normal(0.0, np.where(distance < 0.0, 0.01, 0.1))
+    for place, usual in ((-15.0, False), (-2.0, True), (15.0, True)):
+        here = int(np.argmin(np.abs(distance - place)))
+        lifted = residual.copy()
+        lifted[here] = 0.2
+        keep = _ordinary(distance, lifted, half_width=5.0)
+        assert keep[here] == usual
+        assert np.delete(keep, here).mean() > 0.99

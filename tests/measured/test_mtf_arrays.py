@@ -172,3 +172,17 @@ def test_the_array_of_a_file_that_does_not_say_it(tmp_path):
         assert [channel.name for channel in picture.select("all")] == ["R", "G", "B"]
     with pytest.raises(InvalidValueError, match=r"cfa 'RGBX': give one of RGGB, .* x-trans, .* RRGG/RRGG/GGBB/GGBB"):
         read_picture(tmp_path / "a.npy", cfa="RGBX")
+
+
+@pytest.mark.parametrize("rows", range(4))
+@pytest.mark.parametrize("cols", range(4))
+def test_a_window_of_a_quad_bayer_array_keeps_the_names_of_its_filters(rows, cols):
+    """G1 is in the rows of red wherever the window begins."""
+    whole = np.array([list(row) for row in ("RRGG", "RRGG", "GGBB", "GGBB")])
+    names = np.array([["R", "R", "G1", "G1"]] * 2 + [["G2", "G2", "B", "B"]] * 2)
+    pattern = ["".join(row) for row in np.roll(whole, (-rows, -cols), axis=(0, 1))]
+    planes = mosaic_planes(np.zeros((8, 8)), pattern)
+    assert {plane.name for plane in planes} == {"R", "G1", "G2", "B"}
+    for plane in planes:
+        row, col = plane.first
+        assert plane.name == names[(row + rows) % 4, (col + cols) % 4]
