@@ -24,9 +24,7 @@ KERNEL_LINES = LINES.with_name("kernel-lines.jsonl")
 BASELINE = ["tests/config/test_capture.py::test_frames_are_numbered_from_the_scenes_own"]
 BASELINE_S, COMPILING_S = 1200.0, 600.0  # all kernels may have to be compiled; those that hold one line
 KERNEL_TESTS = [
-    *(f"tests/analytic/test_{name}.py" for name in ("rendering_truth", "crowd", "sampled", "fourier_truth")),
-    "tests/convergence/test_random_scenes.py",
-    "tests/convergence/test_footprints.py",
+    *(f"tests/analytic/test_{name}.py" for name in ("rendering_truth", "crowd", "sampled")),
     "tests/measured/test_mtf_refusals.py",
 ]
 EACH, SEED = 6, "1"

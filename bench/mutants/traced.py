@@ -7,6 +7,7 @@ lines, nor do compiled kernels: small tests of those are traced apart, with the 
 
 from __future__ import annotations
 
+import functools
 import json
 import signal
 import sys
@@ -40,6 +41,7 @@ class Recorder:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Any:
         """Trace the test with its fixtures."""
+        _forget_kept_results()
         self._seen.clear()
         self._failed = False
         signal.signal(signal.SIGPROF, _too_long)
@@ -83,6 +85,15 @@ class Recorder:
         if code not in self._lines:
             self._lines[code] = {line for *_, line in code.co_lines() if line is not None}
         return self._lines[code]
+
+
+def _forget_kept_results() -> None:
+    """Empty the caches of camsim's functions, or only the first test would be seen to run what they hold."""
+    for name, module in list(sys.modules.items()):
+        if name.split(".")[0] == "camsim":
+            for kept in vars(module).values():
+                if isinstance(kept, functools._lru_cache_wrapper):
+                    kept.cache_clear()
 
 
 def _too_long(number: int, frame: FrameType | None) -> None:

@@ -297,6 +297,27 @@ def test_what_lies_millions_of_pitches_away_is_clamped():
     assert np.abs(image - boundary.image).max() <= 2e-9
 
 
+@pytest.mark.parametrize("spots", [0.0, 4.0])
+def test_a_photosite_as_tall_as_another_is_wide_sees_as_far(spots):
+    """A black polygon just above the frame, and one just to the left of it, which only such photosites reach."""
+    beside = np.array([(-3.0, -5.5), (3.0, -5.5), (4.0, -3.0), (-4.0, -3.2)])
+    images = []
+    for turned in (False, True):
+        sides = {"width_um": 0.3, "height_um": 5.0}
+        splits = {"split_um": 0.1, "split_y_um": spots}
+        if turned:
+            sides = {"width_um": sides["height_um"], "height_um": sides["width_um"]}
+            splits = {"split_um": splits["split_y_um"], "split_y_um": splits["split_um"]}
+        stages = [camsim.Gaussian(sigma_um=0.1), camsim.RectangularPhotosite(**sides)]
+        stages += [camsim.FourSpotOlpf(**splits)] if spots else []
+        # Turned, x and y are exchanged, and with them the way round.
+        outline = beside[::-1, ::-1] if turned else beside
+        image = polygon_image(stages, 1e-9, outline=outline, shape=(5, 5))
+        images.append(image.T if turned else image)
+    assert images[0].min() < 0.8
+    assert np.abs(images[0] - images[1]).max() <= 2e-9
+
+
 @pytest.mark.parametrize("spread", [False, True], ids=["edge by edge", "non-uniform"])
 def test_scenery_wholly_elsewhere_and_wholly_around(monkeypatch, spread):
     if spread:
