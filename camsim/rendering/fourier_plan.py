@@ -16,6 +16,7 @@ import numpy as np
 from scipy import fft, special
 
 from camsim.arrays import F64
+from camsim.rendering.budget import ErrorBudget
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 TAPER_DEGREE = 63
@@ -252,7 +253,7 @@ def _tile(
         margin = sharpness = width = 0.0
         inner = np.full(2, kernel.reach)
     else:
-        level = tolerance / kernel.beyond(float(inner.min()), edges)
+        level = ErrorBudget(tolerance).allowed("taper") / kernel.beyond(float(inner.min()), edges)
         margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
         shortest = math.sqrt(float(np.prod(extent + inner)))
         # The width w makes (cutoff + margin/w)·(extent + inner + w) smallest.

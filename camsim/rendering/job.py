@@ -13,11 +13,11 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.judge import Judge
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern, pattern_of
-from camsim.rendering.prune import SHARE as FAR_SHARE
 from camsim.rendering.prune import equal_sides, far_outlines
 from camsim.rendering.quadrature import gauss_legendre
 from camsim.rendering.spectral import Signals, blur_of, fuse
@@ -109,10 +109,11 @@ class Job:
             pattern, footprint = pattern_of(system.lens), Footprint.of(system, grid.pitch_um)
         except UnsupportedError as error:
             unknown = str(error)
+        budget = ErrorBudget(tolerance)
         shortest_nm = float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf))
         segment_um, wobble_um, cut_um2 = math.inf, math.inf, math.inf
         if any(shape.circle_um for shape in scene.shapes):
-            segment_um, wobble_um, cut_um2 = _outline_limits(system, shortest_nm, tolerance)
+            segment_um, wobble_um, cut_um2 = _outline_limits(system, shortest_nm, budget.allowed("outlines"))
         arrangement = arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2)
         signals = Signals.of(arrangement, response, wavelength_nm)
         start, end = arrangement.start_um / grid.pitch_um, arrangement.end_um / grid.pitch_um
@@ -131,7 +132,7 @@ class Job:
                 longest=float(blur_of(system, signals.wavelength_nm, grid.pitch_um).max()),
                 extent=footprint.extent,
                 grid=grid,
-                allowed=FAR_SHARE * tolerance,
+                allowed=budget.allowed("dropped"),
             )
         kept, out = ~(equal | far), np.concatenate([np.flatnonzero(equal), np.flatnonzero(far)])
         return cls(
@@ -222,7 +223,7 @@ class Job:
 
     def nodes(self, *, phase: float, tolerance: float) -> Nodes:
         """Fuse the wavelengths; see ``spectral.fuse``."""
-        wavelength_nm, density = fuse(self.signals, phase=phase, tolerance=tolerance)
+        wavelength_nm, density = fuse(self.signals, phase=phase, allowed=ErrorBudget(tolerance).allowed("wavelengths"))
         return Nodes(wavelength_nm=wavelength_nm, density=density, weights=self._difference(density))
 
     def nodes_like(self, nodes: Nodes) -> Nodes:
@@ -240,10 +241,7 @@ def _edges(start: F64, end: F64, left: I64, right: I64) -> dict[str, Any]:
     return {"start": start, "end": end, "left": left, "right": right, "sides": sides, "pair": pair.ravel()}
 
 
-WOBBLE_SHARE = 0.1  # of the tolerance, for curved outlines
-
-
-def _outline_limits(system: OpticalSystem, shortest_nm: float, tolerance: float) -> tuple[float, float, float]:
+def _outline_limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[float, float, float]:
     """Return the longest side of a curved outline's polygon and its largest wobble, µm, and its largest cut, µm².
 
     Sides no longer than the inverse of the highest frequency that passes in any direction wobble at frequencies that
@@ -260,7 +258,6 @@ def _outline_limits(system: OpticalSystem, shortest_nm: float, tolerance: float)
         float(np.abs(system.point_otf(f * cx, f * cy, shortest_nm)) @ (f * w)) * 2.0 * math.pi * highest
         for cx, cy in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
     )
-    allowed = WOBBLE_SHARE * tolerance
     return 1.0 / highest, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.places import Marks, hardest_photosites, how_many, windows
 from camsim.rendering.check.round_lens import RoundLens
 from camsim.rendering.check.scenery import Pieces, pieces_of
@@ -18,7 +19,6 @@ from camsim.rendering.fourier import FINEST
 if TYPE_CHECKING:
     from camsim.rendering.job import Job
 
-SHARE = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
 WINDOW = 3  # photosites along a side, for lenses that are not round
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 WINDOWS_SHARE = 0.5  # of an image's time, for the windows of the check
@@ -30,7 +30,7 @@ class Judge:
     Of the job it takes what came in (scene, optics, grid, light, tolerance) and nothing that was made of it: outlines,
     painter's order, spectra and wavelengths are its own. A round lens on rectangles is integrated (round_lens.py).
     Any other is rendered in small windows by Fourier transforms, with another period, taper, band and other nodes, from
-    the check's own outlines and to SHARE of the tolerance; so is a tolerance below what the integrals are good for.
+    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for.
     """
 
     def __init__(self, job: Job) -> None:
@@ -70,7 +70,7 @@ class Judge:
             pair=pair.ravel().astype(np.int64),
             wavelength_nm=wavelength_nm,
             weights=density[sides[:, 0]] - density[sides[:, 1]],
-            allowed=SHARE * job.tolerance,
+            budget=ErrorBudget(job.tolerance).of_check,
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
         )
 
@@ -116,7 +116,7 @@ class Judge:
         from camsim.rendering.by_fourier import FourierRun  # an engine, which knows the judge
 
         job, (pieces, wavelength_nm, density) = self.job, self.seen
-        finer = max(SHARE * job.tolerance, FINEST)
+        finer = max(ErrorBudget(job.tolerance).of_check.tolerance, FINEST)
         highest = max(job.system.cutoff_per_um(float(w)) for w in wavelength_nm) * job.grid.pitch_um
         start, end, left, right = _polygons(pieces, 1.0 / highest, finer)
         mine = job.of_edges(

@@ -11,6 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.pattern import Table, loudness, table_of
 from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, light_at_points
 from camsim.rendering.check.scenery import Pieces
@@ -32,7 +33,7 @@ class RoundLens:
 
     pieces, pair : of the scene, and which two spectra lie beside each
     wavelength_nm, weights : (n,) and (pairs, channels, n) left minus right, of full scale
-    allowed      : what the check may be wrong by
+    budget       : of what the check may be wrong by
     corners      : (4,) low x, low y, high x, high y of the outermost photosites
     """
 
@@ -42,7 +43,7 @@ class RoundLens:
     pair: I64
     wavelength_nm: F64
     weights: F64
-    allowed: float
+    budget: ErrorBudget
     corners: F64
 
     @functools.cached_property
@@ -50,10 +51,10 @@ class RoundLens:
         """Nodes (m, 2) and weights (m,) over photosite and spots, that follow the shortest wave."""
         width, height = (side / self.pitch_um for side in self.system.photosite.sides_um)
         shortest = float(self._blur.min())
-        axes = []
+        axes, allowed = [], math.log(self.budget.allowed("footprint rule"))
         for side in (width, height):
             order = 1 if side == 0.0 else 3
-            while side and gauss_error(order, math.pi * side / shortest) > math.log(0.5 * self.allowed):
+            while side and gauss_error(order, math.pi * side / shortest) > allowed:
                 order += 1
             x, w = gauss_legendre(order)
             axes.append((0.5 * side * x, 0.5 * w))
@@ -85,7 +86,7 @@ class RoundLens:
             beyond = np.sum(square * (radius / np.maximum(heard, radius)) ** 5 * (heard > radius), axis=1)
             together = max(FEW, float(beyond.max()))
             swing = loudness(table, radius, blur, *self.rule)
-            if 2.0 * swing * math.sqrt(blur / radius * together) / (4.0 * math.pi) <= 0.5 * self.allowed:
+            if 2.0 * swing * math.sqrt(blur / radius * together) / (4.0 * math.pi) <= self.budget.allowed("beyond"):
                 break
             radius *= FARTHER
         return min(radius, max(everything, NEAREST * blur)) + extent
@@ -138,7 +139,8 @@ class RoundLens:
     def _table(self, radius: float) -> Table:
         """Tabulate the lens out to a distance, with as many wavelengths as it takes there."""
         phase = math.tau * radius * float(1.0 / self._blur.min() - 1.0 / self._blur.max())
-        nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, digits=-math.log10(self.allowed))
+        allowed = self.budget.allowed("own wavelengths")
+        nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, allowed=allowed)
         return table_of(self.system.lens, self._blur_at(nm), weights.reshape(-1, nm.size), radius)
 
     @functools.cached_property
@@ -203,7 +205,7 @@ class RoundLens:
         if not len(o.x):
             return base
         swing = self._swing
-        allowed = 0.25 * self.allowed
+        allowed = self.budget.allowed("meeting")
         gap = np.hypot(o.x - place[0], o.y - place[1])
         about = (o.turn_rad > 0.0) & (gap < 0.3 * o.dx) & (o.dx > base)
         loud = swing * (base / np.maximum(o.dx, base)) ** FALLS * o.turn_rad / math.tau > allowed
