@@ -186,7 +186,8 @@ def _tiled(
         max(FEWEST_IN_BLOCK, 6 * most // (6 + work.spectra + fields)) for most in (BLOCK_POINTS, SPREAD_POINTS)
     )
     by_spreading = work.spectra * PER_SPREAD_POINT
-    by_spreading += 2.0 * nodes * math.ceil(largest.points / spreading) * PER_SPREAD_NODE / largest.points
+    calls = sum(1 for _ in blocks(largest, spreading))
+    by_spreading += 2.0 * nodes * calls * PER_SPREAD_NODE / largest.points
     spread = by_spreading < by_edge
     block_points = spreading if spread else plain
     weights = work.spectra * work.channels * (1 if kernel.round else work.wavelengths)
@@ -334,8 +335,7 @@ def blocks(tile: Tile, most: int) -> Iterator[Block]:
             continue
         nearest = 0 if first_i <= 0 <= last_i else min(abs(first_i), abs(last_i))
         high = math.floor(py * math.sqrt(max(tile.cut**2 - (nearest / px) ** 2, 0.0)))
-        # Rows of one block must fall on different rows of the photosites' grid: threads add to them.
-        band = min(py, max(1, most // (last_i - first_i + 1)))
+        band = max(1, most // (last_i - first_i + 1))
         for first_j in range(-high, high + 1, band):
             yield Block(
                 first_i=first_i,
