@@ -241,9 +241,7 @@ def _edges(start: F64, end: F64, left: I64, right: I64) -> dict[str, Any]:
 WOBBLE_SHARE = 0.1  # of the tolerance, for curved outlines
 
 
-def _arranged(
-    scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, tolerance: float
-) -> Arrangement:
+def _arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, tolerance: float) -> Arrangement:
     """Return the scene's edges, its round outlines as polygons."""
     discs = [shape for shape in scene.shapes if isinstance(shape, Disc)]
     if not discs or not seen_nm.size:
