@@ -185,7 +185,7 @@ class RoundedPhotosite:
         flat = height - 2.0 * radius
         total = width * flat * np.sinc(width * fx) * np.sinc(flat * fy)
         highest = float(np.hypot(fx, fy).max(initial=0.0))
-        # Over the quarter turn the phase is no more than ±π²/2 times radius and frequency: half as many nodes, and some.
+        # Over the quarter turn the phase is within ±π²/2 times radius and frequency: half as many nodes, and some.
         x, w = special.roots_legendre(math.ceil(2.8 * radius * min(highest, 1000.0 / max(radius, 1e-300))) + 20)
         angle, share = 0.25 * math.pi * (1.0 + x), 0.25 * math.pi * w
         for a, s in zip(angle, share, strict=True):
