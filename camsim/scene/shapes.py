@@ -182,6 +182,7 @@ class Disc:
         if longer is not None:
             angle, longest_um = longer(self.circle_um)
         side_um = np.maximum(longest_um, self.side_um(max_segment_um, max_wobble_um, max_cut_um2))
+        side_um = np.minimum(side_um, self.radius_um)  # no limit at all is none to divide by
         sides_until = np.concatenate([[0.0], np.cumsum(self.radius_um * np.diff(angle) / side_um)])
         sides = max(64, math.ceil(sides_until[-1]))
         corner = np.interp(sides_until[-1] / sides * np.arange(sides), sides_until, angle)
