@@ -27,7 +27,10 @@ class Share(NamedTuple):
 
 
 SCENE: dict[Source, Share] = {
-    "outlines": Share(0.04, "discs as polygons: mean square of the wobble × slope of the line spread / 2"),
+    "outlines": Share(
+        0.04,
+        "discs as polygons: slope of the line spread × mean square wobble / 2, or light between side and arc",
+    ),
     "dropped": Share(0.03, "outlines outside the frame: contrast × angle/2π × light beyond their distance, added up"),
     "wavelengths": Share(0.03, "fused wavelengths: half a node for a radian of 2πr/λN, three for a digit"),
 }

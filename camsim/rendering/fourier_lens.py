@@ -232,7 +232,7 @@ def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um
             across *= stage.otf(fx, zero, 0.0)
             down *= stage.otf(zero, fy, 0.0)
         else:
-            values = stage.otf(*np.broadcast_arrays(fx, fy), 0.0)
+            values = np.broadcast_to(stage.otf(fx, fy, 0.0), (block.count_j, block.count_i))
             both = both * values if both.size else values.astype(complex)
     return Factors(across=parts(across.ravel()), down=parts(down.ravel()), both=parts(both))
 

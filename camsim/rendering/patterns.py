@@ -52,6 +52,17 @@ class Pattern:
         u = 0.5 * top * (1.0 + x)
         return float(np.abs(self.otf(u)) @ (u**power * w)) * 0.5 * top
 
+    def spread(self, rho: F64) -> F64:
+        """Return the most light per square blur at ρ and beyond, where the far form holds: its slope over 2πρ.
+
+        c/ρᵏ of it has the slope kc/ρ^{k+1}. An end's oscillation is 4π√(uρ) times less than its light's, and that has
+        2πu times its slope.
+        """
+        smooth = sum(k * abs(c) * rho ** -(k + 2.0) for k, c in zip((1, 3, 5), self.powers, strict=True))
+        swing = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
+        light: F64 = (smooth + swing + np.zeros_like(rho)) / (2.0 * math.pi)
+        return light
+
 
 def pattern_of(lens: object) -> Pattern:
     """Return the pattern of a lens."""

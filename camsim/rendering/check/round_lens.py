@@ -25,6 +25,7 @@ FARTHER = 1.4  # times, at each step of it
 LOOKED_AT = 24  # places in the frame where ends are heard
 FALLS = 1.5  # at least this power of the distance is what swings lost with
 NODE_SECONDS, PIECE_SECONDS, POINT_SECONDS = 4e-9, 5e-8, 1e-4  # of one core, measured
+ROUND = 5.0  # times as long for a node on a round piece: a sine and a cosine
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,7 +102,10 @@ class RoundLens:
         middle_y = o.y + np.where(o.turn_rad == 0.0, 0.5 * o.dy, 0.0)
         gap = np.hypot(places[:, :1] - middle_x, places[:, 1:] - middle_y) - 0.5 * length
         near = np.where(gap < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
-        nodes = PANEL_NODES * np.ceil(near / (PANEL_BLURS * float(blur.min()))).sum(axis=1).mean()
+        panels = np.ceil(near / (PANEL_BLURS * float(blur.min())))
+        # Beyond the table a round piece takes panels that double in length on either side.
+        beyond = np.where(o.turn_rad == 0.0, 0.0, 2.0 + 2.0 * np.log2(1.0 + length / self.radius))
+        nodes = PANEL_NODES * ((panels * np.where(o.turn_rad == 0.0, 1.0, ROUND)) + ROUND * beyond).sum(axis=1).mean()
         per_point = nodes * NODE_SECONDS + len(length) * PIECE_SECONDS
         return POINT_SECONDS + len(self.rule[1]) * float(per_point)
 
