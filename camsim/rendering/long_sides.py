@@ -31,7 +31,8 @@ from camsim.scene import Disc
 MOST_TURN = 2.0 * math.pi / 64.0  # of a side, radians
 STEP = 0.25  # of the distance: half an arc over which it is taken for the same
 FAR_PART = 0.2  # of the outlines' share, for sides that are long because they are far away
-HALVINGS = 50
+HALVINGS = 60
+NO_LIGHT = 1e-60  # of a Gaussian far out: any side will do there
 
 Circle = tuple[float, float, float]
 
@@ -107,8 +108,7 @@ class LongSides:
         if anywhere >= most or self.factor == 0.0:
             return np.array([0.0, 2.0 * math.pi]), np.array([min(anywhere, most)])
         angle, light = self._arcs(circle)
-        with np.errstate(divide="ignore"):
-            longest = np.maximum(anywhere, self.factor * np.cbrt(radius / light))
+        longest = np.maximum(anywhere, self.factor * np.cbrt(radius / np.maximum(light, NO_LIGHT)))
         return angle, np.minimum(longest, most)
 
     def _anywhere(self, radius: float) -> float:
@@ -153,8 +153,7 @@ class LongSides:
         if not arcs:
             return 0.0
         length, light, radius_of, short_of, most_of = np.concatenate(arcs, axis=1)
-        with np.errstate(divide="ignore"):
-            shape = np.cbrt(radius_of / light)
+        shape = np.cbrt(radius_of / np.maximum(light, NO_LIGHT))
 
         def lost(factor: float) -> float:
             side = np.minimum(factor * shape, most_of)
@@ -162,8 +161,6 @@ class LongSides:
             return float(np.sum((length * side**2 / (12.0 * radius_of) * light)[longer]))
 
         low, high = float((short_of / shape).min()), float((most_of / shape).max())
-        if low == 0.0:  # where there is no light at all any side will do
-            low = 1e-12 * high
         if lost(high) <= allowed:
             return high
         for _ in range(HALVINGS):

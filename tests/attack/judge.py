@@ -17,7 +17,7 @@ from tests.truth.waves import TooLarge
 
 SLOWEST_S = 20.0  # of one processor's time: a busy machine makes nothing slow
 PATIENCE_S = 25.0  # then a rendering, or a judge, is stopped
-QUICK_PATIENCE_S = 4.0  # of a judge
+QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
 FINEST = {"boundary": 1e-9, "fourier": 1e-11}
 ALL_AT_ONCE = 300  # points along the lattice's side: so far the Fourier sum judges every photosite
@@ -37,6 +37,8 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     }  # fmt: skip
     begin = time.process_time()
     try:
+        if not thorough and _expected(system) > QUICK_S:
+            return record | {"set_aside": True, "seconds": 0.0}
         try:
             rendering = _rendered(system, patience_s)
         except Patience:
@@ -71,6 +73,10 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     if seconds > SLOWEST_S:
         record["faults"].append("slow")
     return record
+
+
+def _expected(system):
+    return systems.expected_seconds(system, tolerance=system["tolerance"], method=system["method"])
 
 
 def _rendered(system, patience_s):
