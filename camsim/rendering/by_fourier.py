@@ -12,6 +12,7 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.places import Marks
 from camsim.rendering.cost import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
@@ -23,7 +24,6 @@ from camsim.rendering.run import Progress, plain_marks
 from camsim.rendering.work import Work
 
 FEWEST = 2  # photosites that are checked singly: a transform's errors are everywhere, no photosite is a case of its own
-RINGS_SHARE = 1.0 / 6.0  # of the tolerance, as of the boundary engine
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -134,7 +134,7 @@ def _nodes(job: Job, tolerance: float) -> Nodes:
     does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width on a
     point: no pupil's rings exceed those by much.
     """
-    blur, span, allowed = job.blur, job.span, RINGS_SHARE * job.tolerance
+    blur, span, allowed = job.blur, job.span, ErrorBudget(job.tolerance).allowed("rings")
     if job.pattern is not None and job.footprint is not None:
         pattern, footprint = job.pattern, job.footprint
     else:

@@ -78,7 +78,7 @@ def _edges(job: Job, shapes: int) -> Iterator[Decision]:
         yield Decision(
             topic="edges",
             decision="none dropped for being far",
-            reason="inside the window, or their light in it may be more than a tenth of the tolerance"
+            reason="inside the window, or their light in it may be more than 3 % of the tolerance"
             if job.pattern is not None
             else "how far this lens spreads light is not bounded by a formula",
         )

@@ -272,10 +272,11 @@ def rings_at(x: float, y: float, e: int, channel: int, edges: Edges, tables: Tab
 
 
 @nb.njit(cache=True, parallel=True)
-def add_rings_in_zone(
+def add_rings_in_zones(
     x0: float,
     y0: float,
-    zone: tuple[float, float, float],
+    zones: F64,
+    first: I64,
     picked: I64,
     channel: U8,
     image: F64,
@@ -284,19 +285,25 @@ def add_rings_in_zone(
     long: Numbers,
     short: Numbers,
 ) -> None:
-    """Add the rings that some edges send from far away to the photosites of a zone.
+    """Add the rings that some edges send from far away to the photosites of zones, each edge's once.
 
-    x0, y0 : of the image's first photosite;  zone: x, y and radius
+    x0, y0 : of the image's first photosite;  zones: (n, 3) x, y and radius
+    first, picked : where the edges of each zone begin (n + 1,), and they
     long, short : how far rings are there already (``near``, ``reach``) and how far they are wanted (``quiet_end``,
                   ``quiet_line``), for edges with a response and without
     """
     rows, cols = image.shape
     for r in nb.prange(rows):
+        added_at = np.full(edges.x.size, -1, np.int64)
         for c in range(cols):
             x, y = x0 + c, y0 + r
-            if (x - zone[0]) ** 2 + (y - zone[1]) ** 2 > zone[2] ** 2:
-                continue
-            for e in picked:
-                image[r, c] += rings_at(
-                    x, y, e, channel[r, c], edges, tables, long if edges.response[e] >= 0 else short
-                )
+            for zone in range(len(zones)):
+                if (x - zones[zone, 0]) ** 2 + (y - zones[zone, 1]) ** 2 > zones[zone, 2] ** 2:
+                    continue
+                for e in picked[first[zone] : first[zone + 1]]:
+                    if added_at[e] == c:
+                        continue
+                    added_at[e] = c
+                    image[r, c] += rings_at(
+                        x, y, e, channel[r, c], edges, tables, long if edges.response[e] >= 0 else short
+                    )

@@ -10,7 +10,7 @@ import numpy as np
 from camsim.arrays import C128, F64, I64, U8
 from camsim.rendering.boundary import render_edges
 from camsim.rendering.crowd import gather
-from camsim.rendering.edge import Edges, Numbers, Tables, add_rings_in_zone
+from camsim.rendering.edge import Edges, Numbers, Tables, add_rings_in_zones
 from camsim.rendering.far import far_moments
 from camsim.rendering.focus import ZONE, touching
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
@@ -183,26 +183,10 @@ def _zones(
     long = short._replace(reach=settings.quiet_line)
     far_rings = tables._replace(rings=_rings(tables.blur, footprint, settings.quiet_end))
 
+    zones = np.concatenate([found.centre, ZONE * found.radius[:, None]], axis=1)
+
     def follow(x0: float, y0: float, channel: U8, image: F64) -> None:
-        for i, ((x, y), radius) in enumerate(zip(found.centre, found.radius, strict=True)):
-            # Rows and columns of this band that the zone reaches.
-            half = ZONE * radius
-            top, left = max(0, math.ceil(y - half - y0)), max(0, math.ceil(x - half - x0))
-            rows, cols = slice(top, math.floor(y + half - y0) + 1), slice(left, math.floor(x + half - x0) + 1)
-            if rows.stop <= top or cols.stop <= left:
-                continue
-            add_rings_in_zone(
-                x0 + left,
-                y0 + top,
-                (x, y, half),
-                picked[first[i] : first[i + 1]],
-                channel[rows, cols],
-                image[rows, cols],
-                edges,
-                far_rings,
-                long,
-                short,
-            )
+        add_rings_in_zones(x0, y0, zones, first, picked, channel, image, edges, far_rings, long, short)
 
     return follow
 

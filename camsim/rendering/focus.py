@@ -78,17 +78,15 @@ def distinct(found: Foci) -> Foci:
 
 
 def touching(found: Foci, start: F64, end: F64) -> tuple[I64, I64]:
-    """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, none twice."""
+    """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, some of several."""
     normal, length = _normals(start, end)
     along = (end - start) / length[:, None]
-    free = np.ones(len(start), bool)
     edges, first = [], [0]
     for centre, radius in zip(found.centre, found.radius, strict=True):
         gap = np.sum(normal * (centre - start), axis=1)
         foot = np.sum(along * (centre - start), axis=1)
         beside = np.maximum(-foot, foot - length) <= 2.0 * SAME * radius
-        edges.append(np.flatnonzero(free & beside & (np.abs(np.abs(gap) - radius) <= 2.0 * SAME * radius)))
-        free[edges[-1]] = False
+        edges.append(np.flatnonzero(beside & (np.abs(np.abs(gap) - radius) <= 2.0 * SAME * radius)))
         first.append(first[-1] + edges[-1].size)
     return np.array(first), np.concatenate([*edges, np.empty(0, np.int64)])
 

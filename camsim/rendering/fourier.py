@@ -16,6 +16,7 @@ from scipy import fft
 from camsim.arrays import F64, I64, U8
 from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier_edges import add_fields, add_round
 from camsim.rendering.fourier_lens import (
     Fields,
@@ -230,10 +231,9 @@ class _Work:
         if not kernel.tapered:
             yield plain_fields(self.system, self.wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
             return
+        precision = ErrorBudget(self.tolerance).allowed("pupil")
         for j, wavelength in enumerate(self.wavelength_nm):
-            one = tapered_fields(
-                self.system, float(wavelength), self.pitch_um, tile, plan, precision=1e-3 * self.tolerance
-            )
+            one = tapered_fields(self.system, float(wavelength), self.pitch_um, tile, plan, precision=precision)
             yield one, np.ascontiguousarray(contrast[:, :, j : j + 1])
 
 

@@ -165,52 +165,53 @@ def add_round(
     spectra, count_j, _, count_i = transforms.shape
     channels = total.shape[0]
     last = len(curves) - 1
-    for r in nb.prange(count_j):
-        ky = (first_j + r) / py
-        inside = cut * cut - ky * ky
-        if inside <= 0.0:
-            continue
-        furthest = math.floor(px * math.sqrt(inside))
-        begin, stop = max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)
-        target = (row + r) % py
-        cell, t, scale = np.empty(COLUMNS, np.int64), np.empty(COLUMNS), np.empty(COLUMNS)
-        sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS)
-        foot_r, foot_i, lens = np.empty(COLUMNS), np.empty(COLUMNS), np.empty(COLUMNS)
-        for low in range(begin, stop, COLUMNS):
-            width = min(COLUMNS, stop - low)
-            start_x = (first_i + low) / px
-            for c in range(width):
-                kx = start_x + c / px
-                square = kx * kx + ky * ky
-                t[c] = math.sqrt(square) * cells_per_frequency
-                scale[c] = 1.0 / (4.0 * math.pi * math.pi * (square if square > 0.0 else 1.0))
-            for c in range(width):
-                cell[c] = min(int(t[c]), last)
-                t[c] -= cell[c]
-            _multiply(r, low, footprint, foot_r[:width], foot_i[:width])
-            for k in range(channels):
-                sum_r[:width] = 0.0
-                sum_i[:width] = 0.0
-                for s in range(spectra):
-                    real, imaginary = transforms[s, r, 0, low : low + width], transforms[s, r, 1, low : low + width]
-                    for c in range(width):
-                        p, u = curves[cell[c], s, k], t[c]
-                        u2 = u * u
-                        low_half = p[0] + u * p[1] + u2 * (p[2] + u * p[3])
-                        lens[c] = low_half + u2 * u2 * (p[4] + u * p[5] + u2 * (p[6] + u * p[7]))
-                    for c in range(width):
-                        sum_r[c] += lens[c] * real[c]
-                        sum_i[c] += lens[c] * imaginary[c]
-                if first_j + r == 0 and first_i + low <= 0 < first_i + low + width:
-                    zero = -first_i - low
-                    scale[zero], sum_i[zero], sum_r[zero] = 1.0, 0.0, 0.0
-                    for s in range(spectra):
-                        sum_r[zero] += curves[0, s, k, 0] * areas[s]
-                sums = total[k, target, column + low : column + low + width]
+    # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
+    for target in nb.prange(py):
+        for r in range((target - row) % py, count_j, py):
+            ky = (first_j + r) / py
+            inside = cut * cut - ky * ky
+            if inside <= 0.0:
+                continue
+            furthest = math.floor(px * math.sqrt(inside))
+            begin, stop = max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)
+            cell, t, scale = np.empty(COLUMNS, np.int64), np.empty(COLUMNS), np.empty(COLUMNS)
+            sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS)
+            foot_r, foot_i, lens = np.empty(COLUMNS), np.empty(COLUMNS), np.empty(COLUMNS)
+            for low in range(begin, stop, COLUMNS):
+                width = min(COLUMNS, stop - low)
+                start_x = (first_i + low) / px
                 for c in range(width):
-                    value_r, value_i = sum_r[c] * scale[c], sum_i[c] * scale[c]
-                    sums[c, 0] += value_r * foot_r[c] - value_i * foot_i[c]
-                    sums[c, 1] += value_r * foot_i[c] + value_i * foot_r[c]
+                    kx = start_x + c / px
+                    square = kx * kx + ky * ky
+                    t[c] = math.sqrt(square) * cells_per_frequency
+                    scale[c] = 1.0 / (4.0 * math.pi * math.pi * (square if square > 0.0 else 1.0))
+                for c in range(width):
+                    cell[c] = min(int(t[c]), last)
+                    t[c] -= cell[c]
+                _multiply(r, low, footprint, foot_r[:width], foot_i[:width])
+                for k in range(channels):
+                    sum_r[:width] = 0.0
+                    sum_i[:width] = 0.0
+                    for s in range(spectra):
+                        real, imaginary = transforms[s, r, 0, low : low + width], transforms[s, r, 1, low : low + width]
+                        for c in range(width):
+                            p, u = curves[cell[c], s, k], t[c]
+                            u2 = u * u
+                            low_half = p[0] + u * p[1] + u2 * (p[2] + u * p[3])
+                            lens[c] = low_half + u2 * u2 * (p[4] + u * p[5] + u2 * (p[6] + u * p[7]))
+                        for c in range(width):
+                            sum_r[c] += lens[c] * real[c]
+                            sum_i[c] += lens[c] * imaginary[c]
+                    if first_j + r == 0 and first_i + low <= 0 < first_i + low + width:
+                        zero = -first_i - low
+                        scale[zero], sum_i[zero], sum_r[zero] = 1.0, 0.0, 0.0
+                        for s in range(spectra):
+                            sum_r[zero] += curves[0, s, k, 0] * areas[s]
+                    sums = total[k, target, column + low : column + low + width]
+                    for c in range(width):
+                        value_r, value_i = sum_r[c] * scale[c], sum_i[c] * scale[c]
+                        sums[c, 0] += value_r * foot_r[c] - value_i * foot_i[c]
+                        sums[c, 1] += value_r * foot_i[c] + value_i * foot_r[c]
 
 
 @nb.njit(cache=True, parallel=True)
@@ -235,31 +236,32 @@ def add_fields(
     column, row = place
     spectra, count_j, _, count_i = transforms.shape
     channels, wavelengths = total.shape[0], len(fields)
-    for r in nb.prange(count_j):
-        ky = (first_j + r) / py
-        inside = cut * cut - ky * ky
-        if inside <= 0.0:
-            continue
-        furthest = math.floor(px * math.sqrt(inside))
-        target = (row + r) % py
-        foot_r, foot_i = np.empty(count_i), np.empty(count_i)
-        _multiply(r, 0, footprint, foot_r, foot_i)
-        for c in range(max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)):
-            kx = (first_i + c) / px
-            square = kx * kx + ky * ky
-            scale = 1.0 / (4.0 * math.pi * math.pi * square) if square > 0.0 else 0.0
-            for k in range(channels):
-                value_r, value_i = 0.0, 0.0
-                for j in range(wavelengths):
-                    scene_r, scene_i = 0.0, 0.0
-                    for s in range(spectra):
-                        if square > 0.0:
-                            scene_r += weights[s, k, j] * transforms[s, r, 0, c] * scale
-                            scene_i += weights[s, k, j] * transforms[s, r, 1, c] * scale
-                        else:
-                            scene_r += weights[s, k, j] * areas[s]
-                    lens_r, lens_i = fields[j, r, c, 0], fields[j, r, c, 1]
-                    value_r += scene_r * lens_r - scene_i * lens_i
-                    value_i += scene_r * lens_i + scene_i * lens_r
-                total[k, target, column + c, 0] += value_r * foot_r[c] - value_i * foot_i[c]
-                total[k, target, column + c, 1] += value_r * foot_i[c] + value_i * foot_r[c]
+    # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
+    for target in nb.prange(py):
+        for r in range((target - row) % py, count_j, py):
+            ky = (first_j + r) / py
+            inside = cut * cut - ky * ky
+            if inside <= 0.0:
+                continue
+            furthest = math.floor(px * math.sqrt(inside))
+            foot_r, foot_i = np.empty(count_i), np.empty(count_i)
+            _multiply(r, 0, footprint, foot_r, foot_i)
+            for c in range(max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)):
+                kx = (first_i + c) / px
+                square = kx * kx + ky * ky
+                scale = 1.0 / (4.0 * math.pi * math.pi * square) if square > 0.0 else 0.0
+                for k in range(channels):
+                    value_r, value_i = 0.0, 0.0
+                    for j in range(wavelengths):
+                        scene_r, scene_i = 0.0, 0.0
+                        for s in range(spectra):
+                            if square > 0.0:
+                                scene_r += weights[s, k, j] * transforms[s, r, 0, c] * scale
+                                scene_i += weights[s, k, j] * transforms[s, r, 1, c] * scale
+                            else:
+                                scene_r += weights[s, k, j] * areas[s]
+                        lens_r, lens_i = fields[j, r, c, 0], fields[j, r, c, 1]
+                        value_r += scene_r * lens_r - scene_i * lens_i
+                        value_i += scene_r * lens_i + scene_i * lens_r
+                    total[k, target, column + c, 0] += value_r * foot_r[c] - value_i * foot_i[c]
+                    total[k, target, column + c, 1] += value_r * foot_i[c] + value_i * foot_r[c]

@@ -18,6 +18,7 @@ from scipy import fft
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier_edges import Factors
 from camsim.rendering.fourier_plan import Block, FourierPlan, Kernel, Tile, taper, tapered
 from camsim.rendering.kernels import ONE_AT_A_TIME
@@ -37,7 +38,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     reach = math.inf
     within = getattr(lens, "reach_um", None)
     if within is not None and not more:
-        reach = max(float(within(0.1 * tolerance, float(w))) for w in wavelength_nm) / pitch_um
+        reach = max(float(within(ErrorBudget(tolerance).allowed("reach"), float(w))) for w in wavelength_nm) / pitch_um
     is_round = hasattr(lens, "point_spread") and not more
     faint = getattr(lens, "fades", False) and not more
     rings: tuple[tuple[float, float], ...] = ()
@@ -231,7 +232,7 @@ def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um
             across *= stage.otf(fx, zero, 0.0)
             down *= stage.otf(zero, fy, 0.0)
         else:
-            values = stage.otf(*np.broadcast_arrays(fx, fy), 0.0)
+            values = np.broadcast_to(stage.otf(fx, fy, 0.0), (block.count_j, block.count_i))
             both = both * values if both.size else values.astype(complex)
     return Factors(across=parts(across.ravel()), down=parts(down.ravel()), both=parts(both))
 

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import fft, special
 
 from camsim.arrays import F64
+from camsim.rendering.budget import ErrorBudget
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 TAPER_DEGREE = 63
@@ -25,7 +26,7 @@ NODES_PER_RADIAN, FEWEST_ON_EDGE = 0.5, 10  # of the Gauss rule on an edge, by t
 
 # Seconds of one core, measured.
 PER_TILE = 2e-3
-PER_EDGE_POINT = 1.1e-9
+PER_EDGE_POINT, PER_EDGE_ROW = 1.1e-9, 5e-8
 PER_ROUND_POINT, PER_FIELD_POINT = 1e-9, 3e-8
 PER_POINT_WEIGHT = 8e-9
 PER_SPREAD_NODE = 1.5e-7
@@ -179,14 +180,17 @@ def _tiled(
             tile, margin, sharpness = _tile(kernel, row, col, rows, cols, low, high, footprint, work.edges, tolerance)
             tiles.append(tile)
     largest = max(tiles, key=lambda tile: tile.points)
-    by_edge = work.edges * PER_EDGE_POINT
     nodes = NODES_PER_RADIAN * 2.0 * math.pi * largest.cut * work.length + FEWEST_ON_EDGE * work.edges
     fields = 0 if kernel.round else 1 if kernel.tapered else work.wavelengths
     plain, spreading = (
         max(FEWEST_IN_BLOCK, 6 * most // (6 + work.spectra + fields)) for most in (BLOCK_POINTS, SPREAD_POINTS)
     )
+    # Where an alias has few columns, a row of them takes what its first takes.
+    rows_of_blocks = sum(block.count_j for block in blocks(largest, plain))
+    by_edge = work.edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
     by_spreading = work.spectra * PER_SPREAD_POINT
-    by_spreading += 2.0 * nodes * math.ceil(largest.points / spreading) * PER_SPREAD_NODE / largest.points
+    calls = sum(1 for _ in blocks(largest, spreading))
+    by_spreading += 2.0 * nodes * calls * PER_SPREAD_NODE / largest.points
     spread = by_spreading < by_edge
     block_points = spreading if spread else plain
     weights = work.spectra * work.channels * (1 if kernel.round else work.wavelengths)
@@ -252,7 +256,7 @@ def _tile(
         margin = sharpness = width = 0.0
         inner = np.full(2, kernel.reach)
     else:
-        level = tolerance / kernel.beyond(float(inner.min()), edges)
+        level = ErrorBudget(tolerance).allowed("taper") / kernel.beyond(float(inner.min()), edges)
         margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
         shortest = math.sqrt(float(np.prod(extent + inner)))
         # The width w makes (cutoff + margin/w)·(extent + inner + w) smallest.
@@ -334,8 +338,7 @@ def blocks(tile: Tile, most: int) -> Iterator[Block]:
             continue
         nearest = 0 if first_i <= 0 <= last_i else min(abs(first_i), abs(last_i))
         high = math.floor(py * math.sqrt(max(tile.cut**2 - (nearest / px) ** 2, 0.0)))
-        # Rows of one block must fall on different rows of the photosites' grid: threads add to them.
-        band = min(py, max(1, most // (last_i - first_i + 1)))
+        band = max(1, most // (last_i - first_i + 1))
         for first_j in range(-high, high + 1, band):
             yield Block(
                 first_i=first_i,

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier_edges import edge_transforms
 from camsim.rendering.fourier_plan import FEWEST_ON_EDGE, NODES_PER_RADIAN, Block, FourierPlan, Tile
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.quadrature import gauss_legendre
 
+# An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
+OF_A_CROWD = 0.2
 MOST_NODES = 200  # of one Gauss rule; a longer edge is cut
 
 
@@ -96,7 +99,7 @@ class Regions:
             left=left,
             right=right,
             along=_strengths(start, end, left, right, spectra, tile.cut) if plan.spread else None,
-            precision=max(1e-13, 1e-3 * tolerance),
+            precision=max(1e-13, OF_A_CROWD * ErrorBudget(tolerance).allowed("spreading")),
         )
 
     def transforms(self, block: Block) -> F64:

@@ -13,15 +13,17 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.judge import Judge
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
+from camsim.rendering.long_sides import LongSides
 from camsim.rendering.patterns import Pattern, pattern_of
-from camsim.rendering.prune import SHARE as FAR_SHARE
 from camsim.rendering.prune import equal_sides, far_outlines
 from camsim.rendering.quadrature import gauss_legendre
 from camsim.rendering.spectral import Signals, blur_of, fuse
-from camsim.scene import Scene, arrange
+from camsim.scene import Disc, Scene, arrange
+from camsim.scene.arrange import Arrangement
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -109,11 +111,9 @@ class Job:
             pattern, footprint = pattern_of(system.lens), Footprint.of(system, grid.pitch_um)
         except UnsupportedError as error:
             unknown = str(error)
-        shortest_nm = float(wavelength_nm[np.any(response != 0.0, axis=0)].min(initial=np.inf))
-        segment_um, wobble_um, cut_um2 = math.inf, math.inf, math.inf
-        if any(shape.circle_um for shape in scene.shapes):
-            segment_um, wobble_um, cut_um2 = _outline_limits(system, shortest_nm, tolerance)
-        arrangement = arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2)
+        budget = ErrorBudget(tolerance)
+        seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
+        arrangement = _arranged(scene, system, grid, seen_nm, budget)
         signals = Signals.of(arrangement, response, wavelength_nm)
         start, end = arrangement.start_um / grid.pitch_um, arrangement.end_um / grid.pitch_um
         real = np.hypot(*(end - start).T) > 0.0  # shorter than rounding in pitches: no edge, and no direction
@@ -131,7 +131,7 @@ class Job:
                 longest=float(blur_of(system, signals.wavelength_nm, grid.pitch_um).max()),
                 extent=footprint.extent,
                 grid=grid,
-                allowed=FAR_SHARE * tolerance,
+                allowed=budget.allowed("dropped"),
             )
         kept, out = ~(equal | far), np.concatenate([np.flatnonzero(equal), np.flatnonzero(far)])
         return cls(
@@ -222,7 +222,7 @@ class Job:
 
     def nodes(self, *, phase: float, tolerance: float) -> Nodes:
         """Fuse the wavelengths; see ``spectral.fuse``."""
-        wavelength_nm, density = fuse(self.signals, phase=phase, tolerance=tolerance)
+        wavelength_nm, density = fuse(self.signals, phase=phase, allowed=ErrorBudget(tolerance).allowed("wavelengths"))
         return Nodes(wavelength_nm=wavelength_nm, density=density, weights=self._difference(density))
 
     def nodes_like(self, nodes: Nodes) -> Nodes:
@@ -240,28 +240,45 @@ def _edges(start: F64, end: F64, left: I64, right: I64) -> dict[str, Any]:
     return {"start": start, "end": end, "left": left, "right": right, "sides": sides, "pair": pair.ravel()}
 
 
-WOBBLE_SHARE = 0.1  # of the tolerance, for curved outlines
+def _arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget) -> Arrangement:
+    """Return the scene's edges, its round outlines as polygons."""
+    discs = [shape for shape in scene.shapes if isinstance(shape, Disc)]
+    if not discs or not seen_nm.size:
+        return arrange(scene, max_segment_um=math.inf)
+    shortest_nm, longest_nm = float(seen_nm.min()), float(seen_nm.max())
+    allowed = budget.allowed("outlines")
+    segment_um, wobble_um, cut_um2, line_per_um = _outline_limits(system, shortest_nm, allowed)
+    long = LongSides.of(
+        discs,
+        limits_um=(segment_um, wobble_um, cut_um2),
+        system=system,
+        grid=grid,
+        blur_um=(system.blur_um(shortest_nm), system.blur_um(longest_nm)),
+        line_per_um=line_per_um,
+        budget=budget,
+    )
+    return arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2, longer=long.along)
 
 
-def _outline_limits(system: OpticalSystem, shortest_nm: float, tolerance: float) -> tuple[float, float, float]:
-    """Return the longest side of a curved outline's polygon and its largest wobble, µm, and its largest cut, µm².
+def _outline_limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[float, float, float, float]:
+    """Return the longest side of a curved outline's polygon and its largest wobble, µm, its largest cut, µm², and the
+    peak of the line spread, 1/µm.
 
     Sides no longer than the inverse of the highest frequency that passes in any direction wobble at frequencies that
     the lens does not pass. What stays is of second order: half the mean square of the wobble times the slope of the
     line spread, which is no more than ∫2π|f|·|OTF| df along it. Where another shape cuts the outline, what is left of
     the last side counts at once: its area times the pattern's peak, which is half that slope.
     """
-    if not math.isfinite(shortest_nm):
-        return math.inf, math.inf, math.inf
     highest = system.cutoff_per_um(shortest_nm)
     x, w = gauss_legendre(SLOPE_NODES)
     f = 0.5 * (1.0 + x) * highest
-    slope = max(
-        float(np.abs(system.point_otf(f * cx, f * cy, shortest_nm)) @ (f * w)) * 2.0 * math.pi * highest
+    passes = [
+        np.abs(system.point_otf(f * cx, f * cy, shortest_nm)) * w * highest
         for cx, cy in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
-    )
-    allowed = WOBBLE_SHARE * tolerance
-    return 1.0 / highest, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope
+    ]
+    slope = max(2.0 * math.pi * float(np.sum(f * otf)) for otf in passes)
+    line_per_um = max(float(np.sum(otf)) for otf in passes)
+    return 1.0 / highest, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope, line_per_um
 
 
 SLOPE_NODES = 24  # of a bound: a few per cent of it do not matter

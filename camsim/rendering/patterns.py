@@ -15,6 +15,9 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics import Airy, AnnularAiry, Gaussian, RadialOtf
+from camsim.rendering.quadrature import gauss_legendre
+
+MOMENT_NODES = 60  # of a bound: a per cent of it does not matter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,8 +31,7 @@ class Pattern:
     powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + what oscillates
     rings   : (u, a, n): an edge's end at distance R leaves oscillation of frequency u, at most a·R⁻ⁿ, in the far form
     airy    : rings.py knows what oscillates; else it is kept out by distance
-    grain   : how much coarser than for an Airy pattern a table may be
-    quiet   : tolerance → ρ past which the smooth powers hold
+    quiet   : an error → ρ past which the smooth powers leave no more
     finest  : the smallest tolerance
     """
 
@@ -40,9 +42,26 @@ class Pattern:
     powers: tuple[float, float, float]
     rings: tuple[tuple[float, float, float], ...]
     airy: bool
-    grain: float
     quiet: Callable[[float], float]
     finest: float
+
+    def moment(self, power: int) -> float:
+        """Return ∫|OTF|·u^power du: how much there is to follow."""
+        x, w = gauss_legendre(MOMENT_NODES)
+        top = self.breaks[-1]
+        u = 0.5 * top * (1.0 + x)
+        return float(np.abs(self.otf(u)) @ (u**power * w)) * 0.5 * top
+
+    def spread(self, rho: F64) -> F64:
+        """Return the most light per square blur at ρ and beyond, where the far form holds: its slope over 2πρ.
+
+        c/ρᵏ of it has the slope kc/ρ^{k+1}. An end's oscillation is 4π√(uρ) times less than its light's, and that has
+        2πu times its slope.
+        """
+        smooth = sum(k * abs(c) * rho ** -(k + 2.0) for k, c in zip((1, 3, 5), self.powers, strict=True))
+        swing = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
+        light: F64 = (smooth + swing + np.zeros_like(rho)) / (2.0 * math.pi)
+        return light
 
 
 def pattern_of(lens: object) -> Pattern:
@@ -64,6 +83,8 @@ def pattern_of(lens: object) -> Pattern:
 _UNIT_NM = 1e3  # at 1000 nm and f/1 a diffraction pattern's λN is 1 µm: lengths are blurs
 _FAR = 2.0 / math.pi**2
 _POWERS = (_FAR, _FAR / (8.0 * math.pi**2), -_FAR * 9.0 / (128.0 * math.pi**4))
+# The next power, c7 = 2·0.2197/π⁸, as an edge's end met square on leaves it: times ∫cos⁷θ dθ/2π over a right angle.
+SEVENTH = 2.0 * 0.2197 / math.pi**8 * (16.0 / 35.0) / (2.0 * math.pi)
 # What oscillates in 1 − E is cos(2πuρ)·b/ρ² to leading order; the end of an edge met square on makes b/(4π√u) of it.
 RING = 1.0 / (4.0 * math.pi**4)
 
@@ -85,8 +106,7 @@ AIRY = Pattern(
     powers=_POWERS,  # (2/πx)(1 + 1/8x² − 9/128x⁴ + …), x = πρ (DLMF 10.18.17)
     rings=((1.0, RING, 2.5),),
     airy=True,
-    grain=1.0,
-    quiet=lambda tolerance: 5.0,
+    quiet=lambda allowed: max(5.0, (SEVENTH / allowed) ** (1.0 / 7.0)),
     finest=1e-9,
 )
 
@@ -99,8 +119,7 @@ _GAUSSIAN = Pattern(
     powers=(0.0, 0.0, 0.0),
     rings=(),
     airy=False,
-    grain=2.0,
-    quiet=lambda tolerance: math.sqrt(2.0 * math.log(20.0 / tolerance)),
+    quiet=lambda allowed: math.sqrt(2.0 * math.log(1.0 / allowed)),
     finest=1e-9,
 )
 
@@ -111,7 +130,7 @@ def _annular(e: float) -> Pattern:
 
     (1 − e²)(1 − E) = A(ρ) + e²·A(eρ) − 4e·∫_x^∞ J1(t)·J1(et)/t dt with A = 1 − E of an Airy pattern: two Airy patterns,
     whose powers and rings add up, and a cross term whose phases (1 ± e)t make rings of the frequencies (1 ± e)/2.
-    The small disc's powers hold from e·ρ on as the large one's do from ρ on: next comes e²·1e-4/(eρ)⁷.
+    The small disc's powers hold from e·ρ on as the large one's do from ρ on: next comes e²·c7/(eρ)⁷.
     """
     energy, otf = _round(AnnularAiry(f_number=1.0, obstruction=e))
     share = 1.0 / (1.0 - e * e)
@@ -133,8 +152,7 @@ def _annular(e: float) -> Pattern:
         ),
         rings=rings,
         airy=False,
-        grain=1.0,
-        quiet=lambda tolerance: max(5.0, 5.0 / (1.0 - e), (e * e * 1e-2 / tolerance) ** (1.0 / 7.0) / e),
+        quiet=lambda allowed: max(5.0, 5.0 / (1.0 - e), (share * (1.0 + e**-5.0) * SEVENTH / allowed) ** (1.0 / 7.0)),
         finest=1e-7,
     )
 
@@ -166,7 +184,6 @@ def _curve(lens: RadialOtf) -> Pattern:
         powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
         rings=tuple(rings),
         airy=False,
-        grain=1.0,
-        quiet=lambda tolerance: max(5.0, 2.0 / float(knots[1])),
+        quiet=lambda allowed: max(5.0, 2.0 / float(knots[1])),
         finest=1e-7,
     )

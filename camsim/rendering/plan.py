@@ -1,6 +1,6 @@
 """The boundary engine's settings, chosen from the tolerance by an error model before anything is computed.
 
-Sources of error, each given a share of the tolerance (amplitudes are for a contrast of 1):
+Every source of error is given its share of the tolerance (budget.py); amplitudes are for a contrast of 1:
 
 * The far form leaves out what oscillates with cos(2πr/λN). Per end at distance R it is at most
   (λN/R)^{5/2}·D/(4π⁴), D the footprint's transfer at 1/λN; a whole line twice that. Over a spectrum the
@@ -8,7 +8,8 @@ Sources of error, each given a share of the tolerance (amplitudes are for a cont
   many lines) add up like random phases, so their share falls with the root of their number. Where keeping it out by
   distance would take long integrals, the rings are computed instead (rings.py) until they are as quiet as that.
 * The footprint's moments end at the sixth: next come |Mₙ|/(2πnRⁿ), n = 8, 10 …, and about 3·c1·M6/(2π R⁷).
-* The 8-point look-up in the field: 1.1e-3·(2πδ/λN)⁸ of the field's highest frequencies; the panels' Gauss rule.
+* The eight-point look-up in the field and the six-point one in a line's response: `_step`.
+* The Gauss rule on panels along an edge: `_panel_nodes`.
 * Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
 """
 
@@ -23,10 +24,12 @@ from scipy import optimize
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.focus import NO_FOCI, ZONE, Foci, distinct, foci, threes
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern
+from camsim.rendering.quadrature import gauss_error
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 COARSEST = 1e-2
@@ -34,6 +37,9 @@ SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is in
 FEW = 4  # corners, or lines, that the shares below were set for
 SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
 PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
+# What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
+EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
+COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # steps, blurs: as far as these first terms hold (to a tenth)
 NEAREST = 5.0  # blurs: where the search for quiet begins
 RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength
 TABLE_BYTES = 3e8  # of the field: larger ones cost more than rings whatever these cost
@@ -84,34 +90,35 @@ def plan_boundary(
     start, end : (n, 2) the edges, pitches;  grid: the photosites
     """
     check_tolerance(tolerance, pattern)
+    budget = ErrorBudget(tolerance)
     shortest, longest = float(blur.min()), float(blur.max())
     smooth = max(
-        pattern.quiet(tolerance) * longest,
-        _moment_distance(pattern.powers[0] * longest, footprint, 0.125 * tolerance),
+        pattern.quiet(budget.allowed("powers")) * longest,
+        _moment_distance(pattern.powers[0] * longest, footprint, budget.allowed("moments")),
     )
-    quiet_end = max(smooth, quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance, front="end"))
+    ends, lines = budget.allowed("ends"), budget.allowed("lines")
+    quiet_end = max(smooth, quiet_distance(pattern, blur, shares, footprint, ends, front="end"))
     corners = crowding(start, end, 4.0 * quiet_end)
     if corners > FEW:
         quiet_end = max(
             smooth,
-            quiet_distance(pattern, blur, shares, footprint, 0.25 * tolerance * math.sqrt(FEW / corners), front="end"),
+            quiet_distance(pattern, blur, shares, footprint, ends * math.sqrt(FEW / corners), front="end"),
         )
     if pattern.rings and smooth_corners(start, end, quiet_end):
         # Where a smooth outline is met square on it is a line, however short its sides.
-        quiet_end = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, tolerance / 6.0, front="line"))
-    loud = _loud_foci(pattern, blur, shares, footprint, start, end, grid, quiet_end, tolerance)
+        quiet_end = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, lines, front="line"))
+    loud = _loud_foci(pattern, blur, shares, footprint, start, end, grid, quiet_end, lines + budget.allowed("foci"))
     if not pattern.airy:
         quiet_end, loud = max(quiet_end, (1.0 + ZONE) * float(loud.radius.max(initial=0.0))), NO_FOCI
-    lines = int(np.count_nonzero(np.hypot(*(end - start).T) >= quiet_end))
-    allowed = tolerance / 6.0 * math.sqrt(FEW / max(lines, FEW))
+    count = int(np.count_nonzero(np.hypot(*(end - start).T) >= quiet_end))
+    allowed = lines * math.sqrt(FEW / max(count, FEW))
     quiet_line = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, allowed, front="line"))
-    field_step = pattern.grain * shortest * min(0.2, (tolerance / 20.0 / 2e-5) ** (1.0 / 8.0) / (2.0 * math.pi))
-    response_step = pattern.grain * shortest * min(0.1, (tolerance / 20.0 / 1e-4) ** (1.0 / 6.0) / (2.0 * math.pi))
+    field_step = shortest * min(COARSEST_FIELD, _step(pattern, 8, budget.allowed("field") / EIGHT_POINTS))
+    response_step = shortest * min(COARSEST_RESPONSE, _step(pattern, 6, 0.5 * budget.allowed("response") / SIX_POINTS))
     near, reach = quiet_end, quiet_line
     table_bytes = 16.0 * len(shares) * (quiet_end / field_step) ** 2
     if pattern.airy and (quiet_end > RINGS_FROM * blur.size * longest or table_bytes > TABLE_BYTES):
         near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
-    digits = -math.log10(tolerance)
     return Settings(
         tolerance=tolerance,
         near=near,
@@ -121,8 +128,8 @@ def plan_boundary(
         field_step=field_step,
         response_step=response_step,
         panel=shortest * PANEL_BLURS,
-        panel_nodes=math.ceil(4 + 0.5 * digits),
-        tile_nodes=_tile_nodes(0.125 * tolerance),
+        panel_nodes=_panel_nodes(pattern, budget.allowed("panels")),
+        tile_nodes=_tile_nodes(budget.allowed("tiles")),
         foci=loud,
     )
 
@@ -136,12 +143,11 @@ def _loud_foci(
     end: F64,
     grid: Grid,
     quiet_end: float,
-    tolerance: float,
+    allowed: float,
 ) -> Foci:
     """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
     if not pattern.rings or not len(start):
         return NO_FOCI
-    allowed = 0.25 * tolerance
     loud = quiet_distance(pattern, blur, shares, footprint, allowed, front="focus")
     if loud <= quiet_end:
         return NO_FOCI
@@ -180,6 +186,32 @@ def crowding(start: F64, end: F64, window: float) -> float:
     _, square = np.unique(np.floor((points - points.min(axis=0)) / window), axis=0, return_inverse=True)
     strength = np.minimum(0.5 * np.sum(jump * jump, axis=1), 1.0)  # a right angle counts as one
     return float(np.bincount(square.ravel(), weights=strength).max(initial=0.0))
+
+
+def _step(pattern: Pattern, points: int, allowed: float) -> float:
+    """Return a table's step δ, blurs, where a look-up through n points leaves (2πδ)ⁿ·∫OTF·fⁿ⁻¹ df/π = ``allowed``.
+
+    Across an edge the light is ½ + ∫OTF(f)·sin(2πfh)/πf df, and a look-up leaves (2πδf)ⁿ of every wave in it. Of an
+    infinite edge's response the bound is reached, and in a corner by two edges at once; of ends in the field a tenth to
+    eight tenths of it were measured.
+    """
+    angle: float = (math.pi * allowed / pattern.moment(points - 1)) ** (1.0 / points)
+    return angle / (2.0 * math.pi)
+
+
+def _panel_nodes(pattern: Pattern, allowed: float) -> int:
+    """Nodes of the Gauss rule on a panel along an edge.
+
+    The field across the edge is ∬OTF(f)·fₙ/(2πf²)·e^(2πi…) d²f; a wave of frequency f·sin θ along the panel loses
+    E(f·sin θ) ∝ (f·sin θ)²ⁿ, and over all directions ∫|cos θ||sin θ|²ⁿ dθ = 4/(2n + 1). No phase can make all of them
+    add up: at most 0.15 of it was measured.
+    """
+    order = 2
+    while True:
+        lost = math.exp(gauss_error(order, math.pi * PANEL_BLURS)) * pattern.moment(2 * order)
+        if PANEL_BLURS * lost / (math.pi * (2 * order + 1)) <= allowed:
+            return order
+        order += 1
 
 
 def _tile_nodes(allowed: float) -> int:

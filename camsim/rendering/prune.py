@@ -10,8 +10,6 @@ from camsim.arrays import F64, I64
 from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern
 
-SHARE = 0.1  # of the tolerance: all that is dropped, together
-
 
 def equal_sides(left: I64, right: I64, density: F64) -> np.ndarray:
     """Return which edges have sides that every channel sees alike at every wavelength: they contribute nothing."""

@@ -146,7 +146,7 @@ def render_channels(
     every_channel : fill ``planes`` too; ``image`` is the same to the last bit either way
     strict        : raise AccuracyError where the error found is larger than ``tolerance``
     prune         : False computes what need not be, with the same settings: every channel everywhere, edges whose two
-                    sides are alike, and those that are dropped because they add less than a tenth of the tolerance
+                    sides are alike, and those that are dropped because they add less than their share of the tolerance
     progress      : called with ("render", fraction done)
     returns       : image in the unit of ``response``
     """

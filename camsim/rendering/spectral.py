@@ -60,7 +60,7 @@ def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
     return values
 
 
-def fuse(signals: Signals, *, phase: float, tolerance: float) -> tuple[F64, F64]:
+def fuse(signals: Signals, *, phase: float, allowed: float) -> tuple[F64, F64]:
     """Return nodes (j,) in nm and weights (spectra, channels, j) on them.
 
     What the optics do varies smoothly with wavelength, while light and filters may have any shape. So the curves are
@@ -70,7 +70,7 @@ def fuse(signals: Signals, *, phase: float, tolerance: float) -> tuple[F64, F64]
     for every three more (measured on the shipped sensors and CIE F lamps).
     """
     wavelength_nm = signals.wavelength_nm
-    count = max(FEWEST_NODES, math.ceil(0.5 * phase + 8.0 - 3.0 * math.log10(tolerance)))
+    count = max(FEWEST_NODES, math.ceil(0.5 * phase + 3.5 - 3.0 * math.log10(allowed)))
     if wavelength_nm.size <= count:
         return wavelength_nm, signals.density
     x, gauss_w = gauss_legendre(count)

@@ -13,7 +13,7 @@ class Work:
     outline_edges    : of all shapes' outlines, before one covers another
     edges            : that were rendered
     edges_equal      : not rendered: no channel sees a difference between their sides in this light
-    edges_far        : not rendered: outside the window, all of them together below a tenth of the tolerance
+    edges_far        : not rendered: outside the window, all of them together below their share of the tolerance
     wavelengths      : of the light that some channel sees;  wavelength_nodes: at which optics were computed
     channels         : images of the grid that were computed
     photosites       : values of a photosite in a channel that were computed

@@ -11,6 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.scene.scene import Scene
+from camsim.scene.shapes import Longer
 from camsim.spectra.curve import Spectrum
 
 
@@ -34,11 +35,16 @@ class Arrangement:
 
 
 def arrange(
-    scene: Scene, *, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf
+    scene: Scene,
+    *,
+    max_segment_um: float,
+    max_wobble_um: float = math.inf,
+    max_cut_um2: float = math.inf,
+    longer: Longer | None = None,
 ) -> Arrangement:
     """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
 
-    max_segment_um, max_wobble_um : how finely curved outlines are cut into sides (``Disc.outline_um``);
+    max_segment_um, max_wobble_um, longer : how finely curved outlines are cut into sides (``Disc.outline_um``);
                      max_cut_um2: those that another shape may cut
 
     Every visible region contributes its outline against the background; where two regions share an edge
@@ -56,7 +62,7 @@ def arrange(
     outlines: list[F64] = []
     regions: list[int] = []
     for shape in scene.shapes:
-        outlines.append(_positive(shape.outline_um(max_segment_um, max_wobble_um)))
+        outlines.append(_positive(shape.outline_um(max_segment_um, max_wobble_um, math.inf, longer)))
         region = index_of.setdefault(shape.reflectance, len(spectra))
         if region == len(spectra):
             spectra.append(shape.reflectance)
@@ -64,7 +70,7 @@ def arrange(
 
     touching = _touching(outlines)
     for i in np.flatnonzero(touching[0]).tolist():
-        outlines[i] = _positive(scene.shapes[i].outline_um(max_segment_um, max_wobble_um, max_cut_um2))
+        outlines[i] = _positive(scene.shapes[i].outline_um(max_segment_um, max_wobble_um, max_cut_um2, longer))
     outline_edges = sum(map(len, outlines))
     starts: list[F64] = []
     ends: list[F64] = []

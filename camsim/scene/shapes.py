@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -15,6 +15,7 @@ from camsim.errors import InvalidValueError
 from camsim.spectra.curve import Curve, Spectrum
 
 Point: TypeAlias = tuple[float, float]
+Longer: TypeAlias = Callable[[tuple[float, float, float]], tuple[F64, F64]]
 FARTHEST_UM = 1e15  # farther than the moon; products of such numbers are far from overflow
 
 
@@ -76,7 +77,13 @@ class Polygon:
         """None: its sides are straight."""
         return None
 
-    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
+    def outline_um(
+        self,
+        max_segment_um: float,
+        max_wobble_um: float = math.inf,
+        max_cut_um2: float = math.inf,
+        longer: Longer | None = None,
+    ) -> F64:
         """Return the corners (n, 2), µm; what the arguments limit, only curved shapes have."""
         return np.array(self.points_um)
 
@@ -106,7 +113,13 @@ class Rectangle:
         """None: its sides are straight."""
         return None
 
-    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
+    def outline_um(
+        self,
+        max_segment_um: float,
+        max_wobble_um: float = math.inf,
+        max_cut_um2: float = math.inf,
+        longer: Longer | None = None,
+    ) -> F64:
         """Return the four corners (4, 2), µm."""
         angle = math.radians(self.rotate_deg)
         across = 0.5 * self.width_um * np.array([math.cos(angle), math.sin(angle)])
@@ -119,7 +132,7 @@ class Rectangle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disc:
-    """A round disc; rendered as a regular polygon of the same area with sides short enough for the tolerance."""
+    """A round disc; rendered as a polygon of the same area with sides short enough for the tolerance."""
 
     radius_um: float
     centre_um: Point = (0.0, 0.0)
@@ -138,24 +151,46 @@ class Disc:
         """The centre's x and y and the radius, µm."""
         return *self.centre_um, self.radius_um
 
-    def outline_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> F64:
-        """Return an equal-area polygon (n, 2), µm: its corners lie on radius R·√(θ/sin θ), θ = 2π/n.
+    def side_um(self, max_segment_um: float, max_wobble_um: float = math.inf, max_cut_um2: float = math.inf) -> float:
+        """Return how long the sides of a polygon of the same area may be.
 
         max_wobble_um : largest root-mean-square distance between the two outlines. For a side s it is s²/(R·√720):
                         the parabola s²/8R less its mean
         max_cut_um2   : largest area between them over a part of a side, which no other part makes up for where another
                         shape cuts the outline: s³/(72·√3·R)
         """
-        longest_um = min(
+        return min(
             max_segment_um,
             math.sqrt(max_wobble_um * self.radius_um * math.sqrt(720.0)),
-            (max_cut_um2 * self.radius_um * 72.0 * math.sqrt(3.0)) ** (1.0 / 3.0),
+            math.cbrt(max_cut_um2 * self.radius_um * 72.0 * math.sqrt(3.0)),
         )
-        sides = max(64, math.ceil(2.0 * math.pi * self.radius_um / longest_um))
-        step = 2.0 * math.pi / sides
-        corner_radius_um = self.radius_um * math.sqrt(step / math.sin(step))
-        angle = step * np.arange(sides)
-        outline: F64 = np.array(self.centre_um) + corner_radius_um * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+    def outline_um(
+        self,
+        max_segment_um: float,
+        max_wobble_um: float = math.inf,
+        max_cut_um2: float = math.inf,
+        longer: Longer | None = None,
+    ) -> F64:
+        """Return a polygon (n, 2) of the same area, µm: its corners lie on radius R·√(θ/sin θ), θ = 2π/n.
+
+        max_segment_um, max_wobble_um, max_cut_um2 : of the sides' lengths (``side_um``)
+        longer : angles (m + 1,) all the way round a circle, and the length (m,) up to which sides will do between them
+                 whatever those limits say: sides differ there, and θ is the mean of those that meet
+        """
+        angle, longest_um = np.array([0.0, 2.0 * math.pi]), np.zeros(1)
+        if longer is not None:
+            angle, longest_um = longer(self.circle_um)
+        side_um = np.maximum(longest_um, self.side_um(max_segment_um, max_wobble_um, max_cut_um2))
+        side_um = np.minimum(side_um, self.radius_um)  # no limit at all is none to divide by
+        sides_until = np.concatenate([[0.0], np.cumsum(self.radius_um * np.diff(angle) / side_um)])
+        sides = max(64, math.ceil(sides_until[-1]))
+        corner = np.interp(sides_until[-1] / sides * np.arange(sides), sides_until, angle)
+        step = np.diff(corner, append=2.0 * math.pi)
+        step = 0.5 * (step + np.roll(step, 1))
+        corner_radius_um = self.radius_um * np.sqrt(step / np.sin(step))
+        direction = np.stack([np.cos(corner), np.sin(corner)], axis=1)
+        outline: F64 = np.array(self.centre_um) + corner_radius_um[:, None] * direction
         return outline
 
 

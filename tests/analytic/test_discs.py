@@ -141,3 +141,32 @@ def test_a_disc_that_another_shape_cuts(tolerance):
         ).image
 
     assert np.abs(image("auto", tolerance) - image("fourier", 1e-9)).max() <= tolerance
+
+
+@pytest.mark.parametrize("radius", [15.717, 13.0])
+def test_rounded_squares_whose_sides_and_corners_meet_in_the_middle(radius):
+    """Sides belong to a circle of their own and to those of the corners beside them; Fourier sums are the truth."""
+    half = np.array([18.12, 17.996])
+    angle = np.linspace(0.0, 0.5 * np.pi, 50)
+    corners = np.concatenate(
+        [
+            np.array(sign) * (half - radius) + radius * np.stack([np.cos(a), np.sin(a)], axis=1)
+            for sign, a in zip(
+                [(1, 1), (-1, 1), (-1, -1), (1, -1)], [angle + 0.5 * np.pi * turn for turn in range(4)], strict=True
+            )
+        ]
+    )
+    corners += np.array([0.28, -0.49])
+    scene = camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=corners, reflectance=1.0)])
+
+    def image(method, asked):
+        return camsim.render(
+            scene,
+            [camsim.Airy(f_number=1.6311618894), camsim.SquarePhotosite(side_um=1.0)],
+            camsim.Grid(rows=24, cols=24, pitch_um=1.0),
+            wavelength_nm=1000.0,
+            tolerance=asked,
+            method=method,
+        ).image
+
+    assert np.abs(image("boundary", 4e-5) - image("fourier", 1e-8)).max() <= 0.5 * 4e-5

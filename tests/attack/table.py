@@ -11,7 +11,8 @@ def summary(records):
     if not records:
         return "nothing was judged"
     lines = [
-        f"{'lens':<10} {'systems':>7} {'refused':>7} {'median':>9} {'worst':>9} {'slowest':>8}  error over tolerance"
+        f"{'lens':<10} {'systems':>7} {'refused':>7} {'aside':>7} {'median':>9} {'worst':>9} {'slowest':>8}"
+        "  error over tolerance"
     ]
     for lens in sorted({r["lens"] for r in records}):
         own = [r for r in records if r["lens"] == lens]
@@ -19,9 +20,9 @@ def summary(records):
         median = ratios[len(ratios) // 2] if ratios else math.nan
         worst = ratios[-1] if ratios else math.nan
         slowest = max(r["seconds"] for r in own)
-        refused = sum("refused" in r for r in own)
-        lines.append(f"{lens:<10} {len(own):>7} {refused:>7} {median:>9.2g} {worst:>9.2g} {slowest:>6.1f} s")
-    judges = Counter(r.get("judge", "refused").split(" at ")[0] for r in records)
+        refused, aside = sum("refused" in r for r in own), sum("set_aside" in r for r in own)
+        lines.append(f"{lens:<10} {len(own):>7} {refused:>7} {aside:>7} {median:>9.2g} {worst:>9.2g} {slowest:>6.1f} s")
+    judges = Counter(r.get("judge", "set aside" if "set_aside" in r else "refused").split(" at ")[0] for r in records)
     lines.append("judged by: " + ", ".join(f"{name} {count}" for name, count in judges.most_common()))
     faults = Counter(fault for r in records for fault in r["faults"])
     lines.append("faults: " + (", ".join(f"{name} {count}" for name, count in faults.most_common()) or "none"))

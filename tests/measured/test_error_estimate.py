@@ -220,7 +220,7 @@ CORRUPTIONS = {
     "cut discs are cut as others": (
         shapes.Disc,
         "outline_um",
-        lambda f: lambda self, segment, wobble=np.inf, cut=np.inf: f(self, segment, wobble),
+        lambda f: lambda self, segment, wobble=np.inf, cut=np.inf, *longer: f(self, segment, wobble),
         {"scene": "cut disc", "over": 3.0},
     ),
     "discs are a ten-thousandth too large": (

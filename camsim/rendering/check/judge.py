@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.places import Marks, hardest_photosites, how_many, windows
 from camsim.rendering.check.round_lens import RoundLens
 from camsim.rendering.check.scenery import Pieces, pieces_of
@@ -18,7 +19,6 @@ from camsim.rendering.fourier import FINEST
 if TYPE_CHECKING:
     from camsim.rendering.job import Job
 
-SHARE = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
 WINDOW = 3  # photosites along a side, for lenses that are not round
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 WINDOWS_SHARE = 0.5  # of an image's time, for the windows of the check
@@ -30,7 +30,7 @@ class Judge:
     Of the job it takes what came in (scene, optics, grid, light, tolerance) and nothing that was made of it: outlines,
     painter's order, spectra and wavelengths are its own. A round lens on rectangles is integrated (round_lens.py).
     Any other is rendered in small windows by Fourier transforms, with another period, taper, band and other nodes, from
-    the check's own outlines and to SHARE of the tolerance; so is a tolerance below what the integrals are good for.
+    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for.
     """
 
     def __init__(self, job: Job) -> None:
@@ -70,7 +70,7 @@ class Judge:
             pair=pair.ravel().astype(np.int64),
             wavelength_nm=wavelength_nm,
             weights=density[sides[:, 0]] - density[sides[:, 1]],
-            allowed=SHARE * job.tolerance,
+            budget=ErrorBudget(job.tolerance).of_check,
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
         )
 
@@ -116,9 +116,9 @@ class Judge:
         from camsim.rendering.by_fourier import FourierRun  # an engine, which knows the judge
 
         job, (pieces, wavelength_nm, density) = self.job, self.seen
-        finer = max(SHARE * job.tolerance, FINEST)
+        finer = max(ErrorBudget(job.tolerance).of_check.tolerance, FINEST)
         highest = max(job.system.cutoff_per_um(float(w)) for w in wavelength_nm) * job.grid.pitch_um
-        start, end, left, right = _polygons(pieces, 1.0 / highest, finer)
+        start, end, left, right = _polygons(pieces, 1.0 / highest, ErrorBudget(job.tolerance).of_check.tolerance)
         mine = job.of_edges(
             start, end, left, right, wavelength_nm=wavelength_nm, density=density, base=self.base, tolerance=finer
         )
@@ -136,11 +136,14 @@ class Judge:
         return values
 
 
-def _polygons(pieces: Pieces, longest: float, allowed: float) -> tuple[F64, F64, I64, I64]:
-    """Return the pieces as straight edges: round ones as sides of the same area, shorter than any wave that passes.
+GROWTH = 1.3  # of a part's sides from its ends on
 
-    A whole circle's corners all lie on R·√(θ/sin θ). A part's ends stay where other pieces meet them, and its first and
-    last sides are off by s³/36R of area, which is kept below what is allowed on a square wave.
+
+def _polygons(pieces: Pieces, longest: float, allowed: float) -> tuple[F64, F64, I64, I64]:
+    """Return the pieces as straight edges: round ones as sides of the same area each, shorter than waves that pass.
+
+    What stays of a circle's wobble is of second order: half its mean square, (s²/8R)²·4/45, times the slope of the line
+    spread, at most 2π over a square wave.
     """
     o = pieces.outlines
     starts, ends, owners = [], [], []
@@ -149,21 +152,51 @@ def _polygons(pieces: Pieces, longest: float, allowed: float) -> tuple[F64, F64,
     ends.append(np.stack([o.x + o.dx, o.y + o.dy], axis=1)[straight])
     owners.append(straight)
     for e in np.flatnonzero(o.turn_rad > 0.0).tolist():
-        whole = o.turn_rad[e] >= math.tau * (1.0 - 1e-15)
-        side = 0.7 * longest
-        if not whole:
-            side = min(side, (36.0 * o.dx[e] * allowed * longest**2) ** (1.0 / 3.0))
-        sides = max(96 if whole else 2, math.ceil(o.dx[e] * o.turn_rad[e] / side))
-        theta = o.turn_rad[e] / sides
-        radius = np.full(sides + 1, o.dx[e] * math.sqrt(theta / math.sin(theta)))
-        if not whole:
-            radius[[0, -1]] = o.dx[e]
-        angle = o.from_rad[e] + theta * np.arange(sides + 1)
+        big, whole = o.dx[e], o.turn_rad[e] >= math.tau * (1.0 - 1e-15)
+        side = min(0.35 * longest, (229.0 * allowed * (big * longest) ** 2) ** 0.25)
+        if whole:
+            turns = np.full(2 * max(96, math.ceil(0.5 * math.tau * big / side)), 1.0)
+        else:
+            turns = _from_ends(0.5 * o.turn_rad[e] * big, big, side, longest, allowed)
+        turns *= o.turn_rad[e] / turns.sum()
+        angle = o.from_rad[e] + np.concatenate([[0.0], np.cumsum(turns)])
+        radius = big * _corners(turns, whole)
         corners = np.stack([o.x[e] + radius * np.cos(angle), o.y[e] + radius * np.sin(angle)], axis=1)
         if whole:
             corners[-1] = corners[0]
         starts.append(corners[:-1])
         ends.append(corners[1:])
-        owners.append(np.full(sides, e))
+        owners.append(np.full(turns.size, e))
     owner = np.concatenate(owners)
     return np.concatenate(starts), np.concatenate(ends), pieces.left[owner], pieces.right[owner]
+
+
+def _from_ends(half: float, radius: float, side: float, longest: float, allowed: float) -> F64:
+    """Return sides (2n,) of a part of a circle, the same from either end; ``half``: the length of half of it.
+
+    Each has its arc's area, but the first lean on their arcs: s³/36R of area lies on the wrong side of their middles,
+    and s⁴/96R of its moment wherever sides grow. On a square wave, and on its cube, that keeps below what is allowed.
+    """
+    side = min(side, (96.0 * allowed * radius * longest**3) ** 0.25)
+    first = min(side, (36.0 * radius * allowed * longest**2) ** (1.0 / 3.0))
+    growing = first * GROWTH ** np.arange(math.ceil(math.log(side / first) / math.log(GROWTH)) + 1)
+    growing = growing[np.cumsum(growing) < half]
+    more = max(1, math.ceil((half - growing.sum()) / side))
+    sides = np.concatenate([growing, np.full(more, (half - growing.sum()) / more)])
+    return np.concatenate([sides, sides[::-1]])
+
+
+def _corners(turns: F64, whole: bool) -> F64:
+    """Return how far corners (n + 1,) lie from the centre, of radius 1, where sides have their arcs' areas.
+
+    rᵢ·rᵢ₊₁·sin θ = θ: all the same on a whole circle; a part's ends stay where other pieces meet them, and its middle
+    is met from both.
+    """
+    stretch = turns / np.sin(turns)
+    if whole:
+        return np.full(turns.size + 1, math.sqrt(float(stretch[0])))
+    radius = np.ones(turns.size + 1)
+    for k in range(turns.size // 2):
+        radius[k + 1] = stretch[k] / radius[k]
+        radius[-k - 2] = stretch[-k - 1] / radius[-k - 1]
+    return radius

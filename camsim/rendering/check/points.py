@@ -12,7 +12,7 @@ from camsim.rendering.check.scenery import Outlines
 
 PANEL_NODES = 20
 PANEL_BLURS = 4.0
-FAR_PANEL = 0.5  # of a round piece, as a share of its distance
+FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
 
 
 @nb.njit(cache=True, inline="always")
@@ -86,6 +86,34 @@ def _straight(
 
 
 @nb.njit(cache=True)
+def _arc(
+    dx: float,
+    dy: float,
+    big: float,
+    begin: float,
+    end: float,
+    start: float,
+    stop: float,
+    inside: bool,
+    cells: F64,
+    per_step: float,
+    far: F64,
+    g: F64,
+) -> float:
+    """One panel of the arc from angle ``begin`` to ``end``, from share ``start`` of it to ``stop``."""
+    half = 0.5 * (end - begin) * (stop - start)
+    centre = begin + 0.5 * (end - begin) * (start + stop)
+    part = 0.0
+    for q in range(g.shape[1]):
+        angle = centre + half * g[0, q]
+        c, s = math.cos(angle), math.sin(angle)
+        rx, ry = dx + big * c, dy + big * s
+        r = math.sqrt(rx * rx + ry * ry)
+        part += g[1, q] * (rx * c + ry * s) * _value(r, inside, cells, per_step, far)
+    return part * half * big
+
+
+@nb.njit(cache=True)
 def _round(
     x: float, y: float, o: Outlines, e: int, radius: float, panel: float, cells: F64, per_step: float, far: F64, g: F64
 ) -> float:
@@ -94,43 +122,46 @@ def _round(
     dx, dy = o.x[e] - x, o.y[e] - y
     gap = math.hypot(dx, dy)
     begin, end = o.from_rad[e], o.from_rad[e] + o.turn_rad[e]
-    # Cut where the rim crosses the table's radius: |d|² + R² + 2R|d|cos(φ − φd) = radius².
-    cuts = np.array([begin, end, end, end, end, end])
+    # Cut where the rim is nearest and farthest, and where it crosses the table's radius:
+    # |d|² + R² + 2R|d|cos(φ − φd) = radius².
+    cuts = np.full(10, end)
+    cuts[0] = begin
     count = 1
     if gap > 0.0:
         cosine = (radius * radius - gap * gap - big * big) / (2.0 * big * gap)
-        if -1.0 < cosine < 1.0:
-            towards = math.atan2(dy, dx)
-            for sign in (-1.0, 1.0):
-                angle = begin + (towards + sign * math.acos(cosine) - begin) % math.tau
-                while angle < end and count < 5:
-                    cuts[count] = angle
-                    count += 1
-                    angle += math.tau
+        crossing = math.acos(min(max(cosine, -1.0), 1.0))
+        towards = math.atan2(dy, dx)
+        for away in (0.0, math.pi, crossing, -crossing):
+            angle = begin + (towards + away - begin) % math.tau
+            while angle < end and count < 9:
+                cuts[count] = angle
+                count += 1
+                angle += math.tau
     cuts = np.sort(cuts)
     total = 0.0
-    for k in range(5):
+    for k in range(9):
         low, high = cuts[k], cuts[k + 1]
         if high <= low:
             continue
         middle = 0.5 * (low + high)
         at = math.hypot(dx + big * math.cos(middle), dy + big * math.sin(middle))
-        inside = at < radius
-        longest = panel
-        if not inside:
-            longest = max(panel, FAR_PANEL * max(abs(gap - big), radius))
-        panels = max(1, math.ceil((high - low) * big / longest))
-        half = 0.5 * (high - low) / panels
-        part = 0.0
-        for p in range(panels):
-            centre = low + half * (2 * p + 1)
-            for q in range(g.shape[1]):
-                angle = centre + half * g[0, q]
-                c, s = math.cos(angle), math.sin(angle)
-                rx, ry = dx + big * c, dy + big * s
-                r = math.sqrt(rx * rx + ry * ry)
-                part += g[1, q] * (rx * c + ry * s) * _value(r, inside, cells, per_step, far)
-        total += part * half * big
+        if at < radius:
+            panels = math.ceil((high - low) * big / panel)
+            for p in range(panels):
+                total += _arc(dx, dy, big, low, high, p / panels, (p + 1) / panels, True, cells, per_step, far, g)
+            continue
+        # From the nearer end on, panels as long as they are far away.
+        at_low = math.hypot(dx + big * math.cos(low), dy + big * math.sin(low))
+        at_high = math.hypot(dx + big * math.cos(high), dy + big * math.sin(high))
+        near, farther = (low, high) if at_low <= at_high else (high, low)
+        done = 0.0
+        while done < 1.0:
+            angle = near + done * (farther - near)
+            r = math.hypot(dx + big * math.cos(angle), dy + big * math.sin(angle))
+            stop = min(1.0, done + FAR_PANEL * r / (big * (high - low)))
+            part = _arc(dx, dy, big, near, farther, done, stop, False, cells, per_step, far, g)
+            total += part if near == low else -part
+            done = stop
     return total
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.pattern import Table, loudness, table_of
 from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, light_at_points
 from camsim.rendering.check.scenery import Pieces
@@ -24,6 +25,7 @@ FARTHER = 1.4  # times, at each step of it
 LOOKED_AT = 24  # places in the frame where ends are heard
 FALLS = 1.5  # at least this power of the distance is what swings lost with
 NODE_SECONDS, PIECE_SECONDS, POINT_SECONDS = 4e-9, 5e-8, 1e-4  # of one core, measured
+ROUND = 5.0  # times as long for a node on a round piece: a sine and a cosine
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,7 +34,7 @@ class RoundLens:
 
     pieces, pair : of the scene, and which two spectra lie beside each
     wavelength_nm, weights : (n,) and (pairs, channels, n) left minus right, of full scale
-    allowed      : what the check may be wrong by
+    budget       : of what the check may be wrong by
     corners      : (4,) low x, low y, high x, high y of the outermost photosites
     """
 
@@ -42,7 +44,7 @@ class RoundLens:
     pair: I64
     wavelength_nm: F64
     weights: F64
-    allowed: float
+    budget: ErrorBudget
     corners: F64
 
     @functools.cached_property
@@ -50,10 +52,10 @@ class RoundLens:
         """Nodes (m, 2) and weights (m,) over photosite and spots, that follow the shortest wave."""
         width, height = (side / self.pitch_um for side in self.system.photosite.sides_um)
         shortest = float(self._blur.min())
-        axes = []
+        axes, allowed = [], math.log(self.budget.allowed("footprint rule"))
         for side in (width, height):
             order = 1 if side == 0.0 else 3
-            while side and gauss_error(order, math.pi * side / shortest) > math.log(0.5 * self.allowed):
+            while side and gauss_error(order, math.pi * side / shortest) > allowed:
                 order += 1
             x, w = gauss_legendre(order)
             axes.append((0.5 * side * x, 0.5 * w))
@@ -85,7 +87,7 @@ class RoundLens:
             beyond = np.sum(square * (radius / np.maximum(heard, radius)) ** 5 * (heard > radius), axis=1)
             together = max(FEW, float(beyond.max()))
             swing = loudness(table, radius, blur, *self.rule)
-            if 2.0 * swing * math.sqrt(blur / radius * together) / (4.0 * math.pi) <= 0.5 * self.allowed:
+            if 2.0 * swing * math.sqrt(blur / radius * together) / (4.0 * math.pi) <= self.budget.allowed("beyond"):
                 break
             radius *= FARTHER
         return min(radius, max(everything, NEAREST * blur)) + extent
@@ -100,7 +102,10 @@ class RoundLens:
         middle_y = o.y + np.where(o.turn_rad == 0.0, 0.5 * o.dy, 0.0)
         gap = np.hypot(places[:, :1] - middle_x, places[:, 1:] - middle_y) - 0.5 * length
         near = np.where(gap < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
-        nodes = PANEL_NODES * np.ceil(near / (PANEL_BLURS * float(blur.min()))).sum(axis=1).mean()
+        panels = np.ceil(near / (PANEL_BLURS * float(blur.min())))
+        # Beyond the table a round piece takes panels that double in length on either side.
+        beyond = np.where(o.turn_rad == 0.0, 0.0, 2.0 + 2.0 * np.log2(1.0 + length / self.radius))
+        nodes = PANEL_NODES * ((panels * np.where(o.turn_rad == 0.0, 1.0, ROUND)) + ROUND * beyond).sum(axis=1).mean()
         per_point = nodes * NODE_SECONDS + len(length) * PIECE_SECONDS
         return POINT_SECONDS + len(self.rule[1]) * float(per_point)
 
@@ -138,7 +143,8 @@ class RoundLens:
     def _table(self, radius: float) -> Table:
         """Tabulate the lens out to a distance, with as many wavelengths as it takes there."""
         phase = math.tau * radius * float(1.0 / self._blur.min() - 1.0 / self._blur.max())
-        nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, digits=-math.log10(self.allowed))
+        allowed = self.budget.allowed("own wavelengths")
+        nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, allowed=allowed)
         return table_of(self.system.lens, self._blur_at(nm), weights.reshape(-1, nm.size), radius)
 
     @functools.cached_property
@@ -203,7 +209,7 @@ class RoundLens:
         if not len(o.x):
             return base
         swing = self._swing
-        allowed = 0.25 * self.allowed
+        allowed = self.budget.allowed("meeting")
         gap = np.hypot(o.x - place[0], o.y - place[1])
         about = (o.turn_rad > 0.0) & (gap < 0.3 * o.dx) & (o.dx > base)
         loud = swing * (base / np.maximum(o.dx, base)) ** FALLS * o.turn_rad / math.tau > allowed

@@ -290,6 +290,42 @@ def _winds(o: Outlines, begin: int, end: int, x: float, y: float) -> bool:
     return turns != 0
 
 
+@nb.njit(cache=True)
+def _seen(
+    o: Outlines, e: int, t: float, first: I64, begin: I64, near: I64, shape_boxes: F64, same: float
+) -> tuple[int, int, int, bool]:
+    """Return the shapes seen to the left and right of a place on part ``e`` (−1: none), how many others' outlines lie
+    there too, and whether an earlier shape's does."""
+    if o.turn_rad[e] == 0.0:
+        x, y = o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e]
+        tx, ty = o.dx[e], o.dy[e]
+    else:
+        angle = o.from_rad[e] + t * o.turn_rad[e]
+        tx, ty = -math.sin(angle), math.cos(angle)
+        x, y = o.x[e] + o.dx[e] * ty, o.y[e] - o.dx[e] * tx
+    own = o.shape[e]
+    left, right, touching, earlier = own, -1, 0, False
+    for k in range(begin[own], begin[own + 1]):
+        j = near[k]
+        if x < shape_boxes[j, 0] - same or x > shape_boxes[j, 2] + same:
+            continue
+        if y < shape_boxes[j, 1] - same or y > shape_boxes[j, 3] + same:
+            continue
+        runs = 0.0
+        for f in range(first[j], first[j + 1]):
+            runs = _side(o, f, x, y, tx, ty, same)
+            if runs != 0.0:
+                break
+        touching += runs != 0.0
+        earlier |= runs != 0.0 and j < own
+        inside = runs == 0.0 and _winds(o, first[j], first[j + 1], x, y)
+        if (inside or runs > 0.0) and j > left:
+            left = j
+        if (inside or runs < 0.0) and j > right:
+            right = j
+    return left, right, touching, earlier
+
+
 @nb.njit(cache=True, parallel=True)
 def _sides(
     o: Outlines,
@@ -306,36 +342,18 @@ def _sides(
     """Return the spectra to the left and right of every piece; the same twice where another piece stands for it."""
     left, right = np.zeros(len(owner), np.int64), np.zeros(len(owner), np.int64)
     for p in nb.prange(len(owner)):
-        e = owner[p]
-        t = 0.5 * (low[p] + high[p])
-        if o.turn_rad[e] == 0.0:
-            x, y = o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e]
-            tx, ty = o.dx[e], o.dy[e]
-        else:
-            angle = o.from_rad[e] + t * o.turn_rad[e]
-            tx, ty = -math.sin(angle), math.cos(angle)
-            x, y = o.x[e] + o.dx[e] * ty, o.y[e] - o.dx[e] * tx
-        own = o.shape[e]
-        top_left, top_right = own, -1
-        another = False
-        for k in range(begin[own], begin[own + 1]):
-            j = near[k]
-            if x < shape_boxes[j, 0] - same or x > shape_boxes[j, 2] + same:
+        fewest = 1 << 60
+        # Where another outline just touches a piece its sides are asked elsewhere; what runs along does so everywhere.
+        for part in (0.5, 0.382, 0.7):
+            t = low[p] + part * (high[p] - low[p])
+            top_left, top_right, touching, earlier = _seen(o, owner[p], t, first, begin, near, shape_boxes, same)
+            if touching >= fewest:
                 continue
-            if y < shape_boxes[j, 1] - same or y > shape_boxes[j, 3] + same:
-                continue
-            runs = 0.0
-            for f in range(first[j], first[j + 1]):
-                runs = _side(o, f, x, y, tx, ty, same)
-                if runs != 0.0:
-                    break
-            another |= runs != 0.0 and j < own
-            inside = runs == 0.0 and _winds(o, first[j], first[j + 1], x, y)
-            if (inside or runs > 0.0) and j > top_left:
-                top_left = j
-            if (inside or runs < 0.0) and j > top_right:
-                top_right = j
-        if not another:
-            left[p] = of_shape[top_left]
-            right[p] = of_shape[top_right] if top_right >= 0 else 0
+            fewest = touching
+            left[p] = right[p] = 0
+            if not earlier:
+                left[p] = of_shape[top_left]
+                right[p] = of_shape[top_right] if top_right >= 0 else 0
+            if not touching:
+                break
     return left, right

@@ -10,7 +10,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.spectra.curve import Spectrum, spectrum_at
 
-FEWEST, MORE = 20, 14  # nodes: at the least, and beyond half a node for every radian
+FEWEST, MORE = 20, 10  # nodes: at the least, and beyond half a node for every radian
 
 
 def densities(spectra: Sequence[Spectrum], response: F64, wavelength_nm: F64) -> tuple[F64, F64]:
@@ -26,12 +26,12 @@ def densities(spectra: Sequence[Spectrum], response: F64, wavelength_nm: F64) ->
     return wavelength_nm[seen], density / np.where(full > 0.0, full, 1.0)[:, None]
 
 
-def condensed(wavelength_nm: F64, density: F64, *, phase: float, digits: float) -> tuple[F64, F64]:
+def condensed(wavelength_nm: F64, density: F64, *, phase: float, allowed: float) -> tuple[F64, F64]:
     """Move signals to Chebyshev nodes, so that they weigh every polynomial of that degree as before.
 
-    phase : what a wave that matters turns by over the spectrum, radians;  digits: how exactly it is followed
+    phase : what a wave that matters turns by over the spectrum, radians;  allowed: what that may lose of it
     """
-    count = max(FEWEST, math.ceil(0.5 * phase + MORE + 3.0 * digits))
+    count = max(FEWEST, math.ceil(0.5 * phase + MORE - 3.0 * math.log10(allowed)))
     if wavelength_nm.size <= count:
         return wavelength_nm, density
     low, high = float(wavelength_nm.min()), float(wavelength_nm.max())

@@ -1,0 +1,91 @@
+"""The error budget adds up, and the models that keep its shares are bounds: settings changed one at a time."""
+
+import dataclasses
+import math
+import runpy
+import typing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.optics import OpticalSystem
+from camsim.rendering import budget
+from camsim.rendering.by_boundary import RoundLens
+from camsim.rendering.engine import boundary_bands
+from camsim.rendering.job import Job
+from camsim.rendering.plan import _panel_nodes, _step
+
+PAGES = runpy.run_path(str(Path(__file__).parents[2] / "bench" / "budget_pages.py"))
+TRIANGLE = ((-5.3, -6.1), (7.2, -3.3), (1.1, 6.4))
+LENSES = [camsim.Airy(f_number=1.0 / 0.55), camsim.Gaussian(sigma_um=1.0)]
+
+
+def test_shares_add_to_one():
+    for engine in (budget.BOUNDARY, budget.FOURIER):
+        assert sum(share.part for share in (budget.SCENE | engine).values()) == pytest.approx(1.0, abs=1e-12)
+    assert sum(share.part for share in budget.CHECK.values()) == pytest.approx(1.0, abs=1e-12)
+    every = budget.SCENE | budget.BOUNDARY | budget.FOURIER | budget.CHECK
+    assert set(every) == set(typing.get_args(budget.Source))
+
+
+@pytest.mark.parametrize("page", list(PAGES["TABLES"]))
+def test_pages_show_the_budget(page):
+    text = (PAGES["DOCS"] / page).read_text(encoding="utf-8")
+    assert PAGES["written"](text, PAGES["TABLES"][page]) == text
+
+
+class Rendered:
+    """One system at the finest settings, and at others."""
+
+    def __init__(self, lens):
+        scene = camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=TRIANGLE, reflectance=1.0)])
+        job = Job.of(
+            scene,
+            OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=0.0)]),
+            camsim.Grid(rows=16, cols=16, pitch_um=1.0),
+            response=np.ones((1, 1)),
+            wavelength_nm=np.array([550.0]),
+            tolerance=1e-9,
+        )
+        self.lens = RoundLens.prepare(job)
+        self.fine = dataclasses.replace(self.lens.settings, field_step=1 / 24, response_step=1 / 40, panel_nodes=14)
+        self.reference = self.with_settings()
+
+    def with_settings(self, **changed):
+        lens = self.lens
+        bands = boundary_bands(
+            lens.job,
+            pattern=lens.pattern,
+            footprint=lens.footprint,
+            nodes=lens.nodes,
+            settings=dataclasses.replace(self.fine, **changed),
+            channel=np.zeros((16, 16), np.uint8),
+        )
+        return np.concatenate(list(bands))
+
+    def error(self, **changed):
+        return float(np.abs(self.with_settings(**changed) - self.reference).max())
+
+
+@pytest.fixture(scope="module", params=LENSES, ids=["airy", "gaussian"])
+def rendered(request):
+    return Rendered(request.param)
+
+
+@pytest.mark.parametrize("allowed", [1e-8, 1e-6, 1e-4])
+def test_look_ups_keep_what_their_steps_were_chosen_for(rendered, allowed):
+    pattern = rendered.lens.pattern
+    field = _step(pattern, 8, allowed / (43.066 / math.factorial(8)))
+    response = _step(pattern, 6, 0.5 * allowed / (3.5156 / math.factorial(6)))
+    assert 1e-3 * allowed < rendered.error(field_step=field) < allowed
+    # The next term of the look-up is a tenth where the step is coarsest.
+    assert 1e-3 * allowed < rendered.error(response_step=response) < 1.15 * allowed
+
+
+@pytest.mark.parametrize("allowed", [1e-7, 1e-5, 1e-3])
+def test_panels_keep_what_their_nodes_were_chosen_for(rendered, allowed):
+    nodes = _panel_nodes(rendered.lens.pattern, allowed)
+    assert rendered.error(panel_nodes=nodes) < 0.5 * allowed
+    assert rendered.error(panel_nodes=nodes - 1) > rendered.error(panel_nodes=nodes)
