@@ -6,11 +6,12 @@ import math
 import numpy as np
 import pytest
 import shapely
+from scipy import special
 
 import camsim
 from camsim.rendering.check.pattern import table_of
 from camsim.rendering.far import Moments, far_edge, far_moments
-from camsim.rendering.patterns import pattern_of
+from camsim.rendering.patterns import SEVENTH, pattern_of
 from camsim.rendering.quadrature import gauss_error
 from camsim.rendering.tables import LONG, _filtered
 from tests.truth import rays
@@ -144,3 +145,13 @@ def test_what_the_check_takes_for_the_light_far_out_is_what_bessel_functions_lea
     rho = np.linspace(20.0, 60.0, 500)
     swing = table.oscillation(rho)[0] * math.pi**3 * rho**2
     assert swing == pytest.approx(np.cos(2.0 * math.pi * rho), abs=0.02)
+
+
+def test_the_first_power_that_is_left_out_is_as_large_as_is_said():
+    """Of J0² + J1² without its swing, which is (J0² + Y0² + J1² + Y1²)/2 (Nicholson), over a right angle of cos⁷."""
+    x = np.array([20.0, 40.0])
+    mean = 0.5 * sum(bessel(n, x) ** 2 for bessel in (special.jv, special.yv) for n in (0, 1))
+    left = (0.5 * math.pi * x * mean - (1.0 + 1.0 / (8.0 * x**2) - 9.0 / (128.0 * x**4))) * x**6
+    angle, weight = np.polynomial.legendre.leggauss(20)
+    corner = 0.25 * math.pi * weight @ np.cos(0.25 * math.pi * (1.0 + angle)) ** 7 / (2.0 * math.pi)
+    assert 2.0 * left / math.pi**8 * corner == pytest.approx(SEVENTH, rel=0.02)
