@@ -31,6 +31,7 @@ class Pattern:
     powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + what oscillates
     rings   : (u, a, n): an edge's end at distance R leaves oscillation of frequency u, at most a·R⁻ⁿ, in the far form
     airy    : rings.py knows what oscillates; else it is kept out by distance
+    signed  : the pattern has negative rings, as no light has: a transfer that was measured or made up
     quiet   : an error → ρ past which the smooth powers leave no more
     finest  : the smallest tolerance
     """
@@ -42,8 +43,20 @@ class Pattern:
     powers: tuple[float, float, float]
     rings: tuple[tuple[float, float, float], ...]
     airy: bool
+    signed: bool
     quiet: Callable[[float], float]
     finest: float
+
+    def beyond(self, rho: F64) -> F64:
+        """Return how much light may lie beyond ρ: with negative rings it comes and goes, and is looked for farther.
+
+        Of a signed pattern it is what a ray that enters and leaves an outline once may see.
+        """
+        if not self.signed:
+            return 1.0 - self.energy(rho)
+        farther = rho[:, None] * np.linspace(1.0, 1.5, 33)
+        light: F64 = 2.0 * np.abs(1.0 - self.energy(farther)).max(axis=1, initial=0.0)
+        return light
 
     def moment(self, power: int) -> float:
         """Return ∫|OTF|·u^power du: how much there is to follow."""
@@ -106,6 +119,7 @@ AIRY = Pattern(
     powers=_POWERS,  # (2/πx)(1 + 1/8x² − 9/128x⁴ + …), x = πρ (DLMF 10.18.17)
     rings=((1.0, RING, 2.5),),
     airy=True,
+    signed=False,
     quiet=lambda allowed: max(5.0, (SEVENTH / allowed) ** (1.0 / 7.0)),
     finest=1e-9,
 )
@@ -119,6 +133,7 @@ _GAUSSIAN = Pattern(
     powers=(0.0, 0.0, 0.0),
     rings=(),
     airy=False,
+    signed=False,
     quiet=lambda allowed: math.sqrt(2.0 * math.log(1.0 / allowed)),
     finest=1e-9,
 )
@@ -152,6 +167,7 @@ def _annular(e: float) -> Pattern:
         ),
         rings=rings,
         airy=False,
+        signed=False,
         quiet=lambda allowed: max(5.0, 5.0 / (1.0 - e), (share * (1.0 + e**-5.0) * SEVENTH / allowed) ** (1.0 / 7.0)),
         finest=1e-7,
     )
@@ -184,6 +200,7 @@ def _curve(lens: RadialOtf) -> Pattern:
         powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
         rings=tuple(rings),
         airy=False,
+        signed=True,
         quiet=lambda allowed: max(5.0, 2.0 / float(knots[1])),
         finest=1e-7,
     )

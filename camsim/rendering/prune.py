@@ -39,7 +39,9 @@ def far_outlines(
 
     Edges that hang together are the outline of something finite: a step of contrast c within an outline of diameter D
     at distance d takes no more than c·(α/2π)·(1 − E(d)) of a round pattern, E its encircled energy and α ≤ π the angle
-    that it fills: 2·asin(D/2d). The smallest are dropped first, until their sum would pass ``allowed``.
+    that it fills: 2·asin(D/2d). Where the pattern is signed, every time that a ray enters and leaves the outline
+    counts, at most half as often as it has edges. The smallest are dropped first, until their sum would pass
+    ``allowed``.
     """
     none = np.zeros(len(start), bool)
     first = np.array(grid.first_centre)
@@ -56,7 +58,9 @@ def far_outlines(
     distance = np.maximum(np.hypot(gap[:, 0], gap[:, 1]) - extent, 0.0)
     radius = 0.5 * np.hypot(*(high - low).T)
     angle = 2.0 * np.arcsin(radius / np.maximum(distance, radius))
-    lost = np.where(distance > 0.0, 1.0 - pattern.energy(distance / longest), 1.0)
+    lost = np.where(distance > 0.0, pattern.beyond(distance / longest), 1.0)
+    if pattern.signed:
+        lost = lost * np.maximum(0.5 * np.bincount(outline, minlength=count), 1.0)
     # A side's contrast to the outside is no more than the sum over the kinds of edges that lie between.
     kinds = np.unique(np.stack([outline, left, right], axis=1), axis=0)
     step = np.abs(density[kinds[:, 1]] - density[kinds[:, 2]]).sum(axis=2).max(axis=1)

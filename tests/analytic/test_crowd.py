@@ -5,6 +5,7 @@ import pytest
 
 import camsim
 from camsim.rendering.crowd import FEWEST, cell_at_points, gather
+from tests.truth.closed_forms import edges_by_quadrature
 
 C1, C3, C5 = 0.2, 0.04, -0.01
 SPOTS = np.array([(-0.7, -0.2), (0.7, 0.2), (-0.1, 0.4), (0.1, -0.4)])  # of a lopsided footprint, even about its centre
@@ -18,22 +19,6 @@ def outlines(rng, count, size):
     spin = np.array([[np.cos(turns), np.sin(turns)], [-np.sin(turns), np.cos(turns)]]).transpose(2, 0, 1)
     points = corners @ spin + centres[:, None]
     return points.reshape(-1, 2), np.roll(points, -1, axis=1).reshape(-1, 2)
-
-
-def by_quadrature(point, start, end, spots=SPOTS, powers=(C1, C3, C5)):
-    """E/2πr² over the edges, seen from every spot, by Gauss nodes so dense that they cannot matter."""
-    x, w = np.polynomial.legendre.leggauss(24)
-    t = 0.5 * (1 + x)
-    along = end - start
-    total = 0.0
-    c1, c3, c5 = powers
-    for spot in spots:
-        source = start[:, None] + t[:, None] * along[:, None] - point - spot
-        r = np.hypot(source[..., 0], source[..., 1])
-        energy = 1 - c1 / r - c3 / r**3 - c5 / r**5
-        cross = source[..., 0] * along[:, None, 1] - source[..., 1] * along[:, None, 0]
-        total += np.sum(0.5 * w * energy * cross / (2 * np.pi * r**2))
-    return total / len(spots)
 
 
 def moments(spots=SPOTS):
@@ -52,7 +37,7 @@ def test_a_cell_sends_what_its_edges_send(nodes, allowed):
     points = np.array([(20.0, 0.0), (-15.0, 14.0), (3.0, -25.0)])
     total = np.zeros((1, len(points)))
     cell_at_points(0, 1.0, 2.0, points[:, 0] - 1.0, points[:, 1] - 2.0, *moments(), cells, total)
-    expected = [by_quadrature(point, start, end) for point in points]
+    expected = [edges_by_quadrature(point, start, end, SPOTS, (C1, C3, C5)) for point in points]
     assert np.abs(total[0] - expected).max() < allowed
 
 
@@ -65,7 +50,7 @@ def test_of_a_wide_footprint_moments_up_to_the_sixth_count():
     total = np.zeros((1, len(points)))
     spots = 2.0 * SPOTS
     cell_at_points(0, 0.0, 0.0, points[:, 0], points[:, 1], *moments(spots), cells, total)
-    expected = [by_quadrature(point, start, end, spots, (0.0, 0.0, 0.0)) for point in points]
+    expected = [edges_by_quadrature(point, start, end, spots, (0.0, 0.0, 0.0)) for point in points]
     assert np.abs(total[0] - expected).max() < 1e-8  # the eighth's
 
 

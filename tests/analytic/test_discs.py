@@ -2,22 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy import special
 
 import camsim
-from tests.truth import rays
-
-
-def disc_by_frequencies(radius, lambda_n, distance):
-    """Light of a white disc on black at a point: ∫ OTF(k)·R·J1(2πkR)·J0(2πk·distance)·2π dk up to the cut-off."""
-    x, w = np.polynomial.legendre.leggauss(20)
-    panels = int(4 * (radius + distance) / lambda_n) + 8
-    u = ((np.arange(panels)[:, None] + 0.5 * (1.0 + x)) / panels).ravel()
-    du = np.tile(0.5 * w / panels, panels)
-    otf = 2.0 / np.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
-    k = u / lambda_n
-    wave = special.j1(2.0 * np.pi * k * radius) * special.j0(2.0 * np.pi * k * distance)
-    return float(np.sum(otf * wave * du)) * 2.0 * np.pi * radius / lambda_n
+from tests.truth import closed_forms, rays
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
@@ -34,15 +21,15 @@ def test_a_disc_under_a_point(radius, lambda_n, tolerance):
             wavelength_nm=1000.0,
             tolerance=tolerance,
         )
-        assert found.image[0, 0] == pytest.approx(disc_by_frequencies(radius, lambda_n, distance), abs=tolerance)
+        assert found.image[0, 0] == pytest.approx(
+            closed_forms.disc_by_frequencies(radius, lambda_n, distance), abs=tolerance
+        )
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
 @pytest.mark.parametrize(("radius", "lambda_n"), [(3.3, 0.5), (20.2, 0.5), (20.2, 1.0), (61.1, 1.0), (40.3, 3.0)])
 def test_the_centre_of_a_disc(radius, lambda_n, tolerance):
-    """There the rings of the whole outline meet; its light is the encircled energy, 1 − J0² − J1² (Rayleigh)."""
-    x = np.pi * radius / lambda_n
-    truth = 1.0 - special.j0(x) ** 2 - special.j1(x) ** 2
+    """There the rings of the whole outline meet; its light is the encircled energy."""
     found = camsim.render(
         camsim.Scene(background=0.0, shapes=[camsim.Disc(radius_um=radius, reflectance=1.0)]),
         [camsim.Airy(f_number=lambda_n)],
@@ -51,7 +38,7 @@ def test_the_centre_of_a_disc(radius, lambda_n, tolerance):
         tolerance=tolerance,
         method="boundary",
     )
-    assert found.image[1, 1] == pytest.approx(truth, abs=tolerance)
+    assert found.image[1, 1] == pytest.approx(closed_forms.disc_at_its_centre(radius, lambda_n), abs=tolerance)
     assert found.error_estimate <= tolerance
 
 
@@ -69,14 +56,13 @@ def test_the_centre_of_the_largest_discs_whose_rings_matter(radius, lambda_n, to
         wavelength_nm=1000.0,
         tolerance=tolerance,
     )
-    assert found.image[1, 1] == pytest.approx(1.0 - special.j0(x) ** 2 - special.j1(x) ** 2, abs=tolerance)
+    assert found.image[1, 1] == pytest.approx(closed_forms.disc_at_its_centre(radius, lambda_n), abs=tolerance)
 
 
 @pytest.mark.parametrize(("right", "down"), [(30, -20), (-30, 20), (17, 35)])
 @pytest.mark.parametrize(("radius", "lambda_n", "tolerance"), [(20.2, 0.5, 1e-5), (61.1, 1.0, 1e-6), (40.3, 3.0, 1e-4)])
 def test_the_centre_of_a_disc_in_a_window(right, down, radius, lambda_n, tolerance):
     """Where the rings meet is found in any part of a frame."""
-    x = np.pi * radius / lambda_n
     disc = camsim.Disc(radius_um=radius, centre_um=(right, down), reflectance=1.0)
     found = camsim.render(
         camsim.Scene(background=0.0, shapes=[disc]),
@@ -86,7 +72,7 @@ def test_the_centre_of_a_disc_in_a_window(right, down, radius, lambda_n, toleran
         tolerance=tolerance,
         method="boundary",
     )
-    assert found.image[1, 2] == pytest.approx(1.0 - special.j0(x) ** 2 - special.j1(x) ** 2, abs=tolerance)
+    assert found.image[1, 2] == pytest.approx(closed_forms.disc_at_its_centre(radius, lambda_n), abs=tolerance)
     assert found.error_estimate <= tolerance
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy import integrate
 from scipy.special import ndtr
 
 import camsim
+from tests.truth.closed_forms import gaussian_strip
 
 SIZE, WIDTH, HEIGHT = 48, 22.0, 15.0
 
@@ -20,23 +20,12 @@ def black_rectangle(sigma, side, tolerance, rotate_deg=0.0):
     return camsim.render(scene, optics, grid, wavelength_nm=550.0, tolerance=tolerance)
 
 
-def strip(centre, half, sigma, side):
-    """A strip seen along one axis: the error function, averaged over the photosite by quadrature."""
-
-    def point(x):
-        return ndtr((x + half) / sigma) - ndtr((x - half) / sigma)
-
-    if side == 0.0:
-        return point(centre)
-    return integrate.quad(point, centre - side / 2, centre + side / 2, epsabs=1e-13, limit=200)[0] / side
-
-
 @pytest.mark.parametrize("sigma", [0.2, 0.9, 6.0])
 @pytest.mark.parametrize("side", [0.0, 1.0])
 def test_upright_rectangle_equals_the_error_function(sigma, side):
     x = np.arange(SIZE) - (SIZE - 1) / 2
-    across = np.array([strip(v, WIDTH / 2, sigma, side) for v in x])
-    down = np.array([strip(v, HEIGHT / 2, sigma, side) for v in x])
+    across = np.array([gaussian_strip(v, WIDTH / 2, sigma, side) for v in x])
+    down = np.array([gaussian_strip(v, HEIGHT / 2, sigma, side) for v in x])
     expected = 1.0 - np.outer(down, across)
     for tolerance in (1e-2, 1e-4, 1e-6, 1e-8, 1e-9):
         rendering = black_rectangle(sigma, side, tolerance)

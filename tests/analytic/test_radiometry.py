@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
@@ -27,6 +28,7 @@ from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, spectrum_at
 from camsim.spectra.light import Light, LightSamples
 from camsim.spectra.named import reflectance
+from tests.truth import electrons as truth
 
 colour = colour_science()
 NIKON = QuantumEfficiency.named("Nikon 5100 (NPL)", peak=0.42)
@@ -109,49 +111,6 @@ def test_the_sensor_sees_the_solid_angle_of_the_lens(f_number: float) -> None:
     assert on_sensor == pytest.approx(0.8 * radiance * cone, rel=1e-9)
 
 
-def whole_table(light: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """colour-science's table and, beyond its end, CIE 15: Planck's law for A, daylight from published xy."""
-    table = colour.SDS_ILLUMINANTS[light]
-    nm, power = table.wavelengths, table.values
-    if light == "A":
-        more_nm = np.arange(nm[-1] + 5.0, 1101.0, 5.0)
-        planck = more_nm**-5.0 / np.expm1(1.435e7 / 2848 / more_nm)
-        more = power[-1] * planck / (nm[-1] ** -5.0 / np.expm1(1.435e7 / 2848 / nm[-1]))
-    elif light in ("D55", "D65"):
-        xy = {"D55": (0.33243, 0.34744), "D65": (0.31272, 0.32903)}[light]
-        daylight = colour.sd_CIE_illuminant_D_series(np.array(xy))
-        beyond = daylight.wavelengths > nm[-1]
-        more_nm, more = daylight.wavelengths[beyond], daylight.values[beyond]
-    else:
-        return nm, power
-    return np.append(nm, more_nm), np.append(power, more)
-
-
-def independent_electrons(
-    light: str,
-    efficiency: QuantumEfficiency,
-    surface: float | Curve,
-    *,
-    lux: float,
-    f_number: float,
-    area_um2: float,
-    time_s: float,
-) -> np.ndarray[Any, Any]:
-    """Electrons by Gauss–Legendre panels over colour-science's own tables, with the constants of scipy."""
-    table_nm, table = whole_table(light)
-    x, w = np.polynomial.legendre.leggauss(6)
-    nm = (table_nm[:-1, None] + (x + 1) * np.diff(table_nm)[:, None] / 2).ravel()
-    weight = (w * np.diff(table_nm)[:, None] / 2).ravel()
-    eye = colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
-    seen = scipy.interpolate.PchipInterpolator(eye.wavelengths, eye.values, extrapolate=False)(nm)
-    power = scipy.interpolate.make_interp_spline(table_nm, table, k=1)(nm)
-    power *= lux / (683.0 * np.nansum(weight * power * seen))
-    joules_per_photon = scipy.constants.h * scipy.constants.c / (nm * 1e-9)
-    per_m2 = spectrum_at(surface, nm) * power / (4 * f_number**2) / joules_per_photon
-    electrons: np.ndarray[Any, Any] = efficiency.at(nm) @ (weight * per_m2) * (area_um2 * 1e-12 * time_s)
-    return electrons
-
-
 @pytest.mark.parametrize("f_number", [1.4, 2.8, 8.0, 16.0])
 @pytest.mark.parametrize("light", ["D55", "D65", "A", "E", "FL2", "LED-B3"])
 @pytest.mark.parametrize("efficiency", [NIKON, MONO], ids=["bayer", "mono"])
@@ -170,38 +129,17 @@ def test_electrons_against_an_independent_integration(
         time_s=0.01,
     )
     electrons = per_reflectance @ spectrum_at(spectrum, samples.wavelength_nm)
-    expected = independent_electrons(
-        light, efficiency, spectrum, lux=5000.0, f_number=f_number, area_um2=4.88**2, time_s=0.01
+    expected = truth.electrons(
+        colour,
+        light,
+        efficiency.at,
+        lambda nm: spectrum_at(spectrum, nm),
+        lux=5000.0,
+        f_number=f_number,
+        area_um2=4.88**2,
+        time_s=0.01,
     )
     np.testing.assert_allclose(electrons, expected, rtol=1e-3)
-
-
-def efficiency_by_hand(camera: Any, nm: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Electrons per photon from the profile's own tables: straight lines, the highest point of all is the peak."""
-    given = camera.quantum_efficiency
-    tables = {c: (np.array(t.wavelength_nm), np.array(t.values)) for c, t in given.curves}
-    per = (lambda w: w) if given.per == "energy" else (lambda w: 1.0)
-    highest = max(float((v / per(w)).max()) for w, v in tables.values())
-    curves = []
-    for letter in camera.cfa.channels:
-        w, v = tables[letter]
-        line = scipy.interpolate.make_interp_spline(w, v, k=1)
-        curves.append(np.where((nm >= w[0]) & (nm <= w[-1]), line(nm), 0.0) / per(nm) * given.peak / highest)
-    passed = np.ones_like(nm)
-    for table in camera.filters:
-        line = scipy.interpolate.make_interp_spline(table.wavelength_nm, table.values, k=1)
-        passed = passed * np.where((nm >= table.wavelength_nm[0]) & (nm <= table.wavelength_nm[-1]), line(nm), 0.0)
-    return np.array(curves) * passed
-
-
-class ByHand:
-    """Stands in for a QuantumEfficiency."""
-
-    def __init__(self, camera: Any) -> None:
-        self.camera = camera
-
-    def at(self, nm: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        return efficiency_by_hand(self.camera, nm)
 
 
 @pytest.mark.parametrize("sensor", sorted(set(shipped("sensor")) - {"paper-488"}))
@@ -209,11 +147,20 @@ def test_electrons_of_every_profile(sensor: str) -> None:
     """6 illuminants × 4 f-numbers, 0.1 %, from the pitch in the file to electrons."""
     for f_number in (1.4, 2.8, 8.0, 16.0):
         camera = load_camera(sensor, lens=Airy(f_number=f_number))
+        by_hand = functools.partial(
+            truth.efficiency,
+            {letter: (table.wavelength_nm, table.values) for letter, table in camera.quantum_efficiency.curves},
+            camera.cfa.channels,
+            per_energy=camera.quantum_efficiency.per == "energy",
+            peak=camera.quantum_efficiency.peak,
+            filters=[(table.wavelength_nm, table.values) for table in camera.filters],
+        )
         for light in ("D55", "D65", "A", "E", "FL2", "LED-B3"):
-            expected = independent_electrons(
+            expected = truth.electrons(
+                colour,
                 light,
-                ByHand(camera),  # type: ignore[arg-type]
-                0.5,
+                by_hand,
+                lambda nm: 0.5 * np.ones_like(nm),
                 lux=320.0,
                 f_number=f_number,
                 area_um2=camera.pitch_um**2,

@@ -82,6 +82,40 @@ def test_the_painters_rule_by_rays():
     assert LEVELS[-1] + value[0] == pytest.approx(np.mean(total), abs=2e-3)
 
 
+@pytest.mark.parametrize(
+    "shapes",
+    [
+        [(0.0, -1.0, 1.0), (1.0, -1.0, 2.0)],
+        [(1.0, -1.0, 2.0), (0.0, -1.0, 1.0)],
+        [(-1.0, 2.0, 3.0), [(1.5, -0.5), (2.0, -0.5), (2.0, 2.0), (1.5, 2.0)]],
+        [[(-1.0, -3.0), (2.5, -3.0), (2.5, -1.0), (-1.0, -1.0)], (-1.0, 2.0, 3.0)],
+    ],
+)
+def test_outlines_that_touch_leave_the_areas_that_are_seen(shapes):
+    """Area of each shape by its pieces, ∮ x dy, and by counting places."""
+    given = [
+        {"kind": "disc", "centre": list(s[:2]), "radius": s[2]}
+        if isinstance(s, tuple)
+        else {"kind": "polygon", "points": [list(p) for p in s]}
+        for s in shapes
+    ]
+    side = np.linspace(-6.0, 6.0, 241) + 0.0123
+    counted = np.bincount([picture.seen(given, np.array([x, y])) + 1 for x in side for y in side], minlength=3)[1:]
+    area = np.zeros(len(shapes))
+    for piece in picture.pieces(given):
+        if piece.centre is None:
+            (x0, y0), (x1, y1) = piece.start, piece.end
+            signed = 0.5 * (x0 + x1) * (y1 - y0)
+        else:
+            a = np.linspace(piece.first, piece.last, 2001)
+            x, y = (c + piece.radius * f(a) for c, f in zip(piece.centre, (np.cos, np.sin), strict=True))
+            signed = np.trapezoid(x, y)
+        for shape, sign in ((piece.left, 1.0), (piece.right, -1.0)):
+            if shape >= 0:
+                area[shape] += sign * signed
+    assert area == pytest.approx(counted * 0.05**2, abs=0.1)
+
+
 def test_outlines_along_one_another_make_one_piece():
     square = [(0, 0), (2, 0), (2, 2), (0, 2)]
     beside = [(2, 1), (4, 1), (4, 3), (2, 3)]

@@ -71,3 +71,44 @@ def test_a_disc_under_a_square_pupil():
     disc = {"kind": "disc", "radius": 25.0, "centre": [25.0, 0.0], "reflectance": 0.0}
     system = system_of([disc], 0.5, photosite=POINT, rows=3, cols=3)
     keeps(system | {"lens": wavefront(0.5, {"shape": "square", "rotate_deg": 45.0})}, 1e-7)
+
+
+BUMP = {
+    "kind": "curve",
+    "blur": 1.06,
+    "frequency": [0.0, 0.24, 0.46, 0.617, 0.629, 0.704, 0.823, 0.843, 0.89, 1.0],
+    "values": [1.0, 0.753, 0.577, 0.4, 0.442, 0.275, 0.206, 0.212, 0.073, 0.0],
+}
+SQUARE_SIDES = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+STAR = [[-1.0, -1.0], [0.0, -0.3], [1.0, -1.0], [0.3, 0.0], [1.0, 1.0], [0.0, 0.3], [-1.0, 1.0], [-0.3, 0.0]]
+
+
+@pytest.mark.parametrize("points", [SQUARE_SIDES, STAR], ids=["square", "star"])
+def test_outlines_far_outside_under_a_transfer_that_swings(points):
+    """5.6e-5 off at 6e-10: where the encircled energy comes back to 1 an outline was dropped, at any tolerance."""
+    at = np.arange(4.0, 16.0, 0.75)
+    for tolerance in (1e-5, 1e-9):
+        for x in at:
+            shape = {"kind": "polygon", "points": [[a + x, b + 0.3 * x] for a, b in points], "reflectance": 1.0}
+            system = system_of([shape], 1.06, photosite=SQUARE, rows=2, cols=2)
+            keeps(system | {"lens": BUMP}, tolerance, "fourier")
+
+
+DISCS_THAT_TOUCH = {
+    "inside": [(0.0, -1.0, 1.0), (1.0, -1.0, 2.0)],
+    "outside": [(-1.0, 0.0, 1.0), (1.0, 0.0, 1.0)],
+    "at a circle's beginning": [(-1.0, 0.0, 2.0), (-3.0, 0.0, 4.0), (3.0, 0.0, 2.0)],
+    "small on large": [(1.0, -1.0, 2.0), (0.0, -1.0, 1.0)],
+}
+
+
+@pytest.mark.parametrize("discs", DISCS_THAT_TOUCH)
+def test_discs_that_touch(discs):
+    """The check said 0.04 of a picture that was right: it asked what lies beside a circle where another touches it."""
+    shapes = [
+        {"kind": "disc", "radius": r, "centre": [x, y], "reflectance": 0.3 + 0.3 * k}
+        for k, (x, y, r) in enumerate(DISCS_THAT_TOUCH[discs])
+    ]
+    tangent = {"kind": "polygon", "points": [[-3.0, 1.0], [2.0, 1.0], [2.0, 3.0]], "reflectance": 0.1}
+    for more in ([], [tangent]):
+        keeps(system_of([*shapes, *more], 1.2, photosite=SQUARE, rows=3, cols=4), 1e-7)

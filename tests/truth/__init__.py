@@ -7,5 +7,7 @@ picture       : painter's order by winding tests: the pieces of outline that are
 boundary      : single photosites of a round lens, by line integrals over outline and photosite; any alignment
 waves         : all photosites of any lens, by Fourier sums
 pupils, round_lenses, photosites : what lenses and photosites are, from their definitions
+closed_forms  : what has a closed form or takes a single integral
+electrons     : electrons of a surface in a light, from published tables
 rays, lattice : two more roads to the same, for polygons under an Airy pattern
 """
