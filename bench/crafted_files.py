@@ -112,6 +112,9 @@ def _pictures(files: Mapping[str, bytes]) -> Iterator[tuple[str, bytes]]:
     grey = struct.pack(">2I5B", 8, 8, 16, 0, 0, 0, 0)
     pixels = (b"IDAT", zlib.compress(bytes(8 * 17)))
     yield "bomb.png", png((b"IHDR", grey), (b"zTXt", text), pixels, (b"IEND", b""))
+    huge = struct.pack(">2I5B", 2**30, 2**30, 8, 2, 0, 0, 0)
+    yield "two-headers.png", png((b"IHDR", grey), (b"IHDR", huge), pixels, (b"IEND", b""))
+    yield "measure-two-frames.jpg", jpeg(8, 8).partition(b"\xff\xda")[0] + jpeg(65_500, 65_500)[2:]
     yield "many.png", png((b"IHDR", grey), *(((b"abcd", b""),) * 70_000), pixels, (b"IEND", b""))
     yield "claims.jpg", jpeg(65_500, 65_500)
     yield "none.jpg", b"\xff\xd8\xff\xd9"

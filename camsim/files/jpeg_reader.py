@@ -64,6 +64,8 @@ def read_pixels(file: BinaryIO, size: int) -> npt.NDArray[Any]:
     try:
         # Not Image.open, which tries all formats and keeps one limit for the whole process.
         with JpegImagePlugin.JpegImageFile(file) as opened:
+            if opened.size != (frame.cols, frame.rows):
+                raise InputError("its JPEG has two frames of different sizes")
             return np.asarray(opened)
     except (OSError, SyntaxError, ValueError) as error:
         raise InputError(f"its JPEG is damaged ({in_brief(error)})") from None

@@ -70,7 +70,9 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
             file.seek(length + 4, 1)
             continue
         content = _checked(file, kind, length, most if kind == b"zTXt" else _LONGEST_OTHER)
-        if kind == b"IHDR" and head is None:
+        if kind == b"IHDR":
+            if head is not None:
+                raise InputError("it has two headers (IHDR), and which of them counts nobody can say")
             head = content
         if kind in (b"IHDR", b"IDAT"):
             image.append((at, length + 12))
