@@ -217,6 +217,8 @@ def plan_render(
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
             raise InvalidValueError(f"wavelength_nm: {float(w)!r} is not a wavelength; give nm above 0")
+    if not np.isfinite(response).all():
+        raise InvalidValueError("response: not all of it is finite; give less light, or a shorter exposure")
     job = Job.of(scene, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance)
     return job, choose(method, job, samples)
 

@@ -70,7 +70,7 @@ def fuse(signals: Signals, *, phase: float, allowed: float) -> tuple[F64, F64]:
     for every three more (measured on the shipped sensors and CIE F lamps).
     """
     wavelength_nm = signals.wavelength_nm
-    count = max(FEWEST_NODES, math.ceil(0.5 * phase + 3.5 - 3.0 * math.log10(allowed)))
+    count = max(FEWEST_NODES, math.ceil(0.5 * phase + math.cbrt(phase) + 3.5 - 3.0 * math.log10(allowed)))
     if wavelength_nm.size <= count:
         return wavelength_nm, signals.density
     x, gauss_w = gauss_legendre(count)

@@ -19,6 +19,7 @@ from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
 
 # Where "auto" puts a perfect diffuser: the brightest surface without a highlight keeps a quarter of headroom.
 AUTO_LEVEL = 0.8
+LEAST_ISO, MOST_ISO = 1e-3, 1e9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +27,7 @@ class Exposure:
     """How long and at which sensitivity.
 
     time_s   : above 0, or "auto": a perfect diffuser puts the most responsive channel at 80 % of black..white
-    iso      : sensitivity setting; data numbers per electron grow in proportion to it
+    iso      : sensitivity setting, 0.001 … 1e9; data numbers per electron grow in proportion to it
     datetime : date of the capture that files carry, "YYYY-MM-DD hh:mm:ss"
     temperature_c : of the sensor, °C; None: the temperature that its dark current is given for
     """
@@ -41,8 +42,8 @@ class Exposure:
             isinstance(self.time_s, (int, float)) and math.isfinite(self.time_s) and self.time_s > 0.0
         ):
             raise InvalidValueError(f"exposure: time_s {self.time_s}; must be above 0 and finite, or 'auto'")
-        if not (math.isfinite(self.iso) and self.iso > 0.0):
-            raise InvalidValueError(f"exposure: iso {self.iso}; must be above 0 and finite")
+        if not LEAST_ISO <= self.iso <= MOST_ISO:
+            raise InvalidValueError(f"exposure: iso {self.iso:g}; must be {LEAST_ISO:g} … {MOST_ISO:g}")
         if self.temperature_c is not None:
             check_temperature("exposure", "temperature_c", self.temperature_c)
         try:

@@ -221,7 +221,9 @@ def test_auto_without_any_signal_is_refused() -> None:
         ({"time_s": 0.0, "iso": 100.0}, "time_s 0.0; must be above 0"),
         ({"time_s": float("nan"), "iso": 100.0}, "time_s nan"),
         ({"time_s": "fast", "iso": 100.0}, "or 'auto'"),
-        ({"time_s": 1.0, "iso": -100.0}, "iso -100.0"),
+        ({"time_s": 1.0, "iso": -100.0}, "iso -100; must be 0.001"),
+        ({"time_s": "auto", "iso": 5e-324}, "iso 4.94066e-324; must be 0.001"),
+        ({"time_s": 1.0, "iso": float("inf")}, "iso inf; must be 0.001"),
         ({"time_s": 1.0, "iso": 100.0, "datetime": "yesterday"}, "datetime 'yesterday'"),
     ],
 )
