@@ -9,6 +9,7 @@ import traceback
 import warnings
 
 import numpy as np
+from numba.core.compiler_lock import global_compiler_lock
 
 from camsim.errors import AccuracyError, InvalidValueError, UnsupportedError
 from tests.attack import systems
@@ -94,6 +95,9 @@ def _at_most(seconds):
     """Raise Patience once the process has computed for so long; 0: never."""
 
     def stop(number, frame):
+        if global_compiler_lock.is_locked():  # a kernel that is being compiled is not torn apart
+            signal.setitimer(signal.ITIMER_PROF, 1.0)
+            return
         raise Patience
 
     before = signal.signal(signal.SIGPROF, stop)
