@@ -2,8 +2,8 @@
 
 Seconds are CPU seconds of one process, all threads added up, so that a busy machine measures the same; the first
 capture of each scene compiles and fills caches, the second is measured. Memory is the growth of the process's peak.
-Prices of ``rendering/cost.py`` were fitted to such figures, of these scenes and of squares and discs of other numbers,
-f-numbers, light and tolerances.
+Prices of ``rendering/boundary/cost.py`` were fitted to such figures, of these scenes and of squares and discs of other
+numbers, f-numbers, light and tolerances.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ def one(name: str) -> dict[str, float]:
     """Return expected and measured seconds and bytes of a scene's capture (nothing is written)."""
     from camsim.capturing import load
     from camsim.cli.explain import explained
-    from camsim.rendering.run import hardest
 
     small = load("slanted-edge", overrides=["region.rows=16", "region.cols=16", "region.origin=null"])
-    small.expose()  # kernels and libraries are there from now on
+    small.frame()  # kernels and libraries are there from now on
     setup = load(name)
-    told = explained(setup.capture, ("mosaic",), [])
+    told = explained(setup, ("mosaic",), [])
     expected = told["expected"]
     begin_bytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds, rendering = [], []
     for _ in range(3):
         begin = time.process_time()
-        setup.expose()
+        setup.frame()
         seconds.append(time.process_time() - begin)
-        job, choice = setup.capture.plan()
+        choice = setup.plan()
+        job = choice.plan.job
         channel = setup.camera.cfa.channel_index(job.grid.rows, job.grid.cols, job.grid.origin)
         begin = time.process_time()
-        image = np.concatenate(list(choice.run.bands(channel, lambda done: None)))
-        rows, cols = hardest(job, choice.run)
-        job.judge.values(rows, cols, channel[rows, cols])
+        image = np.concatenate(list(choice.plan.bands(channel, lambda done: None)))
+        rows, cols = choice.judge.hardest(choice.plan)
+        choice.judge.values(rows, cols, channel[rows, cols])
         rendering.append(time.process_time() - begin)
         del image
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - begin_bytes

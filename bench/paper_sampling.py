@@ -34,7 +34,9 @@ from camsim.arrays import F64
 from camsim.bench import cases, findings
 from camsim.bench.truth import POINTS_AT_ONCE, _point_values, encircled_energy
 from camsim.bench.windows import Lens
-from camsim.rendering import sampled
+from camsim.rendering.edges import Edges
+from camsim.rendering.paper import rules
+from camsim.rendering.paper.kernels import Steps, _covered
 
 PSF = cases.PSFS["airy-f8-box"]
 BLUR = float(PSF.blurs_px()[0])  # λN, pitches
@@ -47,7 +49,8 @@ PAPERS_PROGRAM = {  # largest, rms of its frame; measured earlier
 }
 FIRST = 20  # where the program's published source starts Halton's sequence
 (X0, Y0), CORNERS = cases.frame().first_centre, cases.corners_px()
-EDGES = CORNERS, np.roll(CORNERS, -1, axis=0), np.full(4, -1.0)  # start, end, contrast: black on white
+EDGES = Edges(start=CORNERS, end=np.roll(CORNERS, -1, axis=0), left=np.ones(4, int), right=np.zeros(4, int))
+CONTRAST = np.full(4, -1.0)  # black on white
 FRAME = slice(0, cases.SIZE), slice(0, cases.SIZE)
 WINDOW = tuple(
     slice(first, first + count)
@@ -66,9 +69,9 @@ def exact() -> F64:
 
 def by_samples(count: int, cut: float) -> F64:
     """Return the frame by camsim's ``importance``, cut elsewhere than at 18 λN."""
-    places, shares = sampled._importance(camsim.Airy(f_number=PSF.f_number), BLUR, count, cut)
-    rule = sampled.Rule(places=places, shares=shares, width=PSF.side_px, height=PSF.side_px)
-    return rule.image(*EDGES, 1.0, origin=(X0, Y0), shape=(cases.SIZE, cases.SIZE))
+    places, shares = rules._importance(camsim.Airy(f_number=PSF.f_number), BLUR, count, cut)
+    rule = rules.Rule(places=places, shares=shares, width=PSF.side_px, height=PSF.side_px)
+    return rule.image(EDGES, CONTRAST, 1.0, origin=(X0, Y0), shape=(cases.SIZE, cases.SIZE))
 
 
 def by_formula(cut: float, area: tuple[slice, ...], step: int) -> F64:
@@ -91,7 +94,7 @@ def by_formula(cut: float, area: tuple[slice, ...], step: int) -> F64:
 
 
 @nb.njit(parallel=True)
-def _turned(x0: float, y0: float, angles: F64, start: F64, end: F64, contrast: F64, side: float, places: F64) -> F64:
+def _turned(x0: float, y0: float, angles: F64, steps: Steps, side: float, places: F64) -> F64:
     """Render with the samples turned by an angle of each photosite's own."""
     image = np.empty(angles.shape)
     for r in nb.prange(angles.shape[0]):
@@ -100,7 +103,7 @@ def _turned(x0: float, y0: float, angles: F64, start: F64, end: F64, contrast: F
             for k in range(len(places)):
                 left = x0 + c + cosine * places[k, 0] - sine * places[k, 1] - 0.5 * side
                 top = y0 + r + sine * places[k, 0] + cosine * places[k, 1] - 0.5 * side
-                total += sampled._covered(left, top, side, side, start, end, contrast)
+                total += _covered(left, top, side, side, steps)
             image[r, c] = 1.0 + total / len(places)
     return image
 
@@ -131,7 +134,7 @@ def with_set(points: F64, cut: float, *, turning: bool) -> F64:
     turn = 2.0 * np.pi * points[:, 1]
     places = radius[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     angles = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi if turning else 0.0, (cases.SIZE, cases.SIZE))
-    return _turned(X0, Y0, angles, *EDGES, PSF.side_px, places)
+    return _turned(X0, Y0, angles, Steps(EDGES.start, EDGES.end, CONTRAST), PSF.side_px, places)
 
 
 def figures(errors: F64, count: int | None) -> str:

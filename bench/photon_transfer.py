@@ -101,16 +101,15 @@ def measure(name: str, side: int, frames: int, judge: bool) -> Iterator[dict]:
     begun = time.perf_counter()
 
     def taken(level: float, time_s: float, seed: int, count: int = frames) -> list[np.ndarray]:
-        scene = camsim.Scene(background=1.0 if level else 0.0)
-        shots = camera.expose_frames(
-            scene,
-            frame_numbers=range(count),
+        flat = camsim.Capture(
+            camera=camera,
+            scene=camsim.Scene(background=1.0 if level else 0.0),
             light=light(brightest * (level or 1.0)),
             exposure=camsim.Exposure(time_s=time_s, iso=iso),
             seed=seed,
             tolerance=1e-2,
         )
-        return [shot.mosaic for shot in shots]
+        return [shot.mosaic for shot in flat.frames(count)]
 
     flats = [(level, taken(level, TIME_S, 100 + n)) for n, level in enumerate(LEVELS)]
     dark = taken(0.0, TIME_S, 1, 2 * frames)

@@ -35,7 +35,7 @@ class _Clock:
     """Clocks a rendering, and in it the loop over photosites, and what came before its first turn."""
 
     def __init__(self) -> None:
-        import camsim.rendering.engine as engine
+        import camsim.rendering.boundary.image as engine
 
         self.loop_s, self.entered, self.setup_s = 0.0, 0.0, 0.0
         self._began = 0.0

@@ -53,7 +53,7 @@ def peak_mb(command: list[str | Path]) -> float:
 
 def wrong_planes(path: Path, scene: Path) -> list[float]:
     """Return the wavelengths whose channel is not, bit for bit, the plane as rendered again."""
-    frame = load(scene, products=("spectral",)).expose_rows(lambda codes: None, products=("spectral",))
+    frame = load(scene, products=("spectral",)).rows(lambda codes: None, products=("spectral",))
     assert frame.spectral is not None
     channels = OpenEXR.File(str(path), separate_channels=True).channels()
     wrong = []

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from camsim.camera import Region as Region
     from camsim.capturing import capture as capture
     from camsim.errors import CamsimError as CamsimError
+    from camsim.exposing import Capture as Capture
     from camsim.files import save as save
     from camsim.frame import Frame as Frame
     from camsim.optics import Airy as Airy
@@ -67,6 +68,7 @@ _HOME = {
     "camsim.camera": ("Camera", "Region"),
     "camsim.capturing": ("capture",),
     "camsim.errors": ("CamsimError",),
+    "camsim.exposing": ("Capture",),
     "camsim.files": ("save",),
     "camsim.frame": ("Frame",),
     "camsim.optics": (

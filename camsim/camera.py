@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64, U16
+from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.frame import Frame
 from camsim.optics import FourSpotOlpf, Lens, OpticalSystem, PhotositeShape
@@ -197,51 +197,47 @@ class Camera:
         return grid_of(region, frame=(self.rows, self.cols), period=self.cfa.period, pitch_um=self.pitch_um)
 
     def expose(
-        self, scene: Scene, *, frame_number: int = 0, products: Collection[str] = ("mosaic",), **how: Any
-    ) -> Frame:
-        """Take a picture.
-
-        light     : see ``Light``;  exposure: see ``Exposure``
-        frame_number : another number is another exposure of the same scene with the same sensor: the same fixed
-                    patterns, fresh temporal noise
-        products  : "truth" fills ``Frame.truth``, "spectral" ``Frame.spectral``; everything else is there anyway
-        seed      : of the temporal noise; the same seed and frame number give the same frame, bit for bit
-        region    : a window of the frame; None takes all of it
-        tolerance : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
-        method    : "auto", "boundary" or "fourier", see ``camsim.render``
-        strict    : raise AccuracyError where an error above the tolerance is found; else the report has a note
-        noise     : False leaves out every noise and the dark current
-        colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
-        spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
-        scene_name    : for the report;  progress: called with (stage, fraction done)
-        """
-        return next(self.expose_frames(scene, frame_numbers=(frame_number,), products=products, **how))
-
-    def expose_frames(
-        self, scene: Scene, *, frame_numbers: Iterable[int], products: Collection[str] = ("mosaic",), **how: Any
-    ) -> Iterator[Frame]:
-        """Take pictures of one scene, rendered once; the rest as in ``expose``."""
-        from camsim.exposing import Capture  # the door upward, as in from_yaml
-
-        return Capture(camera=self, scene=scene, **how).frames(frame_numbers, products)
-
-    def expose_rows(
         self,
         scene: Scene,
         *,
-        take: Callable[[U16], None],
+        light: Light,
+        exposure: Exposure,
+        seed: int = 0,
         frame_number: int = 0,
+        region: Region | None = None,
+        tolerance: float = 1e-6,
+        method: str = "auto",
+        strict: bool = False,
+        noise: bool = True,
+        colour_matrix: MatrixOf = "standard",
+        spectral_nm: Sequence[float] | None = None,
+        scene_name: str = "scene",
         products: Collection[str] = ("mosaic",),
-        **how: Any,
+        progress: Callable[[str, float], None] | None = None,
     ) -> Frame:
-        """Take a picture that memory need not hold: ``take`` is given the codes (m, cols) as they are finished.
+        """Take a picture; the arguments are those of ``Capture`` and of its ``frame``.
 
-        From the top; the codes are those of ``expose``. The frame says everything else and holds no photosites.
-        Blooming runs over the whole window, so that with it the window is held all the same.
+        ``Capture`` itself takes several pictures of a scene (``frames``), or one that memory need not hold (``rows``).
         """
         from camsim.exposing import Capture  # the door upward, as in from_yaml
 
-        return Capture(camera=self, scene=scene, **how).rows(take, frame_number, products)
+        capture = Capture(
+            camera=self,
+            scene=scene,
+            light=light,
+            exposure=exposure,
+            seed=seed,
+            frame_number=frame_number,
+            region=region,
+            tolerance=tolerance,
+            method=method,
+            strict=strict,
+            noise=noise,
+            colour_matrix=colour_matrix,
+            spectral_nm=spectral_nm,
+            scene_name=scene_name,
+        )
+        return capture.frame(products=products, progress=progress)
 
     def electronics(self, iso: float) -> Mapping[str, Any]:
         """Return the electronic stages at an ISO setting by the names and in the order of ``sensor.chain.record``."""

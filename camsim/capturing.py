@@ -9,12 +9,13 @@ from typing import TypeVar
 
 from camsim.camera import Camera
 from camsim.config import build, build_sensor, coverage, library, memory, overrides, schema, yaml_source
-from camsim.config.build import Progress, SceneDocument, Setup
+from camsim.config.build import SceneDocument
 from camsim.config.build_sensor import SensorDocument
 from camsim.config.judged import Judged
 from camsim.config.overrides import Override
 from camsim.config.tree import MOST_FAULTS
 from camsim.errors import CamsimError, ConfigError, Fault
+from camsim.exposing import Capture, Progress
 from camsim.frame import Frame
 from camsim.optics import Lens
 
@@ -43,8 +44,8 @@ def capture(
 
     Raises ConfigError with every fault of the files and the overrides.
     """
-    setup = load(scene, sensor=sensor, overrides=overrides, seed=seed, products=products)
-    return setup.expose(products=products, progress=progress)
+    ready = load(scene, sensor=sensor, overrides=overrides, seed=seed, products=products)
+    return ready.frame(products=products, progress=progress)
 
 
 def load(
@@ -55,10 +56,10 @@ def load(
     seed: int | None = None,
     products: Collection[str] = ("mosaic",),
     held: bool = True,
-) -> Setup:
+) -> Capture:
     """Read and judge everything that a capture needs, and take no picture yet; see ``capture``.
 
-    held : False when its codes will go to files as they are finished (``Setup.expose_rows``)
+    held : False when its codes will go to files as they are finished (``Capture.rows``)
     """
     changes, faults = _parsed(overrides)
     if seed is not None and not 0 <= seed < 2**63:
@@ -68,11 +69,11 @@ def load(
     if not located or not judged:
         raise ConfigError(_in_order(faults))
     body = _collected(faults, lambda: _sensor_of(judged, sensor, changes))
-    setup = _setup(judged, body, Path(located.path).stem, seed, products, held=held)
+    ready = _capture(judged, body, Path(located.path).stem, seed, products, held=held)
     faults += [*judged.faults, *(body.faults if body else ())]
-    if faults or setup is None:
+    if faults or ready is None:
         raise ConfigError(_in_order(faults))
-    return setup
+    return ready
 
 
 def load_camera(sensor: PathOrName, *, lens: Lens, overrides: Iterable[str] = ()) -> Camera:
@@ -86,7 +87,7 @@ def load_camera(sensor: PathOrName, *, lens: Lens, overrides: Iterable[str] = ()
     return camera
 
 
-def _setup(
+def _capture(
     scene: SceneDocument,
     sensor: SensorDocument | None,
     stem: str,
@@ -94,7 +95,7 @@ def _setup(
     products: Collection[str],
     *,
     held: bool,
-) -> Setup | None:
+) -> Capture | None:
     """Build every part, so that every fault is found; None when there is any."""
     frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
     mount, light, exposure = build.mount(scene), build.light(scene), build.exposure(scene)
@@ -110,8 +111,8 @@ def _setup(
     model = scene.model
     if not (model and camera and content and light and exposure):
         return None
-    return Setup(
-        name=model.name or stem,
+    return Capture(
+        scene_name=model.name or stem,
         camera=camera,
         scene=content,
         light=light,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,11 +14,11 @@ from camsim.camera import Camera
 from camsim.description import describe
 from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report, check_products
-from camsim.rendering import Grid, Rendering, render_bands, render_channels
+from camsim.rendering import Grid, Rendering
 from camsim.rendering.auto import Choice
 from camsim.rendering.cube import SpectralCube, radiance_cube
-from camsim.rendering.job import Job
 from camsim.rendering.render import plan_render
+from camsim.rendering.running import carry_out
 from camsim.reporting import Clock, Signals, accuracy_notes, acting, notes, sentence, wavelengths
 from camsim.scene import Scene
 from camsim.sensor.chain import mixed, record
@@ -38,13 +38,28 @@ STREAMED = ("mosaic", "spectral")
 
 @dataclass(frozen=True, kw_only=True)
 class Capture:
-    """Everything that is to be computed; the fields are those of ``Camera.expose``."""
+    """Everything that makes a picture, and the road from scene to codes.
+
+    light         : see ``Light``;  exposure: see ``Exposure``
+    seed          : of the temporal noise; the same seed and frame number give the same frame, bit for bit
+    frame_number  : another number is another exposure of the same scene with the same sensor: the same fixed patterns,
+                    fresh temporal noise
+    region        : a window of the frame; None takes all of it
+    tolerance     : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
+    method        : "auto", "boundary" or "fourier", see ``camsim.render``
+    strict        : raise AccuracyError where an error above the tolerance is found; else the report has a note
+    noise         : False leaves out every noise and the dark current
+    colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
+    spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
+    scene_name    : for the report
+    """
 
     camera: Camera
     scene: Scene
     light: Light
     exposure: Exposure
     seed: int = 0
+    frame_number: int = 0
     region: Region | None = None
     tolerance: float = 1e-6
     method: str = "auto"
@@ -53,7 +68,6 @@ class Capture:
     colour_matrix: MatrixOf = "standard"
     spectral_nm: Sequence[float] | None = None
     scene_name: str = "scene"
-    progress: Progress | None = None
 
     @functools.cached_property
     def grid(self) -> Grid:
@@ -94,74 +108,98 @@ class Capture:
             noise=self.noise,
         )
 
-    def plan(self) -> tuple[Job, Choice]:
+    def plan(self) -> Choice:
         """Decide how the scene is rendered, and render nothing."""
-        return plan_render(**{name: value for name, value in self._to_render.items() if name != "channel"})
+        return plan_render(
+            self.scene,
+            self.camera.optics,
+            self.wide,
+            response=self.camera.electrons_per_reflectance(self.samples, self.time_s),
+            wavelength_nm=self.samples.wavelength_nm,
+            tolerance=self.tolerance,
+            method=self.method,
+        )
 
-    def frames(self, frame_numbers: Iterable[int], products: Collection[str]) -> Iterator[Frame]:
-        """Take pictures of one scene, rendered once."""
+    def frame(self, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None) -> Frame:
+        """Take the picture.
+
+        products : "truth" fills ``Frame.truth``, "spectral" ``Frame.spectral``; everything else is there anyway
+        progress : called with (stage, fraction done)
+        """
+        return next(self.frames(products=products, progress=progress))
+
+    def frames(
+        self, count: int = 1, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None
+    ) -> Iterator[Frame]:
+        """Take pictures of one scene, rendered once, with frame numbers from ``frame_number`` on.
+
+        A frame's seconds are its own: those of light and rendering are the first one's.
+        """
         check_products(products)
         clock = Clock()
-        rendered = self._to_render
-        cube = self._cube(products)
+        choice, cube = self.plan(), self._cube(products)
         clock.lap("light")
-        rendering = render_channels(
-            **rendered, every_channel="truth" in products, strict=self.strict, progress=self.progress
+        rendering = carry_out(
+            choice,
+            self._channel(self.wide),
+            every_channel="truth" in products,
+            strict=self.strict,
+            progress=progress,
         )
-        mean = self._dimmed(rendering.image, self.wide)
-        shown = mean if self.camera.crosstalk is None else mixed(mean, self.camera.crosstalk)
-        truth = self._truth(rendering, shown)
+        lit = self._lit(rendering.image, 0)
+        truth = self._truth(rendering, lit.shown_e)
         clock.lap("render")
-        channel = self._channel(self.grid)
-        for frame_number in frame_numbers:
-            recorded = self._recorded(mean, frame_number, rows_before=0)
-            clock.lap("noise")
-            mosaic = self._codes(recorded, rows_before=0)
-            clock.lap("adc")
+        for frame_number in range(self.frame_number, self.frame_number + count):
             signals = Signals(self.camera.cfa.channels, self.white_level_dn)
-            signals.add(channel, shown, mosaic)
+            recorded_e, codes = self._recorded(lit, frame_number, clock, signals)
             yield self._frame(
-                mosaic=mosaic,
-                electrons=recorded,
-                mean_electrons=shown,
+                mosaic=codes,
+                electrons=recorded_e,
+                mean_electrons=lit.shown_e,
                 truth=truth,
-                channel_index=channel,
+                channel_index=lit.channel,
                 spectral=cube,
                 frame_number=frame_number,
                 report=self._report(rendering, clock.seconds, signals.all()),
             )
+            clock = Clock()
 
-    def rows(self, take: Callable[[U16], None], frame_number: int, products: Collection[str]) -> Frame:
-        """Take one picture and give ``take`` its codes as they are finished, from the top; keep none of them."""
+    def rows(
+        self,
+        take: Callable[[U16], None],
+        *,
+        products: Collection[str] = ("mosaic",),
+        progress: Progress | None = None,
+    ) -> Frame:
+        """Take a picture that memory need not hold: ``take`` is given the codes (m, cols) as they are finished.
+
+        From the top; the codes are those of ``frame``. The frame says everything else and holds no photosites.
+        Blooming runs over the whole window, so that with it the window is held all the same.
+        """
         check_products(products)
         if not set(products) <= set(STREAMED):
             raise InvalidValueError(f"products: {', '.join(products)}; row by row there are {' and '.join(STREAMED)}")
         clock = Clock()
-        rendered = self._to_render
-        cube = self._cube(products)
+        choice, cube = self.plan(), self._cube(products)
         clock.lap("light")
         signals = Signals(self.camera.cfa.channels, self.white_level_dn)
-        border = 0 if self.wide is self.grid else 1
         passed = 0
 
         def record_rows(image: F64) -> None:
             nonlocal passed
-            mean = self._dimmed(image, rows_of(self.wide, passed, len(image)))
+            lit = self._lit(image, passed)
             clock.lap("render")
-            recorded = self._recorded(mean, frame_number, rows_before=passed)
-            clock.lap("noise")
-            codes = self._codes(recorded, rows_before=passed)
-            clock.lap("adc")
-            shown = mean if self.camera.crosstalk is None else mixed(mean, self.camera.crosstalk)
-            signals.add(self._channel(rows_of(self.grid, passed, len(codes))), shown, codes)
+            _, codes = self._recorded(lit, self.frame_number, clock, signals)
             take(codes)
             clock.lap("write")
             passed += len(codes)
 
         # Noise is drawn in blocks of rows; blooming runs over all of them.
         together = BLOCK_ROWS if self.camera.blooming is None else self.grid.rows
-        regrouped = _Regrouped(record_rows, together=together, overlap=2 * border)
-        rendering = render_bands(**rendered, take=regrouped.add, strict=self.strict, progress=self.progress)
+        regrouped = _Regrouped(record_rows, together=together, overlap=self.wide.rows - self.grid.rows)
+        rendering = carry_out(
+            choice, self._channel(self.wide), take=regrouped.add, strict=self.strict, progress=progress
+        )
         regrouped.finish()
         none = np.empty((0, self.grid.cols))
         return self._frame(
@@ -172,22 +210,9 @@ class Capture:
             channel_index=none.astype(np.uint8),
             spectral=cube,
             passed_rows=passed,
-            frame_number=frame_number,
+            frame_number=self.frame_number,
             report=self._report(rendering, clock.seconds, signals.all()),
         )
-
-    @property
-    def _to_render(self) -> dict[str, Any]:
-        return {
-            "scene": self.scene,
-            "system": self.camera.optics,
-            "grid": self.wide,
-            "response": self.camera.electrons_per_reflectance(self.samples, self.time_s),
-            "wavelength_nm": self.samples.wavelength_nm,
-            "channel": self._channel(self.wide),
-            "tolerance": self.tolerance,
-            "method": self.method,
-        }
 
     def _channel(self, grid: Grid) -> U8:
         return self.camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)
@@ -206,11 +231,16 @@ class Capture:
             strict=self.strict,
         )
 
-    def _dimmed(self, image: F64, grid: Grid) -> F64:
-        """Return mean electrons, dimmed towards the corners."""
+    def _lit(self, image: F64, rows_before: int) -> _Lit:
+        """Return rows as they are lit: of the rendered image, from a row of the window on."""
+        grid = rows_of(self.wide, rows_before, len(image))
         # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
-        mean = np.maximum(image, 0.0, out=image)
-        return mean if self.camera.falloff is None else mean * self._falloff(grid)
+        mean_e = np.maximum(image, 0.0, out=image)
+        if self.camera.falloff is not None:
+            mean_e = mean_e * self._falloff(grid)
+        shown_e = mean_e if self.camera.crosstalk is None else mixed(mean_e, self.camera.crosstalk)
+        channel = self._channel(rows_of(self.grid, rows_before, len(shown_e)))
+        return _Lit(rows_before=rows_before, mean_e=mean_e, shown_e=shown_e, channel=channel)
 
     def _falloff(self, grid: Grid) -> F64:
         assert self.camera.falloff is not None
@@ -235,27 +265,29 @@ class Capture:
             truth[..., k] = np.where(own == k, mean_electrons, plane)
         return truth
 
-    def _recorded(self, mean: F64, frame_number: int, *, rows_before: int) -> F64:
-        """Return the electrons that are read, every electronic stage applied."""
-        return record(
-            mean,
-            **self.camera.electronics(self.exposure.iso),
+    def _recorded(self, lit: _Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
+        """Return rows as they are read, every electronic stage applied, and their codes."""
+        camera, (row, col) = self.camera, self.grid.origin
+        electrons = record(
+            lit.mean_e,
+            **camera.electronics(self.exposure.iso),
             time_s=self.time_s,
             temperature_c=self.exposure.temperature_c,
-            electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
+            electrons_per_dn=camera.adc.electrons_per_dn_at(self.exposure.iso),
             seed=self.seed,
-            serial=self.camera.serial,
+            serial=camera.serial,
             origin=self.grid.origin,
-            frame_cols=self.camera.cols,
+            frame_cols=camera.cols,
             frame_number=frame_number,
             noise=self.noise,
-            rows_before=rows_before,
+            rows_before=lit.rows_before,
             rows_in_all=self.grid.rows,
         )
-
-    def _codes(self, recorded: F64, *, rows_before: int) -> U16:
-        row, col = self.grid.origin
-        return self.camera.adc.quantise(recorded, iso=self.exposure.iso, origin=(row + rows_before, col))
+        clock.lap("noise")
+        codes = camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
+        clock.lap("adc")
+        signals.add(lit.channel, lit.shown_e, codes)
+        return electrons, codes
 
     def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
         """Return the frame: ``photosites`` with all that files say about them."""
@@ -316,6 +348,22 @@ class Capture:
             standard_error=rendering.standard_error,
             work={**rendering.work.counts(), "random_numbers": self.random_numbers},
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Lit:
+    """Rows of the window before any electron is counted.
+
+    rows_before : of the window
+    mean_e      : of light alone; with crosstalk one photosite more on every side
+    shown_e     : after crosstalk: what mean and truth are
+    channel     : of each photosite
+    """
+
+    rows_before: int
+    mean_e: F64
+    shown_e: F64
+    channel: U8
 
 
 class _Regrouped:

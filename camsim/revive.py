@@ -9,6 +9,7 @@ from typing import Any
 
 import camsim
 from camsim.errors import CamsimError, InputError
+from camsim.exposing import Capture
 from camsim.typed import hints, judged
 
 _RESULTS = ("Frame", "Rendering")
@@ -30,23 +31,21 @@ def revive(tree: Any) -> Any:
         raise InputError("description: it is nested too deeply") from None
 
 
-def revive_capture(description: Mapping[str, Any]) -> dict[str, Any]:
-    """Return camera, scene and what else ``Camera.expose`` takes, from the description of a capture."""
-    from camsim.exposing import Capture
-
+def revive_capture(description: Mapping[str, Any]) -> Capture:
+    """Return the capture that a description is of."""
     parts = revive(description)
-    kinds = {**_parameters(Capture), "frame_number": (int, False)}
+    kinds = _parameters(Capture)
     for name, (kind, needed) in kinds.items():
         if name in parts:
             parts[name] = judged(parts[name], kind, f"description.{name}")
         elif needed:
             raise InputError(f"description: there is no {name!r}, which a capture needs")
-    if unknown := [name for name in parts if name not in kinds or name == "progress"]:
+    if unknown := [name for name in parts if name not in kinds]:
         raise InputError(f"description: a capture has no {ascii(unknown[0])[:40]}")
     for name, most in (("tolerance", 1.0), ("frame_number", 2**31 - 1)):
         if not 0 <= parts.get(name, 0) <= most or parts.get("tolerance") == 0.0:
             raise InputError(f"description.{name}: {parts[name]:g} is none that a capture can have")
-    return dict(parts)
+    return Capture(**parts)
 
 
 def _revived(tree: Any, place: str) -> Any:

@@ -14,7 +14,7 @@ from camsim.errors import CamsimError, OutputError, UnknownNameError
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
-    from camsim.rendering.decisions import Decision
+    from camsim.rendering.engine import Decision
 
 # Seconds of one core: what comes before, a random number with what is done to it, a photosite's code, a byte of a file.
 BEFORE_SECONDS, NOISE_SECONDS, CODE_SECONDS, FILE_SECONDS = 0.01, 20e-9, 12e-9, 8e-9
@@ -55,8 +55,7 @@ def explain(
     if errors:
         raise CamsimError("\n".join(map(str, errors)))
     products = {file.product for file in files}
-    setup = load(scene, sensor=sensor, overrides=changes or (), products=products)
-    capture = setup.capture
+    capture = load(scene, sensor=sensor, overrides=changes or (), products=products)
     if plot is not None:
         from camsim.cli.explain_plot import draw
         from camsim.files.atomic import write_whole
@@ -74,17 +73,17 @@ def explained(capture: Capture, products: Collection[str], files: list[tuple[str
     from camsim.config.memory import needed_bytes
     from camsim.rendering.decisions import expectation, rendering_decisions
 
-    job, choice = capture.plan()
+    choice = capture.plan()
     camera, grid = capture.camera, capture.grid
     decisions = [
         *rendering_decisions(
-            job, choice, light_samples=capture.samples.wavelength_nm.size, shapes=len(capture.scene.shapes)
+            choice, light_samples=capture.samples.wavelength_nm.size, shapes=len(capture.scene.shapes)
         ),
         *_of_channels(capture, products),
         *_of_camera(capture),
         *_of_files(files),
     ]
-    expected = expectation(choice, job)
+    expected = expectation(choice)
     photosites = float(grid.rows * grid.cols)
     images = len(camera.cfa.channels) if "truth" in products else 1
     seconds = {
@@ -107,12 +106,12 @@ def explained(capture: Capture, products: Collection[str], files: list[tuple[str
         "method": choice.method,
         "decisions": [asdict(decision) for decision in decisions],
         "expected": {"seconds": seconds, "memory_bytes": memory, "error": expected["error"]},
-        "work": {**choice.run.work(images).counts(), "random_numbers": capture.random_numbers},
+        "work": {**choice.plan.work(images).counts(), "random_numbers": capture.random_numbers},
     }
 
 
 def _of_channels(capture: Capture, products: Collection[str]) -> Iterator[Decision]:
-    from camsim.rendering.decisions import Decision
+    from camsim.rendering.engine import Decision
 
     channels = capture.camera.cfa.channels
     if len(channels) == 1:
@@ -130,7 +129,7 @@ def _of_channels(capture: Capture, products: Collection[str]) -> Iterator[Decisi
 
 
 def _of_camera(capture: Capture) -> Iterator[Decision]:
-    from camsim.rendering.decisions import Decision
+    from camsim.rendering.engine import Decision
     from camsim.reporting import acting
 
     camera = capture.camera
@@ -152,7 +151,7 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
 
 
 def _of_files(files: list[tuple[str, str]]) -> Iterator[Decision]:
-    from camsim.rendering.decisions import Decision
+    from camsim.rendering.engine import Decision
 
     if any(path.lower().endswith(".dng") or product == "preview" for path, product in files):
         yield Decision(topic="colour matrix", decision="fitted", reason="a DNG or a preview is written")

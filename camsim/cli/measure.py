@@ -94,7 +94,7 @@ def _theory(picture: Picture) -> tuple[TheoreticalOtf | None, str]:
     from camsim.revive import revive_capture
 
     try:
-        return CameraOtf.from_stages(revive_capture(picture.description)), ""
+        return CameraOtf.of(revive_capture(picture.description)), ""
     except CamsimError as error:
         return None, f"what the file says of its stages cannot be used ({error})"
 

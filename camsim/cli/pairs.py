@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from camsim.camera import Region
-from camsim.config.build import Setup
 from camsim.errors import CamsimError, InvalidValueError, OutputError
+from camsim.exposing import Capture
 from camsim.files import save
 from camsim.files.atomic import replacing, write_chunks
 from camsim.files.describe import record
@@ -35,7 +35,7 @@ class _Variant:
     """One way to lay the colour filters over the scene."""
 
     name: str
-    setup: Setup
+    capture: Capture
     origin: tuple[int, int]
 
 
@@ -68,10 +68,10 @@ def check_folder(path: str, *, force: bool) -> Path:
     return folder
 
 
-def write_pairs(setup: Setup, folder: Path, levels: Sequence[float], *, compress: bool, quiet: bool) -> None:
+def write_pairs(capture: Capture, folder: Path, levels: Sequence[float], *, compress: bool, quiet: bool) -> None:
     """Write noisy and clean mosaics (.dng) and the truth (.exr) of every variant and level, and the index of all."""
     rows: list[dict[str, Any]] = []
-    for variant in _variants(setup):
+    for variant in _variants(capture):
         for level in levels:
             rows.append(_write_pair(variant, level, folder, number=len(rows), compress=compress))
             if not quiet:
@@ -85,11 +85,11 @@ def write_pairs(setup: Setup, folder: Path, levels: Sequence[float], *, compress
             write_chunks(beside, (text.encode(),))
 
 
-def _variants(setup: Setup) -> Iterator[_Variant]:
+def _variants(capture: Capture) -> Iterator[_Variant]:
     """Yield the four phases over the same window, then the sensor's own array from windows shifted by one."""
-    camera = setup.camera
+    camera = capture.camera
     period = camera.cfa.period
-    region = setup.region or Region(rows=camera.rows - 1, cols=camera.cols - 1, origin=(0, 0))
+    region = capture.region or Region(rows=camera.rows - 1, cols=camera.cols - 1, origin=(0, 0))
     row, col = region.origin or tuple(
         (whole - size) // 2 // step * step
         for whole, size, step in zip((camera.rows, camera.cols), (region.rows, region.cols), period, strict=True)
@@ -99,9 +99,9 @@ def _variants(setup: Setup) -> Iterator[_Variant]:
     if min(size) < 1:
         raise InvalidValueError("--pairs: the window fills the frame; make the region smaller by one row and column")
 
-    def windowed(cfa: Cfa, origin: tuple[int, int]) -> Setup:
+    def windowed(cfa: Cfa, origin: tuple[int, int]) -> Capture:
         window = Region(rows=size[0], cols=size[1], origin=origin)
-        return dataclasses.replace(setup, camera=camera.replace(cfa=cfa), region=window)
+        return dataclasses.replace(capture, camera=camera.replace(cfa=cfa), region=window)
 
     own = "-".join(camera.cfa.pattern)
     if "".join(camera.cfa.pattern) in _PHASES and period == (2, 2):
@@ -115,12 +115,12 @@ def _variants(setup: Setup) -> Iterator[_Variant]:
 
 
 def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int, compress: bool) -> dict[str, Any]:
-    setup = variant.setup
-    exposure = dataclasses.replace(setup.exposure, time_s=setup.exposure_time_s * level)
-    noisy = dataclasses.replace(setup, exposure=exposure, noise=True, seed=setup.seed + number)
-    frame = noisy.expose()
+    capture = variant.capture
+    exposure = dataclasses.replace(capture.exposure, time_s=capture.time_s * level)
+    noisy = dataclasses.replace(capture, exposure=exposure, noise=True, seed=capture.seed + number)
+    frame = noisy.frame()
     stem = f"{number:03d}-{variant.name}-x{level:g}"
-    clean = dataclasses.replace(noisy, noise=False).expose(products=("mosaic", "truth"))
+    clean = dataclasses.replace(noisy, noise=False).frame(products=("mosaic", "truth"))
     # What raw developers would misread goes into a plain TIFF.
     suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
     names = {"noisy": f"{stem}-noisy{suffix}", "clean": f"{stem}-clean{suffix}", "truth": f"{stem}-truth.exr"}

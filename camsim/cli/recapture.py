@@ -8,7 +8,7 @@ import gc
 import sys
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
@@ -18,9 +18,8 @@ from camsim.errors import CamsimError, InputError, OutputError
 from camsim.files.reading import Held, read_file
 
 if TYPE_CHECKING:
-    from camsim.camera import Camera, Region
+    from camsim.exposing import Capture
     from camsim.frame import Frame
-    from camsim.scene import Scene
 
 
 def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> None:
@@ -52,45 +51,44 @@ def _frame_of(held: Held, outputs: Sequence[Output], bar: Bar) -> Frame:
     """Take the picture that a file describes once more; raises InputError when it describes none."""
     products = {output.product for output in outputs} | ({"truth"} if held.has_truth else set())
     with _named(held):
-        camera, scene, parts = _parts(held)
-        _refuse_what_does_not_fit(camera, parts.get("region"), products, held=True)
-        return camera.expose(scene, products=products, progress=bar.update, **parts)
+        capture = _capture_of(held)
+        _refuse_what_does_not_fit(capture, products, held=True)
+        return capture.frame(products=products, progress=bar.update)
 
 
 def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: bool) -> Frame:
     """Take it once more and write its mosaics while it is computed."""
     products = {output.product for output in outputs}
     with _named(held):
-        camera, scene, parts = _parts(held)
-        _refuse_what_does_not_fit(camera, parts.get("region"), products, held=camera.blooming is not None)
+        capture = _capture_of(held)
+        _refuse_what_does_not_fit(capture, products, held=capture.camera.blooming is not None)
         return write_mosaics(
             outputs,
-            lambda take: camera.expose_rows(scene, take=take, products=products, progress=bar.update, **parts),
-            camera=camera,
-            region=parts.get("region"),
+            lambda take: capture.rows(take, products=products, progress=bar.update),
+            camera=capture.camera,
+            region=capture.region,
             **how,
         )
 
 
-def _parts(held: Held) -> tuple[Camera, Scene, dict[str, Any]]:
-    """Return camera, scene and what else ``Camera.expose`` takes; they must give an image of the file's size."""
+def _capture_of(held: Held) -> Capture:
+    """Return the capture that a file describes; it must give an image of the file's size."""
     from camsim.revive import revive_capture
 
-    parts = revive_capture(held.description)
-    camera, scene = parts.pop("camera"), parts.pop("scene")
-    grid = camera.grid(parts.get("region"))
+    capture = revive_capture(held.description)
+    grid = capture.grid
     if (grid.rows, grid.cols) != (held.rows, held.cols):
         raise InputError(
             f"its record describes {grid.rows} × {grid.cols} photosites and its image has {held.rows} × {held.cols}"
         )
-    return camera, scene, parts
+    return capture
 
 
-def _refuse_what_does_not_fit(camera: Camera, region: Region | None, products: Collection[str], *, held: bool) -> None:
+def _refuse_what_does_not_fit(capture: Capture, products: Collection[str], *, held: bool) -> None:
     from camsim.config import memory
 
-    grid = camera.grid(region)
-    needed = memory.needed_bytes(grid.rows, grid.cols, len(camera.cfa.channels), products, held=held)
+    grid = capture.grid
+    needed = memory.needed_bytes(grid.rows, grid.cols, len(capture.camera.cfa.channels), products, held=held)
     if needed > memory.available_bytes():
         raise InputError(f"{grid.rows} × {grid.cols} photosites need about {memory.readable(needed)} of memory")
 

@@ -144,7 +144,7 @@ def _figures_of_scene(located: Located) -> list[Row]:
     camera, light = setup.camera, setup.light
     rows, cols = (setup.region.rows, setup.region.cols) if setup.region else (camera.rows, camera.cols)
     wavelength_nm = light.line_nm or 550.0
-    electrons = camera.diffuser_electrons(light, setup.exposure_time_s)
+    electrons = camera.diffuser_electrons(light, setup.time_s)
     white = ", ".join(f"{c} {e:.5g}" for c, e in zip(camera.cfa.channels, electrons, strict=True))
     on_sensor = ""
     if light.at == "scene" and light.illuminance_lux is not None:
@@ -159,7 +159,7 @@ def _figures_of_scene(located: Located) -> list[Row]:
         ),
         ("shapes", str(len(setup.scene.shapes))),
         ("light", f"{light.name}, {light.level} on the {light.at}{on_sensor}"),
-        ("exposure", f"{setup.exposure_time_s:.6g} s at a working f-number of {camera.working_f_number:g}"),
+        ("exposure", f"{setup.time_s:.6g} s at a working f-number of {camera.working_f_number:g}"),
         ("white", f"mean electrons of a perfect diffuser on the axis: {white}"),
         _blur(camera, wavelength_nm),
     ]

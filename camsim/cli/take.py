@@ -19,7 +19,7 @@ from camsim.cli.row_by_row import come_row_by_row, write_mosaics
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 
 if TYPE_CHECKING:
-    from camsim.config.build import Setup
+    from camsim.exposing import Capture
     from camsim.frame import Frame, Report
 
 
@@ -53,7 +53,7 @@ def take(request: Request) -> None:
     from camsim.capturing import load
 
     try:
-        setup = load(
+        ready = load(
             request.scene,
             sensor=request.sensor,
             overrides=request.changes,
@@ -61,7 +61,7 @@ def take(request: Request) -> None:
             products=products,
             held=held,
         )
-        warning = odd_cfa_of(setup.camera.cfa.pattern, outputs, allowed=request.allow_odd_cfa)
+        warning = odd_cfa_of(ready.camera.cfa.pattern, outputs, allowed=request.allow_odd_cfa)
     except CamsimError as error:
         errors.insert(0, error)
     if request.compress:
@@ -78,9 +78,9 @@ def take(request: Request) -> None:
     with Bar(shown=not request.quiet) as bar:
         writing_s = 0.0
         if held:
-            frames = setup.expose_frames(request.frames, products=products, progress=bar.update)
+            frames = ready.frames(request.frames, products=products, progress=bar.update)
         else:
-            frames = iter((_expose_rows(setup, outputs, products, bar, request),))
+            frames = iter((_take_rows(ready, outputs, products, bar, request),))
         for number, frame in enumerate(frames):
             began_s = time.perf_counter()
             of_frame = outputs[number * len(texts) : (number + 1) * len(texts)]
@@ -113,7 +113,7 @@ def take_pairs(request: Request) -> None:
         from camsim.files.dng_image import lossless_encoder
 
         lossless_encoder()
-    setup = load(
+    ready = load(
         request.scene, sensor=request.sensor, overrides=request.changes, seed=request.seed, products=("mosaic", "truth")
     )
     folder = check_folder(request.pairs, force=request.force)
@@ -121,7 +121,7 @@ def take_pairs(request: Request) -> None:
         _say_that_it_compiles()
     gc.freeze()
     gc.enable()
-    write_pairs(setup, folder, levels, compress=request.compress, quiet=request.quiet)
+    write_pairs(ready, folder, levels, compress=request.compress, quiet=request.quiet)
 
 
 def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: bool) -> str | None:
@@ -155,13 +155,13 @@ def _compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
     return []
 
 
-def _expose_rows(setup: Setup, outputs: list[Output], products: set[str], bar: Bar, request: Request) -> Frame:
+def _take_rows(capture: Capture, outputs: list[Output], products: set[str], bar: Bar, request: Request) -> Frame:
     """Take the picture and write its mosaics while it is computed: memory does not grow with the frame."""
     return write_mosaics(
         outputs,
-        lambda take: setup.expose_rows(take, products=products, progress=bar.update),
-        camera=setup.camera,
-        region=setup.region,
+        lambda take: capture.rows(take, products=products, progress=bar.update),
+        camera=capture.camera,
+        region=capture.region,
         allow_odd_cfa=request.allow_odd_cfa,
         compress=request.compress,
     )

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-from camsim.arrays import U16
 from camsim.camera import Camera, Region
 from camsim.config import build_optics, schema
 from camsim.config.build_sensor import curve_of, filters_at
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
 from camsim.errors import InvalidValueError
-from camsim.exposing import Capture
-from camsim.frame import Frame
 from camsim.optics import Lens
 from camsim.scene import Disc, Polygon, Rectangle, Scene
-from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import Cos4Falloff, Falloff, RadialFalloff
 from camsim.spectra import named
@@ -29,77 +25,6 @@ Progress: TypeAlias = Callable[[str, float], None]
 
 # What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
 _ANY_SPECTRUM = 0.5
-
-
-@dataclass(frozen=True, kw_only=True)
-class Setup:
-    """A capture that is ready to be taken: everything ``Camera.expose`` needs."""
-
-    name: str
-    camera: Camera
-    scene: Scene
-    light: Light
-    exposure: Exposure
-    region: Region | None
-    tolerance: float
-    method: str = "auto"
-    strict: bool = False
-    noise: bool
-    seed: int
-    frame_number: int = 0
-    colour_matrix: MatrixOf = "standard"
-    spectral_nm: tuple[float, ...] | None = None
-
-    @property
-    def capture(self) -> Capture:
-        """Everything that is to be computed; nothing of it is yet."""
-        return Capture(camera=self.camera, scene=self.scene, **self._how)
-
-    @property
-    def exposure_time_s(self) -> float:
-        """The exposure time, found when it is "auto"."""
-        return self.camera.exposure_time_s(self.light, self.exposure)
-
-    def expose(self, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None) -> Frame:
-        """Take the picture."""
-        return next(self.expose_frames(1, products=products, progress=progress))
-
-    def expose_frames(
-        self, count: int, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None
-    ) -> Iterator[Frame]:
-        """Take ``count`` pictures, one after the other: the same fixed patterns, fresh temporal noise."""
-        numbers = range(self.frame_number, self.frame_number + count)
-        return self.camera.expose_frames(
-            self.scene, frame_numbers=numbers, products=products, progress=progress, **self._how
-        )
-
-    def expose_rows(
-        self,
-        take: Callable[[U16], None],
-        *,
-        products: Collection[str] = ("mosaic",),
-        progress: Progress | None = None,
-    ) -> Frame:
-        """Take the picture and hand its codes over as they are finished; see ``Camera.expose_rows``."""
-        return self.camera.expose_rows(
-            self.scene, take=take, frame_number=self.frame_number, products=products, progress=progress, **self._how
-        )
-
-    @property
-    def _how(self) -> dict[str, Any]:
-        return {
-            "light": self.light,
-            "exposure": self.exposure,
-            "seed": self.seed,
-            "region": self.region,
-            "tolerance": self.tolerance,
-            "method": self.method,
-            "strict": self.strict,
-            "noise": self.noise,
-            "colour_matrix": self.colour_matrix,
-            "spectral_nm": self.spectral_nm,
-            "scene_name": self.name,
-        }
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -84,8 +84,7 @@ def writing_rows(
 ) -> Iterator[dng.MosaicWriter]:
     """Write a DNG while its mosaic is computed: the same bytes as ``save``, and no memory for the mosaic.
 
-    camera, region : as the rows are exposed: ``frame = camera.expose_rows(..., take=writer.take)``; give the frame to
-                     ``writer.finish``
+    camera, region : of the capture: ``frame = capture.rows(writer.take)``; give the frame to ``writer.finish``
     how            : ``allow_odd_cfa`` and ``compress``, as of ``save``
 
     The file is moved to its place when the block ends well, and none is left when it does not.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.camera import Camera, Region
+from camsim.exposing import Capture
 from camsim.measure.geometry import EdgeLine
 from camsim.scene import Scene
 from camsim.spectra.curve import Spectrum, spectrum_at
@@ -35,9 +35,9 @@ class CameraOtf:
     region: Region | None = None
 
     @classmethod
-    def from_stages(cls, stages: dict[str, Any]) -> CameraOtf:
-        """Take what ``camsim.revive.revive_capture`` makes of a file's description."""
-        return cls(camera=stages["camera"], scene=stages["scene"], light=stages["light"], region=stages.get("region"))
+    def of(cls, capture: Capture) -> CameraOtf:
+        """Take what a picture was taken with."""
+        return cls(camera=capture.camera, scene=capture.scene, light=capture.light, region=capture.region)
 
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge; None for a channel that the camera does not have."""

@@ -2,6 +2,7 @@
 
 from camsim.rendering.grid import Grid
 from camsim.rendering.kernels import kernels_compiled
-from camsim.rendering.render import Rendering, render, render_bands, render_channels
+from camsim.rendering.render import render, render_channels
+from camsim.rendering.running import Rendering
 
-__all__ = ["Grid", "Rendering", "kernels_compiled", "render", "render_bands", "render_channels"]
+__all__ = ["Grid", "Rendering", "kernels_compiled", "render", "render_channels"]

@@ -1,29 +1,43 @@
-"""Which method renders a job: a pure function of the inputs, no clock, no core count, no history."""
+"""Which engine renders a job, and why."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from camsim.errors import UnknownNameError
-from camsim.rendering.by_boundary import BoundaryRun
-from camsim.rendering.by_fourier import FourierRun
-from camsim.rendering.cost import MEMORY_LIMIT_BYTES, Cost
-from camsim.rendering.fourier import FINEST
+from camsim.rendering.boundary.engine import Boundary
+from camsim.rendering.check.judge import Judge
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
+from camsim.rendering.flat import FlatPlan
+from camsim.rendering.fourier.engine import Fourier
 from camsim.rendering.job import Job
-from camsim.rendering.methods import METHODS
-from camsim.rendering.run import FlatRun, Run
+from camsim.rendering.paper import rules
+from camsim.rendering.paper.engine import Paper
 
-NAMES = ("auto", *METHODS)
+BOUNDARY, FOURIER = Boundary(), Fourier()
+ENGINES: dict[str, Engine] = {
+    "boundary": BOUNDARY,
+    "fourier": FOURIER,
+    **{method: Paper(method) for method in rules.METHODS},
+}
+NAMES = ("auto", *ENGINES)
 CHEAP_SECONDS = 0.025  # nobody waits for this, and asking what the other engine would take is not free either
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """A method that is ready to run, and why it was chosen."""
+    """A plan that is ready to run, why it was chosen, and what judges it."""
 
     method: str
     why: str
-    run: Run
+    plan: Plan
+    judge: Judge
+    samples: int | None = None
+
+    @property
+    def cost(self) -> Cost:
+        """What one image takes, the check included."""
+        return _checked(self.plan, self.judge)
 
 
 def check_method(method: str) -> None:
@@ -33,41 +47,56 @@ def check_method(method: str) -> None:
 
 
 def choose(method: str, job: Job, samples: int | None = None) -> Choice:
-    """Prepare the method named; "auto": boundary where it can and is cheaper, fourier otherwise.
+    """Plan with the method named; "auto": boundary where it can and is cheaper, fourier otherwise.
 
     What a method cannot render it refuses, even where there is nothing to render.
     """
+    judge = Judge(job, FOURIER)
     if method != "auto":
-        return _chosen(method, "asked for", job, samples)
+        return Choice(method=method, why="asked for", plan=_planned(method, job, samples), judge=judge, samples=samples)
+    name, why, plan = _auto(job, judge, samples)
+    return Choice(method=name, why=why, plan=plan, judge=judge)
+
+
+def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:
+    """Return the name of the cheaper engine, why, and its plan."""
     if job.pattern is None or job.footprint is None:
-        return _chosen("fourier", job.unknown, job, samples)
+        return "fourier", job.unknown, _planned("fourier", job, samples)
     if job.tolerance < job.pattern.finest:
-        why = f"boundary keeps {job.pattern.finest:g} with this lens, fourier {FINEST:g}"
-        return _chosen("fourier", why, job, samples)
-    boundary = _chosen("boundary", "exact for this lens, and cheap", job, samples)
-    if not isinstance(boundary.run, BoundaryRun):
-        return Choice(method="boundary", why="there is no edge to render", run=boundary.run)
-    own = boundary.run.cost
+        why = f"boundary keeps {job.pattern.finest:g} with this lens, fourier {FOURIER.finest:g}"
+        return "fourier", why, _planned("fourier", job, samples)
+    boundary = BOUNDARY.plan(job, samples)
+    if not len(job.edges):
+        return "boundary", "there is no edge to render", FlatPlan(job=job)
+    own = _checked(boundary, judge)
     if own.seconds <= CHEAP_SECONDS:
-        return boundary
+        return "boundary", "exact for this lens, and cheap", boundary
     # It takes no fewer wavelengths than boundary, and to choose its own takes a while: first what it takes with those.
-    fourier = FourierRun(job=job, nodes=boundary.run.lens.nodes)
-    if fourier.cost.seconds < own.seconds or own.memory_bytes > MEMORY_LIMIT_BYTES:
-        fourier = FourierRun.prepare(job, samples)
-    cost = fourier.cost
-    fits = cost.memory_bytes <= MEMORY_LIMIT_BYTES
-    if fits and (cost.seconds < own.seconds or own.memory_bytes > MEMORY_LIMIT_BYTES):
-        why = f"{_taking(cost)} expected, boundary {_taking(own)}"
-        return Choice(method="fourier", why=why, run=fourier)
-    return Choice(method="boundary", why=f"{_taking(own)} expected, fourier {_taking(cost)}", run=boundary.run)
+    fourier = FOURIER.with_nodes(job, boundary.nodes)
+    cost = _checked(fourier, judge)
+    if cost.seconds < own.seconds or not _fits(own):
+        fourier = FOURIER.plan(job, samples)
+        cost = _checked(fourier, judge)
+    if _fits(cost) and (cost.seconds < own.seconds or not _fits(own)):
+        return "fourier", f"{_taking(cost)} expected, boundary {_taking(own)}", fourier
+    return "boundary", f"{_taking(own)} expected, fourier {_taking(cost)}", boundary
+
+
+def _checked(plan: Plan, judge: Judge) -> Cost:
+    cost = plan.cost
+    return Cost(seconds=cost.seconds + judge.seconds(plan), memory_bytes=cost.memory_bytes)
+
+
+def _fits(cost: Cost) -> bool:
+    return cost.memory_bytes <= MEMORY_LIMIT_BYTES
 
 
 def _taking(cost: Cost) -> str:
-    if cost.memory_bytes > MEMORY_LIMIT_BYTES:
+    if not _fits(cost):
         return f"{cost.memory_bytes / 1e9:.2g} GB of memory"
     return f"{cost.seconds:.2g} s of one core"
 
 
-def _chosen(method: str, why: str, job: Job, samples: int | None) -> Choice:
-    run = METHODS[method](job, samples)
-    return Choice(method=method, why=why, run=run if job.edges else FlatRun(job=job))
+def _planned(method: str, job: Job, samples: int | None) -> Plan:
+    plan = ENGINES[method].plan(job, samples)
+    return plan if len(job.edges) else FlatPlan(job=job)

@@ -13,7 +13,7 @@ from camsim.arrays import F32, F64
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.grid import Grid
-from camsim.rendering.render import render_bands
+from camsim.rendering.render import render_channels
 from camsim.scene import Scene
 from camsim.spectra.light import Light
 
@@ -84,7 +84,7 @@ def radiance_cube(
             band *= irradiance[k] / math.pi
             take(band.astype(np.float32))
 
-        rendering = render_bands(
+        rendering = render_channels(
             scene,
             system,
             grid,

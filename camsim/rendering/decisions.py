@@ -3,40 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 from camsim.rendering.auto import Choice
 from camsim.rendering.budget import SCENE
-from camsim.rendering.by_boundary import BoundaryRun
-from camsim.rendering.by_fourier import FourierRun
+from camsim.rendering.engine import Decision
 from camsim.rendering.job import Job
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Decision:
-    """One decision.
-
-    topic    : what it is about, a word or two
-    decision : what is done, or left out
-    reason   : why
-    """
-
-    topic: str
-    decision: str
-    reason: str
-
-
-def rendering_decisions(job: Job, choice: Choice, *, light_samples: int, shapes: int) -> Iterator[Decision]:
+def rendering_decisions(choice: Choice, *, light_samples: int, shapes: int) -> Iterator[Decision]:
     """Yield what was decided about a rendering.
 
     light_samples : wavelengths of the light;  shapes: of the scene
     """
+    job = choice.plan.job
     yield from _stages(job)
     yield from _edges(job, shapes)
-    yield from _wavelengths(job, choice, light_samples)
+    yield from _wavelengths(choice, light_samples)
     yield Decision(topic="engine", decision=choice.method, reason=choice.why)
-    yield from _settings(choice)
+    yield from choice.plan.decisions()
 
 
 def _stages(job: Job) -> Iterator[Decision]:
@@ -50,7 +35,7 @@ def _stages(job: Job) -> Iterator[Decision]:
 
 def _edges(job: Job, shapes: int) -> Iterator[Decision]:
     out = job.left_out
-    arranged = job.edges + out.equal + out.far
+    arranged = len(job.edges) + out.equal + out.far
     if not shapes:
         yield Decision(topic="scene", decision="nothing to render", reason="there is no shape: all is background")
         return
@@ -75,7 +60,7 @@ def _edges(job: Job, shapes: int) -> Iterator[Decision]:
             decision=f"{out.far} dropped",
             reason=f"far outside the window: all of them together add less than {out.bound:.1g} to any photosite",
         )
-    elif job.edges:
+    elif len(job.edges):
         share = 100.0 * SCENE["dropped"].part
         yield Decision(
             topic="edges",
@@ -86,7 +71,8 @@ def _edges(job: Job, shapes: int) -> Iterator[Decision]:
         )
 
 
-def _wavelengths(job: Job, choice: Choice, light_samples: int) -> Iterator[Decision]:
+def _wavelengths(choice: Choice, light_samples: int) -> Iterator[Decision]:
+    job = choice.plan.job
     seen = job.signals.wavelength_nm.size
     if seen < light_samples:
         yield Decision(
@@ -94,9 +80,9 @@ def _wavelengths(job: Job, choice: Choice, light_samples: int) -> Iterator[Decis
             decision=f"{light_samples - seen} of {light_samples} dropped",
             reason="no channel responds there",
         )
-    if not job.edges:
+    if not len(job.edges):
         return
-    nodes = choice.run.wavelengths
+    nodes = choice.plan.wavelengths
     if nodes == 1:
         yield Decision(topic="wavelengths", decision="one", reason="the light is a line")
     elif nodes < seen:
@@ -109,35 +95,8 @@ def _wavelengths(job: Job, choice: Choice, light_samples: int) -> Iterator[Decis
         yield Decision(topic="wavelengths", decision=f"{seen}", reason="so few that each is computed")
 
 
-def _settings(choice: Choice) -> Iterator[Decision]:
-    run = choice.run
-    if isinstance(run, BoundaryRun):
-        settings, counts = run.lens.settings, run.lens.counts
-        yield Decision(
-            topic="settings",
-            decision=f"ends integrated within {settings.near:.3g} pitches, lines looked up within {settings.reach:.3g}",
-            reason="beyond, the far form keeps its share of the tolerance",
-        )
-        if len(settings.foci.radius):
-            yield Decision(
-                topic="settings",
-                decision=f"rings followed to {len(settings.foci.radius)} round outlines",
-                reason="in their centres the rings of all sides meet, and are heard",
-            )
-        yield Decision(
-            topic="settings",
-            decision=f"{counts.tables} tables, {counts.table_values:.2g} numbers",
-            reason="fields and edge responses, one for each channel and pair of colours",
-        )
-    if isinstance(run, FourierRun):
-        yield Decision(
-            topic="settings",
-            decision=f"{run.work(1).frequencies:.2g} frequencies",
-            reason="a period and a taper wide enough that nothing wraps round within the tolerance",
-        )
-
-
-def expectation(choice: Choice, job: Job) -> dict[str, Any]:
+def expectation(choice: Choice) -> dict[str, Any]:
     """Return what the rendering is expected to take: seconds of one core, bytes, and the error it may have."""
-    cost = choice.run.cost
-    return {"seconds": cost.seconds, "memory_bytes": cost.memory_bytes, "error": job.tolerance if job.edges else 0.0}
+    cost, job = choice.cost, choice.plan.job
+    error = job.tolerance if len(job.edges) else 0.0
+    return {"seconds": cost.seconds, "memory_bytes": cost.memory_bytes, "error": error}

@@ -1,213 +1,119 @@
-"""From an arrangement, an optical system and weights to an image: the boundary engine's set-up around its kernel."""
+"""What an engine is: a plan over a job. The plan decides everything once; its bands are the image."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
 
-import numpy as np
+from camsim.arrays import F64, I64, U8
+from camsim.rendering.job import Job
+from camsim.rendering.work import Work
 
-from camsim.arrays import C128, F64, I64, U8
-from camsim.rendering.boundary import render_edges
-from camsim.rendering.crowd import gather
-from camsim.rendering.edge import Edges, Numbers, Tables, add_rings_in_zones
-from camsim.rendering.far import far_moments
-from camsim.rendering.focus import ZONE, touching
-from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
-from camsim.rendering.job import Job, Nodes
-from camsim.rendering.kernels import ONE_AT_A_TIME
-from camsim.rendering.patterns import Pattern
-from camsim.rendering.plan import PANEL_BLURS, Settings
-from camsim.rendering.quadrature import chebyshev, gauss_by_length, interpolation
-from camsim.rendering.rings import airy_rings
-from camsim.rendering.tables import edge_responses, field_tables
+MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
+SET_UP_SECONDS = 5e-3
+FEWEST_CHECKED = 8  # photosites, whatever they take
 
-NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
-BAND_PHOTOSITES = 2_000_000
-LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
-MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
-RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, relative to no footprint
-CELL_NODES = 1  # more along a cell than along a tile: every part of a cell counts, few photosites lie at a tile's rim
+Progress = Callable[[float], None]
 
 
-def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
-    """Return how many photosites the largest tiles of a grid of ``shape`` have along a side."""
-    root = settings.leaf
-    while -(-shape[0] // root) * -(-shape[1] // root) > MOST_TILES:
-        root *= 2
-    return root
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cost:
+    """Seconds of one core, all threads' work added up, and bytes beyond what the program itself holds.
 
-
-def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) -> Numbers:
-    """Return the settings as the kernels read them, for a grid of ``shape``."""
-    root = largest_tile(settings, shape)
-    nodes = chebyshev(settings.tile_nodes)
-    longest = LONGEST_PIECE / PANEL_BLURS
-    gauss_x, gauss_w, gauss_count = gauss_by_length(math.pi * PANEL_BLURS, settings.panel_nodes, longest, LENGTHS)
-    levels = int(math.log2(root // settings.leaf)) + 1
-    to_photosites = np.zeros((levels, root, nodes.size))
-    for level in range(levels):
-        size = root >> level
-        to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
-    return Numbers(
-        near=settings.near,
-        quiet_end=settings.quiet_end,
-        reach=settings.reach,
-        quiet_line=settings.quiet_line,
-        field_step=settings.field_step,
-        response_step=settings.response_step,
-        piece=longest * settings.panel,
-        gauss_x=gauss_x,
-        gauss_w=gauss_w,
-        gauss_count=gauss_count,
-        sigma2=footprint.sigma2,
-        m22=footprint.m22,
-        harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),
-        turns=_turns(footprint),
-        apart=footprint.grid()[2],
-        separation=settings.separation,
-        nodes=nodes,
-        to_children=np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)]),
-        to_photosites=to_photosites,
-        root=root,
-        leaf=settings.leaf,
-    )
-
-
-def boundary_bands(
-    job: Job,
-    *,
-    pattern: Pattern,
-    footprint: Footprint,
-    nodes: Nodes,
-    settings: Settings,
-    channel: U8,
-) -> Iterator[F64]:
-    """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
-
-    channel : (rows, cols) channel of each photosite
+    A pure function of the inputs: no clock, no core count, no history.
     """
-    weights = nodes.weights
-    system, pitch_um, origin = job.system, job.grid.pitch_um, job.grid.first_centre
-    blur = job.blur_at(nodes.wavelength_nm)
-    pairs, channels, count = weights.shape
-    flat = weights.reshape(-1, count)
-    far = far_moments(pattern, blur, flat).reshape(pairs, channels, 4)
-    order, cells = gather(job.start, job.end, job.pair, far, settings.tile_nodes + CELL_NODES)
-    start, end, pair = job.start[order], job.end[order], job.pair[order]
-    along = end - start
-    length = np.hypot(along[:, 0], along[:, 1])
-    tx, ty = along[:, 0] / length, along[:, 1] / length
-    turn = tx + 1j * ty
-    response, normals = directions(tx, ty, length >= settings.near, footprint)
-    edges = Edges(
-        x=np.ascontiguousarray(start[:, 0]),
-        y=np.ascontiguousarray(start[:, 1]),
-        tx=tx,
-        ty=ty,
-        length=length,
-        # Seen in a frame whose second axis is −n (far.py: z = s + ih) ζ is conj(ζ)·e^{iφ}.
-        m2=np.conj(footprint.m2) * turn**2,
-        m31=np.conj(footprint.m31) * turn**2,
-        m4=np.conj(footprint.m4) * turn**4,
-        m6=np.conj(footprint.m6) * turn**6,
-        pair=pair,
-        response=response,
-    )
-    field = field_tables(
-        pattern,
-        blur,
-        flat,
-        footprint,
-        radius=settings.near,
-        step=settings.field_step,
-    )
-    if len(normals):
-        responses = edge_responses(
-            system,
-            pattern,
-            pitch_um,
-            blur,
-            flat,
-            normals,
-            extent=footprint.extent,
-            distance=settings.reach,
-            step=settings.response_step,
-        )
-    else:
-        responses = np.empty((0, flat.shape[0], 1, 6))
-    tables = Tables(
-        far=far,
-        field=field.reshape(pairs, channels, *field.shape[1:]),
-        response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
-        base=job.base,
-        rings=_rings(blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
-        ring_weights=weights,
-        blur=blur,
-    )
-    rows, cols = channel.shape
-    n = numbers(settings, footprint, (rows, cols))
-    follow = _zones(edges, tables, n, settings, footprint)
-    # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
-    band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
-    for row in range(0, rows, band):
-        some = np.ascontiguousarray(channel[row : row + band])
-        with ONE_AT_A_TIME:
-            part = render_edges(origin[0], origin[1] + row, some, edges, cells, tables, n)
-            follow(origin[0], origin[1] + row, some, part)
-        yield part
-        del part  # or it would stay until the next one is finished
+
+    seconds: float
+    memory_bytes: float
 
 
-def _rings(blur: F64, footprint: Footprint, nearest: float) -> C128:
-    """Return the rings' amplitudes, which hold from ``nearest`` on."""
-    order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
-    nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
-    return airy_rings(blur, nodes, weights, turns=_turns(footprint), nearest=nearest)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """One decision that was made before a rendering, for people to read.
 
-
-def _zones(
-    edges: Edges, tables: Tables, n: Numbers, settings: Settings, footprint: Footprint
-) -> Callable[[float, float, U8, F64], None]:
-    """Return what adds to a band the rings that meet in foci: (x, y of its first photosite, channel, band)."""
-    found = settings.foci
-    if not len(found.radius):
-        return lambda x0, y0, channel, image: None
-    start = np.stack([edges.x, edges.y], axis=1)
-    end = start + edges.length[:, None] * np.stack([edges.tx, edges.ty], axis=1)
-    first, picked = touching(found, start, end)
-    until = (1.0 + 2.0 * ZONE) * float(found.radius.max())  # as far as the far side is from the zone's rim
-    short = n._replace(
-        near=settings.quiet_end, quiet_end=until, reach=settings.quiet_end, quiet_line=max(until, settings.quiet_line)
-    )
-    long = short._replace(reach=settings.quiet_line)
-    far_rings = tables._replace(rings=_rings(tables.blur, footprint, settings.quiet_end))
-
-    zones = np.concatenate([found.centre, ZONE * found.radius[:, None]], axis=1)
-
-    def follow(x0: float, y0: float, channel: U8, image: F64) -> None:
-        add_rings_in_zones(x0, y0, zones, first, picked, channel, image, edges, far_rings, long, short)
-
-    return follow
-
-
-def _turns(footprint: Footprint) -> int:
-    return 4 if footprint.square else 2
-
-
-def directions(tx: F64, ty: F64, wanted: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:
-    """Return each edge's edge response (−1: none) and the distinct normals, the footprint's symmetries folded.
-
-    A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and
-    y exchanged.
+    topic    : what it is about, a word or two
+    decision : what is done, or left out
+    reason   : why
     """
-    folded = np.stack([-ty, tx], axis=1)
-    folded *= np.where((folded[:, :1] < 0.0) | ((folded[:, :1] == 0.0) & (folded[:, 1:] < 0.0)), -1.0, 1.0)
-    if footprint.mirrored:
-        folded = np.abs(folded)
-    if footprint.square:
-        folded = np.sort(folded, axis=1)
-    distinct, index = np.unique(np.round(folded[wanted], 13), axis=0, return_inverse=True)
-    response = np.full(tx.size, -1, np.int64)
-    response[wanted] = index.ravel()
-    return response, distinct / np.hypot(distinct[:, :1], distinct[:, 1:])
+
+    topic: str
+    decision: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Marks:
+    """Where an engine changes its ways: distances from an end and from a line, pitches, and the smallest tile.
+
+    near, quiet : an end is treated in one way within ``near``, in another beyond ``quiet``
+    reach       : likewise of a line
+    leaf, apart : photosites along the smallest tile, and how far from a source one is that is interpolated
+    """
+
+    near: float
+    quiet: float
+    reach: float
+    leaf: int
+    apart: float
+
+    @classmethod
+    def plain(cls, blur: float) -> Marks:
+        """Return the marks of a method without any: as far out as a few of the pattern's lengths."""
+        return cls(near=5.0 * blur, quiet=20.0 * blur, reach=5.0 * blur, leaf=16, apart=16.0)
+
+
+class Plan(Protocol):
+    """A method that is ready to render a job, everything decided.
+
+    job    : what is rendered
+    marks  : where it changes its ways, for the check to look there
+    fewest : how many photosites must be checked whatever it takes
+    """
+
+    @property
+    def job(self) -> Job: ...  # noqa: D102 (above)
+
+    @property
+    def marks(self) -> Marks: ...  # noqa: D102
+
+    @property
+    def fewest(self) -> int: ...  # noqa: D102
+
+    @property
+    def wavelengths(self) -> int:
+        """Number of wavelength nodes."""
+        ...
+
+    @property
+    def cost(self) -> Cost:
+        """What rendering the job once is expected to take, without the check."""
+        ...
+
+    def work(self, images: int) -> Work:
+        """Return the work that ``images`` images of the job's grid take."""
+        ...
+
+    def decisions(self) -> Iterator[Decision]:
+        """Yield the settings that people may want to know."""
+        ...
+
+    def of(self, job: Job) -> Plan:
+        """Return the same method with the same settings, for other edges of the same scene."""
+        ...
+
+    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+        """Yield the image, each photosite in its own channel, from the top down in bands of rows."""
+        ...
+
+    def standard_error(self, rows: I64, cols: I64) -> float | None:
+        """Return what chance has left in the worst of these photosites, None for a method without chance."""
+        ...
+
+
+class Engine(Protocol):
+    """A method by its name."""
+
+    def plan(self, job: Job, samples: int | None = None) -> Plan:
+        """Decide how a job is rendered; raises UnsupportedError, in a sentence, what cannot be."""
+        ...

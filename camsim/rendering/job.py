@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
-import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -14,15 +12,13 @@ from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.check.judge import Judge
+from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
-from camsim.rendering.long_sides import LongSides
 from camsim.rendering.patterns import Pattern, pattern_of
 from camsim.rendering.prune import equal_sides, far_outlines
-from camsim.rendering.quadrature import gauss_legendre
 from camsim.rendering.spectral import Signals, blur_of, fuse
-from camsim.scene import Disc, Scene, arrange
+from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
 
@@ -45,16 +41,13 @@ class LeftOut:
     """Edges of the scene that a job leaves out.
 
     outline_edges : of all shapes, before one covers another
-    start, end, left, right : as in ``Job``: those with equal sides first, then those far outside
+    edges         : those with equal sides first, then those far outside
     equal, far    : how many of each
     bound         : what the far ones together add to any photosite, at the most, relative to full scale
     """
 
     outline_edges: int
-    start: F64
-    end: F64
-    left: I64
-    right: I64
+    edges: Edges
     equal: int
     far: int
     bound: float
@@ -65,9 +58,8 @@ class Job:
     """What is to be rendered, before any engine or setting is chosen.
 
     scene, response, wavelength_nm : as they came in; what follows was made of them
-    start, end   : (n, 2) the edges, pitches
-    left, right  : (n,) spectrum on either side (0: the background);  pair: (n,) index into ``sides``
-    sides        : (pairs, 2) left and right spectrum of every pair
+    edges        : that are to be rendered, pitches
+    sides, pair  : (pairs, 2) left and right spectrum of every pair that meets, (n,) each edge's
     signals      : what each spectrum gives each channel at each wavelength
     base         : (channels,) the background
     left_out     : edges that need not be rendered
@@ -78,12 +70,9 @@ class Job:
     scene: Scene
     response: F64
     wavelength_nm: F64
-    start: F64
-    end: F64
-    left: I64
-    right: I64
-    pair: I64
+    edges: Edges
     sides: I64
+    pair: I64
     signals: Signals
     base: F64
     left_out: LeftOut
@@ -98,6 +87,7 @@ class Job:
     def of(
         cls,
         scene: Scene,
+        arrangement: Arrangement,
         system: OpticalSystem,
         grid: Grid,
         *,
@@ -105,27 +95,26 @@ class Job:
         wavelength_nm: F64,
         tolerance: float,
     ) -> Job:
-        """Resolve a scene; arguments as in ``render_channels``."""
+        """Resolve a scene and its arrangement (``outlines.arranged``); the rest as in ``render_channels``."""
         pattern, footprint, unknown = None, None, ""
         try:
             pattern, footprint = pattern_of(system.lens), Footprint.of(system, grid.pitch_um)
         except UnsupportedError as error:
             unknown = str(error)
         budget = ErrorBudget(tolerance)
-        seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
-        arrangement = _arranged(scene, system, grid, seen_nm, budget)
         signals = Signals.of(arrangement, response, wavelength_nm)
-        start, end = arrangement.start_um / grid.pitch_um, arrangement.end_um / grid.pitch_um
-        real = np.hypot(*(end - start).T) > 0.0  # shorter than rounding in pitches: no edge, and no direction
-        start, end, left, right = start[real], end[real], arrangement.left[real], arrangement.right[real]
-        equal = equal_sides(left, right, signals.density)
+        edges = Edges(
+            start=arrangement.start_um / grid.pitch_um,
+            end=arrangement.end_um / grid.pitch_um,
+            left=arrangement.left,
+            right=arrangement.right,
+        )
+        edges = edges.some(edges.length > 0.0)  # shorter than rounding in pitches: no edge, and no direction
+        equal = equal_sides(edges, signals.density)
         far, bound = np.zeros_like(equal), 0.0
         if pattern is not None and footprint is not None:
             far[~equal], bound = far_outlines(
-                start[~equal],
-                end[~equal],
-                left[~equal],
-                right[~equal],
+                edges.some(~equal),
                 density=signals.density,
                 pattern=pattern,
                 longest=float(blur_of(system, signals.wavelength_nm, grid.pitch_um).max()),
@@ -133,20 +122,16 @@ class Job:
                 grid=grid,
                 allowed=budget.allowed("dropped"),
             )
-        kept, out = ~(equal | far), np.concatenate([np.flatnonzero(equal), np.flatnonzero(far)])
         return cls(
             scene=scene,
             response=response,
             wavelength_nm=wavelength_nm,
-            **_edges(start[kept], end[kept], left[kept], right[kept]),
+            **_paired(edges.some(~(equal | far))),
             signals=signals,
             base=signals.density[0].sum(axis=1),
             left_out=LeftOut(
                 outline_edges=arrangement.outline_edges,
-                start=start[out],
-                end=end[out],
-                left=left[out],
-                right=right[out],
+                edges=edges.some(np.concatenate([np.flatnonzero(equal), np.flatnonzero(far)])),
                 equal=int(np.count_nonzero(equal)),
                 far=int(np.count_nonzero(far)),
                 bound=bound,
@@ -161,42 +146,17 @@ class Job:
 
     def rest(self) -> Job:
         """Return what was left out as a job of its own, on no background."""
-        out = self.left_out
-        return dataclasses.replace(
-            self, **_edges(out.start, out.end, out.left, out.right), base=np.zeros_like(self.base)
-        )
+        return dataclasses.replace(self, **_paired(self.left_out.edges), base=np.zeros_like(self.base))
 
-    def of_edges(
-        self,
-        start: F64,
-        end: F64,
-        left: I64,
-        right: I64,
-        *,
-        wavelength_nm: F64,
-        density: F64,
-        base: F64,
-        tolerance: float,
-    ) -> Job:
+    def of_edges(self, edges: Edges, *, wavelength_nm: F64, density: F64, base: F64, tolerance: float) -> Job:
         """Return other edges with signals of their own behind the same optics, at another tolerance."""
         signals = Signals(wavelength_nm=wavelength_nm, density=density, scale=self.signals.scale)
-        edges = _edges(start, end, left, right)
-        return dataclasses.replace(self, **edges, signals=signals, base=base, tolerance=tolerance)
+        return dataclasses.replace(self, **_paired(edges), signals=signals, base=base, tolerance=tolerance)
 
     @property
     def budget(self) -> ErrorBudget:
         """Shares of the tolerance."""
         return ErrorBudget(self.tolerance)
-
-    @functools.cached_property
-    def judge(self) -> Judge:
-        """What recomputes photosites."""
-        return Judge(self)
-
-    @property
-    def edges(self) -> int:
-        """How many edges there are."""
-        return len(self.start)
 
     @property
     def blur(self) -> F64:
@@ -208,7 +168,7 @@ class Job:
         """Largest distance of a photosite from an edge's end, pitches."""
         first = np.array(self.grid.first_centre)
         last = first + np.array([self.grid.cols - 1, self.grid.rows - 1])
-        points = np.concatenate([self.start, self.end])
+        points = self.edges.points
         gap = np.maximum(np.abs(points - first), np.abs(points - last))
         return float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0))
 
@@ -239,51 +199,13 @@ class Job:
         return difference
 
 
-def _edges(start: F64, end: F64, left: I64, right: I64) -> dict[str, Any]:
-    """Return the edges' fields of a job, pairs of spectra counted."""
-    sides, pair = np.unique(np.stack([left, right], axis=1), axis=0, return_inverse=True)
-    return {"start": start, "end": end, "left": left, "right": right, "sides": sides, "pair": pair.ravel()}
+class _Paired(TypedDict):
+    edges: Edges
+    sides: I64
+    pair: I64
 
 
-def _arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget) -> Arrangement:
-    """Return the scene's edges, its round outlines as polygons."""
-    discs = [shape for shape in scene.shapes if isinstance(shape, Disc)]
-    if not discs or not seen_nm.size:
-        return arrange(scene, max_segment_um=math.inf)
-    shortest_nm, longest_nm = float(seen_nm.min()), float(seen_nm.max())
-    allowed = budget.allowed("outlines")
-    segment_um, wobble_um, cut_um2, line_per_um = _outline_limits(system, shortest_nm, allowed)
-    long = LongSides.of(
-        discs,
-        limits_um=(segment_um, wobble_um, cut_um2),
-        system=system,
-        grid=grid,
-        blur_um=(system.blur_um(shortest_nm), system.blur_um(longest_nm)),
-        line_per_um=line_per_um,
-        budget=budget,
-    )
-    return arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2, longer=long.along)
-
-
-def _outline_limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[float, float, float, float]:
-    """Return the longest side of a curved outline's polygon and its largest wobble, µm, its largest cut, µm², and the
-    peak of the line spread, 1/µm.
-
-    Sides no longer than the inverse of the highest frequency that passes in any direction wobble at frequencies that
-    the lens does not pass. What stays is of second order: half the mean square of the wobble times the slope of the
-    line spread, which is no more than ∫2π|f|·|OTF| df along it. Where another shape cuts the outline, what is left of
-    the last side counts at once: its area times the pattern's peak, which is half that slope.
-    """
-    highest = system.cutoff_per_um(shortest_nm)
-    x, w = gauss_legendre(SLOPE_NODES)
-    f = 0.5 * (1.0 + x) * highest
-    passes = [
-        np.abs(system.point_otf(f * cx, f * cy, shortest_nm)) * w * highest
-        for cx, cy in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
-    ]
-    slope = max(2.0 * math.pi * float(np.sum(f * otf)) for otf in passes)
-    line_per_um = max(float(np.sum(otf)) for otf in passes)
-    return 1.0 / highest, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope, line_per_um
-
-
-SLOPE_NODES = 24  # of a bound: a few per cent of it do not matter
+def _paired(edges: Edges) -> _Paired:
+    """Return the fields of a job that its edges make."""
+    sides, pair = edges.pairs()
+    return {"edges": edges, "sides": sides, "pair": pair}

@@ -34,11 +34,11 @@ forget_stale(Path(__file__).parent, Path(__file__).parent)
 
 def kernels_compiled() -> bool:
     """Whether the kernels lie compiled in Numba's cache (the first use on a machine compiles them, once)."""
-    from camsim.rendering import boundary
+    from camsim.rendering.boundary import tiles
 
-    kernel = boundary.render_edges
+    kernel = tiles.render_edges
     if kernel.signatures:
         return True
-    source = Path(boundary.__file__)
+    source = Path(tiles.__file__)
     compiled = Path(kernel.stats.cache_path or ".").glob(f"{source.stem}.render_edges-*.nbi")
     return any(index.stat().st_mtime >= source.stat().st_mtime for index in compiled)

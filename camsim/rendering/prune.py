@@ -7,23 +7,21 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from camsim.arrays import F64, I64
+from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid
 from camsim.rendering.patterns import Pattern
 
 
-def equal_sides(left: I64, right: I64, density: F64) -> np.ndarray:
+def equal_sides(edges: Edges, density: F64) -> np.ndarray:
     """Return which edges have sides that every channel sees alike at every wavelength: they contribute nothing."""
     _, same = np.unique(density.reshape(len(density), -1), axis=0, return_inverse=True)
     same = same.ravel()
-    equal: np.ndarray = same[left] == same[right]
+    equal: np.ndarray = same[edges.left] == same[edges.right]
     return equal
 
 
 def far_outlines(
-    start: F64,
-    end: F64,
-    left: I64,
-    right: I64,
+    edges: Edges,
     *,
     density: F64,
     pattern: Pattern,
@@ -34,7 +32,7 @@ def far_outlines(
 ) -> tuple[np.ndarray, float]:
     """Return which edges to drop and a bound on what all of them together add to any photosite.
 
-    start, end : (n, 2) pitches;  density: (spectra, channels, j)
+    density    : (spectra, channels, j)
     longest    : the pattern's own length at the longest wavelength;  extent: how far the footprint reaches
 
     Edges that hang together are the outline of something finite: a step of contrast c within an outline of diameter D
@@ -43,13 +41,13 @@ def far_outlines(
     counts, at most half as often as it has edges. The smallest are dropped first, until their sum would pass
     ``allowed``.
     """
-    none = np.zeros(len(start), bool)
+    none = np.zeros(len(edges), bool)
     first = np.array(grid.first_centre)
     last = first + np.array([grid.cols - 1, grid.rows - 1])
-    points = np.concatenate([start, end])
+    points = edges.points
     if (points >= first - extent).all() and (points <= last + extent).all():
         return none, 0.0
-    outline, count = _outlines(start, end)
+    outline, count = _outlines(edges)
     of_point = np.tile(outline, 2)
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     np.minimum.at(low, of_point, points)
@@ -62,7 +60,7 @@ def far_outlines(
     if pattern.signed:
         lost = lost * np.maximum(0.5 * np.bincount(outline, minlength=count), 1.0)
     # A side's contrast to the outside is no more than the sum over the kinds of edges that lie between.
-    kinds = np.unique(np.stack([outline, left, right], axis=1), axis=0)
+    kinds = np.unique(np.stack([outline, edges.left, edges.right], axis=1), axis=0)
     step = np.abs(density[kinds[:, 1]] - density[kinds[:, 2]]).sum(axis=2).max(axis=1)
     contrast = np.bincount(kinds[:, 0], weights=step, minlength=count)
     bound = contrast * angle / (2.0 * np.pi) * lost
@@ -74,11 +72,11 @@ def far_outlines(
     return drop[outline], float(total[dropped.size - 1]) if dropped.size else 0.0
 
 
-def _outlines(start: F64, end: F64) -> tuple[I64, int]:
+def _outlines(edges: Edges) -> tuple[I64, int]:
     """Return the number of the outline that each edge belongs to: edges that share an end belong together."""
-    corners = np.concatenate([start, end]).view(np.complex128).ravel()
+    corners = edges.points.view(np.complex128).ravel()
     points, index = np.unique(corners, return_inverse=True)
-    a, b = index[: len(start)], index[len(start) :]
-    joined = coo_array((np.ones(len(start), np.int8), (a, b)), shape=(points.size, points.size))
+    a, b = index[: len(edges)], index[len(edges) :]
+    joined = coo_array((np.ones(len(edges), np.int8), (a, b)), shape=(points.size, points.size))
     count, label = connected_components(joined, directed=False)
     return label[a].astype(np.int64), int(count)

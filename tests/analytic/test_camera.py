@@ -194,7 +194,7 @@ def test_three_laser_lines_have_the_white_balance_of_a_grey_card() -> None:
 def test_more_frames_share_patterns_and_nothing_else() -> None:
     camera = camera_of(prnu=camsim.Prnu(0.05), dsnu=camsim.Dsnu(20.0), read_noise=camsim.ReadNoise(3.0))
     how: dict[str, Any] = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-3, "seed": 5}
-    frames = list(camera.expose_frames(camsim.Scene(background=0.9), frame_numbers=range(3), **how))
+    frames = list(camsim.Capture(camera=camera, scene=camsim.Scene(background=0.9), **how).frames(3))
     assert [frame.frame_number for frame in frames] == [0, 1, 2]
     alone = camera.expose(camsim.Scene(background=0.9), frame_number=2, **how)
     np.testing.assert_array_equal(alone.mosaic, frames[2].mosaic)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.rendering.crowd import FEWEST, cell_at_points, gather
+from camsim.rendering.boundary.crowd import FEWEST, cell_at_points, gather
+from camsim.rendering.edges import Edges
 from tests.truth.closed_forms import edges_by_quadrature
 
 C1, C3, C5 = 0.2, 0.04, -0.01
@@ -21,6 +22,11 @@ def outlines(rng, count, size):
     return points.reshape(-1, 2), np.roll(points, -1, axis=1).reshape(-1, 2)
 
 
+def of(start, end):
+    nobody = np.zeros(len(start), np.int64)
+    return Edges(start=start, end=end, left=nobody, right=nobody)
+
+
 def moments(spots=SPOTS):
     z = spots[:, 0] + 1j * spots[:, 1]
     harmonic = np.array([np.mean(v) for v in (z**2, z**3 * z.conj(), z**4, z**6)])
@@ -31,7 +37,7 @@ def moments(spots=SPOTS):
 def test_a_cell_sends_what_its_edges_send(nodes, allowed):
     start, end = outlines(np.random.default_rng(5), 200, 12.0)
     far = np.array([1.0, C1, C3, C5])[None, None] / (2 * np.pi)
-    order, cells = gather(start, end, np.zeros(len(start), np.int64), far, nodes)
+    order, cells = gather(of(start, end), np.zeros(len(start), np.int64), far, nodes)
     assert sorted(order) == list(range(len(start)))
     assert cells.x.size > 4
     points = np.array([(20.0, 0.0), (-15.0, 14.0), (3.0, -25.0)])
@@ -45,7 +51,7 @@ def test_of_a_wide_footprint_moments_up_to_the_sixth_count():
     """Of the angle alone, under sides of which no outline is whole: that would be 0 whatever the moments."""
     start, end = (ends[::3] for ends in outlines(np.random.default_rng(5), 200, 6.0))
     far = np.array([1.0, 0.0, 0.0, 0.0])[None, None] / (2 * np.pi)
-    _, cells = gather(start, end, np.zeros(len(start), np.int64), far, 14)
+    _, cells = gather(of(start, end), np.zeros(len(start), np.int64), far, 14)
     points = np.array([(16.0, 0.0), (-12.0, 11.0), (3.0, -16.0)])
     total = np.zeros((1, len(points)))
     spots = 2.0 * SPOTS
@@ -58,7 +64,7 @@ def test_every_edge_is_in_one_cell_and_within_its_box():
     rng = np.random.default_rng(6)
     start = rng.normal(size=(3000, 2)) * 50
     end = start + rng.normal(size=start.shape) * 10 ** rng.uniform(-3, 2, (3000, 1))
-    order, cells = gather(start, end, np.zeros(3000, np.int64), np.ones((1, 1, 4)), 4)
+    order, cells = gather(of(start, end), np.zeros(3000, np.int64), np.ones((1, 1, 4)), 4)
     assert cells.first_edge[-1] == 3000
     own = np.repeat(np.arange(cells.x.size), np.diff(cells.first_edge))
     for points in (start[order], end[order]):
@@ -72,7 +78,7 @@ def test_every_edge_is_in_one_cell_and_within_its_box():
 
 def test_a_handful_of_edges_has_no_cells():
     start, end = outlines(np.random.default_rng(7), (FEWEST - 1) // 4, 12.0)
-    order, cells = gather(start, end, np.zeros(len(start), np.int64), np.ones((1, 1, 4)), 4)
+    order, cells = gather(of(start, end), np.zeros(len(start), np.int64), np.ones((1, 1, 4)), 4)
     assert cells.x.size == 0
     assert list(order) == list(range(len(start)))
 

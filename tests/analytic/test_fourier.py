@@ -11,8 +11,11 @@ from tolerances import ROUNDING
 import camsim
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.rendering import auto, fourier_plan, render_channels
-from camsim.rendering.fourier import fourier_cost, fourier_image
+from camsim.rendering import auto, render_channels
+from camsim.rendering.edges import Edges
+from camsim.rendering.fourier import image as fourier_image
+from camsim.rendering.fourier import plan as fourier_plan
+from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.render import plan_render
 from tests.many_polygons import bayer, random_scene, three_channels
 from tests.truth.lattice import white_with_a_black_polygon
@@ -35,18 +38,26 @@ def polygon_image(
 ):
     """A polygon of one level on another, at a pitch of 1 µm."""
     outline = np.asarray(outline, float)
-    return fourier_image(
+    origin = ((1 - shape[1]) / 2, (1 - shape[0]) / 2) if origin is None else origin
+    return polygon(stages, tolerance, outline, levels, wavelength_nm, **limits).rendered(
+        origin, np.zeros(shape, np.uint8)
+    )
+
+
+def polygon(stages, tolerance, outline, levels=(1.0, 0.0), wavelength_nm=500.0, **limits):
+    edges = Edges(
         start=outline,
         end=np.roll(outline, -1, axis=0),
         left=np.ones(len(outline), np.int64),
         right=np.zeros(len(outline), np.int64),
+    )
+    return FourierImage(
+        edges=edges,
         density=np.array(levels).reshape(2, 1, 1),
         base=np.array(levels[:1]),
         wavelength_nm=np.array([wavelength_nm]),
         system=OpticalSystem.of(stages),
         pitch_um=1.0,
-        origin=((1 - shape[1]) / 2, (1 - shape[0]) / 2) if origin is None else origin,
-        channel=np.zeros(shape, np.uint8),
         tolerance=tolerance,
         **limits,
     )
@@ -280,7 +291,7 @@ def test_tiles_make_the_same_image(monkeypatch):
     lens = [camsim.Gaussian(sigma_um=1.5), SQUARE]
     whole = polygon_image(lens, 1e-9, outline=outline, shape=(200, 900))
     monkeypatch.setattr(fourier_plan, "BLOCK_POINTS", 20_000)
-    monkeypatch.setattr(fourier_plan, "PART", 20_000)
+    monkeypatch.setattr(fourier_image, "PART", 20_000)
     assert fourier_plan.FEWEST_IN_BLOCK <= 20_000
     limit = 1.2e7
     cut = polygon_image(lens, 1e-9, outline=outline, shape=(200, 900), memory_limit_bytes=limit)
@@ -338,7 +349,7 @@ def test_the_choice_says_what_either_engine_takes(monkeypatch):
             response=np.ones((1, 1)),
             wavelength_nm=np.array([550.0]),
             tolerance=1e-4,
-        )[1].why
+        ).why
 
     monkeypatch.setattr(auto, "CHEAP_SECONDS", 0.0)
     seconds, memory = r"[\d.e-]+ s of one core", r"[\d.e-]+ GB of memory"
@@ -354,19 +365,9 @@ def test_too_much_memory_is_refused_with_the_figure():
     message = str(caught.value)
     assert message.startswith("method: fourier would take ")
     assert "GB for this frame and scene, and its limit is 2.0 GB; render a smaller region" in message
-    seconds, memory, _ = fourier_cost(
-        start=OUTLINE * 3000.0,
-        end=np.roll(OUTLINE, -1, axis=0) * 3000.0,
-        density=np.ones((2, 1, 1)),
-        wavelength_nm=np.array([500.0]),
-        system=OpticalSystem.of([AIRY, SQUARE]),
-        pitch_um=1.0,
-        origin=(0.0, 0.0),
-        channel=np.zeros((64, 64), np.uint8),
-        tolerance=1e-9,
-    )
-    assert memory > 2e9
-    assert seconds > 1.0
+    cost, _ = polygon([AIRY, SQUARE], 1e-9, OUTLINE * 3000.0).expected((0.0, 0.0), (64, 64))
+    assert cost.memory_bytes > 2e9
+    assert cost.seconds > 1.0
 
 
 def test_channels_one_by_one_where_memory_is_short(monkeypatch):
@@ -378,25 +379,19 @@ def test_channels_one_by_one_where_memory_is_short(monkeypatch):
     monkeypatch.setattr(fourier_plan, "_tiled", lambda *a: plans.append(planned(*a)) or plans[-1])
 
     def image(limit):
-        monkeypatch.setattr("camsim.rendering.fourier.MEMORY_LIMIT_BYTES", limit)
         edges = camsim.scene.arrange(scene, max_segment_um=1.0)
         density = rng.uniform(size=(len(edges.spectra), 3, 5)) if not densities else densities[0]
         densities.append(density)
-        return fourier_image(
-            start=edges.start_um,
-            end=edges.end_um,
-            left=edges.left,
-            right=edges.right,
+        return FourierImage(
+            edges=Edges(start=edges.start_um, end=edges.end_um, left=edges.left, right=edges.right),
             density=density,
             base=density[0].sum(axis=1),
             wavelength_nm=wavelength_nm,
             system=OpticalSystem.of([camsim.Airy(f_number=4.0), camsim.SquarePhotosite(side_um=1.0)]),
             pitch_um=1.0,
-            origin=(-15.0, -12.0),
-            channel=bayer(24, 30),
             tolerance=1e-8,
             memory_limit_bytes=limit,
-        )
+        ).rendered((-15.0, -12.0), bayer(24, 30))
 
     densities = []
     together = image(2e9)

@@ -9,11 +9,11 @@ import shapely
 from scipy import special
 
 import camsim
+from camsim.rendering.boundary.far import Moments, far_edge, far_moments
+from camsim.rendering.boundary.tables import LONG, _filtered
 from camsim.rendering.check.pattern import table_of
-from camsim.rendering.far import Moments, far_edge, far_moments
 from camsim.rendering.patterns import SEVENTH, pattern_of
 from camsim.rendering.quadrature import gauss_error
-from camsim.rendering.tables import LONG, _filtered
 from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]

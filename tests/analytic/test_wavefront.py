@@ -12,7 +12,8 @@ from camsim.errors import InvalidValueError
 from camsim.optics import Pupil, Wavefront
 from camsim.optics.airy import airy_otf
 from camsim.optics.zernike import orders, zernike
-from camsim.rendering.fourier import fourier_image
+from camsim.rendering.edges import Edges
+from camsim.rendering.fourier.image import FourierImage
 from tests.truth import rays
 
 NM, N = 500.0, 4.0  # λN = 2 µm
@@ -273,20 +274,18 @@ def test_the_engine_makes_the_image_that_the_pattern_makes():
     """A small square through an aberrated lens against the FFT's pattern, summed by hand: orientation and scale."""
     half_um = 1.625  # on the middle between the pattern's samples
     corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half_um
-    image = fourier_image(
-        start=corners,
-        end=np.roll(corners, -1, axis=0),
-        left=np.ones(4, np.int64),
-        right=np.zeros(4, np.int64),
+    outline = Edges(
+        start=corners, end=np.roll(corners, -1, axis=0), left=np.ones(4, np.int64), right=np.zeros(4, np.int64)
+    )
+    image = FourierImage(
+        edges=outline,
         density=np.array([0.0, 1.0]).reshape(2, 1, 1),
         base=np.zeros(1),
         wavelength_nm=np.array([NM]),
         system=camsim.optics.OpticalSystem.of([ABERRATED]),
         pitch_um=1.0,
-        origin=(-10.0, -10.0),
-        channel=np.zeros((21, 21), np.uint8),
         tolerance=1e-8,
-    )
+    ).rendered((-10.0, -10.0), np.zeros((21, 21), np.uint8))
     pattern, step_um = by_fft(ABERRATED)
     place = step_um * (np.arange(pattern.shape[0]) - pattern.shape[0] // 2)
     for row in range(0, 21, 4):

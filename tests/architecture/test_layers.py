@@ -1,9 +1,12 @@
 """The house over its syntax trees: who imports whom, who may know which library, how long a file is."""
 
 import ast
+import graphlib
 import subprocess
 import sys
 from pathlib import Path
+
+import camsim
 
 PACKAGE = Path(__file__).parents[2] / "camsim"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -35,6 +38,7 @@ LAYERS = (
 )
 # The doors upward: the names that users look for are on the camera. The package's own __init__ is all doors.
 EXCEPTIONS = {("camsim.camera", "camsim.capturing"), ("camsim.camera", "camsim.exposing")}
+IMPORTS_BY_NAME = ("camsim",)  # who may import what a string names: the package's own __getattr__
 LIBRARIES = {
     "pydantic": ("camsim.config",),
     "pydantic_core": ("camsim.config",),
@@ -100,6 +104,44 @@ def test_lower_never_imports_upper():
         and (module_of(path), imported) not in EXCEPTIONS
     ]
     assert not wrong
+
+
+def _imported_modules():
+    """Modules of the package and those that each imports, also inside functions and for type checkers alone.
+
+    ``from camsim import Airy`` and ``import camsim`` followed by ``camsim.Airy`` are imports of Airy's own module.
+    """
+    home = {name: module for module, names in camsim._HOME.items() for name in names}
+    modules = {module_of(path): path for path in SOURCES}
+    graph = {}
+    for module, path in modules.items():
+        found = set()
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for imported in imports(path):
+            name = imported.removeprefix("camsim.")
+            found.add(home.get(name, imported))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "camsim":
+                found.add(home.get(node.attr, f"camsim.{node.attr}"))
+            if isinstance(node, ast.ImportFrom):
+                found |= {f"{node.module}.{alias.name}" for alias in node.names}
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("importlib.import_module", "__import__"):
+                assert module in IMPORTS_BY_NAME, f"{module}: {ast.unparse(node)}"
+        graph[module] = (found & set(modules)) - {module, "camsim"}
+    return graph
+
+
+def test_the_import_graph_has_no_cycle():
+    """But for the door: not even through a function, a type checker's block, or ``import camsim``."""
+    graph = {
+        module: {other for other in others if (module, other) not in EXCEPTIONS}
+        for module, others in _imported_modules().items()
+        if module != "camsim"
+    }
+    for package, others in graph.items():  # a package's own __init__ gathers what lies within
+        graph[package] = {other for other in others if not package.startswith(other + ".")}
+    assert len(graph) > 100
+    list(graphlib.TopologicalSorter(graph).static_order())  # raises CycleError with the cycle
 
 
 def test_the_package_itself_loads_nothing():

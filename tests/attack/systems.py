@@ -130,7 +130,7 @@ def channel(system):
 
 def expected_seconds(system, *, tolerance, method):
     """What camsim expects a method to take, one core."""
-    _, choice = plan_render(
+    choice = plan_render(
         scene(system),
         OpticalSystem.of(optics(system)),
         grid(system),
@@ -139,7 +139,7 @@ def expected_seconds(system, *, tolerance, method):
         tolerance=tolerance,
         method=method,
     )
-    return choice.run.cost.seconds
+    return choice.cost.seconds
 
 
 def rendered(system, *, tolerance=None, method=None, every_channel=False):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.rendering.sampled import Rule, _importance
+from camsim.rendering.edges import Edges
+from camsim.rendering.paper.rules import Rule, _importance
 
 FAR = 2e4  # pitches: a square of this side is a half-plane
 LENS = camsim.Airy(f_number=8.0)
@@ -17,7 +18,9 @@ def cut_image(samples, cut, corners, *, origin, shape):
     places, shares = _importance(LENS, LAMBDA_N_PX, samples, cut)
     rule = Rule(places=places, shares=shares, width=1.0, height=1.0)
     contrast = np.full(len(corners), -1.0)
-    return rule.image(corners, np.roll(corners, -1, axis=0), contrast, 1.0, origin=origin, shape=shape)
+    sides = np.ones(len(corners), int)
+    edges = Edges(start=corners, end=np.roll(corners, -1, axis=0), left=sides, right=0 * sides)
+    return rule.image(edges, contrast, 1.0, origin=origin, shape=shape)
 
 
 @pytest.mark.parametrize("cut", [18.0, 55.0])

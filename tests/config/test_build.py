@@ -45,7 +45,7 @@ def test_every_value_of_the_good_files_arrives() -> None:
     assert setup.exposure == Exposure(time_s=0.01, iso=200.0)
     assert setup.region is not None
     assert (setup.region.rows, setup.region.cols, setup.region.origin) == (20, 24, None)
-    assert (setup.tolerance, setup.noise, setup.seed, setup.name) == (1e-3, True, 1, "good")
+    assert (setup.tolerance, setup.noise, setup.seed, setup.scene_name) == (1e-3, True, 1, "good")
 
 
 @pytest.mark.usefixtures("folder")

@@ -84,11 +84,11 @@ def test_frames_are_numbered_from_the_scenes_own() -> None:
     how = {"light": setup.light, "exposure": setup.exposure, "seed": 1, "region": setup.region, "tolerance": 1e-3}
     numbered = [setup.camera.expose(setup.scene, frame_number=n, **how).mosaic for n in (3, 4)]
     assert (numbered[0] != numbered[1]).any()
-    for number, frame in enumerate(setup.expose_frames(2)):
+    for number, frame in enumerate(setup.frames(2)):
         np.testing.assert_array_equal(frame.mosaic, numbered[number])
-    np.testing.assert_array_equal(setup.expose().mosaic, numbered[0])
+    np.testing.assert_array_equal(setup.frame().mosaic, numbered[0])
     rows: list[np.ndarray] = []
-    setup.expose_rows(rows.append)
+    setup.rows(rows.append)
     np.testing.assert_array_equal(np.concatenate(rows), numbered[0])
 
 

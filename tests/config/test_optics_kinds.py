@@ -279,11 +279,11 @@ def test_a_picture_through_every_kind_of_lens(edited: Callable[..., None], text:
     """As bright as through a sharp lens, within the tolerance by its own check, and the same from its record."""
     edited(GOOD_LENS, text)
     changes = ["noise.enabled=false", "render.strict=true"]
-    setup = load("scene.yaml", overrides=changes)
-    frame = setup.expose()
-    sharp = load("good.yaml", overrides=[*changes, f"lens.f_number={frame.f_number}"]).expose()
+    capture = load("scene.yaml", overrides=changes)
+    frame = capture.frame()
+    sharp = load("good.yaml", overrides=[*changes, f"lens.f_number={frame.f_number}"]).frame()
     assert frame.report.error_estimate <= 1e-3
     assert frame.mean_electrons.mean() == pytest.approx(sharp.mean_electrons.mean(), rel=0.05)
     assert np.abs(frame.mean_electrons - sharp.mean_electrons).max() > 1e-3 * sharp.mean_electrons.max()
-    again = dataclasses.replace(setup, camera=setup.camera.replace(lens=kept(setup.camera.lens))).expose()
+    again = dataclasses.replace(capture, camera=capture.camera.replace(lens=kept(capture.camera.lens))).frame()
     np.testing.assert_array_equal(again.mean_electrons, frame.mean_electrons)

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from camsim.capturing import load
-from camsim.config.build import Setup
 from camsim.errors import ConfigError
+from camsim.exposing import Capture
 
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-def with_set(*texts: str, **flags: object) -> Setup:
+def with_set(*texts: str, **flags: object) -> Capture:
     return load("good.yaml", overrides=texts, **flags)  # type: ignore[arg-type]
 
 

@@ -12,10 +12,9 @@ import pytest
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import budget
-from camsim.rendering.by_boundary import RoundLens
-from camsim.rendering.engine import boundary_bands
-from camsim.rendering.job import Job
-from camsim.rendering.plan import _panel_nodes, _step
+from camsim.rendering.boundary.engine import Boundary
+from camsim.rendering.boundary.settings import _panel_nodes, _step
+from camsim.rendering.render import plan_render
 
 PAGES = runpy.run_path(str(Path(__file__).parents[2] / "bench" / "budget_pages.py"))
 TRIANGLE = ((-5.3, -6.1), (7.2, -3.3), (1.1, 6.4))
@@ -41,29 +40,21 @@ class Rendered:
 
     def __init__(self, lens):
         scene = camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=TRIANGLE, reflectance=1.0)])
-        job = Job.of(
+        job = plan_render(
             scene,
             OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=0.0)]),
             camsim.Grid(rows=16, cols=16, pitch_um=1.0),
             response=np.ones((1, 1)),
             wavelength_nm=np.array([550.0]),
             tolerance=1e-9,
-        )
-        self.lens = RoundLens.prepare(job)
-        self.fine = dataclasses.replace(self.lens.settings, field_step=1 / 24, response_step=1 / 40, panel_nodes=14)
+        ).plan.job
+        self.plan = Boundary().plan(job)
+        self.fine = dataclasses.replace(self.plan.settings, field_step=1 / 24, response_step=1 / 40, panel_nodes=14)
         self.reference = self.with_settings()
 
     def with_settings(self, **changed):
-        lens = self.lens
-        bands = boundary_bands(
-            lens.job,
-            pattern=lens.pattern,
-            footprint=lens.footprint,
-            nodes=lens.nodes,
-            settings=dataclasses.replace(self.fine, **changed),
-            channel=np.zeros((16, 16), np.uint8),
-        )
-        return np.concatenate(list(bands))
+        plan = dataclasses.replace(self.plan, settings=dataclasses.replace(self.fine, **changed))
+        return np.concatenate(list(plan.bands(np.zeros((16, 16), np.uint8), lambda done: None)))
 
     def error(self, **changed):
         return float(np.abs(self.with_settings(**changed) - self.reference).max())
@@ -76,7 +67,7 @@ def rendered(request):
 
 @pytest.mark.parametrize("allowed", [1e-8, 1e-6, 1e-4])
 def test_look_ups_keep_what_their_steps_were_chosen_for(rendered, allowed):
-    pattern = rendered.lens.pattern
+    pattern = rendered.plan.pattern
     field = _step(pattern, 8, allowed / (43.066 / math.factorial(8)))
     response = _step(pattern, 6, 0.5 * allowed / (3.5156 / math.factorial(6)))
     assert 1e-3 * allowed < rendered.error(field_step=field) < allowed
@@ -86,6 +77,6 @@ def test_look_ups_keep_what_their_steps_were_chosen_for(rendered, allowed):
 
 @pytest.mark.parametrize("allowed", [1e-7, 1e-5, 1e-3])
 def test_panels_keep_what_their_nodes_were_chosen_for(rendered, allowed):
-    nodes = _panel_nodes(rendered.lens.pattern, allowed)
+    nodes = _panel_nodes(rendered.plan.pattern, allowed)
     assert rendered.error(panel_nodes=nodes) < 0.5 * allowed
     assert rendered.error(panel_nodes=nodes - 1) > rendered.error(panel_nodes=nodes)

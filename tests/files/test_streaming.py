@@ -8,7 +8,7 @@ import pytest
 import camsim
 from camsim.errors import InvalidValueError
 from camsim.files import save, writing_rows
-from camsim.rendering import engine
+from camsim.rendering.boundary import image as boundary_image
 
 SCENE = camsim.Scene(
     background=0.9,
@@ -25,7 +25,7 @@ HOW = {
 
 @pytest.fixture(autouse=True)
 def small_bands(monkeypatch):
-    monkeypatch.setattr(engine, "BAND_PHOTOSITES", 1000)
+    monkeypatch.setattr(boundary_image, "BAND_PHOTOSITES", 1000)
 
 
 def everything(camera):
@@ -54,7 +54,7 @@ def test_the_rows_are_those_of_the_frame(kind):
     scene = camsim.Scene(background=0.5) if kind == "flat" else SCENE
     whole = camera.expose(scene, **how)
     rows = []
-    frame = camera.expose_rows(scene, take=rows.append, **how)
+    frame = camsim.Capture(camera=camera, scene=scene, **how).rows(rows.append)
     np.testing.assert_array_equal(np.concatenate(rows), whole.mosaic)
     assert len(rows) == {"blooming": 1, "flat": 2}.get(kind, 5)
     assert frame.shape == whole.shape == (301, 60)
@@ -68,7 +68,7 @@ def test_the_rows_are_those_of_the_frame(kind):
 def test_the_truth_does_not_come_row_by_row():
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
     with pytest.raises(InvalidValueError, match="products: truth; row by row there are mosaic and spectral"):
-        camera.expose_rows(SCENE, take=print, products=("truth",), **HOW)
+        camsim.Capture(camera=camera, scene=SCENE, **HOW).rows(print, products=("truth",))
 
 
 @pytest.mark.parametrize("compress", [False, True])
@@ -77,7 +77,7 @@ def test_a_file_written_row_by_row_has_the_same_bytes(tmp_path, sensor, compress
     camera = camsim.Camera.from_yaml(sensor, lens=camsim.Airy(f_number=8.0))
     save(camera.expose(SCENE, **HOW), tmp_path / "whole.dng", compress=compress)
     with writing_rows(tmp_path / "rows.dng", camera=camera, region=HOW["region"], compress=compress) as writer:
-        writer.finish(camera.expose_rows(SCENE, take=writer.take, **HOW))
+        writer.finish(camsim.Capture(camera=camera, scene=SCENE, **HOW).rows(writer.take))
     assert (tmp_path / "rows.dng").read_bytes() == (tmp_path / "whole.dng").read_bytes()
 
 

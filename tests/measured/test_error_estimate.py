@@ -11,18 +11,13 @@ from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_o
 
 import camsim
 from camsim.optics import OpticalSystem
-from camsim.rendering import (
-    by_boundary,
-    engine,
-    footprint,
-    fourier,
-    fourier_lens,
-    fourier_scene,
-    job,
-    patterns,
-    plan,
-    tables,
-)
+from camsim.rendering import footprint, job, outlines, patterns, quiet
+from camsim.rendering.boundary import engine as boundary_engine
+from camsim.rendering.boundary import image as boundary_image
+from camsim.rendering.boundary import settings, tables
+from camsim.rendering.fourier import image as fourier_image
+from camsim.rendering.fourier import lens as fourier_lens
+from camsim.rendering.fourier import regions as fourier_regions
 from camsim.rendering.render import render_channels
 from camsim.scene import shapes
 
@@ -203,14 +198,14 @@ def of_numbers(**changed):
     return returning(lambda n: n._replace(**{name: change(getattr(n, name)) for name, change in changed.items()}))
 
 
-def third(value):
-    return 0.3 * value
+def third(place):
+    return tuple(0.3 * along for along in place)
 
 
 CORRUPTIONS = {
     # geometry
-    "an edge is lost": (job, "arrange", returning(edge_lost), {}),
-    "the scene is a ten-thousandth too large": (job, "arrange", returning(moved), {}),
+    "an edge is lost": (outlines, "arrange", returning(edge_lost), {}),
+    "the scene is a ten-thousandth too large": (outlines, "arrange", returning(moved), {}),
     "discs have 64 sides": (
         shapes.Disc,
         "outline_um",
@@ -230,16 +225,16 @@ CORRUPTIONS = {
         {"scene": "disc"},
     ),
     # painter's order
-    "the painter works backwards": (job, "arrange", seen_by_reversed_painter, {"scene": "overlap"}),
-    "no shape hides another": (job, "arrange", uncut, {"scene": "overlap"}),
+    "the painter works backwards": (outlines, "arrange", seen_by_reversed_painter, {"scene": "overlap"}),
+    "no shape hides another": (outlines, "arrange", uncut, {"scene": "overlap"}),
     "a shared edge has one colour": (
-        job,
+        outlines,
         "arrange",
         returning(lambda found: dataclasses.replace(found, right=np.zeros_like(found.right))),
         {"scene": "shared"},
     ),
     "left is right": (
-        job,
+        outlines,
         "arrange",
         returning(lambda found: dataclasses.replace(found, left=found.right, right=found.left)),
         {"scene": "shared"},
@@ -248,7 +243,7 @@ CORRUPTIONS = {
     "edges of little contrast are dropped": (
         job,
         "equal_sides",
-        lambda f: lambda left, right, density: np.abs(density[left] - density[right]).sum(axis=(1, 2)) < 0.5,
+        lambda f: lambda e, density: np.abs(density[e.left] - density[e.right]).sum(axis=(1, 2)) < 0.5,
         {"scene": "overlap"},
     ),
     "what is near is dropped as far": (
@@ -275,19 +270,19 @@ CORRUPTIONS = {
     "the lens's length 1 % too long": (job, "blur_of", lambda f: scaled(f, 1.01), {}),
     "the lens's length 1 % too long, in colour": (job, "blur_of", lambda f: scaled(f, 1.01), {"colour": True}),
     # tables
-    "a field too strong": (engine, "field_tables", lambda f: scaled(f, 1.001), {}),
-    "a field too weak": (engine, "field_tables", lambda f: scaled(f, 0.999), {"optics": WIDE}),
-    "an edge response too strong": (engine, "edge_responses", lambda f: scaled(f, 1.001), {"optics": WIDE}),
+    "a field too strong": (boundary_image, "field_tables", lambda f: scaled(f, 1.001), {}),
+    "a field too weak": (boundary_image, "field_tables", lambda f: scaled(f, 0.999), {"optics": WIDE}),
+    "an edge response too strong": (boundary_image, "edge_responses", lambda f: scaled(f, 1.001), {"optics": WIDE}),
     "responses across the wrong normal": (
-        engine,
+        boundary_image,
         "edge_responses",
         lambda f: lambda *a, **k: f(*a[:5], a[5][:, ::-1], **k),
         {"optics": TURNED},
     ),
     "the potential's slope": (tables, "potential", lambda f: scaled(f, 1.001), {}),
-    "far moments": (engine, "far_moments", lambda f: scaled(f, 1.001), {}),
+    "far moments": (boundary_image, "far_moments", lambda f: scaled(f, 1.001), {}),
     "c1 in the far form": (
-        engine,
+        boundary_image,
         "far_moments",
         lambda f: scaled(f, np.array([1.0, 1.05, 1.0, 1.0])),
         {"optics": WIDE},
@@ -303,45 +298,45 @@ CORRUPTIONS = {
     ),
     "the pattern's energy": (patterns, "AIRY", pattern(energy=lambda f: lambda rho: f(1.01 * rho)), {}),
     "the pattern's transfer": (patterns, "AIRY", pattern(otf=lambda f: lambda u: f(1.01 * u)), {"optics": WIDE}),
-    "quiet too soon": (plan, "quiet_distance", lambda f: scaled(f, 0.2), {"optics": SHARP}),
-    "moments end too soon": (plan, "_moment_distance", lambda f: scaled(f, 0.3), {"optics": WIDE}),
+    "quiet too soon": (quiet.Waves, "quiet_distance", lambda f: scaled(f, 0.2), {"optics": SHARP}),
+    "moments end too soon": (settings, "_moment_distance", lambda f: scaled(f, 0.3), {"optics": WIDE}),
     "rings in the centre of a disc are left out": (
-        by_boundary,
+        boundary_engine,
         "plan_boundary",
-        returning(lambda s: dataclasses.replace(s, foci=plan.NO_FOCI)),
+        returning(lambda s: dataclasses.replace(s, foci=settings.NO_FOCI)),
         {"scene": "disc", "optics": SHARP, "over": 1.0},
     ),
     # kernels, through what they are given
     "careless radii": (
-        by_boundary,
+        boundary_engine,
         "plan_boundary",
         fields(near=0.3, reach=0.3, quiet_end=0.3, quiet_line=0.3),
         {"optics": WIDE},
     ),
-    "a coarse field": (by_boundary, "plan_boundary", fields(field_step=8.0), {"optics": WIDE}),
-    "a coarse response": (by_boundary, "plan_boundary", fields(response_step=8.0), {"optics": WIDE}),
-    "long panels": (by_boundary, "plan_boundary", fields(panel=5.0), {"optics": WIDE}),
+    "a coarse field": (boundary_engine, "plan_boundary", fields(field_step=8.0), {"optics": WIDE}),
+    "a coarse response": (boundary_engine, "plan_boundary", fields(response_step=8.0), {"optics": WIDE}),
+    "long panels": (boundary_engine, "plan_boundary", fields(panel=5.0), {"optics": WIDE}),
     "few nodes on a tile": (
-        by_boundary,
+        boundary_engine,
         "plan_boundary",
         returning(lambda s: dataclasses.replace(s, tile_nodes=3)),
         {"rows": 100, "cols": 100},
     ),
-    "quadrature weights": (engine, "numbers", of_numbers(gauss_w=lambda w: 1.001 * w), {}),
+    "quadrature weights": (boundary_image, "numbers", of_numbers(gauss_w=lambda w: 1.001 * w), {}),
     "moments of a crowd's cells": (
-        engine,
+        boundary_image,
         "numbers",
         of_numbers(harmonic=lambda h: 3.0 * h),
         {"scene": "crowd", "rows": 64, "cols": 64, "optics": TURNED},
     ),
     "tiles interpolated from the wrong side": (
-        engine,
+        boundary_image,
         "numbers",
         of_numbers(to_photosites=lambda m: np.ascontiguousarray(m[:, :, ::-1])),
         {"rows": 100, "cols": 100},
     ),
     "cells of a crowd": (
-        engine,
+        boundary_image,
         "gather",
         returning(lambda f: (f[0], f[1]._replace(strength=1.01 * f[1].strength))),
         {"scene": "crowd", "rows": 64, "cols": 64, "optics": SHARP},
@@ -361,21 +356,21 @@ CORRUPTIONS = {
     "a photosite lying on its side": (footprint.Footprint, "of", swapped, {"optics": TURNED}),
     # the Fourier engine
     "a transfer too strong": (
-        fourier,
+        fourier_image,
         "round_curves",
-        returning(lambda c: (1.001 * c[0], c[1])),
+        returning(lambda c: c._replace(cells=1.001 * c.cells)),
         {"method": "fourier"},
     ),
     "a footprint's transfer": (
-        fourier,
+        fourier_image,
         "footprint_transfer",
         returning(lambda f: f._replace(across=f.across**3)),
         {"method": "fourier"},
     ),
     "a scene cut too near": (
-        fourier,
+        fourier_image,
         "clamped",
-        lambda f: lambda a, b, low, high: f(a, b, third(low), third(high)),
+        lambda f: lambda edges, low, high: f(edges, third(low), third(high)),
         {"method": "fourier"},
     ),
     "a taper of half the width": (
@@ -385,7 +380,7 @@ CORRUPTIONS = {
         {"method": "fourier"},
     ),
     "nodes along edges": (
-        fourier_scene,
+        fourier_regions,
         "gauss_nodes",
         returning(lambda n: (n[0], 1.001 * n[1], n[2])),
         {"method": "fourier", "scene": "crowd"},

@@ -24,15 +24,15 @@ def codes_of(
     saturation_e = camera.adc.saturation_e(camera.adc.base_iso, camera.well_as_read_e(camera.adc.base_iso))
     one = camsim.Light(line_nm=550.0, irradiance_w_per_m2=1.0, at="sensor")
     watts = saturation_e / camera.diffuser_electrons(one, TIME_S).max()
-    frames = camera.expose_frames(
-        camsim.Scene(background=1.0 if level else 0.0),
-        frame_numbers=range(count),
+    flat = camsim.Capture(
+        camera=camera,
+        scene=camsim.Scene(background=1.0 if level else 0.0),
         light=camsim.Light(line_nm=550.0, irradiance_w_per_m2=watts * (level or 1.0), at="sensor"),
         exposure=camsim.Exposure(time_s=time_s, iso=camera.adc.base_iso),
         seed=seed,
         tolerance=1e-2,
     )
-    return [frame.mosaic for frame in frames]
+    return [frame.mosaic for frame in flat.frames(count)]
 
 
 def measured(camera: camsim.Camera) -> Any:

@@ -8,11 +8,11 @@ from examples import OPTICS, PICTURE, TOLERANCE, WAVELENGTH_NM, grid_of, scene_o
 
 import camsim
 from camsim.errors import AccuracyError
-from camsim.rendering import by_boundary
+from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.check.judge import WINDOW
-from camsim.rendering.check.places import Marks, _tile_corner, windows
+from camsim.rendering.check.places import _tile_corner, windows
 from camsim.rendering.check.scenery import outlines_of
-from camsim.rendering.run import hardest
+from camsim.rendering.engine import Marks
 
 
 def rendered(method, *, optics=OPTICS["f/8"], tolerance=TOLERANCE, strict=False, samples=None, **window):
@@ -96,7 +96,7 @@ def test_strict_looks_at_every_plane_that_is_asked_for(monkeypatch, every_channe
 
 def corrupt(monkeypatch, by, where):
     """Raise one of the photosites that are checked, in images of which ``where`` says so of the channels."""
-    run = by_boundary.BoundaryRun
+    run = boundary_engine.BoundaryPlan
     true_bands = run.bands
     row, col = (int(i[0]) for i in camsim_hardest())
 
@@ -114,7 +114,7 @@ def camsim_hardest():
     from camsim.optics import OpticalSystem
     from camsim.rendering.render import plan_render
 
-    job, choice = plan_render(
+    choice = plan_render(
         scene_of(PICTURE),
         OpticalSystem.of(OPTICS["f/8"]),
         grid_of(24, 24, origin=(100, 50), frame=(224, 124)),
@@ -123,16 +123,16 @@ def camsim_hardest():
         tolerance=TOLERANCE,
         method="boundary",
     )
-    return hardest(job, choice.run)
+    return choice.judge.hardest(choice.plan)
 
 
 def test_a_capture_warns_or_fails(monkeypatch):
-    plan = by_boundary.plan_boundary
+    plan = boundary_engine.plan_boundary
 
     def careless(*args, **kwargs):
         return dataclasses.replace(plan(*args, **kwargs), field_step=1.5, panel=4.0)
 
-    monkeypatch.setattr(by_boundary, "plan_boundary", careless)
+    monkeypatch.setattr(boundary_engine, "plan_boundary", careless)
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
     pitch = camera.pitch_um
     scene = camsim.Scene(
@@ -174,20 +174,20 @@ class Coma:
 
 def test_fourier_judges_itself_where_nothing_else_can(monkeypatch):
     """A lens that is not round: windows of its own, by other periods, tapers and bands; a corrupted image is seen."""
-    from camsim.rendering import by_fourier
+    from camsim.rendering.fourier.image import FourierImage
 
     optics = [Coma(), camsim.SquarePhotosite(side_um=4.0)]
     honest = rendered("auto", optics=optics, tolerance=1e-8)
     assert honest.method == "fourier"
     assert honest.error_estimate <= 1e-8
     assert honest.checked_photosites == 2 * WINDOW**2
-    true_image = by_fourier.fourier_image
+    true_image = FourierImage.rendered
 
-    def corrupted(**job):
-        image = true_image(**job)
-        return image * (1.0 + 1e-5) if job["channel"].shape == (24, 24) else image
+    def corrupted(self, origin, channel, *progress):
+        image = true_image(self, origin, channel, *progress)
+        return image * (1.0 + 1e-5) if channel.shape == (24, 24) else image
 
-    monkeypatch.setattr(by_fourier, "fourier_image", corrupted)
+    monkeypatch.setattr(FourierImage, "rendered", corrupted)
     assert rendered("auto", optics=optics, tolerance=1e-8).error_estimate > 1e-6
 
 

@@ -11,6 +11,7 @@ import camsim
 from camsim.exposing import Capture
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
+from camsim.rendering.edges import Edges
 from camsim.rendering.patterns import pattern_of
 from camsim.rendering.prune import far_outlines
 
@@ -174,10 +175,7 @@ def test_the_bound_is_one(rng):
         light = (image - 0.3) / 0.7
         following = np.roll(square, -1, axis=0)
         dropped, bound = far_outlines(
-            square,
-            following,
-            np.ones(4, np.int64),
-            np.zeros(4, np.int64),
+            Edges(start=square, end=following, left=np.ones(4, np.int64), right=np.zeros(4, np.int64)),
             density=np.array([[[0.0]], [[1.0]]]),
             pattern=pattern_of(camsim.Airy(f_number=8.0)),
             longest=1.0,

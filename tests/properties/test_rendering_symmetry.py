@@ -21,7 +21,7 @@ from examples import (
 from tolerances import METHOD, ROUNDING
 
 import camsim
-from camsim.rendering import engine
+from camsim.rendering.boundary import image as boundary_image
 from tests.truth import rays
 
 MOVES = {
@@ -92,7 +92,7 @@ def test_a_large_frame_is_made_of_the_numbers_of_small_ones(monkeypatch, shape, 
     """A large frame begins with larger tiles, which hand down to smaller ones what is far from all of their places."""
 
     def image(most_tiles):
-        monkeypatch.setattr(engine, "MOST_TILES", most_tiles)
+        monkeypatch.setattr(boundary_image, "MOST_TILES", most_tiles)
         return camsim.render(
             camsim.Scene(background=0.0, shapes=[far_off, camsim.Disc(radius_um=3 * PITCH_UM, reflectance=0.5)]),
             [camsim.Airy(f_number=2.0), camsim.SquarePhotosite(side_um=PITCH_UM)],

@@ -4,24 +4,53 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.rendering.check.places import Marks, hardest_photosites, how_many, windows
+from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.round_lens import RoundLens
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities
-from camsim.rendering.fourier import FINEST
-
-if TYPE_CHECKING:
-    from camsim.rendering.job import Job
+from camsim.rendering.edges import Edges
+from camsim.rendering.engine import Plan
+from camsim.rendering.job import Job
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 WINDOWS_SHARE = 0.5  # of an image's time, for the windows of the check
 GROWTH = 1.3  # of a part's sides from its ends on
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """The worst of the photosites that were checked.
+
+    error          : |image − reference| there, relative to the channel's full scale
+    row, col       : where
+    photosites     : how many were checked
+    standard_error : see ``Plan.standard_error``
+    """
+
+    error: float
+    row: int
+    col: int
+    photosites: int
+    standard_error: float | None = None
+
+
+class Windows(Protocol):
+    """An engine that renders windows of a job; the finest tolerance that it keeps."""
+
+    @property
+    def finest(self) -> float: ...  # noqa: D102 (above)
+
+    def windows(self, job: Job) -> Callable[[tuple[float, float], U8], F64]:
+        """Return what renders windows: by the first photosite's centre, pitches, and the channels."""
+        ...
 
 
 class Judge:
@@ -33,8 +62,9 @@ class Judge:
     the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for.
     """
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: Job, transforms: Windows) -> None:
         self.job = job
+        self.transforms = transforms
 
     @functools.cached_property
     def seen(self) -> tuple[Pieces, F64, F64]:
@@ -74,31 +104,44 @@ class Judge:
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
         )
 
-    def photosites(self, render_seconds: float, marks: Marks, fewest: int) -> tuple[I64, I64]:
+    def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at: a tenth of the rendering's time's worth, at least."""
         pieces, grid = self.seen[0], self.job.grid
         if not len(pieces.left):
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
         if self.integrates:
-            return hardest_photosites(
-                pieces.outlines,
-                grid,
-                marks,
-                count=self.count(render_seconds, fewest),
-            )
+            return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
         return windows(pieces.outlines, grid, WINDOW)
 
-    def count(self, render_seconds: float, fewest: int) -> int:
+    def count(self, plan: Plan) -> int:
         """Return how many photosites are looked at."""
-        grid = self.job.grid
-        each = self.lens.seconds_each
-        return how_many(grid.rows * grid.cols, render_seconds=render_seconds, check_seconds=each, fewest=fewest)
+        grid, each = self.job.grid, self.lens.seconds_each
+        return how_many(grid.rows * grid.cols, render_seconds=plan.cost.seconds, check_seconds=each, fewest=plan.fewest)
 
-    def seconds(self, render_seconds: float, fewest: int) -> float:
+    def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""
+        if not len(self.seen[0].left):
+            return 0.0
         if self.integrates:
-            return self.count(render_seconds, fewest) * self.lens.seconds_each
-        return WINDOWS_SHARE * render_seconds
+            return self.count(plan) * self.lens.seconds_each
+        return WINDOWS_SHARE * plan.cost.seconds
+
+    def compare(self, plan: Plan, values: F64, rows: I64, cols: I64, sets: U8) -> Found:
+        """Compare an image's values at photosites, each in its channel of ``sets``, with what they should be."""
+        difference = np.abs(values - self.values(rows, cols, sets))
+        worst = int(np.argmax(difference))
+        return Found(
+            error=float(difference[worst]),
+            row=int(rows[worst]),
+            col=int(cols[worst]),
+            photosites=rows.size,
+            standard_error=plan.standard_error(rows, cols),
+        )
+
+    def check(self, plan: Plan, image: F64, channel: U8) -> Found:
+        """Compare an image at its hardest photosites."""
+        rows, cols = self.hardest(plan)
+        return self.compare(plan, image[rows, cols], rows, cols, channel[rows, cols])
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again, each in its channel of ``sets``."""
@@ -113,16 +156,17 @@ class Judge:
         return base + self.lens.values(points, sets.astype(np.int64))
 
     def _in_windows(self, rows: I64, cols: I64, sets: U8) -> F64:
-        from camsim.rendering.by_fourier import FourierRun  # an engine, which knows the judge
-
         job, (pieces, wavelength_nm, density) = self.job, self.seen
-        finer = max(job.budget.of_check.tolerance, FINEST)
+        allowed = job.budget.of_check.tolerance
         highest = max(job.system.cutoff_per_um(float(w)) for w in wavelength_nm) * job.grid.pitch_um
-        start, end, left, right = _polygons(pieces, 1.0 / highest, job.budget.of_check.tolerance)
         mine = job.of_edges(
-            start, end, left, right, wavelength_nm=wavelength_nm, density=density, base=self.base, tolerance=finer
+            _polygons(pieces, 1.0 / highest, allowed),
+            wavelength_nm=wavelength_nm,
+            density=density,
+            base=self.base,
+            tolerance=max(allowed, self.transforms.finest),
         )
-        run = FourierRun.prepare(mine, None)
+        render = self.transforms.windows(mine)
         x0, y0 = job.grid.first_centre
         values = np.empty(rows.size)
         size = min(WINDOW, job.grid.rows) * min(WINDOW, job.grid.cols)
@@ -131,12 +175,12 @@ class Judge:
             row, col = int(rows[part].min()), int(cols[part].min())
             shape = (int(rows[part].max()) - row + 1, int(cols[part].max()) - col + 1)
             channel = np.pad(sets[part].reshape(shape), RIM, mode="edge")
-            window = run.image((x0 + col - RIM, y0 + row - RIM), channel, lambda done: None)
+            window = render((x0 + col - RIM, y0 + row - RIM), channel)
             values[part] = window[RIM:-RIM, RIM:-RIM].ravel()
         return values
 
 
-def _polygons(pieces: Pieces, longest: float, allowed: float) -> tuple[F64, F64, I64, I64]:
+def _polygons(pieces: Pieces, longest: float, allowed: float) -> Edges:
     """Return the pieces as straight edges: round ones as sides of the same area each, shorter than waves that pass.
 
     What stays of a circle's wobble is of second order: half its mean square, (s²/8R)²·4/45, times the slope of the line
@@ -166,7 +210,9 @@ def _polygons(pieces: Pieces, longest: float, allowed: float) -> tuple[F64, F64,
         ends.append(corners[1:])
         owners.append(np.full(turns.size, e))
     owner = np.concatenate(owners)
-    return np.concatenate(starts), np.concatenate(ends), pieces.left[owner], pieces.right[owner]
+    return Edges(
+        start=np.concatenate(starts), end=np.concatenate(ends), left=pieces.left[owner], right=pieces.right[owner]
+    )
 
 
 def _from_ends(half: float, radius: float, side: float, longest: float, allowed: float) -> F64:

@@ -3,37 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.rendering.check.scenery import Outlines
+from camsim.rendering.engine import Marks
 from camsim.rendering.grid import Grid
 
-FEWEST, MOST = 8, 256
+MOST = 256
 MOST_PARTS = 256  # looked at for a hard tile; more are thinned out
 SHARE_OF_TIME = 0.1
 GOLDEN = 0.6180339887498949
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Marks:
-    """Where an engine changes its ways: distances from an end and from a line, pitches, and the smallest tile.
-
-    near, quiet : an end is treated in one way within ``near``, in another beyond ``quiet``
-    reach       : likewise of a line
-    leaf, apart : photosites along the smallest tile, and how far from a source one is that is interpolated
-    """
-
-    near: float
-    quiet: float
-    reach: float
-    leaf: int
-    apart: float
-
-
-def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int = FEWEST) -> int:
+def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int) -> int:
     """Return how many photosites are checked; seconds are those expected of the rendering, and of one check."""
     return min(photosites, MOST, max(fewest, int(SHARE_OF_TIME * render_seconds / check_seconds)))
 

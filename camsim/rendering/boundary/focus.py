@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid
 
 NEARLY_PARALLEL = 1e-11  # sine of the angle between two edges that touch no circle together
@@ -37,16 +38,16 @@ class Foci(NamedTuple):
 NO_FOCI = Foci(np.empty((0, 2)), np.empty(0), np.empty(0))
 
 
-def foci(start: F64, end: F64, *, blur: float, grid: Grid, nearest: float) -> Foci:
+def foci(edges: Edges, *, blur: float, grid: Grid, nearest: float) -> Foci:
     """Return the circles of radius ``nearest`` or more that edges touch and whose centre the grid sees.
 
-    start, end : (n, 2) pitches, in chains;  blur: the pattern's shortest length, pitches
+    edges : in chains;  blur: the pattern's shortest length, pitches
 
     Every three edges in a row touch one circle: n·c − ρ = n·a for their normals n and ends a. Of a round outline each
     of them brings it up again.
     """
-    first, middle, last = threes(start, end)
-    normal, _ = _normals(start, end)
+    first, middle, last = threes(edges)
+    start, normal = edges.start, _normals(edges)[0]
     turns = [
         np.abs(normal[a, 0] * normal[b, 1] - normal[a, 1] * normal[b, 0]) for a, b in ((first, middle), (middle, last))
     ]
@@ -60,8 +61,8 @@ def foci(start: F64, end: F64, *, blur: float, grid: Grid, nearest: float) -> Fo
     centre, radius = circle[:, :2] + origin[regular], np.abs(circle[:, 2])
     seen = (radius >= nearest) & (_outside(centre, grid) <= ZONE * radius)
     # Along a smooth outline the circles change slowly: of many so-many-th ones do.
-    some = np.flatnonzero(seen)[:: max(1, math.ceil(np.count_nonzero(seen) * len(start) / MOST_PAIRS))]
-    return Foci(centre[some], radius[some], _shares(centre[some], radius[some], start, end, blur))
+    some = np.flatnonzero(seen)[:: max(1, math.ceil(np.count_nonzero(seen) * len(edges) / MOST_PAIRS))]
+    return Foci(centre[some], radius[some], _shares(centre[some], radius[some], edges, blur))
 
 
 def distinct(found: Foci) -> Foci:
@@ -77,35 +78,34 @@ def distinct(found: Foci) -> Foci:
     return found.some(np.array(kept, np.int64))
 
 
-def touching(found: Foci, start: F64, end: F64) -> tuple[I64, I64]:
+def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
     """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, some of several."""
-    normal, length = _normals(start, end)
-    along = (end - start) / length[:, None]
-    edges, first = [], [0]
+    start, (normal, length) = edges.start, _normals(edges)
+    along = (edges.end - start) / length[:, None]
+    picked, first = [], [0]
     for centre, radius in zip(found.centre, found.radius, strict=True):
         gap = np.sum(normal * (centre - start), axis=1)
         foot = np.sum(along * (centre - start), axis=1)
         beside = np.maximum(-foot, foot - length) <= 2.0 * SAME * radius
-        edges.append(np.flatnonzero(beside & (np.abs(np.abs(gap) - radius) <= 2.0 * SAME * radius)))
-        first.append(first[-1] + edges[-1].size)
-    return np.array(first), np.concatenate([*edges, np.empty(0, np.int64)])
+        picked.append(np.flatnonzero(beside & (np.abs(np.abs(gap) - radius) <= 2.0 * SAME * radius)))
+        first.append(first[-1] + picked[-1].size)
+    return np.array(first), np.concatenate([*picked, np.empty(0, np.int64)])
 
 
-def _normals(start: F64, end: F64) -> tuple[F64, F64]:
+def _normals(edges: Edges) -> tuple[F64, F64]:
     """Return unit normals (n, 2) and lengths (n,)."""
-    along = end - start
-    length = np.hypot(along[:, 0], along[:, 1])
+    along, length = edges.end - edges.start, edges.length
     return np.stack([-along[:, 1], along[:, 0]], axis=1) / length[:, None], length
 
 
-def threes(start: F64, end: F64) -> tuple[I64, I64, I64]:
+def threes(edges: Edges) -> tuple[I64, I64, I64]:
     """Return edges (n,) that follow one another, by threes."""
-    points, index = np.unique(np.concatenate([start, end]), axis=0, return_inverse=True)
+    points, index = np.unique(edges.points, axis=0, return_inverse=True)
     index = index.ravel()
-    begins, ends = index[: len(start)], index[len(start) :]
+    begins, ends = index[: len(edges)], index[len(edges) :]
     leaves = np.full(len(points), -1)
     arrives = np.full(len(points), -1)
-    leaves[begins], arrives[ends] = np.arange(len(start)), np.arange(len(start))
+    leaves[begins], arrives[ends] = np.arange(len(edges)), np.arange(len(edges))
     before, after = arrives[begins], leaves[ends]
     middle = np.flatnonzero((before >= 0) & (after >= 0))
     return before[middle], middle, after[middle]
@@ -120,10 +120,10 @@ def _outside(points: F64, grid: Grid) -> F64:
     return distance
 
 
-def _shares(centre: F64, radius: F64, start: F64, end: F64, blur: float) -> F64:
+def _shares(centre: F64, radius: F64, edges: Edges, blur: float) -> F64:
     """Return the share of a turn that those edges fill which are a radius from a centre, but for a quarter wave."""
-    _, length = _normals(start, end)
-    along = (end - start) / length[:, None]
+    start, length = edges.start, edges.length
+    along = (edges.end - start) / length[:, None]
     shares = np.empty_like(radius)
     for i, (c, r) in enumerate(zip(centre, radius, strict=True)):
         foot = np.clip(np.sum(along * (c - start), axis=1), 0.0, length)

@@ -21,6 +21,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
+from camsim.rendering.edges import Edges
 from camsim.rendering.quadrature import chebyshev, gauss_legendre
 
 FEWEST = 32  # edges of a cell: fewer are quicker one by one than its nodes
@@ -40,15 +41,15 @@ class Cells(NamedTuple):
     strength: F64  # (cells, channels, 4, 2, q, q): by moment of the far form, real and imaginary part; [y, x]
 
 
-def gather(start: F64, end: F64, pair: I64, far: F64, nodes: int) -> tuple[I64, Cells]:
+def gather(edges: Edges, pair: I64, far: F64, nodes: int) -> tuple[I64, Cells]:
     """Sort edges into cells and give the cells their strengths.
 
-    start, end : (n, 2); pair: (n,) index into far (pairs, channels, 4), the moments of the far form
-    nodes      : along a cell's side
-    returns    : an order (n,) of the edges that puts each cell's own side by side, and the cells in that order
+    pair    : (n,) index into far (pairs, channels, 4), the moments of the far form
+    nodes   : along a cell's side
+    returns : an order (n,) of the edges that puts each cell's own side by side, and the cells in that order
     """
-    count = len(start)
-    middle, length = 0.5 * (start + end), np.hypot(*(end - start).T)
+    start, end, count = edges.start, edges.end, len(edges)
+    middle, length = 0.5 * (start + end), edges.length
     low, high = np.minimum(start, end), np.maximum(start, end)
     centre = 0.5 * (middle.min(axis=0) + middle.max(axis=0))
     queue = [(np.arange(count), centre, float(np.ptp(middle, axis=0).max()))] if count >= FEWEST else []

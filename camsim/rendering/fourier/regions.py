@@ -8,8 +8,10 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fourier_edges import edge_transforms
-from camsim.rendering.fourier_plan import FEWEST_ON_EDGE, NODES_PER_RADIAN, Block, FourierPlan, Tile
+from camsim.rendering.edges import Edges
+from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.kernels import Corners, edge_transforms
+from camsim.rendering.fourier.plan import FEWEST_ON_EDGE, NODES_PER_RADIAN, Sizes
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.quadrature import gauss_legendre
 
@@ -18,21 +20,22 @@ OF_A_CROWD = 0.2
 MOST_NODES = 200  # of one Gauss rule; a longer edge is cut
 
 
-def clamped(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64, I64]:
-    """Move every point into a box, edges cut where they cross its sides; returns also the edge of each piece.
+def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -> Edges:
+    """Move every point into a box, edges cut where they cross its sides.
 
     A closed outline clamped axis by axis is the outline of what lies in the box: pieces along its sides cancel or
     close it.
 
     >>> a = np.array([[-1.0, 0.0], [3.0, 0.0], [0.0, 2.0]])  # a triangle that sticks out to the right and the left
     >>> b = np.roll(a, -1, axis=0)
-    >>> start, end, edge = clamped(a, b, np.zeros(2), np.array([1.0, 2.0]))
-    >>> float(0.5 * np.sum(start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]))  # the trapezium within
+    >>> inside = clamped(Edges(start=a, end=b, left=np.array([1, 2, 3]), right=np.zeros(3, int)), (0, 0), (1, 2))
+    >>> (x0, y0), (x1, y1) = inside.start.T, inside.end.T
+    >>> float(0.5 * np.sum(x0 * y1 - x1 * y0))  # the trapezium within
     1.6666666666666665
-    >>> sorted(edge.tolist())  # the second runs down to the right side and along it
-    [0, 1, 1, 2]
+    >>> sorted(inside.left.tolist())  # the second runs down to the right side and along it
+    [1, 2, 2, 3]
     """
-    kept = np.arange(len(start))
+    start, end, kept = edges.start, edges.end, np.arange(len(edges))
     for axis in (0, 1):
         for bound, sign in ((low[axis], -1.0), (high[axis], 1.0)):
             a, b = sign * (start[:, axis] - bound), sign * (end[:, axis] - bound)
@@ -50,7 +53,8 @@ def clamped(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64, I64]:
         start[:, axis] = np.clip(start[:, axis], low[axis], high[axis])
         end[:, axis] = np.clip(end[:, axis], low[axis], high[axis])
     whole = (start != end).any(axis=1)
-    return start[whole], end[whole], kept[whole]
+    of = kept[whole]
+    return Edges(start=start[whole], end=end[whole], left=edges.left[of], right=edges.right[of])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,45 +63,28 @@ class Regions:
 
     areas       : (spectra,) square pitches
     tile        : whose frequencies they are transformed at
-    corners     : (n, 2);  first, last: (edges,) index of each edge's ends;  left, right: (edges,) spectra, −1 none
+    corners     : edges by the corners that they share
     along       : for each spectrum nodes (m, 2) on its edges and strengths (2, m); None: edge by edge
     precision   : of the non-uniform transform, relative
     """
 
     areas: F64
     tile: Tile
-    corners: F64
-    first: I64
-    last: I64
-    left: I64
-    right: I64
+    corners: Corners
     along: tuple[tuple[F64, F64], ...] | None
     precision: float
 
     @classmethod
-    def of(
-        cls,
-        start: F64,
-        end: F64,
-        left: I64,
-        right: I64,
-        tile: Tile,
-        plan: FourierPlan,
-        spectra: int,
-        tolerance: float,
-    ) -> Regions:
-        """Prepare the edges (pitches from the tile's first photosite) as the plan has it."""
+    def of(cls, edges: Edges, tile: Tile, plan: Sizes, spectra: int, tolerance: float) -> Regions:
+        """Prepare the edges (pitches from the tile's first photosite) as the plan has it; the background is none."""
+        start, end, left, right = edges.start, edges.end, edges.left - 1, edges.right - 1
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
-        corners, index = np.unique(np.concatenate([start, end]), axis=0, return_inverse=True)
+        points, index = np.unique(edges.points, axis=0, return_inverse=True)
         index = index.ravel()
         return cls(
             areas=np.array([0.5 * (twice[left == s].sum() - twice[right == s].sum()) for s in range(spectra)]),
             tile=tile,
-            corners=np.ascontiguousarray(corners),
-            first=index[: len(start)],
-            last=index[len(start) :],
-            left=left,
-            right=right,
+            corners=Corners(np.ascontiguousarray(points), index[: len(edges)], index[len(edges) :], left, right),
             along=_strengths(start, end, left, right, spectra, tile.cut) if plan.spread else None,
             precision=max(1e-13, OF_A_CROWD * ErrorBudget(tolerance).allowed("spreading")),
         )
@@ -107,18 +94,7 @@ class Regions:
         tile = self.tile
         if self.along is None:
             with ONE_AT_A_TIME:
-                transforms: F64 = edge_transforms(
-                    (block.first_i, block.first_j),
-                    (block.count_i, block.count_j),
-                    tile.periods,
-                    tile.cut,
-                    self.corners,
-                    self.first,
-                    self.last,
-                    self.left,
-                    self.right,
-                    self.areas.size,
-                )
+                transforms: F64 = edge_transforms(block.place(tile), self.corners, self.areas.size)
             return transforms
         out = np.zeros((self.areas.size, block.count_j, 2, block.count_i))
         for s, (nodes, strengths) in enumerate(self.along):

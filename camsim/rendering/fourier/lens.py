@@ -19,8 +19,10 @@ from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fourier_edges import Factors
-from camsim.rendering.fourier_plan import Block, FourierPlan, Kernel, Tile, taper, tapered
+from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.kernels import Curves, Factors
+from camsim.rendering.fourier.plan import Kernel, Sizes
+from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import pattern_of
 from camsim.rendering.psf import point_spread_of
@@ -110,12 +112,11 @@ def round_curves(
     pitch_um: float,
     kernel: Kernel,
     tile: Tile,
-    plan: FourierPlan,
-) -> tuple[F64, float]:
-    """Return the transfer of a round lens over |k| as piecewise polynomials, and how many there are per cycle/pitch.
+    plan: Sizes,
+) -> Curves:
+    """Return the transfer of a round lens over |k|: coefficients of t⁰ … t⁷ on 0 ≤ t < 1 in every cell.
 
     weights : (spectra, channels, j)
-    returns : (cells, spectra, channels, 8), coefficients of t⁰ … t⁷ on 0 ≤ t < 1
     """
     inner, outer = tile.inner[0], tile.outer[0]
     flat = weights.reshape(-1, wavelength_nm.size)
@@ -143,7 +144,7 @@ def round_curves(
     used = math.ceil(tile.cut * cells_per_frequency) + 1
     window = np.lib.stride_tricks.sliding_window_view(whole[:, : used + CURVE_POINTS - 1], CURVE_POINTS, axis=1)
     curves = np.einsum("qcx,dx->cqd", window, _THROUGH)
-    return curves.reshape(-1, *weights.shape[:2], CURVE_POINTS), cells_per_frequency
+    return Curves(curves.reshape(-1, *weights.shape[:2], CURVE_POINTS), cells_per_frequency)
 
 
 # Rows: coefficients of t^0 … t^7 of the polynomial through values at −3 … 4.
@@ -153,7 +154,7 @@ Fields = Callable[[Block], F64]
 
 
 def tapered_fields(
-    system: OpticalSystem, wavelength_nm: float, pitch_um: float, tile: Tile, plan: FourierPlan, *, precision: float
+    system: OpticalSystem, wavelength_nm: float, pitch_um: float, tile: Tile, plan: Sizes, *, precision: float
 ) -> Fields:
     """Return what gives the transfer of any lens at one wavelength, tapered to a rectangle: block → (1, j, i, 2)."""
     axes: list[F64] = []

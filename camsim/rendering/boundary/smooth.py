@@ -10,8 +10,8 @@ import math
 import numba as nb
 
 from camsim.arrays import F64, U8
-from camsim.rendering.edge import Edges, Numbers, moments_of
-from camsim.rendering.far import Moments, across, far_line, mirrored, smooth_tail
+from camsim.rendering.boundary.far import Moments, across, far_line, mirrored, smooth_tail
+from camsim.rendering.boundary.records import Numbers, TabledEdges, moments_of
 
 WHOLE, LINE, ENDS = 0, 1, 2  # parts of an edge: all of it, its infinite line, or minus both ends (WHOLE = LINE + ENDS)
 HALF_PI, QUARTER_PI = 0.5 * math.pi, 0.25 * math.pi
@@ -52,7 +52,9 @@ def _ends(h: float, s1: float, length: float, side: float, m: Moments) -> tuple[
 
 
 @nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
-def far_at_points(e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges: Edges, n: Numbers, g: F64) -> None:
+def far_at_points(
+    e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, g: F64
+) -> None:
     """Write to ``g`` (4, points) the far form of a part of edge ``e`` at the points (x0 + x, y0 + y).
 
     It means nothing at points that are not far away, and at those beside an edge it takes |h| for at least ``near``.
@@ -95,7 +97,7 @@ def far_at_points(e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges
 
 
 @nb.njit(cache=True, fastmath={"contract"})
-def far_and_quiet(e: int, x0: float, y0: float, x: F64, y: F64, edges: Edges, n: Numbers, quiet: U8) -> None:
+def far_and_quiet(e: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, quiet: U8) -> None:
     """Write to ``quiet`` (points) 1 where the far form is all there is of an edge: no rings, no line to look up."""
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0

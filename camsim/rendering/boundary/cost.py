@@ -13,24 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.rendering.engine import directions, largest_tile
-from camsim.rendering.focus import ZONE, touching
+from camsim.rendering.boundary.focus import ZONE, touching
+from camsim.rendering.boundary.image import directions, largest_tile
+from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
+from camsim.rendering.edges import Edges
+from camsim.rendering.engine import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
-from camsim.rendering.plan import PANEL_BLURS, Settings
 
 MATRIX, SINE, RING_TABLE = 0.1, 20.0, 2e7  # terms: of a matrix product, one sine, one wavelength's rings
-MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
 MOST_ROWS = 128  # looked at for the photosites in a circle
 MOST_ENDS = 512  # looked at for what lies near; more are thinned out
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cost:
-    """Seconds of one core and bytes beyond what the program itself holds."""
-
-    seconds: float
-    memory_bytes: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,24 +67,24 @@ def within(points: F64, radius: float, grid: Grid) -> F64:
     return step * counts
 
 
-def _inside_length(start: F64, end: F64, grid: Grid, margin: float) -> F64:
+def _inside_length(edges: Edges, grid: Grid, margin: float) -> F64:
     """Return the length of each edge within the grid, widened by ``margin``, pitches."""
     low = np.array(grid.first_centre) - margin
     high = low + np.array([grid.cols - 1 + 2 * margin, grid.rows - 1 + 2 * margin])
-    along = end - start
+    start, along = edges.start, edges.end - edges.start
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (low - start) / along, (high - start) / along
     enters = np.where(np.isnan(a), 0.0, np.minimum(a, b)).max(axis=1, initial=0.0)
     leaves = np.where(np.isnan(a), 1.0, np.maximum(a, b)).min(axis=1, initial=1.0)
-    length: F64 = np.maximum(leaves - enters, 0.0) * np.hypot(along[:, 0], along[:, 1])
+    length: F64 = np.maximum(leaves - enters, 0.0) * edges.length
     return length
 
 
 def boundary_counts(
-    start: F64, end: F64, grid: Grid, settings: Settings, footprint: Footprint, *, sets: int, wavelengths: int
+    edges: Edges, grid: Grid, settings: Settings, footprint: Footprint, *, sets: int, wavelengths: int
 ) -> Counts:
     """Count what the boundary engine is going to do; ``sets``: pairs of spectra times channels."""
-    length = np.hypot(*(end - start).T)
+    start, end, length = edges.start, edges.end, edges.length
     long = length >= settings.near
     thin = max(1, math.ceil(len(start) / MOST_ENDS))
     ends = np.concatenate([start[::thin], end[::thin]])
@@ -105,7 +98,7 @@ def boundary_counts(
     root = largest_tile(settings, (grid.rows, grid.cols))
     # A tile that sees nothing but lines is not quartered: all of it looks them up.
     band = 2.0 * settings.reach + root
-    looked_up = float(np.sum(np.minimum(_inside_length(start[long], end[long], grid, settings.reach), 1e9))) * band
+    looked_up = float(np.sum(np.minimum(_inside_length(edges.some(long), grid, settings.reach), 1e9))) * band
     photosites = float(grid.rows * grid.cols)
     roots = -(-grid.rows // root) * -(-grid.cols // root)
     levels = 1.0 + math.log2(root / settings.leaf)
@@ -114,7 +107,7 @@ def boundary_counts(
         ringed = float((within(ends, settings.quiet_end, grid) - near).sum()) * thin * wavelengths
     foci = settings.foci
     if len(foci.radius):
-        of_each = np.diff(touching(foci, start, end)[0])
+        of_each = np.diff(touching(foci, edges)[0])
         ringed += 2.0 * float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step
@@ -151,13 +144,12 @@ PRICES = {
     "table_values": 3.0,
     "table_terms": 0.5,
 }
-SET_UP_SECONDS = 5e-3
 
 
-def boundary_cost(counts: Counts, *, check_seconds: float) -> Cost:
-    """Price the counts; ``check_seconds``: of all photosites that are checked."""
+def boundary_cost(counts: Counts) -> Cost:
+    """Price the counts."""
     seconds = SET_UP_SECONDS + sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items())
     return Cost(
-        seconds=seconds + check_seconds,
+        seconds=seconds,
         memory_bytes=8.0 * (counts.photosites + counts.table_values) + 4e6,
     )

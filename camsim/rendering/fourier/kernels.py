@@ -18,6 +18,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.rendering.fourier.blocks import Place
 
 COLUMNS = 128  # frequencies at a time: their phases stay in the nearest cache; rows cut out, so that loops are vectors
 FLAT = 1e-3  # below this k·e the difference of the ends' phases is taken as a sinc
@@ -29,6 +30,30 @@ class Factors(NamedTuple):
     across: F64  # (count_i, 2)
     down: F64  # (count_j, 2)
     both: F64  # (count_j, count_i, 2), or (0, 0, 2) where there is no more to it
+
+
+class SceneBlock(NamedTuple):
+    """What the scene gives on a block of frequencies."""
+
+    transforms: F64  # (spectra, count_j, 2, count_i)
+    areas: F64  # (spectra,)
+
+
+class Curves(NamedTuple):
+    """A round lens's transfer for every spectrum and channel, as piecewise polynomials of |k|."""
+
+    cells: F64  # (cells, spectra, channels, 8)
+    per_frequency: float  # cells in a cycle/pitch
+
+
+class Corners(NamedTuple):
+    """Edges by the corners that they share."""
+
+    points: F64  # (n, 2)
+    begin: I64  # (edges,) index of each edge's ends
+    finish: I64
+    left: I64  # (edges,) spectrum on either side, −1 for one that is not wanted
+    right: I64
 
 
 @nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -48,27 +73,14 @@ def _multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> 
 
 
 @nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
-def edge_transforms(
-    first: tuple[int, int],
-    count: tuple[int, int],
-    periods: tuple[int, int],
-    cut: float,
-    points: F64,
-    begin: I64,
-    finish: I64,
-    left: I64,
-    right: I64,
-    spectra: int,
-) -> F64:
+def edge_transforms(place: Place, edges: Corners, spectra: int) -> F64:
     """Return 4π²|k|²·F of every spectrum's regions, real and imaginary part: (spectra, count_j, 2, count_i).
 
-    first, count : (i, j) of the block's frequencies (i/Px, j/Py);  cut: beyond this |k| they are left at 0
-    points       : (n, 2) corners;  begin, finish: (edges,) index of each edge's ends
-    left, right  : (edges,) spectrum on either side, −1 for one that is not wanted
+    Beyond the cut they are left at 0.
     """
-    first_i, first_j = first
-    count_i, count_j = count
-    px, py = periods
+    points, begin, finish, left, right = edges
+    first_i, first_j, count_i, count_j = place.first_i, place.first_j, place.count_i, place.count_j
+    px, py, cut = place.px, place.py, place.cut
     out = np.zeros((spectra, count_j, 2, count_i))
     corners = len(points)
     xr, xi = np.empty((corners, count_i)), np.empty((corners, count_i))
@@ -141,27 +153,12 @@ def edge_transforms(
 
 
 @nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
-def add_round(
-    total: F64,
-    transforms: F64,
-    areas: F64,
-    footprint: Factors,
-    curves: F64,
-    cells_per_frequency: float,
-    first: tuple[int, int],
-    periods: tuple[int, int],
-    cut: float,
-    place: tuple[int, int],
-) -> None:
-    """Add a block of round kernels to ``total`` (channels, py, px//2 + 1, 2).
-
-    transforms : (spectra, count_j, 2, count_i);  areas: (spectra,)
-    footprint  : its transfer
-    curves     : (cells, spectra, channels, 8) piecewise polynomials of |k|
-    """
-    first_i, first_j = first
-    px, py = periods
-    column, row = place
+def add_round(total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Curves, place: Place) -> None:
+    """Add a block of round kernels to ``total`` (channels, py, px//2 + 1, 2)."""
+    transforms, areas = scene
+    curves, cells_per_frequency = lens_curves
+    first_i, first_j, column, row = place.first_i, place.first_j, place.column, place.row
+    px, py, cut = place.px, place.py, place.cut
     spectra, count_j, _, count_i = transforms.shape
     channels = total.shape[0]
     last = len(curves) - 1
@@ -215,25 +212,14 @@ def add_round(
 
 
 @nb.njit(cache=True, parallel=True)
-def add_fields(
-    total: F64,
-    transforms: F64,
-    areas: F64,
-    footprint: Factors,
-    fields: F64,
-    weights: F64,
-    first: tuple[int, int],
-    periods: tuple[int, int],
-    cut: float,
-    place: tuple[int, int],
-) -> None:
+def add_fields(total: F64, scene: SceneBlock, footprint: Factors, fields: F64, weights: F64, place: Place) -> None:
     """Add a block of kernels that are given frequency by frequency.
 
     fields  : (j, count_j, count_i, 2) transfer of the lens at each wavelength;  weights: (spectra, channels, j)
     """
-    first_i, first_j = first
-    px, py = periods
-    column, row = place
+    transforms, areas = scene
+    first_i, first_j, column, row = place.first_i, place.first_j, place.column, place.row
+    px, py, cut = place.px, place.py, place.cut
     spectra, count_j, _, count_i = transforms.shape
     channels, wavelengths = total.shape[0], len(fields)
     # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.

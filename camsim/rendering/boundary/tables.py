@@ -14,10 +14,10 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
+from camsim.rendering.boundary.potential import ORDER, SCALE, at_radius, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import Pattern
-from camsim.rendering.potential import ORDER, SCALE, at_radius, contract, lagrange_weights, potential
 from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
 LONG = 100  # taps: from here on an average runs

@@ -17,21 +17,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
 
 import numpy as np
 from scipy import optimize
 
-from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.focus import NO_FOCI, ZONE, Foci, distinct, foci, threes
+from camsim.rendering.boundary.focus import NO_FOCI, ZONE, Foci, distinct, foci, threes
+from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
+from camsim.rendering.job import Job
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.quadrature import gauss_error
+from camsim.rendering.quiet import Waves
 
-Front: TypeAlias = Literal["end", "line", "focus"]
 COARSEST = 1e-2
 SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
 FEW = 4  # corners, or lines, that the shares below were set for
@@ -40,11 +39,9 @@ PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
 # What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
 EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # steps, blurs: as far as these first terms hold (to a tenth)
-NEAREST = 5.0  # blurs: where the search for quiet begins
 RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength
 TABLE_BYTES = 3e8  # of the field: larger ones cost more than rings whatever these cost
 RINGS_NEAREST = 10.0  # blurs, beyond the footprint: their series and the smooth powers of 1/r hold to 1e-11
-DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,47 +77,37 @@ def check_tolerance(tolerance: float, pattern: Pattern) -> None:
         )
 
 
-def plan_boundary(
-    pattern: Pattern, blur: F64, shares: F64, footprint: Footprint, start: F64, end: F64, grid: Grid, tolerance: float
-) -> Settings:
-    """Choose the settings.
-
-    pattern, blur : of the lens; blur is (j,), pitches
-    shares     : (k, j) weights of every weight set, relative to that channel's full scale
-    start, end : (n, 2) the edges, pitches;  grid: the photosites
-    """
-    check_tolerance(tolerance, pattern)
-    budget = ErrorBudget(tolerance)
+def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
+    """Choose the settings; ``pattern``, ``footprint``: the job's, which are known."""
+    check_tolerance(job.tolerance, pattern)
+    budget, edges, blur = job.budget, job.edges, job.blur
+    waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)
     shortest, longest = float(blur.min()), float(blur.max())
     smooth = max(
         pattern.quiet(budget.allowed("powers")) * longest,
         _moment_distance(pattern.powers[0] * longest, footprint, budget.allowed("moments")),
     )
     ends, lines = budget.allowed("ends"), budget.allowed("lines")
-    quiet_end = max(smooth, quiet_distance(pattern, blur, shares, footprint, ends, front="end"))
-    corners = crowding(start, end, 4.0 * quiet_end)
+    quiet_end = max(smooth, waves.quiet_distance(ends, front="end"))
+    corners = crowding(edges, 4.0 * quiet_end)
     if corners > FEW:
-        quiet_end = max(
-            smooth,
-            quiet_distance(pattern, blur, shares, footprint, ends * math.sqrt(FEW / corners), front="end"),
-        )
-    if pattern.rings and smooth_corners(start, end, quiet_end):
+        quiet_end = max(smooth, waves.quiet_distance(ends * math.sqrt(FEW / corners), front="end"))
+    if pattern.rings and smooth_corners(edges, quiet_end):
         # Where a smooth outline is met square on it is a line, however short its sides.
-        quiet_end = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, lines, front="line"))
-    loud = _loud_foci(pattern, blur, shares, footprint, start, end, grid, quiet_end, lines + budget.allowed("foci"))
+        quiet_end = max(quiet_end, waves.quiet_distance(lines, front="line"))
+    loud = _loud_foci(waves, edges, job.grid, quiet_end, lines + budget.allowed("foci"))
     if not pattern.airy:
         quiet_end, loud = max(quiet_end, (1.0 + ZONE) * float(loud.radius.max(initial=0.0))), NO_FOCI
-    count = int(np.count_nonzero(np.hypot(*(end - start).T) >= quiet_end))
-    allowed = lines * math.sqrt(FEW / max(count, FEW))
-    quiet_line = max(quiet_end, quiet_distance(pattern, blur, shares, footprint, allowed, front="line"))
+    count = int(np.count_nonzero(edges.length >= quiet_end))
+    quiet_line = max(quiet_end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line"))
     field_step = shortest * min(COARSEST_FIELD, _step(pattern, 8, budget.allowed("field") / EIGHT_POINTS))
     response_step = shortest * min(COARSEST_RESPONSE, _step(pattern, 6, 0.5 * budget.allowed("response") / SIX_POINTS))
     near, reach = quiet_end, quiet_line
-    table_bytes = 16.0 * len(shares) * (quiet_end / field_step) ** 2
+    table_bytes = 16.0 * len(waves.shares) * (quiet_end / field_step) ** 2
     if pattern.airy and (quiet_end > RINGS_FROM * blur.size * longest or table_bytes > TABLE_BYTES):
         near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
     return Settings(
-        tolerance=tolerance,
+        tolerance=job.tolerance,
         near=near,
         quiet_end=quiet_end,
         reach=reach,
@@ -134,53 +121,39 @@ def plan_boundary(
     )
 
 
-def _loud_foci(
-    pattern: Pattern,
-    blur: F64,
-    shares: F64,
-    footprint: Footprint,
-    start: F64,
-    end: F64,
-    grid: Grid,
-    quiet_end: float,
-    allowed: float,
-) -> Foci:
+def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed: float) -> Foci:
     """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
-    if not pattern.rings or not len(start):
+    if not waves.pattern.rings or not len(edges):
         return NO_FOCI
-    loud = quiet_distance(pattern, blur, shares, footprint, allowed, front="focus")
+    loud = waves.quiet_distance(allowed, front="focus")
     if loud <= quiet_end:
         return NO_FOCI
-    found = foci(start, end, blur=float(blur.min()), grid=grid, nearest=quiet_end / (1.0 + ZONE))
+    found = foci(edges, blur=float(waves.blur.min()), grid=grid, nearest=quiet_end / (1.0 + ZONE))
     hundredths = np.ceil(100.0 * found.share)
     until = np.zeros_like(found.radius)
     for share in np.unique(hundredths[hundredths > 0.0]):
-        until[hundredths == share] = quiet_distance(
-            pattern, blur, shares, footprint, allowed / (0.01 * float(share)), front="focus"
-        )
+        until[hundredths == share] = waves.quiet_distance(allowed / (0.01 * float(share)), front="focus")
     return distinct(found.some(found.radius < until))
 
 
-def smooth_corners(start: F64, end: F64, short: float) -> bool:
+def smooth_corners(edges: Edges, short: float) -> bool:
     """Whether there are corners that turn by less than SMOOTH between edges that are no longer than ``short``."""
-    before, after, _ = threes(start, end)
-    along = end - start
-    length = np.hypot(along[:, 0], along[:, 1])
-    along = along / length[:, None]
+    before, after, _ = threes(edges)
+    length = edges.length
+    along = (edges.end - edges.start) / length[:, None]
     straight = np.sum(along[before] * along[after], axis=1) > math.cos(SMOOTH)
     return bool((straight & (np.maximum(length[before], length[after]) < short)).any())
 
 
-def crowding(start: F64, end: F64, window: float) -> float:
+def crowding(edges: Edges, window: float) -> float:
     """Largest number of corners in any square of side ``window``, each counted by the square of how much it turns.
 
     A corner's strength is the jump of the unit direction, so a smooth outline cut into many edges counts for little.
     """
-    if not len(start):
+    if not len(edges):
         return 0.0
-    along = end - start
-    along = along / np.hypot(along[:, 0], along[:, 1])[:, None]
-    points, corner = np.unique(np.concatenate([start, end]), axis=0, return_inverse=True)
+    along = (edges.end - edges.start) / edges.length[:, None]
+    points, corner = np.unique(edges.points, axis=0, return_inverse=True)
     jump = np.zeros_like(points)
     np.add.at(jump, corner.ravel(), np.concatenate([along, -along]))
     _, square = np.unique(np.floor((points - points.min(axis=0)) / window), axis=0, return_inverse=True)
@@ -221,56 +194,6 @@ def _tile_nodes(allowed: float) -> int:
     while rho**-order / (math.pi * order) > allowed:
         order += 1
     return order
-
-
-def quiet_distance(
-    pattern: Pattern,
-    blur: F64,
-    shares: F64,
-    footprint: Footprint,
-    allowed: float,
-    *,
-    front: Front,
-    within: float = math.inf,
-) -> float:
-    """Distance beyond which what oscillates stays below ``allowed``.
-
-    front : at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle (focus.py), where
-            what an end has lost by its running phase, 4π√(u·ρ), is not lost
-
-    It is looked for ``within`` a distance; there may be none, and then it is that one.
-    """
-    if not pattern.rings:
-        return 0.0
-    shortest, longest = float(blur.min()), float(blur.max())
-    phasors = []
-    rings = [_at(front, ring) for ring in pattern.rings]
-    for u, amplitude, power in rings:
-        phasor = shares[None] * (amplitude * blur**power * footprint.transfer(u / blur))[:, None]
-        phasors.append(phasor.reshape(-1, blur.size))
-    powers = np.array([power for _, _, power in rings])
-    loudest_in_step = np.array([np.abs(phasor).sum(axis=1).max() for phasor in phasors])
-    # All in step are that quiet between where the loudest alone is and where each of them is by its share.
-    low = float(((loudest_in_step / allowed) ** (1.0 / powers)).max())
-    high = float(((len(phasors) * loudest_in_step / allowed) ** (1.0 / powers)).max())
-    farthest = high if low == high else optimize.brentq(lambda r: loudest_in_step @ r**-powers - allowed, low, high)
-    farthest = min(farthest, within)
-    if shortest == longest or farthest <= NEAREST * longest:
-        return farthest
-    distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
-    loudest = np.zeros_like(distance)
-    for (u, _, power), phasor in zip(rings, phasors, strict=True):
-        wave = np.exp(2j * np.pi * u * distance[:, None] / blur)
-        loudest += DULL * np.abs(wave @ phasor.T).max(axis=1) * distance**-power
-    loud = np.flatnonzero(loudest > allowed)
-    return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
-
-
-def _at(front: Front, ring: tuple[float, float, float]) -> tuple[float, float, float]:
-    u, amplitude, power = ring
-    if front == "focus":
-        return u, 4.0 * math.pi * math.sqrt(u) * amplitude, power - 0.5
-    return u, (2.0 if front == "line" else 1.0) * amplitude, power
 
 
 def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:

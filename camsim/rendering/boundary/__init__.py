@@ -1,0 +1,1 @@
+"""The boundary engine: edges in closed form where the lens's pattern is round (docs/rendering.md)."""

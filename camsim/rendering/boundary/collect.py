@@ -1,0 +1,159 @@
+"""What a tile collects: sources that are smooth over all of it, added up on its Chebyshev nodes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.rendering.boundary.crowd import Cells, cell_at_points
+from camsim.rendering.boundary.far import weigh
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
+from camsim.rendering.boundary.smooth import ENDS, LINE, WHOLE, far_at_points
+
+CELL = 3  # what a tile's list may hold besides a WHOLE edge or a LINE
+
+
+class World(NamedTuple):
+    """Everything that stays the same over all tiles."""
+
+    edges: TabledEdges
+    cells: Cells
+    tables: Tables
+    numbers: Numbers
+
+
+class Stack(NamedTuple):
+    """The tiles that one thread is in, the largest at level 1; level 0 is "outside": all sources, nothing collected."""
+
+    row: I64  # (levels + 1,) of each tile's first photosite
+    col: I64
+    quarter: I64  # the next to be entered
+    listed: I64  # sources that are not smooth over the tile
+    source: I64  # (levels + 1, sources) they
+    state: U8  # WHOLE, LINE or CELL
+    sums: F64  # (levels + 1, channels, order²) the others, at the tile's nodes
+
+
+class Scratch(NamedTuple):
+    """Where one thread writes what it needs for a moment."""
+
+    node_x: F64  # a tile's nodes about its centre, and an edge's far form there (4, order²)
+    node_y: F64
+    node_g: F64
+    site_x: F64  # a tile's photosites about its first one, and an edge's far form there (4, leaf²)
+    site_y: F64
+    site_g: F64
+    site_sums: F64  # (channels, leaf²) what cells send there
+    quiet: U8  # (leaf²,)
+    opened: I64  # (cells,)
+
+
+@nb.njit(cache=True)
+def scratch_of(leaf: int, order: int, channels: int, cells: int) -> Scratch:
+    """Return fresh memory for one thread."""
+    nodes, sites = order * order, leaf * leaf
+    index = np.arange(sites)
+    return Scratch(
+        np.empty(nodes),
+        np.empty(nodes),
+        np.empty((4, nodes)),
+        (index % leaf).astype(np.float64),
+        (index // leaf).astype(np.float64),
+        np.empty((4, sites)),
+        np.empty((channels, sites)),
+        np.empty(sites, np.uint8),
+        np.empty(cells, np.int64),
+    )
+
+
+@nb.njit(cache=True, inline="always")
+def _gap(dx: float, dy: float, half_x: float, half_y: float) -> float:
+    """Distance of a point at (dx, dy) from a box around the origin."""
+    gap_x, gap_y = max(abs(dx) - half_x, 0.0), max(abs(dy) - half_y, 0.0)
+    return math.sqrt(gap_x * gap_x + gap_y * gap_y)
+
+
+@nb.njit(cache=True)
+def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: TabledEdges, n: Numbers) -> int:
+    """Return which part of an edge is quiet and smooth over a tile, −1 for none."""
+    apart = n.separation * half
+    tx, ty = edges.tx[e], edges.ty[e]
+    dx, dy = edges.x[e] - x, edges.y[e] - y
+    h = dx * ty - dy * tx
+    s1 = dx * tx + dy * ty
+    s2 = s1 + edges.length[e]
+    spread = half * (abs(tx) + abs(ty))
+    line_gap = abs(h) - spread if s1 < spread and s2 > -spread else math.inf
+    if state == LINE:
+        return LINE if line_gap >= apart and line_gap >= n.quiet_line else -1
+    x2, y2 = dx + edges.length[e] * tx, dy + edges.length[e] * ty
+    gap = min(_gap(dx, dy, half, half), _gap(x2, y2, half, half))
+    if gap < n.quiet_end or gap < apart:
+        return -1
+    if line_gap >= apart and line_gap >= (n.quiet_line if edges.response[e] >= 0 else n.quiet_end):
+        return WHOLE
+    return ENDS if edges.response[e] >= 0 and s1 <= -spread and s2 >= spread else -1
+
+
+@nb.njit(cache=True)
+def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, world: World) -> int:
+    """Add up what is smooth over a level's tile about (x, y); list other sources and return how many are no LINEs."""
+    edges, cells, tables, n = world
+    size = n.root >> (level - 1)
+    half, last = 0.5 * size, size == n.leaf
+    count, source, state = stack.listed[level - 1], stack.source[level - 1], stack.state[level - 1]
+    keep, keep_state, sums = stack.source[level], stack.state[level], stack.sums[level]
+    kept = 0
+    lines = 0
+    apart = n.separation * half
+    px, py, g, opened = scratch.node_x, scratch.node_y, scratch.node_g, scratch.opened
+    for i in range(n.nodes.size):
+        for j in range(n.nodes.size):
+            px[i * n.nodes.size + j] = half * n.nodes[j]
+            py[i * n.nodes.size + j] = half * n.nodes[i]
+    for item in range(count):
+        first, end = source[item], source[item] + 1
+        waiting = 0
+        if state[item] == CELL:
+            opened[0] = source[item]
+            first, end, waiting = 0, 0, 1
+        while waiting > 0 or end > first:
+            for e in range(first, end):
+                owed = WHOLE if state[item] == CELL else state[item]
+                part = _smooth_part(e, owed, x, y, half, edges, n)
+                if part >= 0:
+                    far_at_points(e, part, x, y, px, py, edges, n, g)
+                    for k in range(sums.shape[0]):
+                        far = tables.far[edges.pair[e], k]
+                        for i in range(px.size):
+                            sums[k, i] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
+                if part < 0 or part == ENDS:
+                    keep[kept] = e
+                    keep_state[kept] = LINE if part == ENDS else owed
+                    lines += keep_state[kept] == LINE
+                    kept += 1
+            first, end = 0, 0
+            if waiting > 0:
+                waiting -= 1
+                c = opened[waiting]
+                widest = max(cells.half_x[c], cells.half_y[c])
+                gap = _gap(cells.x[c] - x, cells.y[c] - y, half + cells.half_x[c], half + cells.half_y[c])
+                if gap < n.quiet_end or gap < n.separation * widest:
+                    if last or widest > half:
+                        first, end = cells.first_edge[c], cells.first_edge[c + 1]
+                        for child in range(cells.first_child[c], cells.first_child[c + 1]):
+                            opened[waiting] = child
+                            waiting += 1
+                        continue
+                elif gap >= apart:
+                    cell_at_points(c, x, y, px, py, n.sigma2, n.m22, n.harmonic, cells, sums)
+                    continue
+                keep[kept] = c
+                keep_state[kept] = CELL
+                kept += 1
+    stack.listed[level] = kept
+    return kept - lines

@@ -1,0 +1,140 @@
+"""One edge seen from one photosite: line, ends, near and far. Lengths are in pitches."""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.rendering.boundary.far import across, far_edge, far_line, far_tail, mirrored, weigh
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
+
+
+@nb.njit(cache=True, inline="always")
+def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
+    """Lagrange weights of the eight nodes −3 … 4 at 0 ≤ t < 1; scalars, so that they stay in registers."""
+    d0, d1, d2, d3 = t + 3.0, t + 2.0, t + 1.0, t
+    d4, d5, d6, d7 = t - 1.0, t - 2.0, t - 3.0, t - 4.0
+    p01, p23, p45, p67 = d0 * d1, d2 * d3, d4 * d5, d6 * d7
+    p0123, p4567 = p01 * p23, p45 * p67
+    a, b, c, d = p23 * p4567, p01 * p4567, p0123 * p67, p0123 * p45
+    return (
+        d1 * a * (-1.0 / 5040.0),
+        d0 * a * (1.0 / 720.0),
+        d3 * b * (-1.0 / 240.0),
+        d2 * b * (1.0 / 144.0),
+        d5 * c * (-1.0 / 144.0),
+        d4 * c * (1.0 / 240.0),
+        d7 * d * (-1.0 / 720.0),
+        d6 * d * (1.0 / 5040.0),
+    )
+
+
+@nb.njit(cache=True, fastmath={"contract"})
+def _flux(
+    h: float,
+    s_from: float,
+    s_to: float,
+    tx: float,
+    ty: float,
+    field: F64,
+    n: Numbers,
+) -> float:
+    """Integrate −V·n along the edge from s_from to s_to, seen from signed distance h."""
+    panels = max(1, math.ceil((s_to - s_from) / n.piece))
+    half = 0.5 * (s_to - s_from) / panels
+    rule = min(int(2.0 * half / n.piece * n.gauss_count.size), n.gauss_count.size - 1)
+    nx, ny = -ty, tx
+    inv_step = 1.0 / n.field_step
+    total = 0.0
+    for p in range(panels):
+        middle = s_from + (2 * p + 1) * half
+        for q in range(n.gauss_count[rule]):
+            s = middle + half * n.gauss_x[rule, q]
+            for spot in range(len(n.apart)):
+                vx = s * tx - h * nx + n.apart[spot, 0]
+                vy = s * ty - h * ny + n.apart[spot, 1]
+                ux, uy = abs(vx) * inv_step, abs(vy) * inv_step
+                i, j = np.uintp(ux), np.uintp(uy)
+                y0, y1, y2, y3, y4, y5, y6, y7 = _weights(uy - j)
+                # A stencil's corner is margin + 1 − order/2 = 1 beyond (i, j). One sum per column and component.
+                i += np.uintp(1)
+                j += np.uintp(1)
+                a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
+                b0 = b1 = b2 = b3 = b4 = b5 = b6 = b7 = 0.0
+                for w in _weights(ux - np.uintp(ux)):
+                    row = field[0, i, j : j + np.uintp(8)]
+                    a0, a1, a2, a3 = a0 + w * row[0], a1 + w * row[1], a2 + w * row[2], a3 + w * row[3]
+                    a4, a5, a6, a7 = a4 + w * row[4], a5 + w * row[5], a6 + w * row[6], a7 + w * row[7]
+                    row = field[1, i, j : j + np.uintp(8)]
+                    b0, b1, b2, b3 = b0 + w * row[0], b1 + w * row[1], b2 + w * row[2], b3 + w * row[3]
+                    b4, b5, b6, b7 = b4 + w * row[4], b5 + w * row[5], b6 + w * row[6], b7 + w * row[7]
+                    i += np.uintp(1)
+                sum_x = (a0 * y0 + a1 * y1 + a2 * y2 + a3 * y3) + (a4 * y4 + a5 * y5 + a6 * y6 + a7 * y7)
+                sum_y = (b0 * y0 + b1 * y1 + b2 * y2 + b3 * y3) + (b4 * y4 + b5 * y5 + b6 * y6 + b7 * y7)
+                if vx < 0.0:
+                    sum_x = -sum_x
+                if vy < 0.0:
+                    sum_y = -sum_y
+                total -= n.gauss_w[rule, q] * (sum_x * nx + sum_y * ny)
+    return total * half / len(n.apart)
+
+
+@nb.njit(cache=True, inline="always")
+def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
+    """Contribution of one edge's line to a photosite at signed distance h, half of it taken away; without rings."""
+    pair = edges.pair[e]
+    a = abs(h)
+    if a >= n.reach:
+        total: float = weigh(far_line(h, across(moments_of(e, edges, n))), tables.far[pair, channel])
+        return total
+    u = a / n.response_step
+    cell = int(u)
+    t = u - cell
+    c = tables.response[edges.response[e], pair, channel, cell]
+    value: float = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+    return value if h >= 0.0 else -value
+
+
+@nb.njit(cache=True)
+def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
+    """Contribution of one edge to one photosite, by whichever of the ways is exact enough and cheap; without rings."""
+    tx, ty = edges.tx[e], edges.ty[e]
+    dx, dy = edges.x[e] - x, edges.y[e] - y
+    h = dx * ty - dy * tx
+    s1 = dx * tx + dy * ty
+    s2 = s1 + edges.length[e]
+    pair = edges.pair[e]
+    far = tables.far[pair, channel]
+    moments = moments_of(e, edges, n)
+    r1, r2 = math.hypot(h, s1), math.hypot(h, s2)
+    beside = s1 < 0.0 < s2
+    sees_line = beside and edges.response[e] >= 0 and abs(h) < n.reach
+    if not sees_line and min(r1, r2) >= n.near and (not beside or abs(h) >= n.near):
+        return weigh(far_edge(h, s1, s2, moments), far)
+    field = tables.field[pair, channel]
+    cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
+    low, high = max(s1, -cut), min(s2, cut)
+    total = 0.0
+    if not sees_line or (r1 < n.near and r2 < n.near and s2 - s1 < 2.0 * cut - (s2 - s1)):
+        if high > low:
+            total = _flux(h, low, high, tx, ty, field, n)
+            if s1 < low:
+                total += weigh(far_edge(h, s1, low, moments), far)
+            if s2 > high:
+                total += weigh(far_edge(h, high, s2, moments), far)
+        return total
+    total = line_at(h, e, channel, edges, tables, n)
+    for side in range(2):
+        s = -s1 if side == 0 else s2
+        if s < cut:
+            if side == 0:
+                total -= _flux(h, -cut, -s, tx, ty, field, n)
+            else:
+                total -= _flux(h, s, cut, tx, ty, field, n)
+            s = cut
+        if s < math.inf:
+            total -= weigh(far_tail(h, s, mirrored(moments) if side == 0 else moments), far)
+    return total

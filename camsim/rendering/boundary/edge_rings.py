@@ -1,0 +1,81 @@
+"""Rings that the far forms of an edge leave out (kept apart: few plans have any, and edges are the inner loop)."""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+
+from camsim.arrays import F64
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
+from camsim.rendering.boundary.rings import ring_tail
+
+
+@nb.njit(cache=True)
+def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
+    """Rings of the half line from s ≥ 0 on, going in direction (tx, ty)."""
+    if math.hypot(h, s) >= n.quiet_end:
+        return 0.0
+    return ring_tail(h, s, tx, ty, weights, tables.blur, tables.rings, n.turns, n.near)
+
+
+@nb.njit(cache=True)
+def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
+    """Rings of an infinite line; none within ``reach``, where its response has them."""
+    if not n.reach <= abs(h) < n.quiet_line:
+        return 0.0
+    ahead = ring_tail(h, 0.0, tx, ty, weights, tables.blur, tables.rings, n.turns, n.near)
+    return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.blur, tables.rings, n.turns, n.near)
+
+
+@nb.njit(cache=True)
+def _rings_of_part(
+    h: float, s1: float, s2: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers
+) -> float:
+    """Rings of the part s1 < s2 of an edge, every point of it beyond ``near``.
+
+    A half line going the other way sees the photosite on its other side, and runs against the edge: twice a sign.
+    """
+    if s1 >= 0.0:
+        return _rings_of_end(h, s1, tx, ty, weights, tables, n) - _rings_of_end(h, s2, tx, ty, weights, tables, n)
+    if s2 <= 0.0:
+        return _rings_of_end(-h, -s1, -tx, -ty, weights, tables, n) - _rings_of_end(
+            -h, -s2, -tx, -ty, weights, tables, n
+        )
+    return (
+        _rings_of_line(h, tx, ty, weights, tables, n)
+        + _rings_of_end(-h, -s1, -tx, -ty, weights, tables, n)
+        - _rings_of_end(h, s2, tx, ty, weights, tables, n)
+    )
+
+
+@nb.njit(cache=True)
+def rings_of_line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
+    """Rings that the far form in ``line_at`` leaves out."""
+    weights = tables.ring_weights[edges.pair[e], channel]
+    return _rings_of_line(h, edges.tx[e], edges.ty[e], weights, tables, n)
+
+
+@nb.njit(cache=True)
+def rings_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
+    """Rings that the far forms in ``edge_at`` leave out."""
+    tx, ty = edges.tx[e], edges.ty[e]
+    dx, dy = edges.x[e] - x, edges.y[e] - y
+    h = dx * ty - dy * tx
+    s1 = dx * tx + dy * ty
+    s2 = s1 + edges.length[e]
+    weights = tables.ring_weights[edges.pair[e], channel]
+    cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
+    if -cut < s1 and s2 < cut and s2 - s1 < cut:
+        return 0.0
+    if s1 < 0.0 < s2 and edges.response[e] >= 0 and abs(h) < n.reach:
+        behind = _rings_of_end(-h, max(-s1, cut), -tx, -ty, weights, tables, n)
+        return behind - _rings_of_end(h, max(s2, cut), tx, ty, weights, tables, n)
+    if s1 >= cut or s2 <= -cut or cut == 0.0:
+        return _rings_of_part(h, s1, s2, tx, ty, weights, tables, n)
+    total = 0.0
+    if s1 < -cut:
+        total += _rings_of_part(h, s1, -cut, tx, ty, weights, tables, n)
+    if s2 > cut:
+        total += _rings_of_part(h, cut, s2, tx, ty, weights, tables, n)
+    return total

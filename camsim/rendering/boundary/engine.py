@@ -1,0 +1,157 @@
+"""The boundary engine as a plan: settings, wavelengths, cost, bands."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from camsim.arrays import F64, I64, U8
+from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
+from camsim.rendering.boundary.image import boundary_bands
+from camsim.rendering.boundary.settings import Settings, plan_boundary
+from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.job import Job, Nodes
+from camsim.rendering.patterns import Pattern
+from camsim.rendering.work import Work
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BoundaryPlan:
+    """A job with a round lens, and how it is rendered.
+
+    pattern, footprint : the job's
+    """
+
+    job: Job
+    pattern: Pattern
+    footprint: Footprint
+    settings: Settings
+    nodes: Nodes
+
+    @property
+    def marks(self) -> Marks:
+        """The radii of the plan."""
+        settings = self.settings
+        return Marks(
+            near=settings.near,
+            quiet=settings.quiet_end,
+            reach=settings.reach,
+            leaf=settings.leaf,
+            apart=max(settings.near, settings.separation * 0.5 * settings.leaf),
+        )
+
+    @property
+    def fewest(self) -> int:
+        """A few whatever they take."""
+        return FEWEST_CHECKED
+
+    @property
+    def wavelengths(self) -> int:
+        """Number of wavelength nodes."""
+        return self.nodes.wavelength_nm.size
+
+    @functools.cached_property
+    def counts(self) -> Counts:
+        """What has to be done for one image."""
+        job = self.job
+        return boundary_counts(
+            job.edges,
+            job.grid,
+            self.settings,
+            self.footprint,
+            sets=len(job.sides) * job.signals.scale.size,
+            wavelengths=self.wavelengths,
+        )
+
+    @property
+    def cost(self) -> Cost:
+        """What one image takes."""
+        return boundary_cost(self.counts)
+
+    def work(self, images: int) -> Work:
+        """Count the work of ``images`` images."""
+        counts = self.counts
+        return Work(
+            edges=len(self.job.edges),
+            wavelength_nodes=self.wavelengths,
+            channels=images,
+            photosites=images * int(counts.photosites),
+            tables=counts.tables,
+            table_values=round(counts.table_values),
+            table_terms=round(counts.table_terms),
+            nodes_integrated=images * round(counts.near_nodes),
+        )
+
+    def decisions(self) -> Iterator[Decision]:
+        """Yield radii and tables."""
+        settings, counts = self.settings, self.counts
+        yield Decision(
+            topic="settings",
+            decision=f"ends integrated within {settings.near:.3g} pitches, lines looked up within {settings.reach:.3g}",
+            reason="beyond, the far form keeps its share of the tolerance",
+        )
+        if len(settings.foci.radius):
+            yield Decision(
+                topic="settings",
+                decision=f"rings followed to {len(settings.foci.radius)} round outlines",
+                reason="in their centres the rings of all sides meet, and are heard",
+            )
+        yield Decision(
+            topic="settings",
+            decision=f"{counts.tables} tables, {counts.table_values:.2g} numbers",
+            reason="fields and edge responses, one for each channel and pair of colours",
+        )
+
+    def of(self, job: Job) -> BoundaryPlan:
+        """Return the same settings and wavelengths for other edges."""
+        return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes))
+
+    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+        """Yield the image band by band; raises InvalidValueError where the tables would take too much memory."""
+        row, table_bytes = 0, 8.0 * self.counts.table_values
+        if table_bytes > MEMORY_LIMIT_BYTES:
+            raise InvalidValueError(
+                f"method: boundary would take {table_bytes / 1e9:.1f} GB for its tables, and its limit is "
+                f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; allow a larger tolerance, fewer colours, or use fourier"
+            )
+        for band in boundary_bands(
+            self.job,
+            pattern=self.pattern,
+            footprint=self.footprint,
+            nodes=self.nodes,
+            settings=self.settings,
+            channel=channel,
+        ):
+            row += len(band)
+            yield band
+            del band  # or it would stay until the next one is finished
+            progress(row / len(channel))
+
+    def standard_error(self, rows: I64, cols: I64) -> float | None:
+        """Return None: no chance."""
+        return None
+
+
+class Boundary:
+    """The exact boundary engine: round lenses on rectangular photosites."""
+
+    def plan(self, job: Job, samples: int | None = None) -> BoundaryPlan:
+        """Choose settings and nodes; ``samples`` must be None."""
+        if samples is not None:
+            raise UnsupportedError("samples: boundary takes none; only importance takes a number")
+        if job.pattern is None or job.footprint is None:
+            raise UnsupportedError(job.unknown)
+        settings = plan_boundary(job, job.pattern, job.footprint)
+        phase = 2.0 * math.pi * min(settings.quiet_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+        return BoundaryPlan(
+            job=job,
+            pattern=job.pattern,
+            footprint=job.footprint,
+            settings=settings,
+            nodes=job.nodes(phase=phase),
+        )

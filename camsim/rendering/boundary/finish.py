@@ -1,0 +1,107 @@
+"""A tile's photosites: what was collected, interpolated, and what its list still holds, one by one."""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import F64, U8
+from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World
+from camsim.rendering.boundary.crowd import cell_at_points
+from camsim.rendering.boundary.edge import edge_at, line_at
+from camsim.rendering.boundary.edge_rings import rings_at, rings_of_line_at
+from camsim.rendering.boundary.far import across, far_line, weigh
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
+from camsim.rendering.boundary.smooth import LINE, far_and_quiet, far_at_points
+
+
+@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+def _add_line(
+    e: int, x0: float, y0: float, channel: U8, image: F64, edges: TabledEdges, tables: Tables, n: Numbers
+) -> None:
+    """Add an edge's line, half of it taken away, to a tile's photosites, the first of which is at (x0, y0)."""
+    rows, cols = image.shape
+    tx, ty = edges.tx[e], edges.ty[e]
+    d, far = across(moments_of(e, edges, n)), tables.far[edges.pair[e]]
+    for r in range(rows):
+        h0 = (edges.x[e] - x0) * ty - (edges.y[e] - (y0 + r)) * tx
+        # Columns before ``begin`` and from ``stop`` on are beyond the table: a loop without branches.
+        begin, stop = 0, cols
+        if abs(ty) > 1e-9:
+            middle, half = h0 / ty, n.reach / abs(ty)
+            begin = int(min(max(middle - half - 1.0, 0.0), float(cols)))
+            stop = int(min(max(middle + half + 2.0, float(begin)), float(cols)))
+        for low, high in ((0, begin), (stop, cols)):
+            for c in range(low, high):
+                image[r, c] += weigh(far_line(h0 - c * ty, d), far[channel[r, c]])
+        for c in range(begin, stop):
+            image[r, c] += line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
+        if n.quiet_line > n.reach:
+            for c in range(cols):
+                image[r, c] += rings_of_line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
+
+
+@nb.njit(cache=True)
+def finish(
+    level: int,
+    origin_x: float,
+    origin_y: float,
+    channel: U8,
+    image: F64,
+    stack: Stack,
+    scratch: Scratch,
+    world: World,
+) -> None:
+    """Write the photosites of a level's tile: background, what was collected, and what its list still holds."""
+    edges, cells, tables, n = world
+    row, col, size = stack.row[level], stack.col[level], n.root >> (level - 1)
+    count, source, state, sums = stack.listed[level], stack.source[level], stack.state[level], stack.sums[level]
+    rows, cols = min(size, image.shape[0] - row), min(size, image.shape[1] - col)
+    order = n.nodes.size
+    line = np.empty((sums.shape[0], order))
+    weights = n.to_photosites[level - 1]
+    for r in range(rows):
+        for k in range(sums.shape[0]):
+            for j in range(order):
+                line[k, j] = 0.0
+            for i in range(order):
+                for j in range(order):
+                    line[k, j] += weights[r, i] * sums[k, i * order + j]
+        for c in range(cols):
+            k = channel[row + r, col + c]
+            value = tables.base[k]
+            for j in range(order):
+                value += weights[c, j] * line[k, j]
+            image[row + r, col + c] = value
+    x0, y0 = origin_x + col, origin_y + row
+    px, py, g, quiet = scratch.site_x, scratch.site_y, scratch.site_g, scratch.quiet
+    from_cells = False
+    for m in range(count):
+        e = source[m]
+        if state[m] == LINE:
+            part = slice(row, row + rows), slice(col, col + cols)
+            _add_line(e, x0, y0, channel[part], image[part], edges, tables, n)
+        elif state[m] == CELL:
+            if not from_cells:
+                scratch.site_sums[:] = 0.0
+                from_cells = True
+            cell_at_points(e, x0, y0, px, py, n.sigma2, n.m22, n.harmonic, cells, scratch.site_sums)
+        else:
+            far_and_quiet(e, x0, y0, px, py, edges, n, quiet)
+            # Not the constant WHOLE: Numba would compile the function for it once more.
+            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, g)  # type: ignore[arg-type]
+            for r in range(rows):
+                for c in range(cols):
+                    k = channel[row + r, col + c]
+                    i = r * size + c
+                    if quiet[i]:
+                        far = tables.far[edges.pair[e], k]
+                        image[row + r, col + c] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
+                    else:
+                        image[row + r, col + c] += edge_at(x0 + c, y0 + r, e, k, edges, tables, n)
+                        if n.quiet_end > n.near:
+                            image[row + r, col + c] += rings_at(x0 + c, y0 + r, e, k, edges, tables, n)
+    if from_cells:
+        for r in range(rows):
+            for c in range(cols):
+                image[row + r, col + c] += scratch.site_sums[channel[row + r, col + c], r * size + c]

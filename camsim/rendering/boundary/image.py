@@ -1,0 +1,215 @@
+"""From an arrangement, an optical system and weights to an image: the boundary engine's set-up around its kernel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from camsim.arrays import C128, F64, I64, U8
+from camsim.rendering.boundary.crowd import gather
+from camsim.rendering.boundary.far import far_moments
+from camsim.rendering.boundary.focus import ZONE, touching
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
+from camsim.rendering.boundary.rings import airy_rings
+from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
+from camsim.rendering.boundary.tables import edge_responses, field_tables
+from camsim.rendering.boundary.tiles import render_edges
+from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
+from camsim.rendering.edges import Edges
+from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
+from camsim.rendering.job import Job, Nodes
+from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.patterns import Pattern
+from camsim.rendering.quadrature import chebyshev, gauss_by_length, interpolation
+
+NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
+BAND_PHOTOSITES = 2_000_000
+LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
+MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
+RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, relative to no footprint
+CELL_NODES = 1  # more along a cell than along a tile: every part of a cell counts, few photosites lie at a tile's rim
+
+
+def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
+    """Return how many photosites the largest tiles of a grid of ``shape`` have along a side."""
+    root = settings.leaf
+    while -(-shape[0] // root) * -(-shape[1] // root) > MOST_TILES:
+        root *= 2
+    return root
+
+
+def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) -> Numbers:
+    """Return the settings as the kernels read them, for a grid of ``shape``."""
+    root = largest_tile(settings, shape)
+    nodes = chebyshev(settings.tile_nodes)
+    longest = LONGEST_PIECE / PANEL_BLURS
+    gauss_x, gauss_w, gauss_count = gauss_by_length(math.pi * PANEL_BLURS, settings.panel_nodes, longest, LENGTHS)
+    levels = int(math.log2(root // settings.leaf)) + 1
+    to_photosites = np.zeros((levels, root, nodes.size))
+    for level in range(levels):
+        size = root >> level
+        to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
+    return Numbers(
+        near=settings.near,
+        quiet_end=settings.quiet_end,
+        reach=settings.reach,
+        quiet_line=settings.quiet_line,
+        field_step=settings.field_step,
+        response_step=settings.response_step,
+        piece=longest * settings.panel,
+        gauss_x=gauss_x,
+        gauss_w=gauss_w,
+        gauss_count=gauss_count,
+        sigma2=footprint.sigma2,
+        m22=footprint.m22,
+        harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),
+        turns=_turns(footprint),
+        apart=footprint.grid()[2],
+        separation=settings.separation,
+        nodes=nodes,
+        to_children=np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)]),
+        to_photosites=to_photosites,
+        root=root,
+        leaf=settings.leaf,
+    )
+
+
+def boundary_bands(
+    job: Job,
+    *,
+    pattern: Pattern,
+    footprint: Footprint,
+    nodes: Nodes,
+    settings: Settings,
+    channel: U8,
+) -> Iterator[F64]:
+    """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
+
+    channel : (rows, cols) channel of each photosite
+    """
+    weights = nodes.weights
+    system, pitch_um, origin = job.system, job.grid.pitch_um, job.grid.first_centre
+    blur = job.blur_at(nodes.wavelength_nm)
+    pairs, channels, count = weights.shape
+    flat = weights.reshape(-1, count)
+    far = far_moments(pattern, blur, flat).reshape(pairs, channels, 4)
+    order, cells = gather(job.edges, job.pair, far, settings.tile_nodes + CELL_NODES)
+    some = job.edges.some(order)
+    edges, normals = _tabled(some, job.pair[order], settings, footprint)
+    field = field_tables(
+        pattern,
+        blur,
+        flat,
+        footprint,
+        radius=settings.near,
+        step=settings.field_step,
+    )
+    if len(normals):
+        responses = edge_responses(
+            system,
+            pattern,
+            pitch_um,
+            blur,
+            flat,
+            normals,
+            extent=footprint.extent,
+            distance=settings.reach,
+            step=settings.response_step,
+        )
+    else:
+        responses = np.empty((0, flat.shape[0], 1, 6))
+    tables = Tables(
+        far=far,
+        field=field.reshape(pairs, channels, *field.shape[1:]),
+        response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
+        base=job.base,
+        rings=_rings(blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
+        ring_weights=weights,
+        blur=blur,
+    )
+    rows, cols = channel.shape
+    n = numbers(settings, footprint, (rows, cols))
+    zones = _zones(some, settings)
+    if len(zones.circle):
+        long, short = _farther(n, settings)
+        far_rings = tables._replace(rings=_rings(blur, footprint, settings.quiet_end))
+    # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
+    band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
+    for row in range(0, rows, band):
+        here = np.ascontiguousarray(channel[row : row + band])
+        with ONE_AT_A_TIME:
+            part = render_edges(origin[0], origin[1] + row, here, edges, cells, tables, n)
+            if len(zones.circle):
+                add_rings_in_zones(origin[0], origin[1] + row, zones, here, part, edges, far_rings, long, short)
+        yield part
+        del part  # or it would stay until the next one is finished
+
+
+def _rings(blur: F64, footprint: Footprint, nearest: float) -> C128:
+    """Return the rings' amplitudes, which hold from ``nearest`` on."""
+    order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
+    nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
+    return airy_rings(blur, nodes, weights, turns=_turns(footprint), nearest=nearest)
+
+
+def _tabled(edges: Edges, pair: I64, settings: Settings, footprint: Footprint) -> tuple[TabledEdges, F64]:
+    """Return edges as the kernels read them, and the normals (n, 2) of the edge responses that they look up."""
+    along, length = edges.end - edges.start, edges.length
+    tx, ty = along[:, 0] / length, along[:, 1] / length
+    turn = tx + 1j * ty
+    response, normals = directions(tx, ty, length >= settings.near, footprint)
+    tabled = TabledEdges(
+        x=np.ascontiguousarray(edges.start[:, 0]),
+        y=np.ascontiguousarray(edges.start[:, 1]),
+        tx=tx,
+        ty=ty,
+        length=length,
+        # Seen in a frame whose second axis is −n (far.py: z = s + ih) ζ is conj(ζ)·e^{iφ}.
+        m2=np.conj(footprint.m2) * turn**2,
+        m31=np.conj(footprint.m31) * turn**2,
+        m4=np.conj(footprint.m4) * turn**4,
+        m6=np.conj(footprint.m6) * turn**6,
+        pair=pair,
+        response=response,
+    )
+    return tabled, normals
+
+
+def _zones(edges: Edges, settings: Settings) -> Zones:
+    """Return where rings that meet in foci are added."""
+    found = settings.foci
+    first, picked = touching(found, edges)
+    return Zones(np.concatenate([found.centre, ZONE * found.radius[:, None]], axis=1), first, picked)
+
+
+def _farther(n: Numbers, settings: Settings) -> tuple[Numbers, Numbers]:
+    """Return how far rings are followed in zones, those of edges with a response and without."""
+    until = (1.0 + 2.0 * ZONE) * float(settings.foci.radius.max(initial=0.0))  # from the rim to the circle's far side
+    short = n._replace(
+        near=settings.quiet_end, quiet_end=until, reach=settings.quiet_end, quiet_line=max(until, settings.quiet_line)
+    )
+    return short._replace(reach=settings.quiet_line), short
+
+
+def _turns(footprint: Footprint) -> int:
+    return 4 if footprint.square else 2
+
+
+def directions(tx: F64, ty: F64, wanted: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:
+    """Return each edge's edge response (−1: none) and the distinct normals, the footprint's symmetries folded.
+
+    A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and
+    y exchanged.
+    """
+    folded = np.stack([-ty, tx], axis=1)
+    folded *= np.where((folded[:, :1] < 0.0) | ((folded[:, :1] == 0.0) & (folded[:, 1:] < 0.0)), -1.0, 1.0)
+    if footprint.mirrored:
+        folded = np.abs(folded)
+    if footprint.square:
+        folded = np.sort(folded, axis=1)
+    distinct, index = np.unique(np.round(folded[wanted], 13), axis=0, return_inverse=True)
+    response = np.full(tx.size, -1, np.int64)
+    response[wanted] = index.ravel()
+    return response, distinct / np.hypot(distinct[:, :1], distinct[:, 1:])

@@ -1,0 +1,70 @@
+"""What the kernels read: edges, tables and settings as records of arrays. Lengths are in pitches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba as nb
+
+from camsim.arrays import C128, F64, I64
+from camsim.rendering.boundary.far import Moments
+
+
+class TabledEdges(NamedTuple):
+    """Edges in pitches, with what each needs from the tables."""
+
+    x: F64  # start
+    y: F64
+    tx: F64  # unit direction
+    ty: F64
+    length: F64
+    m2: C128  # the footprint's moments in the edge's frame, see far.Moments
+    m31: C128
+    m4: C128
+    m6: C128
+    pair: I64  # which two spectra
+    response: I64  # which edge response, −1 for none
+
+
+class Tables(NamedTuple):
+    """Everything that is tabulated, by pair of spectra and channel."""
+
+    far: F64  # (pairs, channels, 4)
+    field: F64  # (pairs, channels, 2, n, n)
+    response: F64  # (directions, pairs, channels, cells, 6)
+    base: F64  # (channels,) the background
+    rings: C128  # amplitudes of the rings by wavelength (rings.airy_rings), none without rings
+    ring_weights: F64  # (pairs, channels, wavelengths)
+    blur: F64  # (wavelengths,)
+
+
+class Numbers(NamedTuple):
+    """The plan's settings as the kernels read them; lengths in pitches."""
+
+    near: float  # an end within this distance is integrated
+    quiet_end: float  # beyond this one it sends no rings
+    reach: float  # an edge response is looked up to this distance
+    quiet_line: float  # beyond this one a line sends no rings
+    field_step: float
+    response_step: float
+    piece: float  # the longest that one rule integrates
+    gauss_x: F64  # (lengths, most): rules for pieces of 1/lengths, 2/lengths … of it
+    gauss_w: F64
+    gauss_count: I64  # (lengths,) nodes of each
+    sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
+    m22: float
+    harmonic: C128  # (4,) its ⟨ζ²⟩, ⟨ζ³ζ̄⟩, ⟨ζ⁴⟩, ⟨ζ⁶⟩ in the photosite's own frame
+    turns: int  # its symmetry: a half turn (2) or a quarter turn (4) leaves it as it is
+    apart: F64  # (c, 2): the field is the mean of its table at these offsets
+    separation: float  # half-widths of a tile, or of a cell of sources, from which one is smooth over the other
+    nodes: F64  # (n,) Chebyshev nodes on −1 … 1
+    to_children: F64  # (2, n, n)
+    to_photosites: F64  # (levels, root, n), level 0 the root
+    root: int  # photosites along the largest tile
+    leaf: int  # tiles of this size are finished whatever is left
+
+
+@nb.njit(cache=True, inline="always")
+def moments_of(e: int, edges: TabledEdges, n: Numbers) -> Moments:
+    """Return the footprint's moments as the end of edge ``e`` sees them."""
+    return Moments(n.sigma2, n.m22, edges.m2[e], edges.m31[e], edges.m4[e], edges.m6[e])

@@ -1,0 +1,129 @@
+"""The exact boundary engine: the light on a photosite as a sum over edges (docs/rendering.md has the formulas).
+
+Every edge is a line minus its two ends. Seen from a photosite, the line is one look-up in the edge response of its
+direction (or its far form), and an end is the half line beyond it: closed form when it is far, quadrature over the
+tabulated field when it is near (edge.py). Far contributions vary slowly: a quadtree collects them on Chebyshev nodes
+of the largest tile for which they are smooth, and crowds of edges come as cells (crowd.py) of the size of the tile or
+larger. Only what is left is visited per photosite.
+"""
+
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import F64, U8
+from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World, collect, scratch_of
+from camsim.rendering.boundary.crowd import Cells
+from camsim.rendering.boundary.finish import finish
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
+from camsim.rendering.boundary.smooth import WHOLE
+
+
+@nb.njit(cache=True)
+def _stack_of(levels: int, channels: int, world: World) -> Stack:
+    """Return a stack with all sources at level 0."""
+    edges, cells, order = world.edges.x.size, world.cells.x.size, world.numbers.nodes.size
+    index = np.zeros((4, levels + 1), np.int64)
+    source = np.empty((levels + 1, edges), np.int64)
+    state = np.empty((levels + 1, edges), np.uint8)
+    sums = np.zeros((levels + 1, channels, order * order))
+    stack = Stack(index[0], index[1], index[2], index[3], source, state, sums)
+    if cells:
+        stack.source[0, 0], stack.state[0, 0], stack.listed[0] = 0, CELL, 1
+    else:
+        stack.source[0], stack.state[0], stack.listed[0] = np.arange(edges), WHOLE, edges
+    return stack
+
+
+@nb.njit(cache=True)
+def _hand_down(level: int, quarter: int, stack: Stack, n: Numbers, half_way: F64) -> None:
+    """Interpolate what a tile has collected to the nodes of one of its quarters, a level further down."""
+    order = n.nodes.size
+    down_matrix, across_matrix = n.to_children[quarter // 2], n.to_children[quarter % 2]
+    for k in range(stack.sums.shape[1]):
+        half_way[:] = 0.0
+        for i in range(order):
+            for m in range(order):
+                w = down_matrix[i, m]
+                for j in range(order):
+                    half_way[i, j] += w * stack.sums[level, k, m * order + j]
+        for i in range(order):
+            for j in range(order):
+                value = 0.0
+                for m in range(order):
+                    value += across_matrix[j, m] * half_way[i, m]
+                stack.sums[level + 1, k, i * order + j] = value
+
+
+@nb.njit(cache=True)
+def _descend(
+    row: int,
+    col: int,
+    origin_x: float,
+    origin_y: float,
+    channel: U8,
+    image: F64,
+    stack: Stack,
+    scratch: Scratch,
+    world: World,
+) -> None:
+    """Render one of the largest tiles: quarter it until nothing is left but lines, or it is a leaf."""
+    rows, cols = image.shape
+    n = world.numbers
+    half_way = np.empty((n.nodes.size, n.nodes.size))
+    stack.row[1], stack.col[1] = row, col
+    level = 1
+    enter = True
+    while level > 0:
+        size = n.root >> (level - 1)
+        if enter:
+            half = 0.5 * size
+            x, y = origin_x + stack.col[level] + half - 0.5, origin_y + stack.row[level] + half - 0.5
+            whole = collect(level, x, y, stack, scratch, world)
+            if whole == 0 or size == n.leaf:
+                finish(level, origin_x, origin_y, channel, image, stack, scratch, world)
+                level -= 1
+                enter = False
+                continue
+            stack.quarter[level] = 0
+        enter = False
+        quarter = stack.quarter[level]
+        if quarter == 4:
+            level -= 1
+            continue
+        stack.quarter[level] += 1
+        r = stack.row[level] + (quarter // 2) * (size // 2)
+        c = stack.col[level] + (quarter % 2) * (size // 2)
+        if r < rows and c < cols:
+            stack.row[level + 1], stack.col[level + 1] = r, c
+            _hand_down(level, quarter, stack, n, half_way)
+            level += 1
+            enter = True
+
+
+@nb.njit(cache=True, parallel=True)
+def render_edges(
+    origin_x: float, origin_y: float, channel: U8, edges: TabledEdges, cells: Cells, tables: Tables, n: Numbers
+) -> F64:
+    """Render every photosite in its own channel.
+
+    origin   : x, y of the first photosite's centre, pitches
+    channel  : (rows, cols) index of each photosite's channel
+    returns  : (rows, cols), in the unit of the weights
+    """
+    rows, cols = channel.shape
+    image = np.empty((rows, cols))
+    down, across = (rows + n.root - 1) // n.root, (cols + n.root - 1) // n.root
+    levels = n.to_photosites.shape[0]
+    channels = tables.far.shape[1]
+    tiles = down * across
+    for turn in nb.prange(tiles):
+        # Threads take halves of the turns; crossing them spreads a crowded corner of the frame over all threads.
+        tile = 2 * turn if 2 * turn < tiles else 2 * (turn - (tiles + 1) // 2) + 1
+        world = World(edges, cells, tables, n)
+        stack = _stack_of(levels, channels, world)
+        scratch = scratch_of(n.leaf, n.nodes.size, channels, cells.x.size)
+        row, col = (tile // across) * n.root, (tile % across) * n.root
+        _descend(row, col, origin_x, origin_y, channel, image, stack, scratch, world)
+    return image

@@ -1,0 +1,67 @@
+"""Zones about the foci of round outlines: there rings are followed as far as the outline that they come from."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.rendering.boundary.edge_rings import rings_at
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
+
+
+class Zones(NamedTuple):
+    """Circles in which some edges' rings are added."""
+
+    circle: F64  # (n, 3) x, y and radius
+    first: I64  # (n + 1,) where each one's edges begin
+    picked: I64  # they
+
+
+@nb.njit(cache=True, parallel=True)
+def add_rings_in_zones(
+    x0: float,
+    y0: float,
+    zones: Zones,
+    channel: U8,
+    image: F64,
+    edges: TabledEdges,
+    tables: Tables,
+    long: Numbers,
+    short: Numbers,
+) -> None:
+    """Add the rings that some edges send from far away to the photosites of zones, each edge's once.
+
+    x0, y0 : of the image's first photosite
+    long, short : how far rings are there already (``near``, ``reach``) and how far they are wanted (``quiet_end``,
+                  ``quiet_line``), for edges with a response and without
+    """
+    circle, first, picked = zones
+    rows, cols = image.shape
+    for r in nb.prange(rows):
+        y = y0 + r
+        left, right = cols, 0
+        for zone in range(len(circle)):
+            half2 = circle[zone, 2] ** 2 - (y - circle[zone, 1]) ** 2
+            if half2 >= 0.0:
+                middle, half = circle[zone, 0] - x0, math.sqrt(half2) + 1.0  # wider than rounding; each is asked below
+                left = min(left, max(0, math.ceil(middle - half)))
+                right = max(right, min(cols, math.floor(middle + half) + 1))
+        if left >= right:
+            continue
+        added_at = np.full(edges.x.size, -1, np.int64)
+        for c in range(left, right):
+            x = x0 + c
+            for zone in range(len(circle)):
+                if (x - circle[zone, 0]) ** 2 + (y - circle[zone, 1]) ** 2 > circle[zone, 2] ** 2:
+                    continue
+                for e in picked[first[zone] : first[zone + 1]]:
+                    if added_at[e] == c:
+                        continue
+                    added_at[e] = c
+                    image[r, c] += rings_at(
+                        x, y, e, channel[r, c], edges, tables, long if edges.response[e] >= 0 else short
+                    )

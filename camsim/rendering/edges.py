@@ -1,0 +1,52 @@
+"""Edges of a scene as every engine takes them: straight, directed, a spectrum on either side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Edges:
+    """Edges in pitches.
+
+    start, end  : (n, 2) x and y of their ends
+    left, right : (n,) index of the spectrum on either side as one walks along (0: the background)
+    """
+
+    start: F64
+    end: F64
+    left: I64
+    right: I64
+
+    def __len__(self) -> int:
+        """How many."""
+        return len(self.start)
+
+    def some(self, which: np.ndarray) -> Edges:
+        """Return those picked by a mask or by indices."""
+        return Edges(start=self.start[which], end=self.end[which], left=self.left[which], right=self.right[which])
+
+    def seen_from(self, point: F64 | tuple[float, float]) -> Edges:
+        """Return the same edges with a point (x, y) as the origin."""
+        return Edges(start=self.start - point, end=self.end - point, left=self.left, right=self.right)
+
+    @property
+    def length(self) -> F64:
+        """Length of each (n,)."""
+        along = self.end - self.start
+        length: F64 = np.hypot(along[:, 0], along[:, 1])
+        return length
+
+    @property
+    def points(self) -> F64:
+        """Both ends of all (2n, 2): first the starts."""
+        return np.concatenate([self.start, self.end])
+
+    def pairs(self) -> tuple[I64, I64]:
+        """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""
+        sides, pair = np.unique(np.stack([self.left, self.right], axis=1), axis=0, return_inverse=True)
+        return sides, pair.ravel()

@@ -1,0 +1,63 @@
+"""A scene without edges: the background, exactly, whatever the method."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from camsim.arrays import F64, I64, U8
+from camsim.rendering.engine import Cost, Decision, Marks, Progress
+from camsim.rendering.job import Job
+from camsim.rendering.work import Work
+
+ROWS = 256
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlatPlan:
+    """Fill an array."""
+
+    job: Job
+
+    @property
+    def marks(self) -> Marks:
+        """Return marks that mean nothing: all photosites are alike."""
+        return Marks.plain(1.0)
+
+    @property
+    def fewest(self) -> int:
+        """One."""
+        return 1
+
+    @property
+    def wavelengths(self) -> int:
+        """No wavelength is blurred."""
+        return 0
+
+    @property
+    def cost(self) -> Cost:
+        """A fill of an array."""
+        photosites = self.job.grid.rows * self.job.grid.cols
+        return Cost(seconds=1e-4 + 5e-9 * photosites, memory_bytes=8.0 * photosites)
+
+    def work(self, images: int) -> Work:
+        """Return the work: photosites are filled, nothing is computed."""
+        return Work(photosites=images * self.job.grid.rows * self.job.grid.cols, channels=images)
+
+    def decisions(self) -> Iterator[Decision]:
+        """None: there is nothing to decide."""
+        yield from ()
+
+    def of(self, job: Job) -> FlatPlan:
+        """Return the background of another job."""
+        return FlatPlan(job=job)
+
+    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+        """Yield the background of each photosite's channel, some rows at a time."""
+        for row in range(0, len(channel), ROWS):
+            yield self.job.base[channel[row : row + ROWS]]
+            progress(min(row + ROWS, len(channel)) / len(channel))
+
+    def standard_error(self, rows: I64, cols: I64) -> float | None:
+        """Return None: no chance."""
+        return None

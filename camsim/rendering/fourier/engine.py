@@ -1,0 +1,157 @@
+"""The Fourier engine as a plan: wavelengths, sizes, cost, one band."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from camsim.arrays import F64, I64, U8
+from camsim.errors import UnsupportedError
+from camsim.optics import OpticalSystem
+from camsim.rendering.engine import SET_UP_SECONDS, Cost, Decision, Marks, Progress
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
+from camsim.rendering.job import Job, Nodes
+from camsim.rendering.patterns import AIRY
+from camsim.rendering.quiet import Waves
+from camsim.rendering.work import Work
+
+FEWEST = 2  # photosites that are checked singly: a transform's errors are everywhere, no photosite is a case of its own
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FourierPlan:
+    """A job with any lens and any photosite, and the wavelengths that it takes."""
+
+    job: Job
+    nodes: Nodes
+
+    @property
+    def marks(self) -> Marks:
+        """None of its own."""
+        return Marks.plain(float(self.job.blur.max()))
+
+    @property
+    def fewest(self) -> int:
+        """A few whatever they take."""
+        return FEWEST
+
+    @property
+    def wavelengths(self) -> int:
+        """Number of wavelength nodes."""
+        return self.nodes.wavelength_nm.size
+
+    @functools.cached_property
+    def image(self) -> FourierImage:
+        """What transforms."""
+        job = self.job
+        return FourierImage(
+            edges=job.edges,
+            density=self.nodes.density,
+            base=job.base,
+            wavelength_nm=self.nodes.wavelength_nm,
+            system=job.system,
+            pitch_um=job.grid.pitch_um,
+            tolerance=job.tolerance,
+        )
+
+    @functools.cached_property
+    def _expected(self) -> tuple[Cost, float]:
+        grid = self.job.grid
+        return self.image.expected(grid.first_centre, (grid.rows, grid.cols))
+
+    @property
+    def cost(self) -> Cost:
+        """What one image takes."""
+        cost = self._expected[0]
+        return Cost(seconds=SET_UP_SECONDS + cost.seconds, memory_bytes=cost.memory_bytes)
+
+    @property
+    def _frequencies(self) -> int:
+        return round(self._expected[1])
+
+    def work(self, images: int) -> Work:
+        """Count the work of ``images`` images."""
+        grid = self.job.grid
+        return Work(
+            edges=len(self.job.edges),
+            wavelength_nodes=self.wavelengths,
+            channels=images,
+            photosites=images * grid.rows * grid.cols,
+            frequencies=images * self._frequencies,
+        )
+
+    def decisions(self) -> Iterator[Decision]:
+        """Yield how many frequencies there are."""
+        yield Decision(
+            topic="settings",
+            decision=f"{self._frequencies:.2g} frequencies",
+            reason="a period and a taper wide enough that nothing wraps round within the tolerance",
+        )
+
+    def of(self, job: Job) -> FourierPlan:
+        """Return the same wavelengths for other edges."""
+        return FourierPlan(job=job, nodes=job.nodes_like(self.nodes))
+
+    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+        """Yield the image as one band: its last row is known no sooner than its first."""
+        yield self.image.rendered(self.job.grid.first_centre, channel, progress)
+
+    def standard_error(self, rows: I64, cols: I64) -> float | None:
+        """Return None: no chance."""
+        return None
+
+
+class Fourier:
+    """The exact Fourier engine: any lens, any photosite."""
+
+    finest = FINEST
+
+    def plan(self, job: Job, samples: int | None = None) -> FourierPlan:
+        """Choose nodes; ``samples`` must be None."""
+        if samples is not None:
+            raise UnsupportedError("samples: fourier takes none; only importance takes a number")
+        check_tolerance(job.tolerance)
+        return FourierPlan(job=job, nodes=_nodes(job))
+
+    def with_nodes(self, job: Job, nodes: Nodes) -> FourierPlan:
+        """Return the plan with wavelengths that somebody else chose."""
+        return FourierPlan(job=job, nodes=nodes)
+
+    def windows(self, job: Job) -> Callable[[tuple[float, float], U8], F64]:
+        """Return what renders windows of a job: by the first photosite's centre, pitches, and the channels."""
+        return self.plan(job).image.rendered
+
+
+def _nodes(job: Job) -> Nodes:
+    """Return wavelengths that follow the rings of the spectrum as far as these are heard.
+
+    Farther out they need not be right, but must be as quiet: a few wavelengths come back into step where the spectrum
+    does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width on a
+    point: no pupil's rings exceed those by much.
+    """
+    blur, span, allowed = job.blur, job.span, job.budget.allowed("rings")
+    if job.pattern is not None and job.footprint is not None:
+        pattern, footprint = job.pattern, job.footprint
+    else:
+        pattern, footprint = AIRY, Footprint.of(OpticalSystem(lens=job.system.lens), job.grid.pitch_um)
+    waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)
+    spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
+    followed = waves.quiet_distance(allowed, front="line", within=span)
+    while True:
+        nodes = job.nodes(phase=spread * followed)
+        count = nodes.wavelength_nm.size
+        if count == blur.size or followed >= span:
+            return nodes
+        few = Waves(
+            pattern=pattern,
+            blur=job.blur_at(nodes.wavelength_nm),
+            shares=nodes.weights.reshape(-1, count),
+            footprint=footprint,
+        )
+        heard = few.quiet_distance(allowed, front="line", within=span)
+        if heard <= followed:
+            return nodes
+        followed = min(1.4 * followed, span)

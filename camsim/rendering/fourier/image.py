@@ -1,0 +1,214 @@
+"""The exact Fourier engine: any lens, any photosite (docs/fourier.md has its error model).
+
+The transform of the regions is known exactly, edge by edge. Times the transfer of every stage, added up over the
+aliases of the photosites' lattice, and one inverse transform per channel: that is the image, with a kernel tapered to
+0 before the period could wrap it round (plan.py).
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from camsim.arrays import F64, U8
+from camsim.errors import InvalidValueError
+from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.edges import Edges
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.fourier.blocks import Tile, blocks
+from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
+from camsim.rendering.fourier.lens import (
+    Fields,
+    footprint_transfer,
+    kernel_of,
+    plain_fields,
+    round_curves,
+    tapered_fields,
+)
+from camsim.rendering.fourier.plan import PART, Kernel, Sizes, Task, plan_sizes
+from camsim.rendering.fourier.regions import Regions, clamped
+from camsim.rendering.kernels import ONE_AT_A_TIME
+
+FINEST, COARSEST = 1e-11, 1e-2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FourierImage:
+    """Regions behind a system, to be rendered by transforms.
+
+    edges         : pitches; the regions they bound are closed
+    density       : (spectra, channels, j) what each spectrum gives each channel at each wavelength
+    base          : (channels,) the background
+    wavelength_nm : (j,)
+    tolerance     : largest error, in the unit of ``density``
+    memory_limit_bytes : what the plan keeps below if it can
+    """
+
+    edges: Edges
+    density: F64
+    base: F64
+    wavelength_nm: F64
+    system: OpticalSystem
+    pitch_um: float
+    tolerance: float
+    memory_limit_bytes: float = MEMORY_LIMIT_BYTES
+
+    def rendered(
+        self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
+    ) -> F64:
+        """Render every photosite in its own channel.
+
+        origin   : x, y of the first photosite's centre, pitches
+        channel  : (rows, cols) index of each photosite's channel
+        progress : told the fraction done
+
+        Raises InvalidValueError for a tolerance out of range, or where it would take more memory than the limit.
+        """
+        check_tolerance(self.tolerance)
+        image = self.base[channel]
+        if self._empty:
+            progress(1.0)
+            return image
+        edges = self.edges.seen_from(origin)
+        plan = self._plan(edges, (channel.shape[0], channel.shape[1]))
+        if plan.memory_bytes > self.memory_limit_bytes:
+            raise InvalidValueError(
+                f"method: fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
+                f"is {self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, allow a larger tolerance, or use "
+                "boundary"
+            )
+        for done, tile in enumerate(plan.tiles):
+            part = (slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
+            seen = clamped(edges.seen_from((float(tile.col), float(tile.row))), tile.low, tile.high)
+            if not len(seen):
+                continue  # all that could be seen lies elsewhere
+            regions = Regions.of(seen, tile, plan, len(self.density) - 1, self.tolerance)
+            image[part] += self._tile(tile, plan, regions, channel[part])
+            progress((done + 1) / len(plan.tiles))
+        return image
+
+    def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
+        """Return what rows and columns from ``origin`` on are expected to take, and the number of frequencies."""
+        if not len(self.edges):
+            return Cost(seconds=0.0, memory_bytes=8.0 * shape[0] * shape[1]), 0.0
+        plan = self._plan(self.edges.seen_from(origin), shape)
+        return Cost(seconds=plan.seconds, memory_bytes=plan.memory_bytes), sum(tile.points for tile in plan.tiles)
+
+    @functools.cached_property
+    def _empty(self) -> bool:
+        return not len(self.edges) or not np.any(self.density[1:] != self.density[0])
+
+    @functools.cached_property
+    def _lit(self) -> tuple[F64, F64]:
+        """Wavelengths and densities that are told apart: one where the system treats all alike."""
+        if self.system.chromatic:
+            return self.wavelength_nm, self.density
+        return self.wavelength_nm[:1], self.density.sum(axis=2, keepdims=True)
+
+    @functools.cached_property
+    def _kernel(self) -> Kernel:
+        return kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
+
+    def _plan(self, edges: Edges, shape: tuple[int, int]) -> Sizes:
+        """Choose tiles and settings; ``edges`` from the first photosite."""
+        kernel, corners = self._kernel, edges.points
+        spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
+        spectra, channels, wavelengths = self._lit[1].shape
+        longest = 2.0 * (sum(shape) + 4.0 * kernel.reach)  # that an edge may be once it is clamped
+        return plan_sizes(
+            Task(
+                kernel=kernel,
+                shape=shape,
+                low=corners.min(axis=0),
+                high=corners.max(axis=0),
+                footprint=np.array([float(spots[0] + photosite[0]), float(spots[1] + photosite[1])]) / self.pitch_um,
+                edges=len(edges),
+                length=float(np.minimum(edges.length, longest).sum()),
+                spectra=spectra - 1,
+                channels=channels,
+                wavelengths=wavelengths,
+                tolerance=self.tolerance,
+                memory_limit_bytes=self.memory_limit_bytes,
+            )
+        )
+
+    def _tile(self, tile: Tile, plan: Sizes, regions: Regions, channel: U8) -> F64:
+        """Return the tile's image, each photosite in its own channel, less the background."""
+        image = np.empty(channel.shape)
+        present, density = np.unique(channel), self._lit[1]
+        for first in range(0, present.size, plan.channels):
+            some = present[first : first + plan.channels]
+            total = self._spectrum(tile, plan, regions, (density[1:] - density[0])[:, some])
+            for k, values in zip(some, total, strict=True):
+                plane = _inverse(values.view(complex)[..., 0], tile)
+                mine = channel == k
+                image[mine] = plane[mine]
+        return image
+
+    def _spectrum(self, tile: Tile, plan: Sizes, regions: Regions, contrast: F64) -> F64:
+        """Return the image's transform on the photosites' grid of frequencies: (channels, py, px//2 + 1, 2).
+
+        contrast : (spectra, channels, j) against the background
+        """
+        # Filled here: threads that touch fresh pages at once wait for one another.
+        total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
+        if self._kernel.round:
+            curves = round_curves(self.system, self._lit[0], contrast, self.pitch_um, self._kernel, tile, plan)
+            for block in blocks(tile, plan.block_points):
+                scene = SceneBlock(regions.transforms(block), regions.areas)
+                footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
+                with ONE_AT_A_TIME:
+                    add_round(total, scene, footprint, curves, block.place(tile))
+            return total
+        for fields, weights in self._fields(tile, plan, contrast):
+            for block in blocks(tile, plan.block_points):
+                scene = SceneBlock(regions.transforms(block), regions.areas)
+                footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
+                values = fields(block)
+                with ONE_AT_A_TIME:
+                    add_fields(total, scene, footprint, values, weights, block.place(tile))
+        return total
+
+    def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
+        """Yield what gives the lens on a block, and the weights of its wavelengths."""
+        wavelength_nm = self._lit[0]
+        if not self._kernel.tapered:
+            yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
+            return
+        precision = ErrorBudget(self.tolerance).allowed("pupil")
+        for j, wavelength in enumerate(wavelength_nm):
+            one = tapered_fields(self.system, float(wavelength), self.pitch_um, tile, plan, precision=precision)
+            yield one, np.ascontiguousarray(contrast[:, :, j : j + 1])
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Refuse what the engine cannot promise."""
+    if not FINEST <= tolerance <= COARSEST:
+        raise InvalidValueError(
+            f"tolerance: {tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to"
+        )
+
+
+def _inverse(values: F64, tile: Tile) -> F64:
+    """Return the tile's photosites from their frequencies (py, px//2 + 1); ``values`` is lost.
+
+    First down the columns, some at a time, of which only the tile's rows are kept; then along those.
+    """
+    px, py = tile.periods
+    # A short kernel's period may be less than the tile: what repeats is then the empty background.
+    rows, cols = np.arange(tile.rows) % py, np.arange(tile.cols) % px
+    lines = np.empty((tile.rows, values.shape[1]), complex)
+    step = max(1, PART // py)
+    for first in range(0, values.shape[1], step):
+        part = np.ascontiguousarray(values[:, first : first + step])
+        lines[:, first : first + step] = fft.ifft(part, axis=0, overwrite_x=True, workers=-1)[rows]
+    image = np.empty((tile.rows, tile.cols))
+    step = max(1, PART // px)
+    for first in range(0, tile.rows, step):
+        image[first : first + step] = fft.irfft(lines[first : first + step], n=px, axis=1, workers=-1)[:, cols]
+    return image

@@ -1,0 +1,58 @@
+"""The scene's outlines as edges: round ones become polygons whose sides no photosite can tell from the arc."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.grid import Grid
+from camsim.rendering.long_sides import LongSides
+from camsim.rendering.quadrature import gauss_legendre
+from camsim.scene import Disc, Scene, arrange
+from camsim.scene.arrange import Arrangement
+
+SLOPE_NODES = 24  # of a bound: a few per cent of it do not matter
+
+
+def arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget) -> Arrangement:
+    """Return the scene's edges, its round outlines as polygons; ``seen_nm``: wavelengths that carry signal."""
+    discs = [shape for shape in scene.shapes if isinstance(shape, Disc)]
+    if not discs or not seen_nm.size:
+        return arrange(scene, max_segment_um=math.inf)
+    shortest_nm, longest_nm = float(seen_nm.min()), float(seen_nm.max())
+    segment_um, wobble_um, cut_um2, line_per_um = _limits(system, shortest_nm, budget.allowed("outlines"))
+    long = LongSides.of(
+        discs,
+        limits_um=(segment_um, wobble_um, cut_um2),
+        system=system,
+        grid=grid,
+        blur_um=(system.blur_um(shortest_nm), system.blur_um(longest_nm)),
+        line_per_um=line_per_um,
+        budget=budget,
+    )
+    return arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2, longer=long.along)
+
+
+def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[float, float, float, float]:
+    """Return the longest side of a curved outline's polygon and its largest wobble, µm, its largest cut, µm², and the
+    peak of the line spread, 1/µm.
+
+    Sides no longer than the inverse of the highest frequency that passes in any direction wobble at frequencies that
+    the lens does not pass. What stays is of second order: half the mean square of the wobble times the slope of the
+    line spread, which is no more than ∫2π|f|·|OTF| df along it. Where another shape cuts the outline, what is left of
+    the last side counts at once: its area times the pattern's peak, which is half that slope.
+    """
+    highest = system.cutoff_per_um(shortest_nm)
+    x, w = gauss_legendre(SLOPE_NODES)
+    f = 0.5 * (1.0 + x) * highest
+    passes = [
+        np.abs(system.point_otf(f * cx, f * cy, shortest_nm)) * w * highest
+        for cx, cy in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
+    ]
+    slope = max(2.0 * math.pi * float(np.sum(f * otf)) for otf in passes)
+    line_per_um = max(float(np.sum(otf)) for otf in passes)
+    return 1.0 / highest, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope, line_per_um

@@ -1,0 +1,124 @@
+"""The paper's methods (rules.py) as plans, checked like all others."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.errors import UnsupportedError
+from camsim.optics import EllipticalGaussian
+from camsim.rendering.boundary.settings import check_tolerance
+from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.job import Job
+from camsim.rendering.paper import rules
+from camsim.rendering.work import Work
+
+SECONDS_PER_CLIP = 4e-9  # of one square against one edge
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PaperPlan:
+    """One of the paper's methods, for a job of one channel at one wavelength."""
+
+    job: Job
+    rule: rules.Rule
+
+    @property
+    def marks(self) -> Marks:
+        """None of its own."""
+        return Marks.plain(float(self.job.blur.max()))
+
+    @property
+    def fewest(self) -> int:
+        """A few whatever they take."""
+        return FEWEST_CHECKED
+
+    @property
+    def wavelengths(self) -> int:
+        """One."""
+        return 1
+
+    @property
+    def cost(self) -> Cost:
+        """Every sample of every photosite is clipped against every edge."""
+        photosites = float(self.job.grid.rows * self.job.grid.cols)
+        clips = photosites * self.rule.samples * len(self.job.edges)
+        return Cost(seconds=1e-3 + SECONDS_PER_CLIP * clips, memory_bytes=8.0 * photosites)
+
+    def work(self, images: int) -> Work:
+        """Count the work of ``images`` images."""
+        photosites = images * self.job.grid.rows * self.job.grid.cols
+        return Work(
+            edges=len(self.job.edges),
+            wavelength_nodes=self.wavelengths,
+            channels=images,
+            photosites=photosites,
+            samples=photosites * self.rule.samples,
+        )
+
+    def decisions(self) -> Iterator[Decision]:
+        """None: the rule is what was asked for."""
+        yield from ()
+
+    def of(self, job: Job) -> PaperPlan:
+        """Return the same samples for other edges."""
+        return dataclasses.replace(self, job=job)
+
+    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+        """Yield the image as one band."""
+        job = self.job
+        yield self.rule.image(
+            job.edges,
+            self._contrast,
+            float(job.base[0]),
+            origin=job.grid.first_centre,
+            shape=(channel.shape[0], channel.shape[1]),
+        )
+        progress(1.0)
+
+    def standard_error(self, rows: I64, cols: I64) -> float | None:
+        """Return the largest standard error of the mean of a photosite's samples; of ``importance`` only.
+
+        It takes them for random, which is what the paper's analysis does; Halton's do better than that, and it does not
+        see that the pattern is cut off. The other methods have fixed rules whose error no spread of values tells.
+        """
+        x0, y0 = self.job.grid.first_centre
+        points = np.stack([x0 + cols, y0 + rows], axis=1)
+        return self.rule.standard_error(self.job.edges, self._contrast, points)
+
+    @property
+    def _contrast(self) -> F64:
+        """Left minus right of every edge."""
+        density = self.job.signals.density[:, 0, 0]
+        contrast: F64 = density[self.job.edges.left] - density[self.job.edges.right]
+        return contrast
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """One of the paper's methods by its name."""
+
+    method: str
+
+    def plan(self, job: Job, samples: int | None = None) -> PaperPlan:
+        """Make the method's rule; it takes one wavelength, and a round lens (strips any Gaussian)."""
+        turned = self.method == "strips" and isinstance(job.system.lens, EllipticalGaussian)
+        if job.pattern is not None and job.footprint is not None:
+            check_tolerance(job.tolerance, job.pattern)
+        elif not turned:
+            raise UnsupportedError(job.unknown)
+        if job.signals.density.shape[1:] != (1, 1):
+            raise UnsupportedError(f"{self.method} renders one wavelength at a time: use boundary, or camsim.render")
+        rule = rules.rule_of(
+            self.method,
+            job.system,
+            blur=float(job.blur[0]),
+            footprint=Footprint.of(job.system, job.grid.pitch_um),
+            samples=samples,
+        )
+        return PaperPlan(job=job, rule=rule)

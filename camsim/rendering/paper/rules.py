@@ -1,0 +1,175 @@
+"""The paper's methods, kept by name: what people used before, and what the boundary engine is measured against.
+
+F. van den Bergh, "On the rendering of synthetic images with specific point spread functions". All of them place a
+fixed set of samples of the lens's pattern around every photosite and weigh the footprint's share of each region there;
+``strips`` integrates a Gaussian pattern instead, in closed form along x and adaptively along y.
+
+area           the footprint alone, clipped exactly: no lens at all
+uniform-pixel  11 × 11 samples on whole pixels, weighted by the pattern
+uniform        11 × 11 samples that reach as far as the pattern does (3 σ, or the third dark ring)
+importance     N samples (default 2025) of the Halton sequence (2, 3), distributed as the pattern (Airy cut at 18 λN)
+strips         Gaussian pattern of any covariance, point photosite
+
+One difference from the paper is deliberate: a photosite's rectangle and the OLPF's spots are clipped exactly at every
+sample, for all methods.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import special
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
+from camsim.rendering.edges import Edges
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.kernels import ONE_AT_A_TIME
+from camsim.rendering.paper.kernels import Boxes, Steps, each_sample, strips, weighted
+from camsim.rendering.patterns import pattern_of
+
+GRID = 11
+IMPORTANCE_SAMPLES = 2025
+AIRY_CUT = 18.0  # λN, as in the paper
+THIRD_DARK_RING = 3.2383  # λN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rule:
+    """A method made ready for one lens and footprint; lengths in pitches.
+
+    places, shares : (m, 2) centres of the footprint's rectangles about a photosite, and (m,) what each counts
+    width, height  : of the rectangles
+    whiten         : (2, 2) makes the Gaussian that ``strips`` integrates instead round, σ = 1; None for all others
+    random         : whether the samples may be taken for random draws of the pattern
+    """
+
+    places: F64
+    shares: F64
+    width: float = 0.0
+    height: float = 0.0
+    whiten: F64 | None = None
+    random: bool = False
+
+    @property
+    def samples(self) -> int:
+        """How many samples a photosite takes."""
+        return len(self.shares)
+
+    def image(
+        self, edges: Edges, contrast: F64, background: float, *, origin: tuple[float, float], shape: tuple[int, int]
+    ) -> F64:
+        """Render at one wavelength; ``contrast``: (n,) left minus right of edges;  origin: of the first photosite."""
+        (x0, y0), (rows, cols) = origin, shape
+        with ONE_AT_A_TIME:
+            if self.whiten is not None:
+                whitened = Steps(edges.start @ self.whiten.T, edges.end @ self.whiten.T, contrast)
+                return strips(x0, y0, rows, cols, whitened, background, self.whiten)
+            return weighted(x0, y0, rows, cols, Steps(edges.start, edges.end, contrast), background, self._boxes)
+
+    def standard_error(self, edges: Edges, contrast: F64, points: F64) -> float | None:
+        """Return the largest standard error of the samples' mean at ``points`` (m, 2); None where nothing is random."""
+        if not self.random or self.samples < 2:
+            return None
+        worst, steps = 0.0, Steps(edges.start, edges.end, contrast)
+        for x, y in points:
+            values = each_sample(x, y, steps, self._boxes)
+            worst = max(worst, float(values.std(ddof=1)) / math.sqrt(self.samples))
+        return worst
+
+    @property
+    def _boxes(self) -> Boxes:
+        return Boxes(self.width, self.height, self.places, self.shares)
+
+
+def rule_of(method: str, system: OpticalSystem, *, blur: float, footprint: Footprint, samples: int | None) -> Rule:
+    """Make a method ready.
+
+    blur    : the pattern's own length, pitches
+    samples : number of samples of ``importance``; None for its default
+    """
+    lens, spots = system.lens, footprint.spots
+    if samples is not None and method != "importance":
+        raise UnsupportedError(f"samples: {method} has a fixed set of samples; only importance takes a number")
+    if method == "strips":
+        if not isinstance(lens, Gaussian | EllipticalGaussian) or footprint.side > 0.0 or len(spots) > 1:
+            raise UnsupportedError(
+                "strips needs a Gaussian lens and a point photosite (side_um 0, no OLPF); "
+                f"this is {type(lens).__name__} on {footprint.side:g} pitches: use boundary"
+            )
+        return Rule(places=np.zeros((1, 2)), shares=np.ones(1), whiten=_whitening(lens, blur))
+    if not isinstance(lens, Airy | Gaussian):
+        raise UnsupportedError(f"{method} knows Airy and Gaussian lenses; this is {type(lens).__name__}: use boundary")
+    offsets, weights = SAMPLES[method](lens, blur, samples)
+    return Rule(
+        places=(offsets[:, None, :] + spots[None]).reshape(-1, 2),
+        shares=np.repeat(weights, len(spots)) / len(spots),
+        width=footprint.width,
+        height=footprint.height,
+        random=method == "importance",
+    )
+
+
+def _whitening(lens: Gaussian | EllipticalGaussian, blur: float) -> F64:
+    """Return the map from pitches to a plane in which the pattern is round, σ = 1: the covariance to the power −½."""
+    if isinstance(lens, Gaussian):
+        return np.eye(2) / blur
+    size, axes = np.linalg.eigh(np.array(lens.covariance_um2) * (blur / lens.blur_um(0.0)) ** 2)
+    matrix: F64 = (axes / np.sqrt(size)) @ axes.T
+    return matrix
+
+
+def _area(lens: Airy | Gaussian, blur: float, samples: int | None) -> tuple[F64, F64]:
+    return np.zeros((1, 2)), np.ones(1)
+
+
+def _uniform(lens: Airy | Gaussian, blur: float, samples: int | None) -> tuple[F64, F64]:
+    reach = blur * (3.0 if isinstance(lens, Gaussian) else THIRD_DARK_RING)
+    return _weigh_grid(lens, blur, np.linspace(-reach, reach, GRID, dtype=np.float64))
+
+
+def _uniform_pixel(lens: Airy | Gaussian, blur: float, samples: int | None) -> tuple[F64, F64]:
+    return _weigh_grid(lens, blur, np.arange(GRID, dtype=np.float64) - (GRID - 1) / 2.0)
+
+
+def _weigh_grid(lens: Airy | Gaussian, blur: float, along: F64) -> tuple[F64, F64]:
+    offsets = np.stack(np.meshgrid(along, along, indexing="xy"), axis=-1).reshape(-1, 2)
+    rho = np.hypot(offsets[:, 0], offsets[:, 1]) / blur
+    if isinstance(lens, Gaussian):
+        weights = np.exp(-0.5 * rho * rho)
+    else:
+        x = np.pi * np.where(rho == 0.0, 1.0, rho)
+        weights = np.where(rho == 0.0, 1.0, (2.0 * special.j1(x) / x) ** 2)
+    shares: F64 = weights / weights.sum()
+    return offsets, shares
+
+
+def _importance(lens: Airy | Gaussian, blur: float, samples: int | None, cut: float = AIRY_CUT) -> tuple[F64, F64]:
+    count = IMPORTANCE_SAMPLES if samples is None else samples
+    if count < 1:
+        raise InvalidValueError(f"samples: {count} samples show nothing; give 1 or more")
+    from scipy.stats import qmc  # half a second and 30 MB
+
+    u = qmc.Halton(2, scramble=False).random(count + 1)[1:]  # its first point is the origin, which has no inverse
+    if isinstance(lens, Gaussian):
+        offsets = blur * special.ndtri(u)
+    else:
+        rho = np.linspace(0.0, cut, 1 << 16)
+        energy = pattern_of(lens).energy(rho)
+        radius = blur * np.interp(u[:, 0] * energy[-1], energy, rho)
+        offsets = radius[:, None] * np.stack([np.cos(2 * np.pi * u[:, 1]), np.sin(2 * np.pi * u[:, 1])], axis=1)
+    return offsets, np.full(count, 1.0 / count)
+
+
+SAMPLES: dict[str, Callable[[Any, float, int | None], tuple[F64, F64]]] = {
+    "area": _area,
+    "uniform-pixel": _uniform_pixel,
+    "uniform": _uniform,
+    "importance": _importance,
+}
+METHODS = (*SAMPLES, "strips")

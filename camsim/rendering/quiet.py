@@ -1,0 +1,73 @@
+"""How far a pattern's rings are heard: where the wavelengths of a spectrum, added as phasors, fall silent."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from scipy import optimize
+
+from camsim.arrays import F64
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.patterns import Pattern
+
+Front: TypeAlias = Literal["end", "line", "focus"]
+NEAREST = 5.0  # blurs: where the search for quiet begins
+DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Waves:
+    """A spectrum's rings as a footprint takes them.
+
+    blur   : (j,) the pattern's own length at every wavelength, pitches
+    shares : (k, j) weights of every weight set, relative to that channel's full scale
+    """
+
+    pattern: Pattern
+    blur: F64
+    shares: F64
+    footprint: Footprint
+
+    def quiet_distance(self, allowed: float, *, front: Front, within: float = math.inf) -> float:
+        """Distance beyond which what oscillates stays below ``allowed``.
+
+        front : at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle
+                (boundary/focus.py), where what an end has lost by its running phase, 4π√(u·ρ), is not lost
+
+        It is looked for ``within`` a distance; there may be none, and then it is that one.
+        """
+        if not self.pattern.rings:
+            return 0.0
+        shortest, longest = float(self.blur.min()), float(self.blur.max())
+        phasors = []
+        rings = [_at(front, ring) for ring in self.pattern.rings]
+        for u, amplitude, power in rings:
+            loudness = amplitude * self.blur**power * self.footprint.transfer(u / self.blur)
+            phasor = self.shares[None] * loudness[:, None]
+            phasors.append(phasor.reshape(-1, self.blur.size))
+        powers = np.array([power for _, _, power in rings])
+        loudest_in_step = np.array([np.abs(phasor).sum(axis=1).max() for phasor in phasors])
+        # All in step are that quiet between where the loudest alone is and where each of them is by its share.
+        low = float(((loudest_in_step / allowed) ** (1.0 / powers)).max())
+        high = float(((len(phasors) * loudest_in_step / allowed) ** (1.0 / powers)).max())
+        farthest = high if low == high else optimize.brentq(lambda r: loudest_in_step @ r**-powers - allowed, low, high)
+        farthest = min(farthest, within)
+        if shortest == longest or farthest <= NEAREST * longest:
+            return farthest
+        distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
+        loudest = np.zeros_like(distance)
+        for (u, _, power), phasor in zip(rings, phasors, strict=True):
+            wave = np.exp(2j * np.pi * u * distance[:, None] / self.blur)
+            loudest += DULL * np.abs(wave @ phasor.T).max(axis=1) * distance**-power
+        loud = np.flatnonzero(loudest > allowed)
+        return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
+
+
+def _at(front: Front, ring: tuple[float, float, float]) -> tuple[float, float, float]:
+    u, amplitude, power = ring
+    if front == "focus":
+        return u, 4.0 * math.pi * math.sqrt(u) * amplitude, power - 0.5
+    return u, (2.0 if front == "line" else 1.0) * amplitude, power

@@ -1,0 +1,201 @@
+"""A plan carried out: bands as they come, judged, scaled, kept or handed on."""
+
+from __future__ import annotations
+
+import functools
+import operator
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.errors import AccuracyError
+from camsim.rendering.auto import Choice, choose
+from camsim.rendering.check.judge import Found
+from camsim.rendering.engine import Plan, Progress
+from camsim.rendering.work import Work
+
+TAKEN_PHOTOSITES = 2_000_000
+Report = Callable[[str, float], None]
+Take = Callable[[F64], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rendering:
+    """A noise-free image and what is known of its error.
+
+    image              : (rows, cols) float64, or (n, rows, cols) for n wavelengths; no rows where they were handed on
+    error_estimate     : largest |image − reference| over the photosites checked, relative to the larger of a perfect
+                         diffuser and the scene's brightest region in that channel
+    standard_error     : of ``importance``: the largest standard error of a photosite's samples, taken for random
+    checked_photosites : how many were computed again by the independent path
+    seconds            : wall time, set-up and check included
+    method, tolerance  : the engine that ran and what it was asked for
+    wavelengths        : number of wavelength nodes
+    work               : what was computed, counted
+    planes             : (channels, rows, cols) every channel at every photosite, when that was asked for
+    planes_error       : the same estimate for them
+    """
+
+    image: F64
+    error_estimate: float
+    checked_photosites: int
+    seconds: float
+    method: str
+    tolerance: float
+    wavelengths: int
+    work: Work
+    standard_error: float | None = None
+    planes: F64 | None = None
+    planes_error: float | None = None
+
+
+def carry_out(
+    choice: Choice,
+    channel: U8,
+    *,
+    every_channel: bool = False,
+    prune: bool = True,
+    strict: bool = False,
+    take: Take | None = None,
+    progress: Report | None = None,
+) -> Rendering:
+    """Render every photosite in its own channel; arguments as in ``render_channels``."""
+    begin = time.perf_counter()
+    plan, judge, job = choice.plan, choice.judge, choice.plan.job
+    plans = [plan] if prune or not len(job.left_out.edges) else [plan, _rest(choice)]
+    report, scale = progress or _silent, job.signals.scale
+    report("render", 0.0)
+    rows, cols = judge.hardest(plan)
+    sets = channel[rows, cols]
+    planes, planes_found, images = None, None, 1
+    if every_channel or not prune:
+        images = scale.size
+        planes = np.empty((images, *channel.shape))
+        values = np.empty((images, rows.size))
+        for k in range(images):
+            part = _part(report, 0.9 * k / images, 0.9 / images)
+            values[k] = _passed(plans, np.full_like(channel, k), (rows, cols), _Into(planes[k]).take, part)
+        found_of = [judge.compare(plan, own, rows, cols, np.full_like(sets, k)) for k, own in enumerate(values)]
+        planes_found = max(found_of, key=lambda found: found.error)
+        image = np.take_along_axis(planes, channel[None].astype(np.intp), axis=0)[0]
+        found = judge.compare(plan, values[sets, np.arange(rows.size)], rows, cols, sets)
+    else:
+        image = np.empty((0 if take is not None else channel.shape[0], channel.shape[1]))
+        one = _passed(plans, channel, (rows, cols), take or _Into(image).take, _part(report, 0.0, 0.9))
+        found = judge.compare(plan, one, rows, cols, sets)
+    if strict:
+        for judged in (found, planes_found):
+            if judged is not None:
+                _refuse(judged, choice)
+    report("render", 1.0)
+    checked = found.photosites + (0 if planes_found is None else images * planes_found.photosites)
+    return Rendering(
+        image=image,
+        error_estimate=found.error,
+        checked_photosites=found.photosites,
+        seconds=time.perf_counter() - begin,
+        method=choice.method,
+        tolerance=job.tolerance,
+        wavelengths=plan.wavelengths,
+        work=_work(plans, images, checked),
+        standard_error=found.standard_error,
+        planes=planes if every_channel else None,
+        planes_error=None if planes_found is None or not every_channel else planes_found.error,
+    )
+
+
+class _Into:
+    """Rows as they come, written into an array from the top."""
+
+    def __init__(self, image: F64) -> None:
+        self.image, self._row = image, 0
+
+    def take(self, band: F64) -> None:
+        """Write rows."""
+        self.image[self._row : self._row + len(band)] = band
+        self._row += len(band)
+
+
+def _passed(plans: Sequence[Plan], channel: U8, places: tuple[I64, I64], take: Take, progress: Progress) -> F64:
+    """Render one image, hand it on in the unit of the response, and return what it is at places, of full scale."""
+    rows, cols = places
+    scale = plans[0].job.signals.scale
+    values, first = np.empty(rows.size), 0
+    for band in _bands(plans, channel, progress):
+        here = (first <= rows) & (rows < first + len(band))
+        values[here] = band[rows[here] - first, cols[here]]
+        # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
+        step = max(1, TAKEN_PHOTOSITES // channel.shape[1])
+        for part in np.split(band, range(step, len(band), step)):
+            part *= scale[channel[first : first + len(part)]]
+            take(part)
+            first += len(part)
+        del band, part  # or they would stay until the next band is finished
+    return values
+
+
+def _bands(plans: Sequence[Plan], channel: U8, progress: Progress) -> Iterator[F64]:
+    """Yield the sum of what several plans give: band by band of one, whole of more."""
+    if len(plans) == 1:
+        yield from plans[0].bands(channel, progress)
+        return
+    image = np.zeros(channel.shape)
+    for number, plan in enumerate(plans):
+        whole = _Into(np.empty(channel.shape))
+        for band in plan.bands(channel, functools.partial(_share, progress, number, len(plans))):
+            whole.take(band)
+        image += whole.image
+    yield image
+
+
+def _rest(choice: Choice) -> Plan:
+    """Return what renders the edges that were left out, with the settings of the others if there are any."""
+    job = choice.plan.job
+    return choice.plan.of(job.rest()) if len(job.edges) else choose(choice.method, job.rest(), choice.samples).plan
+
+
+def _refuse(found: Found, choice: Choice) -> None:
+    """Raise AccuracyError when an error is larger than asked."""
+    if found.error <= choice.plan.job.tolerance:
+        return
+    job = choice.plan.job
+    grid, tolerance = job.grid, job.tolerance
+    row, col = grid.origin[0] + found.row, grid.origin[1] + found.col
+    way_out = (
+        "report this as a bug of camsim, or allow more"
+        if choice.method in ("boundary", "fourier")
+        else "use method boundary, or allow more"
+    )
+    raise AccuracyError(
+        f"render: photosite [{row}, {col}] is off by {found.error:.2g}, and the tolerance is {tolerance:g} "
+        f"(method {choice.method}, the worst of {found.photosites} photosites recomputed); {way_out}"
+    )
+
+
+def _work(plans: Sequence[Plan], images: int, checked: int) -> Work:
+    """Add up what was done: what the job found, what every plan did, and the check."""
+    job = plans[0].job
+    found = Work(
+        shapes=len(job.scene.shapes),
+        outline_edges=job.left_out.outline_edges,
+        edges_equal=job.left_out.equal if len(plans) == 1 else 0,
+        edges_far=job.left_out.far if len(plans) == 1 else 0,
+        wavelengths=job.signals.wavelength_nm.size,
+        photosites_checked=checked if len(job.edges) else 0,
+    )
+    return functools.reduce(operator.add, (plan.work(images) for plan in plans), found)
+
+
+def _part(report: Report, first: float, share: float) -> Progress:
+    return lambda done: report("render", first + share * done)
+
+
+def _share(progress: Progress, number: int, count: int, done: float) -> None:
+    progress((number + done) / count)
+
+
+def _silent(stage: str, fraction: float) -> None:
+    """Take a report of progress that nobody reads."""
