@@ -5,41 +5,28 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from camsim.arrays import F64, U16
-from camsim.errors import InvalidValueError
 from camsim.frame import Frame
 from camsim.optics import FourSpotOlpf, Lens, OpticalSystem, PhotositeShape
 from camsim.rendering import Grid
 from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
-from camsim.sensor.chain import STAGES
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.conversion_gain import DualGain
+from camsim.sensor.electronics import Electronics
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
 from camsim.sensor.falloff import Falloff, working_f_number
-from camsim.sensor.linearity import Nonlinearity
-from camsim.sensor.neighbours import Blooming, Crosstalk, Defects
-from camsim.sensor.noise import (
-    ColumnNoise,
-    DarkCurrent,
-    Dsnu,
-    FlickerRows,
-    FullWell,
-    OutputNoise,
-    Prnu,
-    ReadNoise,
-    ResetNoise,
-    RowNoise,
-    ShotNoise,
-)
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.sensor.stage import ElectronicStage
+from camsim.sensor.stages.full_well import FullWell
+from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.spectra.curve import Spectrum
 from camsim.spectra.light import Light, LightSamples
 from camsim.window import Region as Region
@@ -47,8 +34,8 @@ from camsim.window import grid_of
 
 
 @dataclass(frozen=True, kw_only=True)
-class Camera:
-    """A lens and a sensor, stage by stage; a stage that is None is left out.
+class Camera(Electronics):
+    """A lens and a sensor, stage by stage; a stage that is None is left out. The electronic ones are ``Electronics``'.
 
     name       : of the model, goes into files
     serial     : seeds the fixed patterns
@@ -71,29 +58,13 @@ class Camera:
     filters: tuple[Spectrum, ...] = ()
     magnification: float = 0.0
     falloff: Falloff | None = None
-    prnu: Prnu | None = None
-    defects: Defects | None = None
-    crosstalk: Crosstalk | None = None
-    dark_current: DarkCurrent | None = None
-    shot_noise: ShotNoise | None = ShotNoise()  # noqa: RUF009 (frozen, without fields)
-    full_well: FullWell | None = None
-    blooming: Blooming | None = None
-    nonlinearity: Nonlinearity | None = None
-    reset_noise: ResetNoise | None = None
-    read_noise: ReadNoise | None = None
-    row_noise: RowNoise | None = None
-    flicker_rows: FlickerRows | None = None
-    column_noise: ColumnNoise | None = None
-    dsnu: Dsnu | None = None
     dual_gain: DualGain | None = None
-    output_noise: OutputNoise | None = None
     adc: Adc
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "filters", tuple(self.filters))
         working_f_number(self.lens.f_number, self.magnification)
-        if self.blooming is not None and self.full_well is None:
-            raise InvalidValueError("blooming: there is no full_well that charge could spill over; give one")
+        super().__post_init__()
 
     @classmethod
     def from_yaml(cls, sensor: str | os.PathLike[str], *, lens: Lens) -> Camera:
@@ -169,10 +140,8 @@ class Camera:
 
     def dark_noise_e(self, iso: float) -> float:
         """Return all temporal noise of the read-out at an ISO setting as one standard deviation, electrons."""
-        read = self.read_noise_at(iso)
-        output_e = self.output_noise.sigma_e(self.adc.electrons_per_dn_at(iso)) if self.output_noise else 0.0
-        stages = (self.reset_noise, read, self.row_noise, self.flicker_rows)
-        return math.hypot(output_e, *(stage.sigma_e for stage in stages if stage is not None))
+        electrons_per_dn = self.adc.electrons_per_dn_at(iso)
+        return math.hypot(*(stage.dark_noise_e(electrons_per_dn) for stage in self.electronics(iso)))
 
     def well_as_read_e(self, iso: float) -> float | None:
         """Return the full well as the converter sees it, after the non-linearity; None without a full well."""
@@ -181,7 +150,7 @@ class Camera:
             return None
         if self.nonlinearity is None:
             return well.capacity_e
-        return float(self.nonlinearity.apply(np.array([well.capacity_e]))[0])
+        return float(self.nonlinearity.response(np.array([well.capacity_e]))[0])
 
     def exposure_time_s(self, light: Light, exposure: Exposure) -> float:
         """Return the exposure time; "auto" puts the most responsive channel's white at 80 % of black..white."""
@@ -243,7 +212,12 @@ class Camera:
 
         return Capture(camera=self, scene=scene, **how).rows(take, frame_number, products)
 
-    def electronics(self, iso: float) -> Mapping[str, Any]:
-        """Return the electronic stages at an ISO setting by the names and in the order of ``sensor.chain.record``."""
-        stages = {name: getattr(self, name) for name in STAGES}
-        return stages | {"full_well": self.full_well_at(iso), "read_noise": self.read_noise_at(iso)}
+    def electronics(self, iso: float, *, noise: bool = True) -> tuple[ElectronicStage, ...]:
+        """Return the electronic stages that act at an ISO setting, in their order; without noise those of the mean."""
+        set_to = self.replace(full_well=self.full_well_at(iso), read_noise=self.read_noise_at(iso))
+        return tuple(stage for stage in set_to.stages if noise or stage.without_noise)
+
+    @property
+    def needs_whole_window(self) -> bool:
+        """Whether a stage runs over all rows, so that a window cannot be recorded band by band."""
+        return any(stage.whole_window for stage in self.stages)

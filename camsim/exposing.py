@@ -19,13 +19,13 @@ from camsim.rendering.auto import Choice
 from camsim.rendering.cube import SpectralCube, radiance_cube
 from camsim.rendering.job import Job
 from camsim.rendering.render import plan_render
-from camsim.reporting import Clock, Signals, accuracy_notes, acting, notes, sentence, wavelengths
+from camsim.reporting import Clock, Signals, accuracy_notes, notes, sentence, wavelengths
 from camsim.scene import Scene
-from camsim.sensor.chain import mixed, record
+from camsim.sensor.chain import mixed, random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
-from camsim.sensor.draws import random_numbers
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import falloff_at
+from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
 from camsim.window import Region, rows_of, widened
@@ -85,14 +85,12 @@ class Capture:
     @functools.cached_property
     def random_numbers(self) -> int:
         """How many random numbers one frame draws."""
-        return random_numbers(
-            self.camera.electronics(self.exposure.iso),
-            rows=self.grid.rows,
-            cols=self.grid.cols,
-            origin=self.grid.origin,
-            frame_cols=self.camera.cols,
-            noise=self.noise,
-        )
+        return random_numbers(self.electronics, (self.grid.rows, self.grid.cols), self._context(0, 0))
+
+    @functools.cached_property
+    def electronics(self) -> tuple[ElectronicStage, ...]:
+        """The electronic stages that act."""
+        return self.camera.electronics(self.exposure.iso, noise=self.noise)
 
     def plan(self) -> tuple[Job, Choice]:
         """Decide how the scene is rendered, and render nothing."""
@@ -159,7 +157,7 @@ class Capture:
             passed += len(codes)
 
         # Noise is drawn in blocks of rows; blooming runs over all of them.
-        together = BLOCK_ROWS if self.camera.blooming is None else self.grid.rows
+        together = self.grid.rows if self.camera.needs_whole_window else BLOCK_ROWS
         regrouped = _Regrouped(record_rows, together=together, overlap=2 * border)
         rendering = render_bands(**rendered, take=regrouped.add, strict=self.strict, progress=self.progress)
         regrouped.finish()
@@ -237,20 +235,21 @@ class Capture:
 
     def _recorded(self, mean: F64, frame_number: int, *, rows_before: int) -> F64:
         """Return the electrons that are read, every electronic stage applied."""
-        return record(
-            mean,
-            **self.camera.electronics(self.exposure.iso),
+        return record(mean, self.electronics, self._context(frame_number, rows_before))
+
+    def _context(self, frame_number: int, rows_before: int) -> Context:
+        """Return what electronic stages may know, from some row of the window on."""
+        return Context(
             time_s=self.time_s,
             temperature_c=self.exposure.temperature_c,
             electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
             seed=self.seed,
             serial=self.camera.serial,
+            frame_number=frame_number,
             origin=self.grid.origin,
             frame_cols=self.camera.cols,
-            frame_number=frame_number,
-            noise=self.noise,
-            rows_before=rows_before,
             rows_in_all=self.grid.rows,
+            rows_before=rows_before,
         )
 
     def _codes(self, recorded: F64, *, rows_before: int) -> U16:
@@ -303,7 +302,7 @@ class Capture:
         return Report(
             scene=self.scene_name,
             optics=tuple(sentence(stage) for stage in camera.optics.stages),
-            electronics=acting(camera.electronics(iso), noise=self.noise),
+            electronics=tuple(sentence(stage) for stage in self.electronics),
             wavelengths=wavelengths(self.light, self.samples.wavelength_nm.size, rendering.wavelengths),
             method=rendering.method,
             tolerance=rendering.tolerance,

@@ -62,7 +62,7 @@ def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: 
     products = {output.product for output in outputs}
     with _named(held):
         camera, scene, parts = _parts(held)
-        _refuse_what_does_not_fit(camera, parts.get("region"), products, held=camera.blooming is not None)
+        _refuse_what_does_not_fit(camera, parts.get("region"), products, held=camera.needs_whole_window)
         return write_mosaics(
             outputs,
             lambda take: camera.expose_rows(scene, take=take, products=products, progress=bar.update, **parts),

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.stats
+from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
 from tolerances import PROBABILITY, STATISTICAL
 
 from camsim.errors import InvalidValueError
 from camsim.sensor.adc import Adc
 from camsim.sensor.chain import record
-from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
 
 F64 = np.ndarray[Any, np.dtype[np.float64]]
 

@@ -8,13 +8,6 @@ import numpy as np
 import pytest
 import scipy.signal
 import scipy.stats
-from tolerances import PROBABILITY
-
-import camsim
-from camsim.errors import InvalidValueError
-from camsim.sensor.chain import mixed, record
-from camsim.sensor.conversion_gain import DualGain
-from camsim.sensor.falloff import Cos4Falloff, RadialFalloff, falloff_at, working_f_number
 from camsim.sensor.linearity import PolynomialResponse, ResponseTable
 from camsim.sensor.neighbours import Blooming, Crosstalk, Defects
 from camsim.sensor.noise import (
@@ -29,6 +22,13 @@ from camsim.sensor.noise import (
     ResetNoise,
     RowNoise,
 )
+from tolerances import PROBABILITY
+
+import camsim
+from camsim.errors import InvalidValueError
+from camsim.sensor.chain import mixed, record
+from camsim.sensor.conversion_gain import DualGain
+from camsim.sensor.falloff import Cos4Falloff, RadialFalloff, falloff_at, working_f_number
 
 SIGMA = 4.0
 PLACE: dict[str, Any] = {"time_s": 2.0, "seed": 7, "serial": 3, "origin": (0, 0), "frame_cols": 300}

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
 from tolerances import STATISTICAL
 
 from camsim.errors import InvalidValueError
 from camsim.sensor.chain import record
-from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
 from camsim.sensor.streams import Stream, column_normals, fixed_normals, generator
 
 EVERY: dict[str, Any] = {

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise
 
 from camsim.capturing import load, load_camera
 from camsim.config import memory
@@ -15,7 +16,6 @@ from camsim.scene import Disc, Polygon, Rectangle
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.exposure import Exposure
-from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise
 from camsim.spectra.curve import Curve
 from camsim.spectra.light import Light
 from camsim.spectra.named import reflectance, sensitivities

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from camsim.sensor.noise import ColumnNoise, DarkCurrent, Dsnu, FlickerRows, OutputNoise, Prnu, ResetNoise, RowNoise
 
 import camsim
 from camsim.sensor import chain, streams
-from camsim.sensor.noise import ColumnNoise, DarkCurrent, Dsnu, FlickerRows, OutputNoise, Prnu, ResetNoise, RowNoise
 
 
 class Counting:
