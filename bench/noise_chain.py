@@ -15,8 +15,11 @@ import numpy as np
 
 import camsim
 from camsim.sensor.chain import record
+from camsim.sensor.electronics import Electronics
+from camsim.sensor.stage import Context
 
 ROWS, COLS = 4000, 6000
+HERE = Context(time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=COLS, rows_in_all=ROWS)
 # Every stage that acts on each photosite of an ordinary camera.
 STAGES = {
     "prnu": camsim.Prnu(0.005),
@@ -50,9 +53,7 @@ def main() -> None:
         for threads in (2, 1):
             before = peak_mb()
             begun, cpu = time.perf_counter(), time.process_time()
-            electrons = record(
-                mean, **stages, time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=COLS, threads=threads
-            )
+            electrons = record(mean, Electronics(**stages).stages, HERE, threads=threads)
             seconds, cpu = time.perf_counter() - begun, time.process_time() - cpu
             digests.add(hashlib.sha256(electrons.tobytes()).hexdigest())
             beyond_mb = peak_mb() - before - electrons.nbytes / 1e6

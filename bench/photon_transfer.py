@@ -83,7 +83,7 @@ def bent(camera: camsim.Camera) -> float:
         return 0.0
     well = camera.full_well.capacity_e if camera.full_well else 0.0
     exposure = np.array([level for level in LEVELS if 0.05 <= level <= 0.95]) * well
-    signal = camera.nonlinearity.apply(exposure)
+    signal = camera.nonlinearity.response(exposure)
     line = np.polynomial.Polynomial.fit(exposure, signal, 1, w=1.0 / signal)
     return float(np.mean(np.abs(signal / line(exposure) - 1.0)))
 

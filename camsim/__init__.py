@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from camsim.camera import Camera as Camera
-    from camsim.camera import Region as Region
     from camsim.capturing import capture as capture
     from camsim.errors import CamsimError as CamsimError
     from camsim.exposing import Capture as Capture
@@ -43,29 +42,32 @@ if TYPE_CHECKING:
     from camsim.sensor.exposure import Exposure as Exposure
     from camsim.sensor.falloff import Cos4Falloff as Cos4Falloff
     from camsim.sensor.falloff import RadialFalloff as RadialFalloff
-    from camsim.sensor.linearity import PolynomialResponse as PolynomialResponse
-    from camsim.sensor.linearity import ResponseTable as ResponseTable
-    from camsim.sensor.neighbours import Blooming as Blooming
-    from camsim.sensor.neighbours import Crosstalk as Crosstalk
-    from camsim.sensor.neighbours import Defects as Defects
-    from camsim.sensor.noise import ColumnNoise as ColumnNoise
-    from camsim.sensor.noise import DarkCurrent as DarkCurrent
-    from camsim.sensor.noise import Dsnu as Dsnu
-    from camsim.sensor.noise import FlickerRows as FlickerRows
-    from camsim.sensor.noise import FullWell as FullWell
-    from camsim.sensor.noise import OutputNoise as OutputNoise
-    from camsim.sensor.noise import Prnu as Prnu
-    from camsim.sensor.noise import ReadNoise as ReadNoise
-    from camsim.sensor.noise import ResetNoise as ResetNoise
-    from camsim.sensor.noise import RowNoise as RowNoise
-    from camsim.sensor.noise import ShotNoise as ShotNoise
     from camsim.sensor.quantum_efficiency import QuantumEfficiency as QuantumEfficiency
+    from camsim.sensor.stage import ElectronicStage as ElectronicStage
+    from camsim.sensor.stage import Phase as Phase
+    from camsim.sensor.stages.blooming import Blooming as Blooming
+    from camsim.sensor.stages.column_noise import ColumnNoise as ColumnNoise
+    from camsim.sensor.stages.crosstalk import Crosstalk as Crosstalk
+    from camsim.sensor.stages.dark_current import DarkCurrent as DarkCurrent
+    from camsim.sensor.stages.defects import Defects as Defects
+    from camsim.sensor.stages.dsnu import Dsnu as Dsnu
+    from camsim.sensor.stages.flicker_rows import FlickerRows as FlickerRows
+    from camsim.sensor.stages.full_well import FullWell as FullWell
+    from camsim.sensor.stages.nonlinearity import PolynomialResponse as PolynomialResponse
+    from camsim.sensor.stages.nonlinearity import ResponseTable as ResponseTable
+    from camsim.sensor.stages.output_noise import OutputNoise as OutputNoise
+    from camsim.sensor.stages.prnu import Prnu as Prnu
+    from camsim.sensor.stages.read_noise import ReadNoise as ReadNoise
+    from camsim.sensor.stages.reset_noise import ResetNoise as ResetNoise
+    from camsim.sensor.stages.row_noise import RowNoise as RowNoise
+    from camsim.sensor.stages.shot_noise import ShotNoise as ShotNoise
     from camsim.spectra.curve import Curve as Curve
     from camsim.spectra.light import Light as Light
     from camsim.spectra.named import reflectance as reflectance
+    from camsim.window import Region as Region
 
 _HOME = {
-    "camsim.camera": ("Camera", "Region"),
+    "camsim.camera": ("Camera",),
     "camsim.capturing": ("capture",),
     "camsim.errors": ("CamsimError",),
     "camsim.exposing": ("Capture",),
@@ -97,32 +99,30 @@ _HOME = {
         "Cos4Falloff",
         "RadialFalloff",
     ),
-    "camsim.sensor.linearity": (
+    "camsim.sensor.quantum_efficiency": ("QuantumEfficiency",),
+    "camsim.sensor.stage": ("ElectronicStage", "Phase"),
+    "camsim.sensor.stages.blooming": ("Blooming",),
+    "camsim.sensor.stages.column_noise": ("ColumnNoise",),
+    "camsim.sensor.stages.crosstalk": ("Crosstalk",),
+    "camsim.sensor.stages.dark_current": ("DarkCurrent",),
+    "camsim.sensor.stages.defects": ("Defects",),
+    "camsim.sensor.stages.dsnu": ("Dsnu",),
+    "camsim.sensor.stages.flicker_rows": ("FlickerRows",),
+    "camsim.sensor.stages.full_well": ("FullWell",),
+    "camsim.sensor.stages.nonlinearity": (
         "PolynomialResponse",
         "ResponseTable",
     ),
-    "camsim.sensor.neighbours": (
-        "Blooming",
-        "Crosstalk",
-        "Defects",
-    ),
-    "camsim.sensor.noise": (
-        "ColumnNoise",
-        "DarkCurrent",
-        "Dsnu",
-        "FlickerRows",
-        "FullWell",
-        "OutputNoise",
-        "Prnu",
-        "ReadNoise",
-        "ResetNoise",
-        "RowNoise",
-        "ShotNoise",
-    ),
-    "camsim.sensor.quantum_efficiency": ("QuantumEfficiency",),
+    "camsim.sensor.stages.output_noise": ("OutputNoise",),
+    "camsim.sensor.stages.prnu": ("Prnu",),
+    "camsim.sensor.stages.read_noise": ("ReadNoise",),
+    "camsim.sensor.stages.reset_noise": ("ResetNoise",),
+    "camsim.sensor.stages.row_noise": ("RowNoise",),
+    "camsim.sensor.stages.shot_noise": ("ShotNoise",),
     "camsim.spectra.curve": ("Curve",),
     "camsim.spectra.light": ("Light",),
     "camsim.spectra.named": ("reflectance",),
+    "camsim.window": ("Region",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 

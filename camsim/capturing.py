@@ -134,7 +134,7 @@ def _refuse_what_does_not_fit(
 ) -> None:
     region = scene.part(("region",), schema.Region)
     rows, cols = (region.rows, region.cols) if region else (camera.rows, camera.cols)
-    held = held or camera.blooming is not None
+    held = held or camera.needs_whole_window
     needed = memory.needed_bytes(rows, cols, len(camera.cfa.channels), products, held=held)
     free = memory.available_bytes()
     if needed <= free:

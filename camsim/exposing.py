@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from camsim.arrays import F32, F64, U8, U16
-from camsim.camera import Camera
+from camsim.body import Body
 from camsim.description import describe
 from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report, check_products
@@ -19,13 +19,13 @@ from camsim.rendering.auto import Choice
 from camsim.rendering.cube import SpectralCube, radiance_cube
 from camsim.rendering.render import plan_render
 from camsim.rendering.running import carry_out
-from camsim.reporting import Clock, Signals, accuracy_notes, acting, notes, sentence, wavelengths
+from camsim.reporting import Clock, Signals, accuracy_notes, notes, sentence, wavelengths
 from camsim.scene import Scene
-from camsim.sensor.chain import mixed, record
+from camsim.sensor.chain import mixed, random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
-from camsim.sensor.draws import random_numbers
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import falloff_at
+from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
 from camsim.window import Region, rows_of, widened
@@ -54,7 +54,7 @@ class Capture:
     scene_name    : for the report
     """
 
-    camera: Camera
+    camera: Body
     scene: Scene
     light: Light
     exposure: Exposure
@@ -99,14 +99,12 @@ class Capture:
     @functools.cached_property
     def random_numbers(self) -> int:
         """How many random numbers one frame draws."""
-        return random_numbers(
-            self.camera.electronics(self.exposure.iso),
-            rows=self.grid.rows,
-            cols=self.grid.cols,
-            origin=self.grid.origin,
-            frame_cols=self.camera.cols,
-            noise=self.noise,
-        )
+        return random_numbers(self.electronics, (self.grid.rows, self.grid.cols), self._context(0, 0))
+
+    @functools.cached_property
+    def electronics(self) -> tuple[ElectronicStage, ...]:
+        """The electronic stages that act."""
+        return self.camera.electronics(self.exposure.iso, noise=self.noise)
 
     def plan(self) -> Choice:
         """Decide how the scene is rendered, and render nothing."""
@@ -195,7 +193,7 @@ class Capture:
             passed += len(codes)
 
         # Noise is drawn in blocks of rows; blooming runs over all of them.
-        together = BLOCK_ROWS if self.camera.blooming is None else self.grid.rows
+        together = self.grid.rows if self.camera.needs_whole_window else BLOCK_ROWS
         regrouped = _Regrouped(record_rows, together=together, overlap=self.wide.rows - self.grid.rows)
         rendering = carry_out(
             choice, self._channel(self.wide), take=regrouped.add, strict=self.strict, progress=progress
@@ -267,27 +265,28 @@ class Capture:
 
     def _recorded(self, lit: _Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
         """Return rows as they are read, every electronic stage applied, and their codes."""
-        camera, (row, col) = self.camera, self.grid.origin
-        electrons = record(
-            lit.mean_e,
-            **camera.electronics(self.exposure.iso),
-            time_s=self.time_s,
-            temperature_c=self.exposure.temperature_c,
-            electrons_per_dn=camera.adc.electrons_per_dn_at(self.exposure.iso),
-            seed=self.seed,
-            serial=camera.serial,
-            origin=self.grid.origin,
-            frame_cols=camera.cols,
-            frame_number=frame_number,
-            noise=self.noise,
-            rows_before=lit.rows_before,
-            rows_in_all=self.grid.rows,
-        )
+        row, col = self.grid.origin
+        electrons = record(lit.mean_e, self.electronics, self._context(frame_number, lit.rows_before))
         clock.lap("noise")
-        codes = camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
+        codes = self.camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
         clock.lap("adc")
         signals.add(lit.channel, lit.shown_e, codes)
         return electrons, codes
+
+    def _context(self, frame_number: int, rows_before: int) -> Context:
+        """Return what electronic stages may know, from some row of the window on."""
+        return Context(
+            time_s=self.time_s,
+            temperature_c=self.exposure.temperature_c,
+            electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
+            seed=self.seed,
+            serial=self.camera.serial,
+            frame_number=frame_number,
+            origin=self.grid.origin,
+            frame_cols=self.camera.cols,
+            rows_in_all=self.grid.rows,
+            rows_before=rows_before,
+        )
 
     def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
         """Return the frame: ``photosites`` with all that files say about them."""
@@ -335,7 +334,7 @@ class Capture:
         return Report(
             scene=self.scene_name,
             optics=tuple(sentence(stage) for stage in camera.optics.stages),
-            electronics=acting(camera.electronics(iso), noise=self.noise),
+            electronics=tuple(sentence(stage) for stage in self.electronics),
             wavelengths=wavelengths(self.light, self.samples.wavelength_nm.size, rendering.wavelengths),
             method=rendering.method,
             tolerance=rendering.tolerance,

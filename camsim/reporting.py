@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +11,6 @@ from camsim.arrays import F64, U8, U16
 from camsim.frame import ChannelSignal
 from camsim.rendering import Rendering
 from camsim.sensor.adc import Adc
-from camsim.sensor.chain import STAGES_OF_THE_MEAN
 from camsim.spectra.light import Light
 
 # A full well that ends a percent beyond the last code is meant to end there.
@@ -32,13 +29,6 @@ class Clock:
         now = time.perf_counter()
         self.seconds[name] = self.seconds.get(name, 0.0) + now - self._last
         self._last = now
-
-
-def acting(stages: Mapping[str, Any], *, noise: bool) -> tuple[str, ...]:
-    """Return the electronic stages that act, in their order, as people write them."""
-    return tuple(
-        sentence(stage) for name, stage in stages.items() if stage is not None and (noise or name in STAGES_OF_THE_MEAN)
-    )
 
 
 def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:

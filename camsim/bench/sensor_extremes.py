@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +19,12 @@ from camsim.camera import Camera
 from camsim.optics import Airy
 from camsim.sensor.adc import Adc
 from camsim.sensor.chain import record
+from camsim.sensor.electronics import Electronics
 from camsim.sensor.exposure import Exposure
-from camsim.sensor.noise import DarkCurrent, FullWell, ReadNoise
+from camsim.sensor.stage import Context
+from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.stages.full_well import FullWell
+from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.spectra.light import Light
 
 SIDE = 500
@@ -27,11 +32,10 @@ SIGMAS = 5.0
 ADC = Adc(bit_depth=12, black_level_dn=64, electrons_per_dn=2.0, base_iso=100.0)
 
 
-def flat(mean_e: float, **stages: object) -> F64:
+def flat(mean_e: float, time_s: float = 1.0, **stages: Any) -> F64:
     """Return what a flat field of 500 × 500 photosites records."""
-    how: dict[str, object] = {"time_s": 1.0, "seed": 1, "serial": 1, "origin": (0, 0), "frame_cols": SIDE}
-    recorded: F64 = record(np.full((SIDE, SIDE), mean_e), **(how | stages))  # type: ignore[arg-type]
-    return recorded
+    here = Context(time_s=time_s, seed=1, serial=1, origin=(0, 0), frame_cols=SIDE, rows_in_all=SIDE)
+    return record(np.full((SIDE, SIDE), mean_e), Electronics(**stages).stages, here)
 
 
 def _case(name: str, words: str, off_by: Callable[[], float], allowed: float, truth: str) -> ExtremeCase:

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from camsim.camera import Region
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 from camsim.exposing import Capture
 from camsim.files import save
@@ -22,6 +21,7 @@ from camsim.files.dng import odd_cfa
 from camsim.frame import Frame
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import as_shot_neutral
+from camsim.window import Region
 
 USUAL_LEVELS = (1.0, 0.25, 0.0625)
 """Light, relative to the scene's exposure: as it is, and two and four stops less."""

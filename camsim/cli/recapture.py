@@ -61,7 +61,7 @@ def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: 
     products = {output.product for output in outputs}
     with _named(held):
         capture = _capture_of(held)
-        _refuse_what_does_not_fit(capture, products, held=capture.camera.blooming is not None)
+        _refuse_what_does_not_fit(capture, products, held=capture.camera.needs_whole_window)
         return write_mosaics(
             outputs,
             lambda take: capture.rows(take, products=products, progress=bar.update),

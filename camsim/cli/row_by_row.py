@@ -10,8 +10,9 @@ from camsim.cli.outputs import Output
 
 if TYPE_CHECKING:
     from camsim.arrays import U16
-    from camsim.camera import Camera, Region
+    from camsim.body import Body
     from camsim.frame import Frame
+    from camsim.window import Region
 
 
 def come_row_by_row(outputs: Iterable[Output]) -> bool:
@@ -25,7 +26,7 @@ def write_mosaics(
     outputs: Sequence[Output],
     expose: Callable[[Callable[[U16], None]], Frame],
     *,
-    camera: Camera,
+    camera: Body,
     region: Region | None,
     **how: bool,
 ) -> Frame:

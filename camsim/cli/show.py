@@ -10,7 +10,7 @@ from camsim.config import library, yaml_source
 from camsim.config.library import Kind, Located
 
 if TYPE_CHECKING:
-    from camsim.camera import Camera
+    from camsim.body import Body
     from camsim.optics import FourSpotOlpf
 
 Row = tuple[str, str]
@@ -95,7 +95,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
     return rows
 
 
-def _blur(camera: Camera, wavelength_nm: float) -> Row:
+def _blur(camera: Body, wavelength_nm: float) -> Row:
     """Return the pattern's own length, and where its transfer ends."""
     system, kind = camera.optics, type(camera.lens).__name__
     scale_um, cutoff_per_um = system.blur_um(wavelength_nm), system.cutoff_per_um(wavelength_nm)
@@ -117,14 +117,14 @@ def _olpf_null(olpf: FourSpotOlpf, pitch_um: float) -> str:
     return "; ".join(nulls) + (f"; turned by {olpf.rotate_deg:g}°" if olpf.rotate_deg else "")
 
 
-def _snr_maximum(camera: Camera, saturation_e: float, dark_e: float) -> str:
+def _snr_maximum(camera: Body, saturation_e: float, dark_e: float) -> str:
     """Return signal over temporal noise just below saturation, in numbers that people compare."""
     photons = saturation_e if camera.shot_noise is not None else 0.0
     snr = saturation_e / math.hypot(dark_e, math.sqrt(photons))
     return f"{snr:.0f}, {20.0 * math.log10(snr):.1f} dB, {math.log2(snr):.1f} bits"
 
 
-def _saturation_exposures(camera: Camera, saturation_e: float) -> list[Row]:
+def _saturation_exposures(camera: Body, saturation_e: float) -> list[Row]:
     """Return how many lux·s on the sensor saturate each channel."""
     from camsim.spectra.light import Light
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from camsim.camera import Camera, Region
+from camsim.camera import Camera
 from camsim.config import build_optics, schema
 from camsim.config.build_sensor import curve_of, filters_at
 from camsim.config.judged import Judged
@@ -19,6 +19,7 @@ from camsim.sensor.falloff import Cos4Falloff, Falloff, RadialFalloff
 from camsim.spectra import named
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.light import Light
+from camsim.window import Region
 
 SceneDocument: TypeAlias = Judged[schema.SceneFile]
 Progress: TypeAlias = Callable[[str, float], None]

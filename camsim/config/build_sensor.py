@@ -1,9 +1,9 @@
-"""Sensor files to stages: with ``build`` the one place that knows both schema and stages."""
+"""Sensor files to a camera: with ``build`` what turns the schema's tables into stages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, TypeAlias, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
 
 from camsim.camera import Camera
 from camsim.config import build_optics, schema
@@ -12,28 +12,11 @@ from camsim.config.tree import KeyPath
 from camsim.optics import Lens
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
-from camsim.sensor.conversion_gain import DualGain
-from camsim.sensor.linearity import Nonlinearity, PolynomialResponse, ResponseTable
-from camsim.sensor.neighbours import Blooming, Crosstalk, Defects
-from camsim.sensor.noise import (
-    ColumnNoise,
-    DarkCurrent,
-    Dsnu,
-    FlickerRows,
-    FullWell,
-    OutputNoise,
-    Prnu,
-    ReadNoise,
-    ResetNoise,
-    RowNoise,
-    ShotNoise,
-)
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra import named
 from camsim.spectra.curve import Curve, Spectrum
 
 SensorDocument: TypeAlias = Judged[schema.SensorFile]
-T = TypeVar("T")
 
 
 def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
@@ -42,7 +25,7 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
     quantum_efficiency = _quantum_efficiency(sensor, cfa)
     filters, photosite = filters_at(sensor, ("filters",)), build_optics.photosite(sensor)
     adc = _adc(sensor)
-    charge, readout = _charge(sensor), _readout(sensor)
+    charge, readout = _stages(sensor, "charge", schema.Charge), _stages(sensor, "readout", schema.Readout)
     model = sensor.model
     if model is None or lens is None or cfa is None or quantum_efficiency is None or adc is None:
         return None
@@ -106,82 +89,23 @@ def _adc(sensor: SensorDocument) -> Adc | None:
     )
 
 
-def _charge(sensor: SensorDocument) -> Mapping[str, Any] | None:
-    """Make the stages of the table "charge" by the camera's names; None when one of them is wrong."""
-    path: KeyPath = ("charge",)
-    if sensor.value(path) is None:
+def _stages(sensor: SensorDocument, key: str, kind: type[schema.Table]) -> Mapping[str, Any] | None:
+    """Make the stages of a table by the camera's names, as its keys say; None when one of them is wrong."""
+    if sensor.value((key,)) is None:
         return {}
-    table = sensor.part(path, schema.Charge)
+    table = sensor.part((key,), kind)
     if table is None:
         return None
-    return {
-        "prnu": _stage(sensor, path, table.prnu, Prnu),
-        "defects": _stage(sensor, (*path, "defects"), table.defects, _defects),
-        "crosstalk": _stage(sensor, (*path, "crosstalk"), table.crosstalk, _crosstalk),
-        "dark_current": _stage(
-            sensor,
-            path,
-            table.dark_current_e_per_s,
-            lambda e_per_s: DarkCurrent(
-                e_per_s, table.dcnu, table.dark_current_at_c, table.dark_current_doubles_every_c
-            ),
-        ),
-        "shot_noise": ShotNoise() if table.shot_noise else None,
-        "full_well": _stage(sensor, path, table.full_well_e, FullWell),
-        "blooming": _stage(sensor, path, table.blooming, Blooming),
-        "nonlinearity": _stage(sensor, (*path, "nonlinearity"), table.nonlinearity, _nonlinearity),
-        "dsnu": _stage(sensor, path, table.dsnu_e, Dsnu),
-    }
+    made = {}
+    for name, field in kind.model_fields.items():
+        for makes in (mark for mark in field.metadata if isinstance(mark, schema.Makes)):
+            values = [getattr(table, each) for each in (name, *makes.also)]
+            made[makes.field] = None if values[0] is None else _stage(sensor, (key, name), makes, values)
+    return made
 
 
-def _readout(sensor: SensorDocument) -> Mapping[str, Any] | None:
-    """Make the stages of the table "readout" by the camera's names; None when one of them is wrong."""
-    path: KeyPath = ("readout",)
-    table = sensor.part(path, schema.Readout)
-    if table is None:
-        return None
-    return {
-        "reset_noise": _stage(sensor, path, table.reset_noise_e, ResetNoise),
-        "read_noise": _stage(sensor, path, table.read_noise_e, ReadNoise),
-        "row_noise": _stage(sensor, path, table.row_noise_e, RowNoise),
-        "flicker_rows": _stage(sensor, path, table.flicker_rows, lambda rows: FlickerRows(rows.sigma_e, rows.exponent)),
-        "column_noise": _stage(sensor, path, table.column_noise_e, ColumnNoise),
-        "dual_gain": _stage(
-            sensor,
-            path,
-            table.dual_gain,
-            lambda dual: DualGain(from_iso=dual.from_iso, capacity_e=dual.full_well_e, read_noise_e=dual.read_noise_e),
-        ),
-        "output_noise": _stage(sensor, path, table.output_noise_dn, OutputNoise),
-    }
-
-
-P = TypeVar("P")
-
-
-def _stage(sensor: SensorDocument, path: KeyPath, value: P | None, make: Callable[[P], T]) -> T | None:
-    return None if value is None else sensor.build(path, lambda: make(value))
-
-
-def _defects(table: schema.Defects) -> Defects:
-    return Defects(
-        hot_fraction=table.hot_fraction,
-        hot_e_per_s=table.hot_e_per_s,
-        dead_fraction=table.dead_fraction,
-        hot=tuple((one.row, one.col, one.e_per_s) for one in table.hot),
-        dead=tuple(table.dead),
-    )
-
-
-def _crosstalk(rows: list[list[float]]) -> Crosstalk:
-    return Crosstalk(tuple(tuple(row) for row in rows))  # type: ignore[arg-type]
-
-
-def _nonlinearity(table: schema.Table) -> Nonlinearity:
-    if isinstance(table, schema.Polynomial):
-        return PolynomialResponse(tuple(table.coefficients), table.scale_e)
-    assert isinstance(table, schema.ResponseTable)
-    return ResponseTable(tuple(table.electrons_in), tuple(table.electrons_out))
+def _stage(sensor: SensorDocument, path: KeyPath, makes: schema.Makes, values: Sequence[Any]) -> Any:
+    return sensor.build(path, lambda: makes.make(*values))
 
 
 def _cfa(sensor: SensorDocument) -> Cfa | None:

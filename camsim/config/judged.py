@@ -13,33 +13,14 @@ from camsim.config.faults import judge, validate
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
+from camsim.sensor.electronics import ORDER
 
 M = TypeVar("M", bound=Table)
 P = TypeVar("P", bound=Table)
 T = TypeVar("T")
 
 # Names that stages put before their messages and that stand in no file.
-_STAGES = (
-    "adc",
-    "blooming",
-    "cfa",
-    "column_noise",
-    "crosstalk",
-    "curve",
-    "dark_current",
-    "defects",
-    "dsnu",
-    "dual_gain",
-    "falloff",
-    "flicker_rows",
-    "full_well",
-    "nonlinearity",
-    "output_noise",
-    "prnu",
-    "read_noise",
-    "reset_noise",
-    "row_noise",
-)
+_STAGES = ("adc", "cfa", "curve", "dual_gain", "falloff", *ORDER)
 
 _LISTS = {
     "illuminant": "; see camsim list illuminants",

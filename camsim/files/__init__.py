@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from camsim.camera import Camera, Region
+from camsim.body import Body
 from camsim.errors import OutputError, did_you_mean
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
 from camsim.frame import PRODUCTS, Frame
+from camsim.window import Region
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +81,7 @@ def comes_row_by_row(path: str, product: str) -> bool:
 
 @contextlib.contextmanager
 def writing_rows(
-    path: str | os.PathLike[str], *, camera: Camera, region: Region | None = None, **how: bool
+    path: str | os.PathLike[str], *, camera: Body, region: Region | None = None, **how: bool
 ) -> Iterator[dng.MosaicWriter]:
     """Write a DNG while its mosaic is computed: the same bytes as ``save``, and no memory for the mosaic.
 

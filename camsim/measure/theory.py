@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.camera import Camera, Region
+from camsim.body import Body
 from camsim.exposing import Capture
 from camsim.measure.geometry import EdgeLine
 from camsim.scene import Scene
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.integral import lumped
 from camsim.spectra.light import Light
+from camsim.window import Region
 
 _BESIDE_PIXEL = 3.0
 
@@ -29,7 +30,7 @@ class CameraOtf:
     region : the window of the frame that the picture shows, None for all of it
     """
 
-    camera: Camera
+    camera: Body
     scene: Scene
     light: Light
     region: Region | None = None

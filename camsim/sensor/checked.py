@@ -6,6 +6,8 @@ import math
 
 from camsim.errors import InvalidValueError
 
+ABSOLUTE_ZERO_C = -273.15
+
 
 def check_number(stage: str, key: str, value: float, largest: float = math.inf) -> None:
     """Refuse a number below 0, above ``largest`` or not finite; up to 1 it is a fraction, and the message says so."""
@@ -24,3 +26,13 @@ def check_positive(stage: str, key: str, value: float) -> None:
     check_number(stage, key, value)
     if value == 0.0:
         raise InvalidValueError(f"{stage}: {key} 0; must be above 0")
+
+
+def check_temperature(stage: str, key: str, temperature_c: float) -> None:
+    """Refuse a temperature that does not exist, or that no silicon survives."""
+    if temperature_c < ABSOLUTE_ZERO_C:
+        raise InvalidValueError(
+            f"{stage}: {key} {temperature_c}; is below absolute zero, {ABSOLUTE_ZERO_C} °C (this is not in kelvin)"
+        )
+    if not temperature_c <= 1000.0:
+        raise InvalidValueError(f"{stage}: {key} {temperature_c}; must be {ABSOLUTE_ZERO_C}..1000 °C")

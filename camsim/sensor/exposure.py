@@ -12,7 +12,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.sensor.noise import check_temperature
+from camsim.sensor.checked import check_temperature
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2

@@ -7,8 +7,6 @@ serial number, for blocks of the *full frame*, and a window cuts its part out.
 
 from __future__ import annotations
 
-from enum import IntEnum
-
 import numpy as np
 
 from camsim.arrays import F32
@@ -17,26 +15,12 @@ from camsim.errors import InvalidValueError
 BLOCK_ROWS = 64
 
 
-class Stream(IntEnum):
-    """Ids of the stages that draw; a number once used keeps its meaning, or old captures change."""
-
-    PRNU = 1
-    SHOT = 2
-    READ = 3
-    DSNU = 4
-    DCNU = 5
-    RESET = 6
-    ROW = 7
-    COLUMN = 8
-    OUTPUT = 9
-    DEFECTS = 10
-    FLICKER = 11
-
-
 def generator(seed: int, stream: int, *, block: int, frame_number: int = 0) -> np.random.Generator:
     """Return the generator of one stage in one block of rows of one frame.
 
-    >>> generator(7, Stream.SHOT, block=0).random() == generator(7, Stream.SHOT, block=0).random()
+    stream : the stage's id (``ElectronicStage.stream``)
+
+    >>> generator(7, 2, block=0).random() == generator(7, 2, block=0).random()
     True
     """
     if not 0 <= seed < 2**63:
@@ -73,7 +57,17 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
     return normals
 
 
-def column_normals(serial: int, *, first_col: int, cols: int, frame_cols: int) -> F32:
-    """Return (cols,) standard normals that belong to the sensor's columns."""
-    drawn = generator(serial, Stream.COLUMN, block=0).standard_normal(frame_cols, dtype=np.float32)
-    return drawn[first_col : first_col + cols]
+def fixed_count(rows: int, *, first_row: int, frame_cols: int) -> int:
+    """Return how many normals ``fixed_normals`` draws when it is asked for BLOCK_ROWS rows at a time.
+
+    A block of the frame begins again at its top for each part of it that is asked for.
+    """
+    drawn = 0
+    for begin in range(first_row, first_row + rows, BLOCK_ROWS):
+        row, stop = max(begin, 0), min(begin + BLOCK_ROWS, first_row + rows)
+        while row < stop:
+            block = row // BLOCK_ROWS
+            end = min((block + 1) * BLOCK_ROWS, stop)
+            drawn += (end - block * BLOCK_ROWS) * frame_cols
+            row = end
+    return drawn

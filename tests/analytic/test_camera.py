@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from electronics import EVERY as EXAMPLES
 
 import camsim
 from camsim.errors import InvalidValueError
@@ -258,7 +259,7 @@ def test_blooming_needs_a_well() -> None:
         camera_of(blooming=camsim.Blooming())
 
 
-EVERY: dict[str, Any] = {
+EVERY: dict[str, Any] = EXAMPLES | {
     "filters": (0.9, FLAT),
     "magnification": 0.1,
     "falloff": camsim.RadialFalloff(radius_mm=(0.0, 1.0), values=(1.0, 0.5)),

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.stats
+from electronics import context, recorded
 from tolerances import PROBABILITY, STATISTICAL
 
+from camsim import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
 from camsim.errors import InvalidValueError
 from camsim.sensor.adc import Adc
-from camsim.sensor.chain import record
-from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
 
 F64 = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -21,7 +21,7 @@ ROWS, COLS = 400, 1000
 
 def flat(mean_e: float, **stages: Any) -> F64:
     settings = {"time_s": 1.0, "seed": 11, "serial": 5, "origin": (0, 0), "frame_cols": COLS} | stages
-    electrons: F64 = record(np.full((ROWS, COLS), float(mean_e)), **settings)
+    electrons: F64 = recorded(np.full((ROWS, COLS), float(mean_e)), **settings)
     return electrons
 
 
@@ -80,8 +80,8 @@ def test_photon_transfer_gives_back_gain_and_read_noise(mean_e: float) -> None:
     stages = {"prnu": Prnu(0.02), "dsnu": Dsnu(2.0), "read_noise": ReadNoise(9.0), "full_well": FullWell(5e4)}
 
     def codes(level_e: float, seed: int) -> F64:
-        recorded = flat(level_e, seed=seed, **stages)
-        return adc.quantise(recorded, iso=100.0).astype(np.float64)
+        out = flat(level_e, seed=seed, **stages)
+        return adc.quantise(out, iso=100.0).astype(np.float64)
 
     flats = codes(mean_e, 1), codes(mean_e, 2)
     darks = codes(0.0, 3), codes(0.0, 4)
@@ -148,32 +148,32 @@ def test_without_noise_the_mean_stays_and_no_generator_is_made(monkeypatch: pyte
     }
     mean = np.linspace(0.0, 1000.0, 200 * 30).reshape(200, 30)
     settings: dict[str, Any] = {"time_s": 1.0, "seed": 1, "serial": 1, "origin": (0, 0), "frame_cols": 30}
-    np.testing.assert_array_equal(record(mean, noise=False, **every, **settings), np.minimum(mean, 500.0))
-    np.testing.assert_array_equal(record(mean, shot_noise=None, **settings), mean)
+    np.testing.assert_array_equal(recorded(mean, noise=False, **every, **settings), np.minimum(mean, 500.0))
+    np.testing.assert_array_equal(recorded(mean, shot_noise=None, **settings), mean)
 
 
 def test_the_mean_that_comes_in_is_left_alone() -> None:
     mean = np.full((70, 50), 100.0)
     mean.setflags(write=False)
-    recorded = record(mean, time_s=1.0, seed=1, serial=1, origin=(0, 0), frame_cols=50, noise=False)
-    assert not np.shares_memory(recorded, mean)
+    out = recorded(mean, time_s=1.0, seed=1, serial=1, origin=(0, 0), frame_cols=50, noise=False)
+    assert not np.shares_memory(out, mean)
 
 
 @pytest.mark.parametrize("mean_e", [0.0, -1e-7, 1e-12, 1e9, 1e15])
 @pytest.mark.parametrize("full_well_e", [None, 1.0, 1e5])
 def test_extremes_are_right_or_cut(mean_e: float, full_well_e: float | None) -> None:
     well = None if full_well_e is None else FullWell(full_well_e)
-    recorded = flat(mean_e, full_well=well, read_noise=ReadNoise(0.0), dsnu=Dsnu(0.0), prnu=Prnu(0.0))
-    assert np.isfinite(recorded).all()
-    assert recorded.min() >= 0.0
+    out = flat(mean_e, full_well=well, read_noise=ReadNoise(0.0), dsnu=Dsnu(0.0), prnu=Prnu(0.0))
+    assert np.isfinite(out).all()
+    assert out.min() >= 0.0
     if full_well_e is not None:
-        assert recorded.max() <= full_well_e
+        assert out.max() <= full_well_e
     elif mean_e == 1e9:
-        error = np.sqrt(mean_e / recorded.size)
-        assert abs(recorded.mean() - mean_e) < STATISTICAL * error
-        assert recorded.std() == pytest.approx(np.sqrt(mean_e), rel=0.01)
+        error = np.sqrt(mean_e / out.size)
+        assert abs(out.mean() - mean_e) < STATISTICAL * error
+        assert out.std() == pytest.approx(np.sqrt(mean_e), rel=0.01)
     for bits in (1, 16):
-        codes = Adc(bit_depth=bits, black_level_dn=0, electrons_per_dn=0.01, base_iso=1.0).quantise(recorded, iso=1e6)
+        codes = Adc(bit_depth=bits, black_level_dn=0, electrons_per_dn=0.01, base_iso=1.0).quantise(out, iso=1e6)
         assert codes.max() <= 2**bits - 1
 
 
@@ -206,7 +206,7 @@ def test_an_impossible_stage_is_refused(stage: type, value: float, message: str)
 
 
 def test_stages_work_alone() -> None:
-    rng = np.random.default_rng(3)
-    electrons = FullWell(120.0).apply(ShotNoise().apply(np.full(1000, 100.0), rng=rng))
-    electrons = ReadNoise(2.0).apply(electrons, rng=rng)
+    here = context((), (1, 1000))
+    electrons = FullWell(120.0).apply(ShotNoise().apply(np.full((1, 1000), 100.0), here), here)
+    electrons = ReadNoise(2.0).apply(electrons, here)
     assert 95.0 < electrons.mean() < 105.0

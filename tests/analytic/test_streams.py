@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from electronics import EVERY as EXAMPLES
+from electronics import context, recorded
 from tolerances import STATISTICAL
 
+from camsim import ColumnNoise, DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
 from camsim.errors import InvalidValueError
-from camsim.sensor.chain import record
-from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
-from camsim.sensor.streams import Stream, column_normals, fixed_normals, generator
+from camsim.sensor.stages.column_noise import column_normals
+from camsim.sensor.streams import fixed_normals, generator
 
 EVERY: dict[str, Any] = {
     "prnu": Prnu(0.01),
@@ -21,6 +23,7 @@ EVERY: dict[str, Any] = {
     "read_noise": ReadNoise(4.0),
     "dsnu": Dsnu(1.5),
 }
+STREAMS = [stage.stream for stage in EXAMPLES.values() if stage.stream is not None]
 OFF: dict[str, Any] = {"shot_noise": None}
 PLACE: dict[str, Any] = {"time_s": 0.5, "seed": 7, "serial": 3, "origin": (0, 0), "frame_cols": 90}
 
@@ -32,21 +35,21 @@ def ramp(rows: int, cols: int) -> Any:
 @pytest.mark.parametrize("rows", [1, 63, 64, 65, 300])
 def test_threads_change_no_byte(rows: int) -> None:
     mean = ramp(rows, 90)
-    one, two, five = (record(mean, threads=n, **EVERY, **PLACE).tobytes() for n in (1, 2, 5))
+    one, two, five = (recorded(mean, threads=n, **EVERY, **PLACE).tobytes() for n in (1, 2, 5))
     assert one == two == five
 
 
 def test_twice_the_same_and_another_seed_differs() -> None:
     mean = ramp(130, 90)
-    again = [record(mean, **EVERY, **PLACE) for _ in range(2)]
+    again = [recorded(mean, **EVERY, **PLACE) for _ in range(2)]
     assert again[0].tobytes() == again[1].tobytes()
     for change in ({"seed": 8}, {"serial": 4}, {"frame_number": 1}):
-        assert (record(mean, **EVERY, **(PLACE | change)) != again[0]).mean() > 0.9
+        assert (recorded(mean, **EVERY, **(PLACE | change)) != again[0]).mean() > 0.9
 
 
 def test_the_streams_are_the_documented_ones() -> None:
     """Files promise the same bytes in later versions: Philox(SeedSequence([seed, stage, frame, block]))."""
-    electrons = record(np.zeros((130, 90)), read_noise=ReadNoise(2.0), **PLACE, **OFF)
+    electrons = recorded(np.zeros((130, 90)), read_noise=ReadNoise(2.0), **PLACE, **OFF)
     for block, rows in enumerate((64, 64, 2)):
         rng = np.random.Generator(np.random.Philox(np.random.SeedSequence([7, 3, 0, block])))
         expected = 2.0 * rng.standard_normal((rows, 90), dtype=np.float32).astype(np.float64)
@@ -56,16 +59,16 @@ def test_the_streams_are_the_documented_ones() -> None:
 @pytest.mark.parametrize("origin", [(0, 0), (1, 3), (63, 0), (64, 20), (100, 55), (199, 89)])
 @pytest.mark.parametrize("stage", [{"prnu": Prnu(0.02)}, {"dsnu": Dsnu(3.0)}])
 def test_a_windows_fixed_pattern_is_that_slice_of_the_frame(stage: dict[str, Any], origin: tuple[int, int]) -> None:
-    full = record(np.full((200, 90), 100.0), **stage, **PLACE, **OFF)
+    full = recorded(np.full((200, 90), 100.0), **stage, **PLACE, **OFF)
     rows, cols = min(70, 200 - origin[0]), min(33, 90 - origin[1])
-    window = record(np.full((rows, cols), 100.0), **stage, **OFF, **(PLACE | {"origin": origin}))
+    window = recorded(np.full((rows, cols), 100.0), **stage, **OFF, **(PLACE | {"origin": origin}))
     assert full.std() > 0.0
     np.testing.assert_array_equal(window, full[origin[0] : origin[0] + rows, origin[1] : origin[1] + cols])
 
 
 def test_fixed_patterns_stay_from_frame_to_frame() -> None:
     first, second = (
-        record(np.full((80, 90), 100.0), prnu=EVERY["prnu"], dsnu=EVERY["dsnu"], frame_number=n, **PLACE, **OFF)
+        recorded(np.full((80, 90), 100.0), prnu=EVERY["prnu"], dsnu=EVERY["dsnu"], frame_number=n, **PLACE, **OFF)
         for n in (0, 1)
     )
     np.testing.assert_array_equal(first, second)
@@ -74,30 +77,30 @@ def test_fixed_patterns_stay_from_frame_to_frame() -> None:
 def test_switching_a_stage_off_leaves_every_other_draw() -> None:
     """On a mean of nothing the additive stages can be told apart exactly, one by one."""
     nothing = np.zeros((130, 90))
-    read = record(nothing, read_noise=EVERY["read_noise"], **PLACE, **OFF)
-    dsnu = record(nothing, dsnu=EVERY["dsnu"], **PLACE, **OFF)
-    both = record(nothing, read_noise=EVERY["read_noise"], dsnu=EVERY["dsnu"], **PLACE, **OFF)
+    read = recorded(nothing, read_noise=EVERY["read_noise"], **PLACE, **OFF)
+    dsnu = recorded(nothing, dsnu=EVERY["dsnu"], **PLACE, **OFF)
+    both = recorded(nothing, read_noise=EVERY["read_noise"], dsnu=EVERY["dsnu"], **PLACE, **OFF)
     np.testing.assert_array_equal(both, read + dsnu)
 
     mean = ramp(130, 90)
-    shot = record(mean, **PLACE)
-    assert record(mean, full_well=FullWell(1e9), **PLACE).tobytes() == shot.tobytes()
+    shot = recorded(mean, **PLACE)
+    assert recorded(mean, full_well=FullWell(1e9), **PLACE).tobytes() == shot.tobytes()
     # 4 electrons of read noise on a whole number of electrons: what is taken off comes out whole again.
-    with_read = record(mean, read_noise=EVERY["read_noise"], **PLACE)
+    with_read = recorded(mean, read_noise=EVERY["read_noise"], **PLACE)
     np.testing.assert_array_equal(np.rint(with_read - read), shot)
 
     for left_out in EVERY:
         others = {name: stage for name, stage in EVERY.items() if name != left_out}
-        without = record(mean, **others, **PLACE)
+        without = recorded(mean, **others, **PLACE)
         rebuilt = mean
         if "prnu" in others:
-            normals = fixed_normals(3, Stream.PRNU, rows=130, cols=90, origin=(0, 0), frame_cols=90)
-            rebuilt = others["prnu"].apply(rebuilt, normals=normals)
+            normals = fixed_normals(3, Prnu.stream, rows=130, cols=90, origin=(0, 0), frame_cols=90)
+            rebuilt = rebuilt * (1.0 + 0.01 * normals.astype(np.float64))
         if "dark_current" in others:
             rebuilt = rebuilt + 2.5
         rebuilt = np.vstack(
             [
-                ShotNoise().apply(part, rng=generator(7, Stream.SHOT, block=block))
+                ShotNoise().apply(part, context((), rebuilt.shape, rows_before=64 * block))
                 for block, part in enumerate((rebuilt[:64], rebuilt[64:128], rebuilt[128:]))
             ]
         )
@@ -113,9 +116,9 @@ def test_switching_a_stage_off_leaves_every_other_draw() -> None:
 def test_streams_are_independent_of_one_another() -> None:
     """Correlation of every pair of stages, seeds, frames and blocks is that of strangers."""
     keys = [
-        *((seed, stream, 0, 0) for seed in (0, 1, 2**32) for stream in Stream),
-        (1, Stream.READ, 0, 1),
-        (1, Stream.READ, 1, 0),
+        *((seed, stream, 0, 0) for seed in (0, 1, 2**32) for stream in STREAMS),
+        (1, ReadNoise.stream, 0, 1),
+        (1, ReadNoise.stream, 1, 0),
     ]
     draws = [
         generator(seed, stream, frame_number=frame, block=block).standard_normal(50_000)
@@ -127,7 +130,7 @@ def test_streams_are_independent_of_one_another() -> None:
 
 
 def test_rows_and_columns_do_not_know_one_another() -> None:
-    noise = record(np.zeros((512, 500)), read_noise=ReadNoise(1.0), **OFF, **(PLACE | {"frame_cols": 500}))
+    noise = recorded(np.zeros((512, 500)), read_noise=ReadNoise(1.0), **OFF, **(PLACE | {"frame_cols": 500}))
     n = noise.size
     for row_lag, col_lag in ((0, 1), (1, 0), (1, 1), (64, 0), (63, 3)):
         product = noise[row_lag:, col_lag:] * noise[: 512 - row_lag, : 500 - col_lag]
@@ -139,7 +142,7 @@ def test_rows_and_columns_do_not_know_one_another() -> None:
 @pytest.mark.parametrize("seed", [-1, 2**63])
 def test_a_seed_that_no_file_can_hold_is_refused(seed: int) -> None:
     with pytest.raises(InvalidValueError, match="must be a whole number from 0"):
-        generator(seed, Stream.SHOT, block=0)
+        generator(seed, ShotNoise.stream, block=0)
 
 
 def test_columns_have_the_numbers_that_the_page_says() -> None:
@@ -147,18 +150,19 @@ def test_columns_have_the_numbers_that_the_page_says() -> None:
     whole = np.random.Generator(np.random.Philox(np.random.SeedSequence([17, 8, 0, 0]))).standard_normal(
         300, dtype=np.float32
     )
-    np.testing.assert_array_equal(column_normals(17, first_col=0, cols=300, frame_cols=300), whole)
-    np.testing.assert_array_equal(column_normals(17, first_col=40, cols=9, frame_cols=300), whole[40:49])
+    np.testing.assert_array_equal(column_normals(17, 300), whole)
+    window = recorded(np.zeros((2, 9)), column_noise=ColumnNoise(1.0), serial=17, origin=(0, 40), frame_cols=300, **OFF)
+    np.testing.assert_array_equal(window[1], whole[40:49].astype(np.float64))
 
 
 def test_large_seeds_work() -> None:
-    assert generator(2**63 - 1, Stream.SHOT, block=0).random() != generator(2**31 - 1, 2, block=0).random()
+    assert generator(2**63 - 1, ShotNoise.stream, block=0).random() != generator(2**31 - 1, 2, block=0).random()
 
 
 def test_rows_columns_and_blocks_know_nothing_of_one_another() -> None:
     """Photon and read noise beside one another, below one another, and on both sides of a block's border."""
-    recorded = record(np.full((256, 90), 100.0), read_noise=ReadNoise(5.0), **PLACE)
-    noise = (recorded - recorded.mean()) / recorded.std()
+    out = recorded(np.full((256, 90), 100.0), read_noise=ReadNoise(5.0), **PLACE)
+    noise = (out - out.mean()) / out.std()
     for one, other in (
         (noise[:, 1:], noise[:, :-1]),
         (noise[1:], noise[:-1]),

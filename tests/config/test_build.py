@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import camsim
 from camsim.capturing import load, load_camera
 from camsim.config import memory
 from camsim.errors import ConfigError
@@ -15,7 +16,6 @@ from camsim.scene import Disc, Polygon, Rectangle
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.exposure import Exposure
-from camsim.sensor.noise import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise
 from camsim.spectra.curve import Curve
 from camsim.spectra.light import Light
 from camsim.spectra.named import reflectance, sensitivities
@@ -38,8 +38,8 @@ def test_every_value_of_the_good_files_arrives() -> None:
     assert camera.cfa == Cfa(("GR", "BG"))
     assert dict(camera.quantum_efficiency.curves) == sensitivities("Nikon 5100 (NPL)")
     assert (camera.quantum_efficiency.per, camera.quantum_efficiency.peak) == ("energy", 0.5)
-    assert (camera.full_well, camera.dark_current) == (FullWell(20000.0), DarkCurrent(1.5))
-    assert (camera.prnu, camera.dsnu, camera.read_noise) == (Prnu(0.01), Dsnu(0.5), ReadNoise(3.0))
+    assert (camera.full_well, camera.dark_current) == (camsim.FullWell(20000.0), camsim.DarkCurrent(1.5))
+    assert (camera.prnu, camera.dsnu, camera.read_noise) == (camsim.Prnu(0.01), camsim.Dsnu(0.5), camsim.ReadNoise(3.0))
     assert camera.adc == Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=5.0, base_iso=100.0)
     assert setup.light == Light("D55", illuminance_lux=5000.0)
     assert setup.exposure == Exposure(time_s=0.01, iso=200.0)

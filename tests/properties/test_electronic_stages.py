@@ -1,176 +1,277 @@
-"""Laws of every electronic stage; a new stage gets all of them by a line in the list."""
+"""Laws of every electronic stage, each through the chain; a new stage gets all of them by a line in ``electronics``."""
 
 import copy
 import dataclasses
+import json
 
 import numpy as np
 import pytest
-from tolerances import STATISTICAL
+from electronics import ELECTRONS_PER_DN, EVERY, LAWS, OWN, Spy, context, fields_of, recorded, recorded_by
+from tolerances import ROUNDING, STATISTICAL
 
 import camsim
+from camsim.config import schema
+from camsim.description import describe
+from camsim.reporting import sentence
+from camsim.revive import revive
+from camsim.sensor.chain import random_numbers
+from camsim.sensor.electronics import ORDER
+from camsim.sensor.stage import OWN_STREAMS, Phase
 
-TIME_S = 0.25
+LIGHT = camsim.Light(line_nm=488.0, irradiance_w_per_m2=0.1)
+EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
+REGION = camsim.Region(rows=8, cols=8)
 ADC = camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=4.0, base_iso=100.0)
+ADDING = {name: law for name, law in (LAWS | OWN).items() if law.adds}
 
 
-def with_normals(stage, electrons, rng):
-    return stage.apply(electrons, normals=rng.standard_normal(electrons.shape, dtype=np.float32))
-
-
-def with_generator(stage, electrons, rng):
-    return stage.apply(electrons, rng=rng)
-
-
-def with_time(stage, electrons, rng):
-    return stage.apply(electrons, time_s=TIME_S)
-
-
-def with_column_normals(stage, electrons, rng):
-    # A column's offset, once for each photosite: the laws below count them as independent.
-    return stage.apply(electrons, normals=rng.standard_normal(electrons.shape, dtype=np.float32))
-
-
-def with_step(stage, electrons, rng):
-    return stage.apply(electrons, electrons_per_dn=4.0, rng=rng)
-
-
-def with_capacity(stage, electrons, rng):
-    return stage.apply(electrons, capacity_e=900.0)
-
-
-def alone(stage, electrons, rng):
-    return stage.apply(electrons)
-
-
-# name: stage, how it is applied, the same stage doing nothing, mean after it, variance added (m: mean before)
-ELECTRONIC_STAGES = {
-    "PRNU": (camsim.Prnu(0.02), with_normals, camsim.Prnu(0.0), lambda m: m, lambda m: (0.02 * m) ** 2),
-    "dark current": (
-        camsim.DarkCurrent(60.0),
-        with_time,
-        camsim.DarkCurrent(0.0),
-        lambda m: m + 15.0,
-        lambda m: 0.0,
-    ),
-    "shot noise": (camsim.ShotNoise(), with_generator, None, lambda m: m, lambda m: m),
-    "full well": (
-        camsim.FullWell(900.0),
-        alone,
-        camsim.FullWell(1e300),
-        lambda m: min(m, 900.0),
-        lambda m: 0.0,
-    ),
-    "read noise": (
-        camsim.ReadNoise(3.5),
-        with_generator,
-        camsim.ReadNoise(0.0),
-        lambda m: m,
-        lambda m: 3.5**2,
-    ),
-    "blooming": (
-        camsim.Blooming(0.0),
-        with_capacity,
-        None,
-        lambda m: min(m, 900.0),
-        lambda m: 0.0,
-    ),
-    "polynomial response": (
-        camsim.PolynomialResponse((-0.05, 0.01), 5000.0),
-        alone,
-        camsim.PolynomialResponse((0.0,), 5000.0),
-        lambda m: m * (1 - 0.05 * m / 5000.0 + 0.01 * (m / 5000.0) ** 2),
-        lambda m: 0.0,
-    ),
-    "response table": (
-        camsim.ResponseTable((0.0, 5000.0), (0.0, 4500.0)),
-        alone,
-        camsim.ResponseTable((0.0, 1.0), (0.0, 1.0)),
-        lambda m: 0.9 * m,
-        lambda m: 0.0,
-    ),
-    "reset noise": (camsim.ResetNoise(16.0), with_generator, camsim.ResetNoise(0.0), lambda m: m, lambda m: 16.0**2),
-    "column noise": (
-        camsim.ColumnNoise(2.0),
-        with_column_normals,
-        camsim.ColumnNoise(0.0),
-        lambda m: m,
-        lambda m: 2.0**2,
-    ),
-    "DSNU": (camsim.Dsnu(1.5), with_normals, camsim.Dsnu(0.0), lambda m: m, lambda m: 1.5**2),
-    "output noise": (camsim.OutputNoise(0.7), with_step, camsim.OutputNoise(0.0), lambda m: m, lambda m: 2.8**2),
-}
-SHAPES = [(1, 1), (1, 7), (9, 1), (12, 17)]
-
-
-@pytest.fixture(params=ELECTRONIC_STAGES.values(), ids=ELECTRONIC_STAGES)
+@pytest.fixture(params=(LAWS | OWN).values(), ids=LAWS | OWN)
 def law(request):
     return request.param
 
 
-def applied(law, electrons, seed=3):
-    stage, apply, *_ = law
-    return apply(stage, electrons, np.random.default_rng(seed))
+@pytest.fixture(params=LAWS.values(), ids=LAWS)
+def listed(request):
+    """A law of one of camsim's own."""
+    return request.param
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+def wide(law, rows, cols):
+    """The shape that the chain of a law takes to give (rows, cols)."""
+    margin = sum(stage.margin for stage in law.chain)
+    return rows + 2 * margin, cols + 2 * margin
+
+
+def through(law, mean_electrons, **how):
+    return recorded_by(law.chain, mean_electrons, **how)
+
+
+def draws(law, shape):
+    """Whether a stage draws numbers; of defects chance decides how many."""
+    return isinstance(law.stage, camsim.Defects) or law.stage.draws(shape, context(law.chain, shape)) > 0
+
+
+def test_every_stage_has_a_law():
+    assert {law.stage.name for law in LAWS.values()} == set(ORDER)
+
+
+def test_every_stage_has_a_key():
+    made = [mark.field for table in (schema.Charge, schema.Readout) for mark in marks_of(table)]
+    assert sorted(made) == sorted([*ORDER, "dual_gain"])
+
+
+def marks_of(table):
+    for field in table.model_fields.values():
+        yield from (mark for mark in field.metadata if isinstance(mark, schema.Makes))
+
+
+def test_every_stage_has_a_stream_of_its_own():
+    """For ever: a stage that took another's number would change old captures."""
+    numbers = {name: stage.stream for name, stage in EVERY.items() if stage.stream is not None}
+    assert len(set(numbers.values())) == len(numbers)
+    assert all(0 < number < OWN_STREAMS for number in numbers.values())
+    known = {"prnu": 1, "shot_noise": 2, "read_noise": 3, "dsnu": 4, "dark_current": 5, "reset_noise": 6}
+    known |= {"row_noise": 7, "column_noise": 8, "output_noise": 9, "defects": 10, "flicker_rows": 11}
+    assert numbers | known == numbers
+
+
+def test_it_is_public_and_comes_back_from_its_description(listed):
+    kind = type(listed.stage)
+    assert getattr(camsim, kind.__name__) is kind
+    assert revive(json.loads(json.dumps(describe(listed.stage)))) == listed.stage
+
+
+def test_the_facts_agree(law):
+    stage = law.stage
+    assert isinstance(stage, camsim.ElectronicStage)
+    assert list(stage.phases) == sorted(set(stage.phases))
+    assert not (stage.temporal and stage.stream is None)
+    # What acts without noise draws nothing; what draws anew does so where neighbours of the window are gone.
+    assert not (stage.without_noise and stage.stream is not None)
+    assert not (stage.temporal and stage.phases[0] < Phase.CHARGE)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (9, 1), (12, 17), (65, 3)])
 def test_shape_and_type_stay(law, shape, rng):
-    out = applied(law, rng.uniform(0, 2000, shape))
+    out = through(law, rng.uniform(0, 2000, wide(law, *shape)))
     assert out.shape == shape
     assert out.dtype == np.float64
     assert np.isfinite(out).all()
 
 
 def test_the_input_is_not_touched(law, rng):
-    electrons = rng.uniform(0, 2000, (20, 30))
+    electrons = rng.uniform(0, 2000, wide(law, 70, 30))
     before = electrons.copy()
-    out = applied(law, electrons)
+    electrons.setflags(write=False)
+    out = through(law, electrons)
+    assert not np.shares_memory(out, electrons)
     out[:] = -1.0
     np.testing.assert_array_equal(electrons, before)
 
 
-def test_the_generator_decides(law, rng):
-    electrons = rng.uniform(100, 800, (20, 30))
-    np.testing.assert_array_equal(applied(law, electrons), applied(law, electrons))
-    random = law[1] in (with_normals, with_generator, with_column_normals, with_step)
-    assert np.array_equal(applied(law, electrons, 3), applied(law, electrons, 4)) != random
+def test_seeds_decide_as_the_stage_says(law, rng):
+    electrons = rng.uniform(100, 800, wide(law, 70, 30))
+    first = through(law, electrons)
+    np.testing.assert_array_equal(through(law, electrons), first)
+    temporal = law.stage.temporal
+    fixed = draws(law, electrons.shape) and not temporal
+    for change, random in (({"seed": 8}, temporal), ({"frame_number": 1}, temporal), ({"serial": 4}, fixed)):
+        assert np.array_equal(through(law, electrons, **change), first) != random, change
+
+
+@pytest.mark.parametrize("rows", [1, 64, 200])
+def test_threads_change_no_byte(law, rows, rng):
+    electrons = rng.uniform(0, 2000, wide(law, rows, 40))
+    one, two, five = (through(law, electrons, threads=n).tobytes() for n in (1, 2, 5))
+    assert one == two == five
+
+
+def test_bands_are_the_whole(law, rng):
+    electrons = rng.uniform(0, 2000, wide(law, 200, 40))
+    whole = through(law, electrons)
+    margin = 2 * sum(stage.margin for stage in law.chain)
+    bands = ((0, 64), (64, 192), (192, 200))
+    how = [{"rows_before": first, "rows_in_all": 200} for first, _ in bands]
+    parts = [electrons[first : stop + margin] for first, stop in bands]
+    if law.stage.whole_window:
+        with pytest.raises(ValueError, match=f"{law.stage.name} runs over the whole window"):
+            through(law, parts[0], **how[0])
+        return
+    joined = np.concatenate([through(law, part, **where) for part, where in zip(parts, how, strict=True)])
+    np.testing.assert_array_equal(joined, whole)
+
+
+@pytest.mark.parametrize("origin", [(0, 0), (1, 3), (63, 0), (64, 20), (100, 55), (159, 59)])
+def test_a_window_is_that_slice_of_the_frame(law, origin, rng):
+    """Of what belongs to the sensor; temporal noise belongs to the capture, and charge that runs to the window."""
+    electrons = rng.uniform(0, 1200, wide(law, 200, 90))
+    frame = through(law, electrons)
+    (row, col), (rows, cols) = origin, wide(law, 41, 31)
+    window = through(law, electrons[row : row + rows, col : col + cols], origin=origin, frame_cols=90)
+    same = np.array_equal(window, frame[row : row + 41, col : col + 31])
+    runs = isinstance(law.stage, camsim.Blooming) and law.stage.spill > 0.0
+    if not law.stage.temporal and not runs:
+        assert same
+    elif origin != (0, 0):
+        assert not same
+
+
+def test_the_stage_switched_off_takes_away_its_own_draws_alone(law, rng, monkeypatch):
+    """Of a chain of every stage: the others' generators give the same numbers, one by one."""
+    stages = EVERY | fields_of(law.stage)
+    off = {"extra_stages": ()} if law.stage.name not in ORDER else {law.stage.name: None}
+    if law.stage.name == "full_well":
+        off["blooming"] = None  # it has nothing to spill over
+    electrons = rng.uniform(0, 800, (132, 42))
+
+    def drawn(stages):
+        spy = Spy(monkeypatch)
+        recorded(electrons if stages["crosstalk"] else electrons[1:-1, 1:-1], threads=1, **stages)
+        monkeypatch.undo()
+        return spy.drawn
+
+    whole, without = drawn(stages), drawn(stages | off)
+    own = {key for key in whole if key[1] == law.stage.stream}
+    assert bool(own) == draws(law, electrons.shape)
+    assert set(without) == set(whole) - own
+    # Photons follow the mean that they are given, and without crosstalk the window has no neighbours with patterns.
+    others = {camsim.ShotNoise.stream}
+    if law.stage.margin:
+        others |= {stage.stream for stage in EVERY.values() if Phase.LIGHT in stage.phases}
+    for key in without:
+        if key[1] not in others:
+            assert all(np.array_equal(a, b) for a, b in zip(without[key], whole[key], strict=True)), key
+
+
+def test_additive_stages_are_a_sum(rng):
+    """On a mean of nothing; and they know nothing of one another."""
+    nothing = np.zeros((130, 300))
+    alone = {name: through(law, nothing) for name, law in ADDING.items()}
+    for left_out in ADDING:
+        others = [law.stage for name, law in ADDING.items() if name != left_out]
+        total = sum(added for name, added in alone.items() if name != left_out)
+        np.testing.assert_allclose(recorded_by(others, nothing), total, atol=ROUNDING * 100.0)
+    counts = {"photosite": nothing.size, "row": 130, "column": 300}
+    for one in ADDING:
+        for other in ADDING:
+            if one < other:
+                few = min(counts[ADDING[one].each], counts[ADDING[other].each])
+                correlation = np.corrcoef(alone[one].ravel(), alone[other].ravel())[0, 1]
+                assert abs(correlation) < STATISTICAL / np.sqrt(few), (one, other)
 
 
 def test_mean_and_variance(law):
-    """Over n photosites the mean is off by σ/√n, the variance by σ²·√((2 + 1/m)/n) at most (Poisson's)."""
-    *_, mean_after, variance_added = law
-    n = 40_000
+    """Over n independent numbers; the error of a variance by the fourth moment of what came out."""
+    side = 1000
+    n = side * side if law.each == "photosite" else side
     for mean_e in (40.0, 700.0, 5000.0):
-        out = applied(law, np.full((200, 200), mean_e))
-        variance = variance_added(mean_e)
-        assert abs(out.mean() - mean_after(mean_e)) <= STATISTICAL * np.sqrt(variance / n) + 1e-9
-        assert abs(out.var() - variance) <= STATISTICAL * variance * np.sqrt((2 + 1 / mean_e) / n) + 1e-9
+        out = through(law, np.full(wide(law, side, side), mean_e))
+        wanted_e, variance = law.mean(mean_e), law.variance(mean_e)
+        off = out - wanted_e
+        spread = np.sqrt(max(np.mean(off**4) - variance**2, 0.0) / n)
+        rounding = ROUNDING * mean_e
+        assert abs(off.mean()) <= STATISTICAL * np.sqrt(variance / n) + rounding
+        assert abs(np.mean(off**2) - variance) <= STATISTICAL * spread + rounding**2
+
+
+def test_the_dark_noise_is_what_dark_frames_have(law):
+    """What stays from frame to frame is no noise."""
+    side = 500
+    n = side * side if law.each == "photosite" else side
+    dark = [through(law, np.zeros(wide(law, side, side)), frame_number=number) for number in (0, 1)]
+    square = (dark[0] - dark[1]) ** 2 / 2.0
+    wanted = law.stage.dark_noise_e(ELECTRONS_PER_DN) ** 2
+    assert abs(square.mean() - wanted) <= STATISTICAL * square.std() / np.sqrt(n)
+
+
+@pytest.mark.parametrize("origin", [None, (100, 20)])
+def test_the_count_is_what_generators_draw(law, origin, rng, monkeypatch):
+    shape, how = ((200, 40), {}) if origin is None else ((70, 9), {"origin": origin, "frame_cols": 40})
+    electrons = rng.uniform(0, 2000, wide(law, *shape))
+    spy = Spy(monkeypatch)
+    through(law, electrons, **how)
+    counted = random_numbers(law.chain, shape, context(law.chain, electrons.shape, **how))
+    # Chance decides how many defects there are; they are left out.
+    assert counted == (0 if isinstance(law.stage, camsim.Defects) else spy.numbers)
 
 
 def test_more_light_never_gives_less(law):
     """For the same draws; a Poisson count is drawn anew at each mean: there the mean of many rises."""
     level = np.linspace(0.0, 2000.0, 41)
-    steps = np.stack([applied(law, np.full((30, 30), mean_e)) for mean_e in level])
-    if isinstance(law[0], camsim.ShotNoise):
+    steps = np.stack([through(law, np.full(wide(law, 30, 30), mean_e)) for mean_e in level])
+    if isinstance(law.stage, camsim.ShotNoise):
         steps = steps.mean(axis=(1, 2))
     assert np.diff(steps, axis=0).min() >= 0.0
 
 
 def test_a_stage_of_no_strength_does_nothing(law, rng):
-    _, apply, idle, *_ = law
-    electrons = rng.uniform(0, 2000, (20, 30))
-    if idle is not None:
-        np.testing.assert_allclose(apply(idle, electrons, rng), electrons, rtol=1e-15)
-    # There is no weak shot noise; but no charge makes none.
-    assert (applied(law, np.zeros((5, 5))) >= 0.0).all() or law[3](0.0) == 0.0
+    if law.idle is None:
+        # There is no weak shot noise; but no charge makes none.
+        assert law.mean(0.0) > 0.0 or (through(law, np.zeros(wide(law, 5, 5))) == 0.0).all() or law.adds
+        return
+    margin = sum(stage.margin for stage in law.chain)
+    electrons = rng.uniform(0, 2000, wide(law, 70, 30))
+    inside = electrons[margin : margin + 70, margin : margin + 30]
+    np.testing.assert_allclose(recorded_by((law.idle,), electrons), inside, rtol=1e-15)
 
 
 def test_frozen_and_equal_by_value(law):
-    stage = law[0]
+    stage = law.stage
     assert copy.deepcopy(stage) == stage
     assert hash(copy.deepcopy(stage)) == hash(stage)
     for field in dataclasses.fields(stage):
         with pytest.raises(dataclasses.FrozenInstanceError):
             setattr(stage, field.name, 1.0)
+
+
+def test_a_camera_has_it_and_says_so(law):
+    fields = fields_of(*law.chain)
+    camera = camsim.Camera.from_yaml("paper-488", lens=camsim.Airy(f_number=8.0)).replace(**fields)
+    assert law.stage in camera.electronics(100.0)
+    assert (law.stage in camera.electronics(100.0, noise=False)) == law.stage.without_noise
+    assert camera.needs_whole_window == law.stage.whole_window
+    frame = camera.expose(camsim.Scene(background=0.5), light=LIGHT, exposure=EXPOSURE, region=REGION)
+    assert sentence(law.stage) in frame.report.electronics
 
 
 @pytest.mark.parametrize("bit_depth", [1, 8, 12, 14, 16])

@@ -3,7 +3,8 @@
 Every field says what it means and in which unit: messages, reference and JSON Schema are made of that.
 """
 
-from camsim.config.schema.base import Called, Curve, FilterCurve, Fractions, Letter, LightTable, Table
+from camsim.config.schema.base import Called, Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table
+from camsim.config.schema.electronics import Charge, Readout
 from camsim.config.schema.lens import (
     AiryLens,
     AnnularLens,
@@ -33,19 +34,14 @@ from camsim.config.schema.scene import (
 )
 from camsim.config.schema.sensor import (
     BayerCfa,
-    Charge,
     CircularPhotosite,
-    Defects,
     FourSpotOlpf,
     LetterCfa,
     NamedCfa,
     PolygonPhotosite,
-    Polynomial,
     QuadBayerCfa,
     QuantumEfficiency,
-    Readout,
     RectangularPhotosite,
-    ResponseTable,
     RoundedPhotosite,
     SensorFile,
     SensorFrame,
@@ -63,7 +59,6 @@ __all__ = [
     "CircularPhotosite",
     "Cos4Falloff",
     "Curve",
-    "Defects",
     "Disc",
     "Exposure",
     "FilterCurve",
@@ -75,13 +70,13 @@ __all__ = [
     "LetterCfa",
     "Light",
     "LightTable",
+    "Makes",
     "MeasuredOtfLens",
     "MeasuredPsfLens",
     "NamedCfa",
     "Noise",
     "Polygon",
     "PolygonPhotosite",
-    "Polynomial",
     "Pupil",
     "QuadBayerCfa",
     "QuantumEfficiency",
@@ -92,7 +87,6 @@ __all__ = [
     "RectangularPhotosite",
     "Region",
     "Render",
-    "ResponseTable",
     "RoundedPhotosite",
     "SceneContent",
     "SceneFile",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -27,6 +27,19 @@ class Called:
     """What messages call a type, where its own name would say too little."""
 
     words: str
+
+
+@dataclass(frozen=True, slots=True)
+class Makes:
+    """Which stage of the camera a key makes: ``make`` of its value (never None) and of the values of ``also``.
+
+    field : the camera's
+    also  : other keys of the same table
+    """
+
+    field: str
+    make: Callable[..., Any]
+    also: tuple[str, ...] = ()
 
 
 def _form(value: Any) -> str:

@@ -5,17 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.sensor.checked import check_positive
+from camsim.sensor.stage import Context, ElectronicStage
 
 
 @dataclass(frozen=True, slots=True)
-class PolynomialResponse:
+class PolynomialResponse(ElectronicStage):
     """Response x·(1 + a₁u + a₂u² + …), u = x/scale_e: relative errors that grow with the charge.
 
     coefficients : a₁, a₂, …
@@ -23,9 +24,12 @@ class PolynomialResponse:
 
     The response must rise everywhere from 0 to scale_e.
 
-    >>> PolynomialResponse((-0.02,), scale_e=10_000.0).apply(np.array([0.0, 5000.0, 10_000.0, 11_000.0]))
+    >>> PolynomialResponse((-0.02,), scale_e=10_000.0).response(np.array([0.0, 5000.0, 10_000.0, 11_000.0]))
     array([    0.,  4950.,  9800., 10760.])
     """
+
+    name: ClassVar = "nonlinearity"
+    without_noise: ClassVar = True
 
     coefficients: tuple[float, ...]
     scale_e: float
@@ -49,7 +53,11 @@ class PolynomialResponse:
     def _of_u(self) -> list[float]:
         return [0.0, 1.0, *self.coefficients]
 
-    def apply(self, electrons: F64) -> F64:
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Bend the signal."""
+        return self.response(electrons)
+
+    def response(self, electrons: F64) -> F64:
         """Return the electrons that a linear read-out would have called this signal."""
         u = electrons / self.scale_e
         inside = np.minimum(u, 1.0)
@@ -67,15 +75,18 @@ class PolynomialResponse:
 
 
 @dataclass(frozen=True, slots=True)
-class ResponseTable:
+class ResponseTable(ElectronicStage):
     """Response by a table, straight between its points and beyond them.
 
     electrons_in  : (n,) charge, increasing, at least two
     electrons_out : (n,) what a linear read-out would have called it, increasing
 
-    >>> ResponseTable((0.0, 1000.0, 2000.0), (0.0, 1000.0, 1900.0)).apply(np.array([500.0, 1500.0, 3000.0]))
+    >>> ResponseTable((0.0, 1000.0, 2000.0), (0.0, 1000.0, 1900.0)).response(np.array([500.0, 1500.0, 3000.0]))
     array([ 500., 1450., 2800.])
     """
+
+    name: ClassVar = "nonlinearity"
+    without_noise: ClassVar = True
 
     electrons_in: tuple[float, ...]
     electrons_out: tuple[float, ...]
@@ -95,7 +106,11 @@ class ResponseTable:
                 f"nonlinearity: {len(self.electrons_in)} electrons_in but {len(self.electrons_out)} electrons_out"
             )
 
-    def apply(self, electrons: F64) -> F64:
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Bend the signal."""
+        return self.response(electrons)
+
+    def response(self, electrons: F64) -> F64:
         """Return the electrons that a linear read-out would have called this signal."""
         x, y = np.array(self.electrons_in), np.array(self.electrons_out)
         bent: F64 = np.interp(electrons, x, y)

@@ -1,0 +1,165 @@
+"""A camera's body and lens: the stages in the order light meets them, and what follows from them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import FourSpotOlpf, Lens, OpticalSystem, PhotositeShape
+from camsim.rendering import Grid
+from camsim.sensor.adc import Adc
+from camsim.sensor.cfa import Cfa
+from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
+from camsim.sensor.conversion_gain import DualGain
+from camsim.sensor.electronics import Electronics
+from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
+from camsim.sensor.falloff import Falloff, working_f_number
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.sensor.stage import ElectronicStage
+from camsim.sensor.stages.full_well import FullWell
+from camsim.sensor.stages.read_noise import ReadNoise
+from camsim.spectra.curve import Spectrum
+from camsim.spectra.light import Light, LightSamples
+from camsim.window import Region, grid_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body(Electronics):
+    """A lens and a sensor, stage by stage; a stage that is None is left out. The electronic ones are ``Electronics``'.
+
+    name       : of the model, goes into files
+    serial     : seeds the fixed patterns
+    rows, cols : of the full frame;  pitch_um: distance between photosites, µm
+    filters    : in front of the sensor (infrared cut, grey, colour): fractions that pass, all of them multiply
+    magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
+    falloff    : light towards the corners, relative to the axis
+    """
+
+    name: str = "camera"
+    serial: int = 1
+    rows: int
+    cols: int
+    pitch_um: float
+    lens: Lens
+    olpf: FourSpotOlpf | None = None
+    photosite: PhotositeShape
+    cfa: Cfa
+    quantum_efficiency: QuantumEfficiency
+    filters: tuple[Spectrum, ...] = ()
+    magnification: float = 0.0
+    falloff: Falloff | None = None
+    dual_gain: DualGain | None = None
+    adc: Adc
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "filters", tuple(self.filters))
+        working_f_number(self.lens.f_number, self.magnification)
+        super().__post_init__()
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a camera with some stages exchanged, such as ``replace(olpf=None)``."""
+        return dataclasses.replace(self, **changes)
+
+    @property
+    def working_f_number(self) -> float:
+        """The f-number as the sensor sees it, N·(1 + m)."""
+        return working_f_number(self.lens.f_number, self.magnification)
+
+    @property
+    def optics(self) -> OpticalSystem:
+        """Lens (at its working f-number), OLPF and photosite as one."""
+        lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
+        return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite)
+
+    def samples(self, light: Light, surfaces: Iterable[Spectrum] = ()) -> LightSamples:
+        """Return a light at nodes that follow every curve it meets: surfaces, lens, filters, quantum efficiency."""
+        efficiencies = [curve for _, curve in self.quantum_efficiency.select(self.cfa.channels).curves]
+        passes = ([spectrum] for spectrum in (self.lens.transmission, *self.filters))
+        return light.samples(surfaces, *passes, efficiencies)
+
+    def electrons_per_reflectance(self, samples: LightSamples, time_s: float) -> F64:
+        """Return (channels, n) mean electrons of a perfect diffuser at every wavelength, on the optical axis.
+
+        samples : as ``samples`` returns them;  before crosstalk
+        """
+        return electrons_per_reflectance(
+            samples,
+            f_number=self.working_f_number,
+            transmission=self.lens.transmission,
+            filters=self.filters,
+            quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
+            photosite_area_um2=self.photosite.area_um2,
+            time_s=time_s,
+        )
+
+    def diffuser_electrons(self, light: Light, time_s: float) -> F64:
+        """Return (channels,) mean electrons of a perfect diffuser on the optical axis, after crosstalk."""
+        own_e: F64 = self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1)
+        return own_e if self.crosstalk is None else self.crosstalk.mixing(self.cfa) @ own_e
+
+    def colour_response(self, light: Light, matrix: MatrixOf = "standard") -> ColourResponse:
+        """Return how the channels see light, the capture's and others, for white balance and colour matrices."""
+        return ColourResponse(
+            quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
+            passes=self.filters if light.at == "sensor" else (self.lens.transmission, *self.filters),
+            crosstalk=None if self.crosstalk is None else tuple(map(tuple, self.crosstalk.mixing(self.cfa).tolist())),
+            light=light,
+            matrix=matrix,
+        )
+
+    def full_well_at(self, iso: float) -> FullWell | None:
+        """Return the full well at an ISO setting: a high conversion gain holds less."""
+        dual = self.dual_gain
+        if dual is None or dual.capacity_e is None or iso < dual.from_iso:
+            return self.full_well
+        return FullWell(dual.capacity_e)
+
+    def read_noise_at(self, iso: float) -> ReadNoise | None:
+        """Return the read noise at an ISO setting: a high conversion gain is quieter."""
+        dual = self.dual_gain
+        if dual is None or dual.read_noise_e is None or iso < dual.from_iso:
+            return self.read_noise
+        return ReadNoise(dual.read_noise_e)
+
+    def dark_noise_e(self, iso: float) -> float:
+        """Return all temporal noise of the read-out at an ISO setting as one standard deviation, electrons."""
+        electrons_per_dn = self.adc.electrons_per_dn_at(iso)
+        return math.hypot(*(stage.dark_noise_e(electrons_per_dn) for stage in self.electronics(iso)))
+
+    def well_as_read_e(self, iso: float) -> float | None:
+        """Return the full well as the converter sees it, after the non-linearity; None without a full well."""
+        well = self.full_well_at(iso)
+        if well is None:
+            return None
+        if self.nonlinearity is None:
+            return well.capacity_e
+        return float(self.nonlinearity.response(np.array([well.capacity_e]))[0])
+
+    def exposure_time_s(self, light: Light, exposure: Exposure) -> float:
+        """Return the exposure time; "auto" puts the most responsive channel's white at 80 % of black..white."""
+        if not isinstance(exposure.time_s, str):
+            return exposure.time_s
+        return auto_time_s(
+            self.diffuser_electrons(light, 1.0),
+            saturation_e=self.adc.saturation_e(exposure.iso, self.well_as_read_e(exposure.iso)),
+        )
+
+    def grid(self, region: Region | None = None) -> Grid:
+        """Return the photosites of a window, None for all of the frame."""
+        return grid_of(region, frame=(self.rows, self.cols), period=self.cfa.period, pitch_um=self.pitch_um)
+
+    def electronics(self, iso: float, *, noise: bool = True) -> tuple[ElectronicStage, ...]:
+        """Return the electronic stages that act at an ISO setting, in their order; without noise those of the mean."""
+        set_to = self.replace(full_well=self.full_well_at(iso), read_noise=self.read_noise_at(iso))
+        return tuple(stage for stage in set_to.stages if noise or stage.without_noise)
+
+    @property
+    def needs_whole_window(self) -> bool:
+        """Whether a stage runs over all rows, so that a window cannot be recorded band by band."""
+        return any(stage.whole_window for stage in self.stages)

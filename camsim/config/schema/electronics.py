@@ -1,0 +1,200 @@
+"""sensor/1, its electronics: what becomes of charge, and which stage of the camera each key makes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import Field
+
+from camsim.config.schema.base import Called, Fraction, Makes, NonNegative, Table
+from camsim.sensor import conversion_gain
+from camsim.sensor.stages import defects, flicker_rows, nonlinearity
+from camsim.sensor.stages.blooming import Blooming
+from camsim.sensor.stages.column_noise import ColumnNoise
+from camsim.sensor.stages.crosstalk import Crosstalk
+from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.stages.dsnu import Dsnu
+from camsim.sensor.stages.full_well import FullWell
+from camsim.sensor.stages.output_noise import OutputNoise
+from camsim.sensor.stages.prnu import Prnu
+from camsim.sensor.stages.read_noise import ReadNoise
+from camsim.sensor.stages.reset_noise import ResetNoise
+from camsim.sensor.stages.row_noise import RowNoise
+from camsim.sensor.stages.shot_noise import ShotNoise
+
+Place: TypeAlias = Annotated[int, Field(ge=0)]
+
+
+class HotPhotosite(Table):
+    """One photosite with a dark current of its own."""
+
+    row: int = Field(ge=0, description="from the top, 0 the first")
+    col: int = Field(ge=0, description="from the left, 0 the first")
+    e_per_s: float = Field(ge=0, description="its additional dark current, electrons per second")
+
+
+class Defects(Table):
+    """Hot and dead photosites."""
+
+    hot_fraction: float = Field(default=0.0, ge=0, le=1, description="share of photosites that are hot")
+    hot_e_per_s: float = Field(
+        default=0.0, ge=0, description="their mean dark current (distributed exponentially), electrons per second"
+    )
+    dead_fraction: float = Field(default=0.0, ge=0, le=1, description="share of photosites that see no light")
+    hot: list[HotPhotosite] = Field(default=[], description="hot ones by place, besides those drawn")
+    dead: list[Annotated[tuple[Place, Place], Called("a place [row, col]")]] = Field(
+        default=[], description="dead ones by place, [row, col], besides those drawn"
+    )
+
+    def made(self) -> defects.Defects:
+        """Make the stage."""
+        return defects.Defects(
+            hot_fraction=self.hot_fraction,
+            hot_e_per_s=self.hot_e_per_s,
+            dead_fraction=self.dead_fraction,
+            hot=tuple((one.row, one.col, one.e_per_s) for one in self.hot),
+            dead=tuple(self.dead),
+        )
+
+
+class Polynomial(Table):
+    """Response x·(1 + a₁u + a₂u² + …) with u = x/scale_e."""
+
+    kind: Literal["polynomial"] = Field(description="how the non-linearity is given")
+    coefficients: list[float] = Field(min_length=1, description="a₁, a₂, …: relative errors at scale_e")
+    scale_e: float = Field(gt=0, description="charge at which u is 1, electrons; mostly the full well")
+
+    def made(self) -> nonlinearity.PolynomialResponse:
+        """Make the stage."""
+        return nonlinearity.PolynomialResponse(tuple(self.coefficients), self.scale_e)
+
+
+class ResponseTable(Table):
+    """Response by a table, straight between its points."""
+
+    kind: Literal["table"] = Field(description="how the non-linearity is given")
+    electrons_in: list[NonNegative] = Field(min_length=2, description="charge, increasing, electrons")
+    electrons_out: list[NonNegative] = Field(
+        min_length=2, description="what a linear read-out would have called it, increasing, electrons"
+    )
+
+    def made(self) -> nonlinearity.ResponseTable:
+        """Make the stage."""
+        return nonlinearity.ResponseTable(tuple(self.electrons_in), tuple(self.electrons_out))
+
+
+Nonlinearity: TypeAlias = Annotated[Polynomial | ResponseTable, Field(discriminator="kind")]
+
+
+class Charge(Table):
+    """What a photosite does with charge; a stage that is left out does not happen."""
+
+    prnu: Annotated[float | None, Makes("prnu", Prnu)] = Field(
+        default=None, ge=0, le=1, description="standard deviation of the response, a fraction"
+    )
+    defects: Annotated[Defects | None, Makes("defects", Defects.made)] = Field(
+        default=None, description="hot and dead photosites"
+    )
+    crosstalk: Annotated[
+        list[Annotated[list[Fraction], Field(min_length=3, max_length=3)]] | None, Makes("crosstalk", Crosstalk)
+    ] = Field(
+        default=None,
+        min_length=3,
+        max_length=3,
+        description="3 rows of 3 fractions: where a photosite's charge ends, the middle is itself; at most 1 together",
+    )
+    dark_current_e_per_s: Annotated[
+        float | None,
+        Makes("dark_current", DarkCurrent, also=("dcnu", "dark_current_at_c", "dark_current_doubles_every_c")),
+    ] = Field(default=None, ge=0, description="charge without light, electrons per second")
+    dark_current_at_c: float = Field(
+        default=25.0, ge=-273.15, le=1000, description="temperature at which dark_current_e_per_s holds, °C"
+    )
+    dark_current_doubles_every_c: float = Field(
+        default=7.0, ge=1, le=1000, description="warming that doubles it, °C; silicon: 5 to 9"
+    )
+    dcnu: float = Field(
+        default=0.0, ge=0, le=1, description="standard deviation of the photosites' dark currents, a fraction"
+    )
+    shot_noise: Annotated[bool, Makes("shot_noise", lambda there: ShotNoise() if there else None)] = Field(
+        default=True, description="false: photons come as evenly as they never do"
+    )
+    full_well_e: Annotated[float | None, Makes("full_well", FullWell)] = Field(
+        default=None, gt=0, description="most charge that a photosite holds, electrons"
+    )
+    blooming: Annotated[float | None, Makes("blooming", Blooming)] = Field(
+        default=None, ge=0, le=1, description="fraction of what is too much that runs along its column (CCD)"
+    )
+    nonlinearity: Annotated[Nonlinearity | None, Makes("nonlinearity", lambda table: table.made())] = Field(
+        default=None, description="signal that is not in proportion to charge"
+    )
+    dsnu_e: Annotated[float | None, Makes("dsnu", Dsnu)] = Field(
+        default=None, ge=0, description="standard deviation of the dark offset, electrons"
+    )
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """Charge spills over a full well only."""
+        if table.get("blooming") is not None and table.get("full_well_e") is None:
+            yield "blooming", "there is no full_well_e that charge could spill over; give one"
+
+
+class FlickerRows(Table):
+    """1/f noise of the supply, seen as bands of rows."""
+
+    sigma_e: float = Field(ge=0, description="standard deviation over the rows of a frame, electrons")
+    exponent: float = Field(default=1.0, ge=0, le=2, description="power falls as 1/frequency^exponent")
+
+    def made(self) -> flicker_rows.FlickerRows:
+        """Make the stage."""
+        return flicker_rows.FlickerRows(self.sigma_e, self.exponent)
+
+
+class DualGain(Table):
+    """A second, higher conversion gain."""
+
+    from_iso: float = Field(gt=0, description="lowest ISO setting that uses it")
+    full_well_e: float | None = Field(default=None, gt=0, description="full well in this mode, electrons")
+    read_noise_e: float | None = Field(default=None, ge=0, description="read noise in this mode, electrons")
+
+    def made(self) -> conversion_gain.DualGain:
+        """Make the stage."""
+        return conversion_gain.DualGain(
+            from_iso=self.from_iso, capacity_e=self.full_well_e, read_noise_e=self.read_noise_e
+        )
+
+
+class Readout(Table):
+    """From electrons to data numbers."""
+
+    bit_depth: int = Field(ge=1, le=16, description="bits of a data number")
+    black_level_dn: int = Field(ge=0, le=65534, description="data number of no charge")
+    black_offsets_dn: list[list[int]] | None = Field(
+        default=None,
+        min_length=1,
+        description="rows of offsets from it, repeated over the frame; such as [[0, 2], [1, 3]]",
+    )
+    base_iso: float = Field(gt=0, description="ISO setting at which electrons_per_dn holds")
+    electrons_per_dn: float = Field(gt=0, description="electrons per data number at base_iso")
+    reset_noise_e: Annotated[float | None, Makes("reset_noise", ResetNoise)] = Field(
+        default=None, ge=0, description="kTC noise of the reset, electrons"
+    )
+    read_noise_e: Annotated[float | None, Makes("read_noise", ReadNoise)] = Field(
+        default=None, ge=0, description="electrons, before gain"
+    )
+    row_noise_e: Annotated[float | None, Makes("row_noise", RowNoise)] = Field(
+        default=None, ge=0, description="offset of each row, fresh each frame, electrons"
+    )
+    flicker_rows: Annotated[FlickerRows | None, Makes("flicker_rows", FlickerRows.made)] = Field(
+        default=None, description="1/f noise of the rows"
+    )
+    column_noise_e: Annotated[float | None, Makes("column_noise", ColumnNoise)] = Field(
+        default=None, ge=0, description="fixed offset of each column, electrons"
+    )
+    dual_gain: Annotated[DualGain | None, Makes("dual_gain", DualGain.made)] = Field(
+        default=None, description="a second, higher conversion gain"
+    )
+    output_noise_dn: Annotated[float | None, Makes("output_noise", OutputNoise)] = Field(
+        default=None, ge=0, description="noise after the gain, data numbers"
+    )

@@ -1,0 +1,87 @@
+"""The list of electronic stages: the fields of a camera, in the order in which charge meets them."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from camsim.errors import InvalidValueError
+from camsim.sensor.stage import OWN_STREAMS, ElectronicStage, Phase
+from camsim.sensor.stages.blooming import Blooming
+from camsim.sensor.stages.column_noise import ColumnNoise
+from camsim.sensor.stages.crosstalk import Crosstalk
+from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.stages.defects import Defects
+from camsim.sensor.stages.dsnu import Dsnu
+from camsim.sensor.stages.flicker_rows import FlickerRows
+from camsim.sensor.stages.full_well import FullWell
+from camsim.sensor.stages.nonlinearity import Nonlinearity
+from camsim.sensor.stages.output_noise import OutputNoise
+from camsim.sensor.stages.prnu import Prnu
+from camsim.sensor.stages.read_noise import ReadNoise
+from camsim.sensor.stages.reset_noise import ResetNoise
+from camsim.sensor.stages.row_noise import RowNoise
+from camsim.sensor.stages.shot_noise import ShotNoise
+
+
+@dataclass(frozen=True, kw_only=True)
+class Electronics:
+    """The electronic stages; one that is None is left out and changes no other's draws.
+
+    extra_stages : stages of one's own (``camsim.sensor.stage.ElectronicStage``); each acts in its phase, after camsim's
+    """
+
+    prnu: Prnu | None = None
+    crosstalk: Crosstalk | None = None
+    dark_current: DarkCurrent | None = None
+    defects: Defects | None = None
+    shot_noise: ShotNoise | None = ShotNoise()  # noqa: RUF009 (frozen, without fields)
+    blooming: Blooming | None = None
+    full_well: FullWell | None = None
+    nonlinearity: Nonlinearity | None = None
+    reset_noise: ResetNoise | None = None
+    read_noise: ReadNoise | None = None
+    row_noise: RowNoise | None = None
+    flicker_rows: FlickerRows | None = None
+    column_noise: ColumnNoise | None = None
+    dsnu: Dsnu | None = None
+    output_noise: OutputNoise | None = None
+    extra_stages: tuple[ElectronicStage, ...] = dataclasses.field(default=(), metadata={"described": "if any"})
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "extra_stages", tuple(self.extra_stages))
+        for stage in self.extra_stages:
+            _check_own(stage)
+        drawing = [stage.stream for stage in self.extra_stages if stage.stream is not None]
+        if len(set(drawing)) < len(drawing):
+            raise InvalidValueError(f"extra_stages: streams {drawing}; each stage needs one of its own")
+        stages = self.stages
+        for stage in stages:
+            if missing := stage.lacks(stages):
+                raise InvalidValueError(f"{stage.name}: {missing}")
+
+    @property
+    def stages(self) -> tuple[ElectronicStage, ...]:
+        """The stages that are there, in their order."""
+        listed: list[Any] = [getattr(self, name) for name in ORDER]
+        there = [stage for stage in (*listed, *self.extra_stages) if stage is not None]
+        # The sort is stable: within a phase the order is that of the list.
+        return tuple(sorted(there, key=lambda stage: stage.phases[-1]))
+
+
+ORDER = tuple(field.name for field in dataclasses.fields(Electronics) if field.name != "extra_stages")
+"""The stages by the names of their fields."""
+
+
+def _check_own(stage: ElectronicStage) -> None:
+    """Refuse a stage of one's own that files could not describe, or whose draws would not be its own."""
+    kind = type(stage).__name__
+    if not (isinstance(stage, ElectronicStage) and dataclasses.is_dataclass(stage)):
+        raise InvalidValueError(f"extra_stages: {kind}; must be a dataclass that inherits from camsim.ElectronicStage")
+    if stage.stream is not None and stage.stream < OWN_STREAMS:
+        raise InvalidValueError(f"extra_stages: {kind}: stream {stage.stream}; those below {OWN_STREAMS} are camsim's")
+    if stage.margin:
+        raise InvalidValueError(f"extra_stages: {kind}: margin {stage.margin}; only crosstalk sees beyond the window")
+    if stage.temporal and Phase.LIGHT in stage.phases:
+        raise InvalidValueError(f"extra_stages: {kind}: in phase LIGHT only patterns of the sensor act; take CHARGE")

@@ -1,0 +1,151 @@
+"""What an electronic stage is: facts about it, and one verb, ``apply``; electrons in, electrons out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import ClassVar, Protocol, TypeVar, runtime_checkable
+
+import numpy as np
+
+from camsim.arrays import F32, F64
+from camsim.sensor import streams
+
+OWN_STREAMS = 1000
+"""Streams from here on are free for stages of one's own; those below are camsim's."""
+
+S = TypeVar("S")
+
+
+class Phase(IntEnum):
+    """When a stage acts, in the order of what happens to charge."""
+
+    LIGHT = 1  # what each photosite sees, neighbours of the window included
+    NEIGHBOURS = 2  # what ends in the photosite next door
+    CHARGE = 3  # what gathers during the exposure, as a mean
+    COUNT = 4  # the mean becomes whole electrons
+    WELL = 5  # what a photosite can hold
+    READ = 6  # what happens on the way to the converter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Context:
+    """What a stage may know besides its electrons: the exposure, the seeds, and which photosites they are.
+
+    time_s           : of the exposure
+    temperature_c    : of the sensor, for the dark current; None: the one that its figure holds at
+    electrons_per_dn : for noise after the gain
+    seed             : of the temporal noise, together with ``frame_number``
+    serial           : of the sensor, for the fixed patterns
+    origin           : (row, col) of the window's first photosite in the full frame
+    frame_cols       : width of the full frame
+    rows_in_all      : of the window
+    rows_before      : of the window, above these electrons
+    margin           : photosites beyond the window on each side of these electrons, for what neighbours give
+    phase            : in which the stage is asked to act
+    stages           : all that act
+    """
+
+    time_s: float
+    temperature_c: float | None = None
+    electrons_per_dn: float = 1.0
+    seed: int
+    serial: int
+    frame_number: int = 0
+    origin: tuple[int, int]
+    frame_cols: int
+    rows_in_all: int
+    rows_before: int = 0
+    margin: int = 0
+    phase: Phase = Phase.READ
+    stages: tuple[ElectronicStage, ...] = ()
+
+    @property
+    def first(self) -> tuple[int, int]:
+        """The (row, col) of the first of these electrons in the full frame."""
+        return self.origin[0] + self.rows_before - self.margin, self.origin[1] - self.margin
+
+    def other(self, kind: type[S]) -> S | None:
+        """Return the stage of a kind that acts too; None without one."""
+        return next((stage for stage in self.stages if isinstance(stage, kind)), None)
+
+    def generator(self, stream: int) -> np.random.Generator:
+        """Return the generator of a temporal stage for these rows."""
+        block = self.rows_before // streams.BLOCK_ROWS
+        return streams.generator(self.seed, stream, block=block, frame_number=self.frame_number)
+
+    def frame_generator(self, stream: int) -> np.random.Generator:
+        """Return the generator of a temporal stage that draws once for all rows."""
+        return streams.generator(self.seed, stream, block=0, frame_number=self.frame_number)
+
+    def normals(self, stream: int, shape: tuple[int, ...]) -> F32:
+        """Return the (rows, cols) standard normals of a fixed pattern that belong to these photosites."""
+        rows, cols = shape
+        return streams.fixed_normals(
+            self.serial, stream, rows=rows, cols=cols, origin=self.first, frame_cols=self.frame_cols
+        )
+
+    def normals_drawn(self, rows: int) -> int:
+        """Return how many numbers ``normals`` draws for so many rows, a block at a time as the chain does."""
+        return streams.fixed_count(rows, first_row=self.first[0], frame_cols=self.frame_cols)
+
+
+@runtime_checkable
+class ElectronicStage(Protocol):
+    """A frozen dataclass with these facts and verbs; one that inherits from this class says only what differs.
+
+    name          : of the camera's field, and before the messages of what it refuses
+    phases        : when it acts, mostly one
+    stream        : id of its random stream; None: nothing is drawn. A number once used keeps its meaning, or old
+                    captures change
+    temporal      : whether it draws anew in each frame (from the seed) or once for the sensor (from the serial number)
+    without_noise : whether it acts on a capture without noise too
+    margin        : photosites that it needs beyond those that it gives, on every side
+    whole_window  : whether it needs all rows at once
+    """
+
+    __slots__ = ()
+
+    name: ClassVar[str]
+    phases: ClassVar[tuple[Phase, ...]] = (Phase.READ,)
+    stream: ClassVar[int | None] = None
+    temporal: ClassVar[bool] = False
+    without_noise: ClassVar[bool] = False
+    margin: ClassVar[int] = 0
+    whole_window: ClassVar[bool] = False
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Return the electrons (rows, cols) after the stage; those that came in are left alone."""
+        ...
+
+    def over(self, context: Context) -> ElectronicStage:
+        """Return the stage as it acts on a window: numbers that many blocks share are drawn here, once."""
+        return self
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return how many random numbers it draws for a window in a phase."""
+        return 0
+
+    def dark_noise_e(self, electrons_per_dn: float) -> float:
+        """Return the standard deviation that it gives a dark frame, anew each time, electrons."""
+        return 0.0
+
+    def lacks(self, others: Sequence[ElectronicStage]) -> str:
+        """Return what it needs and does not find among these, as a sentence; empty when nothing is missing."""
+        return ""
+
+
+def add_normals(electrons: F64, sigma_e: float, normals: F32) -> F64:
+    """Return electrons + sigma_e · normals."""
+    noisy: F64 = sigma_e * normals.astype(np.float64)
+    noisy += electrons
+    return noisy
+
+
+def gains(fraction: float, normals: F32) -> F64:
+    """Return 1 + fraction · normals, nowhere below 0."""
+    own = fraction * normals.astype(np.float64)
+    own += 1.0
+    raised: F64 = np.maximum(own, 0.0, out=own)
+    return raised

@@ -1,0 +1,1 @@
+"""The electronic stages, one file each; ``camsim.sensor.electronics`` lists them."""

@@ -1,0 +1,101 @@
+"""What photosites give to their neighbours."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.sensor.cfa import Cfa
+from camsim.sensor.checked import check_number
+from camsim.sensor.stage import Context, ElectronicStage, Phase
+
+
+@dataclass(frozen=True, slots=True)
+class Crosstalk(ElectronicStage):
+    """Light and charge that end in a neighbour, on the mean.
+
+    kernel : 3 × 3 fractions; kernel[1 + i][1 + j] of a photosite's charge ends in the photosite i rows below and
+             j columns to the right of it. Together at most 1 (what is missing is lost).
+
+    >>> one = np.zeros((5, 5))
+    >>> one[2, 2] = 100.0
+    >>> Crosstalk(((0, 0, 0), (0, 0.9, 0.1), (0, 0, 0))).spread(one)[1]
+    array([ 0., 90., 10.])
+    """
+
+    name: ClassVar = "crosstalk"
+    phases: ClassVar = (Phase.NEIGHBOURS,)
+    without_noise: ClassVar = True
+    margin: ClassVar = 1
+
+    kernel: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+
+    def __post_init__(self) -> None:
+        kernel: object = tuple(tuple(float(f) for f in row) for row in self.kernel)
+        object.__setattr__(self, "kernel", kernel)
+        if len(self.kernel) != 3 or any(len(row) != 3 for row in self.kernel):
+            raise InvalidValueError("crosstalk: kernel must be 3 rows of 3 fractions")
+        for fraction in (f for row in self.kernel for f in row):
+            check_number(self.name, "kernel", fraction, largest=1.0)
+        total = math.fsum(f for row in self.kernel for f in row)
+        if total > 1.0 + 1e-9:
+            raise InvalidValueError(
+                f"crosstalk: kernel adds up to {total:.6g}; a photosite cannot give away more than it gets, at most 1"
+            )
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Let each photosite's charge end where the kernel says."""
+        return self.spread(electrons)
+
+    def spread(self, electrons: F64) -> F64:
+        """Return (rows, cols) mean charge of (rows + 2, cols + 2): the window with one photosite more all round."""
+        rows, cols = electrons.shape[0] - 2, electrons.shape[1] - 2
+        mixed = np.zeros((rows, cols))
+        for i, row in enumerate(self.kernel):
+            for j, fraction in enumerate(row):
+                if fraction:
+                    # What comes from above left was sent to below right.
+                    mixed += fraction * electrons[2 - i : 2 - i + rows, 2 - j : 2 - j + cols]
+        return mixed
+
+    def mixing(self, cfa: Cfa) -> F64:
+        """Return (channels, channels): what a photosite of a channel gets of its own and of the others, on flat light.
+
+        The mean over all photosites of the channel: a lopsided kernel tells the greens of two rows apart.
+
+        >>> Crosstalk(((0, 0.01, 0), (0.01, 0.96, 0.01), (0, 0.01, 0))).mixing(Cfa.bayer("RGGB")).round(2).tolist()
+        [[0.96, 0.04, 0.0], [0.02, 0.96, 0.02], [0.0, 0.04, 0.96]]
+        """
+        mixing: F64 = np.einsum("ij,kijc->kc", np.array(self.kernel), _senders(cfa))
+        return mixing
+
+    def seen_by(self, channel: int, planes: F64, cfa: Cfa) -> F64:
+        """Return (rows, cols) mean charge that a photosite of ``channel`` would collect at every place.
+
+        Its neighbours are those that such a photosite has in the array, on the average of its places there.
+
+        planes : (channels, rows + 2, cols + 2) mean charge that each channel's filter lets through
+        """
+        rows, cols = planes.shape[1] - 2, planes.shape[2] - 2
+        seen = np.zeros((rows, cols))
+        for (i, j, sender), share in np.ndenumerate(_senders(cfa)[channel]):
+            if share * self.kernel[i][j]:
+                seen += share * self.kernel[i][j] * planes[sender, 2 - i : 2 - i + rows, 2 - j : 2 - j + cols]
+        return seen
+
+
+def _senders(cfa: Cfa) -> F64:
+    """Return (channels, 3, 3, channels): how often what reaches a channel's photosites by kernel[i][j] is of which."""
+    index, count = cfa.channel_index(*cfa.period), len(cfa.channels)
+    shares = np.empty((count, 3, 3, count))
+    for i, j in np.ndindex(3, 3):
+        sent = np.roll(index, (i - 1, j - 1), axis=(0, 1))
+        for channel in range(count):
+            shares[channel, i, j] = np.bincount(sent[index == channel], minlength=count)
+    shares /= shares.sum(axis=-1, keepdims=True)
+    return shares

@@ -1,0 +1,62 @@
+"""Charge that gathers without light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.sensor.checked import check_number, check_temperature
+from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
+
+
+@dataclass(frozen=True, slots=True)
+class DarkCurrent(ElectronicStage):
+    """Charge that gathers without light, on the mean; its shot noise comes with the light's.
+
+    e_per_s       : electrons per second and photosite, the mean of all
+    nonuniformity : standard deviation of its photosites (DCNU), a fraction of the mean
+    at_c          : temperature at which ``e_per_s`` holds, °C
+    doubling_c    : warming that doubles it, °C
+    """
+
+    name: ClassVar = "dark_current"
+    phases: ClassVar = (Phase.CHARGE,)
+    stream: ClassVar = 5
+
+    e_per_s: float
+    nonuniformity: float = 0.0
+    at_c: float = 25.0
+    doubling_c: float = 7.0
+
+    def __post_init__(self) -> None:
+        check_number(self.name, "e_per_s", self.e_per_s)
+        check_number(self.name, "nonuniformity", self.nonuniformity, largest=1.0)
+        check_temperature(self.name, "at_c", self.at_c)
+        if not 1.0 <= self.doubling_c <= 1000.0:
+            raise InvalidValueError(f"dark_current: doubling_c {self.doubling_c}; must be 1..1000 °C (silicon: 5 to 9)")
+
+    def warming(self, temperature_c: float | None) -> float:
+        """Return how many times ``e_per_s`` the current is at a temperature (None: at ``at_c``).
+
+        >>> DarkCurrent(1.0, at_c=20.0, doubling_c=6.0).warming(32.0)
+        4.0
+        """
+        if temperature_c is None:
+            return 1.0
+        check_temperature(self.name, "temperature_c", temperature_c)
+        # Hotter than this no sensor is; the power of two stays finite.
+        factor: float = 2.0 ** min((temperature_c - self.at_c) / self.doubling_c, 500.0)
+        return factor
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add e_per_s · time to the mean charge, each photosite's own share of it."""
+        dark_e = self.e_per_s * context.time_s * self.warming(context.temperature_c)
+        if not self.nonuniformity:
+            return electrons + dark_e
+        return electrons + dark_e * gains(self.nonuniformity, context.normals(self.stream, electrons.shape))
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return how many normals its pattern takes; an even current has none."""
+        return context.normals_drawn(shape[0]) if self.nonuniformity else 0

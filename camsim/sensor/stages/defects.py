@@ -1,0 +1,109 @@
+"""Photosites that are broken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from camsim.arrays import F64, I64
+from camsim.errors import InvalidValueError
+from camsim.sensor import streams
+from camsim.sensor.checked import check_number
+from camsim.sensor.stage import Context, ElectronicStage, Phase
+from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.streams import BLOCK_ROWS
+
+Places: TypeAlias = tuple[I64, I64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Defects(ElectronicStage):
+    """Hot photosites (with a dark current of their own) and dead ones (blind), by share and by list.
+
+    hot_fraction  : share of all photosites that are hot, drawn from the sensor's serial number
+    hot_e_per_s   : their mean dark current; it is distributed exponentially
+    dead_fraction : share that sees no light
+    hot           : (row, col, e_per_s) of the full frame, besides those drawn
+    dead          : (row, col) of the full frame, besides those drawn
+    """
+
+    name: ClassVar = "defects"
+    phases: ClassVar = (Phase.LIGHT, Phase.CHARGE)
+    stream: ClassVar = 10
+
+    hot_fraction: float = 0.0
+    hot_e_per_s: float = 0.0
+    dead_fraction: float = 0.0
+    hot: tuple[tuple[int, int, float], ...] = ()
+    dead: tuple[tuple[int, int], ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "hot", tuple((int(r), int(c), float(e)) for r, c, e in self.hot))
+        object.__setattr__(self, "dead", tuple((int(r), int(c)) for r, c in self.dead))
+        check_number(self.name, "hot_fraction", self.hot_fraction, largest=1.0)
+        check_number(self.name, "dead_fraction", self.dead_fraction, largest=1.0)
+        check_number(self.name, "hot_e_per_s", self.hot_e_per_s)
+        if self.hot_fraction + self.dead_fraction > 1.0:
+            raise InvalidValueError("defects: hot_fraction and dead_fraction are more than 1 together")
+        for row, col, e_per_s in self.hot:
+            check_number(self.name, f"hot e_per_s of ({row}, {col})", e_per_s)
+        for row, col in (*((r, c) for r, c, _ in self.hot), *self.dead):
+            if row < 0 or col < 0:
+                raise InvalidValueError(f"defects: photosite ({row}, {col}); rows and columns count from 0")
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Take the light from dead photosites; later, with the dark current, give hot ones theirs."""
+        shape = (electrons.shape[0], electrons.shape[1])
+        hot, e_per_s, dead = self.within(
+            serial=context.serial, shape=shape, origin=context.first, frame_cols=context.frame_cols
+        )
+        electrons = electrons.copy()
+        if context.phase is Phase.LIGHT:
+            electrons[dead] = 0.0
+        else:
+            current = context.other(DarkCurrent)
+            warming = 1.0 if current is None else current.warming(context.temperature_c)
+            np.add.at(electrons, hot, (warming * context.time_s) * e_per_s)
+        return electrons
+
+    def within(
+        self, *, serial: int, shape: tuple[int, int], origin: tuple[int, int], frame_cols: int
+    ) -> tuple[Places, F64, Places]:
+        """Return the hot photosites of a window, their currents in e⁻/s, and the dead ones: rows and columns in it.
+
+        serial     : of the sensor, which says where they are
+        origin     : (row, col) of the window's first photosite in the full frame
+        frame_cols : width of the full frame
+        """
+        hot = [np.array(self.hot, dtype=np.float64).reshape(-1, 3)]
+        dead = [np.array(self.dead, dtype=np.int64).reshape(-1, 2)]
+        if self.hot_fraction or self.dead_fraction:
+            for block in range(max(origin[0], 0) // BLOCK_ROWS, (origin[0] + shape[0] - 1) // BLOCK_ROWS + 1):
+                drawn_hot, drawn_dead = self._drawn(serial, block, frame_cols)
+                hot.append(drawn_hot)
+                dead.append(drawn_dead)
+        all_hot, all_dead = np.concatenate(hot), np.concatenate(dead)
+        hot_places, current = _inside(all_hot[:, :2].astype(np.int64), shape, origin), all_hot[:, 2]
+        dead_places = _inside(all_dead, shape, origin)
+        return hot_places[1], current[hot_places[0]], dead_places[1]
+
+    def _drawn(self, serial: int, block: int, frame_cols: int) -> tuple[F64, I64]:
+        """Return (row, col, e_per_s) and (row, col) of a block of rows: how many, then where, then how hot."""
+        rng = streams.generator(serial, self.stream, block=block)
+        photosites = BLOCK_ROWS * frame_cols
+        hot_count = int(rng.binomial(photosites, self.hot_fraction))
+        dead_count = min(int(rng.binomial(photosites, self.dead_fraction)), photosites - hot_count)
+        index = rng.choice(photosites, hot_count + dead_count, replace=False)
+        places = np.stack([block * BLOCK_ROWS + index // frame_cols, index % frame_cols], axis=1)
+        current = rng.exponential(1.0, hot_count) * self.hot_e_per_s
+        return np.column_stack([places[:hot_count], current]), places[hot_count:]
+
+
+def _inside(places: I64, shape: tuple[int, int], origin: tuple[int, int]) -> tuple[npt.NDArray[np.bool_], Places]:
+    """Return which places of the full frame lie in a window, and where in it."""
+    row, col = places[:, 0] - origin[0], places[:, 1] - origin[1]
+    inside = (row >= 0) & (row < shape[0]) & (col >= 0) & (col < shape[1])
+    return inside, (row[inside], col[inside])

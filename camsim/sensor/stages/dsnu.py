@@ -1,0 +1,34 @@
+"""Dark-signal non-uniformity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from camsim.arrays import F64
+from camsim.sensor.checked import check_number
+from camsim.sensor.stage import Context, ElectronicStage, add_normals
+
+
+@dataclass(frozen=True, slots=True)
+class Dsnu(ElectronicStage):
+    """Dark-signal non-uniformity: every photosite has an offset of its own, normal around 0.
+
+    sigma_e : standard deviation of the offset, electrons
+    """
+
+    name: ClassVar = "dsnu"
+    stream: ClassVar = 4
+
+    sigma_e: float
+
+    def __post_init__(self) -> None:
+        check_number(self.name, "sigma_e", self.sigma_e)
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add each photosite's offset."""
+        return add_normals(electrons, self.sigma_e, context.normals(self.stream, electrons.shape))
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return how many normals its pattern takes."""
+        return context.normals_drawn(shape[0])

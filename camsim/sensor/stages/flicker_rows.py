@@ -1,0 +1,80 @@
+"""1/f noise of rows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.sensor.checked import check_number
+from camsim.sensor.stage import Context, ElectronicStage
+
+
+@dataclass(frozen=True, slots=True)
+class FlickerRows(ElectronicStage):
+    """1/f noise of the supply, seen as bands: row offsets whose power falls with frequency.
+
+    sigma_e  : standard deviation over the rows of a frame, electrons
+    exponent : power ~ 1/frequency^exponent, 0..2; 1 is pink
+    """
+
+    name: ClassVar = "flicker_rows"
+    stream: ClassVar = 11
+    temporal: ClassVar = True
+
+    sigma_e: float
+    exponent: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_number(self.name, "sigma_e", self.sigma_e)
+        check_number(self.name, "exponent", self.exponent, largest=2.0)
+
+    def offsets_e(self, rows: int, rng: np.random.Generator) -> F64:
+        """Return (rows,) offsets of one frame, mean 0.
+
+        White normals are shaped in the frequency domain of twice the frame (so that the last row knows nothing of
+        the first) from one cycle per 2·rows up to Nyquist, and scaled to the expected variance.
+        """
+        if rows < 2:
+            return np.zeros(rows)
+        frequency = np.fft.rfftfreq(2 * rows)
+        amplitude = np.zeros_like(frequency)
+        amplitude[1:] = frequency[1:] ** (-0.5 * self.exponent)
+        # Each frequency but Nyquist's stands for two of the full transform.
+        power = (2.0 * np.sum(amplitude[1:-1] ** 2) + amplitude[-1] ** 2) / (2 * rows)
+        white = np.fft.rfft(rng.standard_normal(2 * rows))
+        shaped = np.fft.irfft(white * (amplitude / math.sqrt(power)), n=2 * rows)
+        offsets: F64 = self.sigma_e * shaped[:rows]
+        return offsets
+
+    def over(self, context: Context) -> ElectronicStage:
+        """Draw the offsets of all the window's rows at once: they know one another."""
+        return _Offsets(self.offsets_e(context.rows_in_all, context.frame_generator(self.stream)))
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add the offsets of these rows."""
+        return self.over(context).apply(electrons, context)
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return two normals for each row; a single row has no spectrum."""
+        return 2 * shape[0] if shape[0] > 1 else 0
+
+    def dark_noise_e(self, electrons_per_dn: float) -> float:
+        """Return its standard deviation."""
+        return self.sigma_e
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Offsets(ElectronicStage):
+    """The offsets (rows,) of a window's rows, electrons."""
+
+    name: ClassVar = FlickerRows.name
+
+    rows_e: F64
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        before = context.rows_before
+        return electrons + self.rows_e[before : before + len(electrons), None]

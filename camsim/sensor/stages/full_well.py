@@ -1,0 +1,34 @@
+"""What a photosite can hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.sensor.checked import check_positive
+from camsim.sensor.stage import Context, ElectronicStage, Phase
+
+
+@dataclass(frozen=True, slots=True)
+class FullWell(ElectronicStage):
+    """A photosite holds so many electrons and no more.
+
+    capacity_e : electrons, above 0
+    """
+
+    name: ClassVar = "full_well"
+    phases: ClassVar = (Phase.WELL,)
+    without_noise: ClassVar = True
+
+    capacity_e: float
+
+    def __post_init__(self) -> None:
+        check_positive(self.name, "capacity_e", self.capacity_e)
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Cut the charge at the capacity."""
+        held: F64 = np.minimum(electrons, self.capacity_e)
+        return held

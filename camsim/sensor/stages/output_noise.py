@@ -1,0 +1,42 @@
+"""Noise after the gain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.sensor.checked import check_number
+from camsim.sensor.stage import Context, ElectronicStage, add_normals
+
+
+@dataclass(frozen=True, slots=True)
+class OutputNoise(ElectronicStage):
+    """Normal noise that comes in after the gain: the same in data numbers at every ISO.
+
+    sigma_dn : standard deviation, data numbers
+    """
+
+    name: ClassVar = "output_noise"
+    stream: ClassVar = 9
+    temporal: ClassVar = True
+
+    sigma_dn: float
+
+    def __post_init__(self) -> None:
+        check_number(self.name, "sigma_dn", self.sigma_dn)
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add normal noise, in electrons that stand for data numbers."""
+        normals = context.generator(self.stream).standard_normal(electrons.shape, dtype=np.float32)
+        return add_normals(electrons, self.dark_noise_e(context.electrons_per_dn), normals)
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return one normal for each photosite."""
+        return shape[0] * shape[1]
+
+    def dark_noise_e(self, electrons_per_dn: float) -> float:
+        """Return its standard deviation referred to electrons."""
+        return self.sigma_dn * electrons_per_dn

@@ -1,0 +1,35 @@
+"""Photo-response non-uniformity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from camsim.arrays import F64
+from camsim.sensor.checked import check_number
+from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
+
+
+@dataclass(frozen=True, slots=True)
+class Prnu(ElectronicStage):
+    """Photo-response non-uniformity: every photosite has a gain of its own, normal around 1.
+
+    fraction : standard deviation of the gain, 0..1
+    """
+
+    name: ClassVar = "prnu"
+    phases: ClassVar = (Phase.LIGHT,)
+    stream: ClassVar = 1
+
+    fraction: float
+
+    def __post_init__(self) -> None:
+        check_number(self.name, "fraction", self.fraction, largest=1.0)
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Multiply the mean charge by each photosite's gain; one below 0 counts as 0."""
+        return electrons * gains(self.fraction, context.normals(self.stream, electrons.shape))
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return how many normals its pattern takes."""
+        return context.normals_drawn(shape[0])

@@ -1,0 +1,42 @@
+"""Noise of the read-out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.sensor.checked import check_number
+from camsim.sensor.stage import Context, ElectronicStage, add_normals
+
+
+@dataclass(frozen=True, slots=True)
+class ReadNoise(ElectronicStage):
+    """Normal noise of the read-out, referred to electrons.
+
+    sigma_e : standard deviation, electrons
+    """
+
+    name: ClassVar = "read_noise"
+    stream: ClassVar = 3
+    temporal: ClassVar = True
+
+    sigma_e: float
+
+    def __post_init__(self) -> None:
+        check_number(self.name, "sigma_e", self.sigma_e)
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add normal noise; charge may come out below zero."""
+        normals = context.generator(self.stream).standard_normal(electrons.shape, dtype=np.float32)
+        return add_normals(electrons, self.sigma_e, normals)
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return one normal for each photosite."""
+        return shape[0] * shape[1]
+
+    def dark_noise_e(self, electrons_per_dn: float) -> float:
+        """Return its standard deviation."""
+        return self.sigma_e

@@ -1,0 +1,55 @@
+"""Noise of the reset."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.sensor.checked import ABSOLUTE_ZERO_C, check_number, check_temperature
+from camsim.sensor.stage import Context, ElectronicStage, add_normals
+
+
+@dataclass(frozen=True, slots=True)
+class ResetNoise(ElectronicStage):
+    """kTC noise: what the reset of a capacitor leaves behind, normal; absent with correlated double sampling.
+
+    sigma_e : standard deviation, electrons
+    """
+
+    name: ClassVar = "reset_noise"
+    stream: ClassVar = 6
+    temporal: ClassVar = True
+
+    sigma_e: float
+
+    def __post_init__(self) -> None:
+        check_number(self.name, "sigma_e", self.sigma_e)
+
+    @classmethod
+    def of_capacitance(cls, capacitance_ff: float, temperature_c: float = 25.0) -> ResetNoise:
+        """Return the noise of a capacitance, √(kTC)/q (Boltzmann's k and the charge q: exact in the SI).
+
+        >>> round(ResetNoise.of_capacitance(1.6).sigma_e, 1)
+        16.0
+        """
+        check_number(cls.name, "capacitance_ff", capacitance_ff)
+        check_temperature(cls.name, "temperature_c", temperature_c)
+        energy_j = 1.380649e-23 * (temperature_c - ABSOLUTE_ZERO_C)
+        return cls(math.sqrt(energy_j * capacitance_ff * 1e-15) / 1.602176634e-19)
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add normal noise."""
+        normals = context.generator(self.stream).standard_normal(electrons.shape, dtype=np.float32)
+        return add_normals(electrons, self.sigma_e, normals)
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return one normal for each photosite."""
+        return shape[0] * shape[1]
+
+    def dark_noise_e(self, electrons_per_dn: float) -> float:
+        """Return its standard deviation."""
+        return self.sigma_e

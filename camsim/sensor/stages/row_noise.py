@@ -1,0 +1,39 @@
+"""Offsets of rows that last one frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from camsim.arrays import F64
+from camsim.sensor.checked import check_number
+from camsim.sensor.stage import Context, ElectronicStage
+
+
+@dataclass(frozen=True, slots=True)
+class RowNoise(ElectronicStage):
+    """Every row of every frame has an offset of its own, normal around 0, independent of the other rows'.
+
+    sigma_e : standard deviation, electrons
+    """
+
+    name: ClassVar = "row_noise"
+    stream: ClassVar = 7
+    temporal: ClassVar = True
+
+    sigma_e: float
+
+    def __post_init__(self) -> None:
+        check_number(self.name, "sigma_e", self.sigma_e)
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add one number to each row (the first axis)."""
+        return electrons + self.sigma_e * context.generator(self.stream).standard_normal((len(electrons), 1))
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return one normal for each row."""
+        return shape[0]
+
+    def dark_noise_e(self, electrons_per_dn: float) -> float:
+        """Return its standard deviation."""
+        return self.sigma_e
