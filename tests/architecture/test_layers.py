@@ -15,6 +15,7 @@ SOURCES = sorted(PACKAGE.rglob("*.py"))
 LAYERS = (
     "errors",
     "arrays",
+    "kernels",
     "spectra",
     "optics",
     "scene",
@@ -45,7 +46,7 @@ LIBRARIES = {
     "pydantic_core": ("camsim.config",),
     "yaml": ("camsim.config",),
     "colour": ("camsim.spectra.colour_science",),
-    "numba": ("camsim.rendering", "camsim.measure"),
+    "numba": ("camsim.kernels", "camsim.rendering", "camsim.measure"),
     "finufft": ("camsim.rendering", "camsim.optics"),
     "shapely": ("camsim.scene", "camsim.measure"),
     "tifffile": ("camsim.files",),

@@ -15,7 +15,7 @@ from camsim.errors import ConfigError, Fault
 
 
 def test_the_good_files_have_no_faults(folder: Path) -> None:
-    assert load("good.yaml").name == "good"
+    assert load("good.yaml").scene_name == "good"
 
 
 @pytest.mark.parametrize("text", ["", "# nothing\n"])

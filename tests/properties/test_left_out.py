@@ -40,7 +40,7 @@ CAPTURE = Capture(
 
 
 def work_of(capture, products=("mosaic",)):
-    return next(capture.frames((0,), products)).report.work
+    return capture.frame(products=products).report.work
 
 
 def with_camera(**changes):

@@ -9,10 +9,10 @@ import functools
 import math
 import threading
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kernels import kernel
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.quadrature import gauss_legendre
 
@@ -41,7 +41,7 @@ def _potential(pattern: Pattern, cells: int) -> F64:
     return phi
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def lagrange_weights(t: float, order: int, scale: F64, out: F64) -> None:
     """Write the Lagrange weights of the nodes 1 − order/2 … order/2 at 0 ≤ t < 1 into ``out``.
 
@@ -68,7 +68,7 @@ def lagrange_scale(order: int) -> F64:
 SCALE = lagrange_scale(ORDER)
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def at_radius(radial: F64, u: float, weights: F64) -> float:
     """Look up an even function, given at 0, 1, 2 …, at u ≥ 0; ``weights`` is (ORDER,) scratch."""
     cell = int(u)
@@ -79,7 +79,7 @@ def at_radius(radial: F64, u: float, weights: F64) -> float:
     return value
 
 
-@nb.njit(cache=True)
+@kernel()
 def contract(phi: F64, blur: F64, weights: F64, step: float, count: int) -> F64:
     """Return Σ_j weights[k, j]·Φ(m·step/blur[j]) as (k, m): the potential of a polychromatic pattern."""
     out = np.zeros((weights.shape[0], count))

@@ -13,10 +13,10 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kernels import ONE_AT_A_TIME, kernel
 from camsim.optics import OpticalSystem
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_radius, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import Pattern
 from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
@@ -59,7 +59,7 @@ def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint
     return tables
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def _filtered(
     radial: F64, samples_per_step: float, average: F64, slope: F64, rows: int, margin: int, count: int
 ) -> F64:

@@ -11,10 +11,10 @@ import functools
 import math
 from typing import Any, NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kernels import kernel
 from camsim.rendering.quadrature import quintic_cells
 
 CELLS_PER_BLUR = 64  # a quintic then errs by 5e-12: 32 left 3e-10
@@ -93,7 +93,7 @@ def _far_powers(lens: Any) -> tuple[float, float, float]:
     return terms[0], terms[1], terms[2]
 
 
-@nb.njit(cache=True)
+@kernel()
 def _contracted(profile: F64, blur: F64, weights: F64, step: float, cells: int) -> F64:
     """Σ_j w[k, j]·E/r² of λ_j at multiples −2 … cells + 2 of ``step``."""
     values = np.zeros((weights.shape[0], cells + 5))
@@ -126,7 +126,7 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
     return float(_loudest(swing, fine[0], fine[1] - fine[0], places, np.ascontiguousarray(ahead.T), weights))
 
 
-@nb.njit(cache=True)
+@kernel()
 def _loudest(swing: F64, first: float, step: float, places: F64, ahead: F64, weights: F64) -> float:
     loudest = 0.0
     for k in range(len(swing)):

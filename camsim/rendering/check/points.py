@@ -8,6 +8,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.kernels import kernel
 from camsim.rendering.check.scenery import Outlines
 
 PANEL_NODES = 20
@@ -15,7 +16,7 @@ PANEL_BLURS = 4.0
 FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _beyond(h: float, s: float, far: F64) -> float:
     """Σ c_k·∫ds/r^k over the half line from s ≥ 0, for k = 3, 5, 7."""
     r = math.hypot(h, s)
@@ -27,7 +28,7 @@ def _beyond(h: float, s: float, far: F64) -> float:
     return total
 
 
-@nb.njit(cache=True)
+@kernel()
 def _far_line(h: float, s1: float, s2: float, far: F64) -> float:
     """Far form over s1 … s2: the angle and the first three odd powers of 1/r."""
     if s1 < 0.0 < s2:
@@ -38,7 +39,7 @@ def _far_line(h: float, s1: float, s2: float, far: F64) -> float:
     return total
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _value(r: float, inside: bool, cells: F64, per_step: float, far: F64) -> float:
     """E/r² from the table, or its smooth powers."""
     if inside:
@@ -54,7 +55,7 @@ def _value(r: float, inside: bool, cells: F64, per_step: float, far: F64) -> flo
     return smooth
 
 
-@nb.njit(cache=True)
+@kernel()
 def _straight(
     x: float, y: float, o: Outlines, e: int, radius: float, panel: float, cells: F64, per_step: float, far: F64, g: F64
 ) -> float:
@@ -85,7 +86,7 @@ def _straight(
     return total
 
 
-@nb.njit(cache=True)
+@kernel()
 def _arc(
     dx: float,
     dy: float,
@@ -113,7 +114,7 @@ def _arc(
     return part * half * big
 
 
-@nb.njit(cache=True)
+@kernel()
 def _round(
     x: float, y: float, o: Outlines, e: int, radius: float, panel: float, cells: F64, per_step: float, far: F64, g: F64
 ) -> float:
@@ -165,7 +166,7 @@ def _round(
     return total
 
 
-@nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
+@kernel(parallel=True, error_model="numpy", fastmath={"contract"})
 def light_at_points(
     points: F64,
     sets: I64,

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.pattern import Table, loudness, table_of
 from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, light_at_points
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
-from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.quadrature import gauss_error, gauss_legendre
 
 NEAREST = 12.0  # blurs: where the search for silence begins

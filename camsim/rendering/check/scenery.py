@@ -15,6 +15,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.kernels import kernel
 from camsim.scene import Scene
 from camsim.spectra.curve import Spectrum
 
@@ -142,7 +143,7 @@ def _neighbours(boxes: F64, same: float) -> tuple[I64, I64]:
     return np.searchsorted(a[sort], np.arange(count + 1)), b[sort]
 
 
-@nb.njit(cache=True)
+@kernel()
 def _on_line(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: int) -> int:
     """Append where a place lies on a part, as a share of it (nothing where it does not)."""
     if o.turn_rad[e] == 0.0:
@@ -160,7 +161,7 @@ def _on_line(o: Outlines, e: int, x: float, y: float, same: float, out: F64, cou
     return count
 
 
-@nb.njit(cache=True)
+@kernel()
 def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
     """Write where part ``e`` meets part ``f``, as shares of ``e``; return how many (at most six)."""
     count = 0
@@ -206,7 +207,7 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
     return count
 
 
-@nb.njit(cache=True)
+@kernel()
 def _cuts(o: Outlines, boxes: F64, first: I64, begin: I64, near: I64, shape_boxes: F64, same: float) -> tuple[I64, F64]:
     """Return where every part is cut: (n + 1,) where each one's cuts begin, and they, in order, as shares of it."""
     count = len(o.x)
@@ -255,7 +256,7 @@ def _between(cuts: I64, places: F64) -> tuple[I64, F64, F64]:
     return owners[:-1][real], low[real], high[real]
 
 
-@nb.njit(cache=True)
+@kernel()
 def _side(o: Outlines, f: int, x: float, y: float, tx: float, ty: float, same: float) -> float:
     """Return +1 where a place lies on part ``f`` and a direction runs as that does, −1 if against it; 0 elsewhere."""
     if o.turn_rad[f] == 0.0:
@@ -271,7 +272,7 @@ def _side(o: Outlines, f: int, x: float, y: float, tx: float, ty: float, same: f
     return 1.0 if -tx * (y - o.y[f]) + ty * (x - o.x[f]) > 0.0 else -1.0
 
 
-@nb.njit(cache=True)
+@kernel()
 def _winds(o: Outlines, begin: int, end: int, x: float, y: float) -> bool:
     """Return whether an outline winds about a place."""
     turns = 0
@@ -290,7 +291,7 @@ def _winds(o: Outlines, begin: int, end: int, x: float, y: float) -> bool:
     return turns != 0
 
 
-@nb.njit(cache=True)
+@kernel()
 def _seen(
     o: Outlines, e: int, t: float, first: I64, begin: I64, near: I64, shape_boxes: F64, same: float
 ) -> tuple[int, int, int, bool]:
@@ -326,7 +327,7 @@ def _seen(
     return left, right, touching, earlier
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def _sides(
     o: Outlines,
     owner: I64,

@@ -16,6 +16,7 @@ from scipy import fft
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
+from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
@@ -32,7 +33,6 @@ from camsim.rendering.fourier.lens import (
 )
 from camsim.rendering.fourier.plan import PART, Kernel, Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions, clamped
-from camsim.rendering.kernels import ONE_AT_A_TIME
 
 FINEST, COARSEST = 1e-11, 1e-2
 

@@ -17,13 +17,13 @@ from scipy import fft
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
+from camsim.kernels import ONE_AT_A_TIME, kernel
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Curves, Factors
 from camsim.rendering.fourier.plan import Kernel, Sizes
 from camsim.rendering.fourier.taper import taper, tapered
-from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.patterns import pattern_of
 from camsim.rendering.psf import point_spread_of
 
@@ -80,7 +80,7 @@ def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) ->
     return light
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def _projections(cells: F64, cells_per_length: float, outer: float, step_x: float, step_y: float, count: int) -> F64:
     """Return (count, columns): Σ over y of a round pattern, at x = 0, step_x, …
 

@@ -26,10 +26,10 @@ from scipy import special
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.paper.kernels import Boxes, Steps, each_sample, strips, weighted
 from camsim.rendering.patterns import pattern_of
 
