@@ -21,6 +21,7 @@ from camsim.rendering.budget import ErrorBudget
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 TAPER_DEGREE = 63
 BLOCK_POINTS, SPREAD_POINTS, FEWEST_IN_BLOCK = 150_000, 400_000, 20_000  # frequencies at a time: what stays in a cache
+SPREAD_HELD, SPREAD_MEMORY = 20, 0.25  # numbers: two sums on a grid of twice a block's sides; part of all memory
 PART = 2_000_000  # numbers that are transformed back at a time
 NODES_PER_RADIAN, FEWEST_ON_EDGE = 0.5, 10  # of the Gauss rule on an edge, by the phase along it
 
@@ -182,9 +183,13 @@ def _tiled(
     largest = max(tiles, key=lambda tile: tile.points)
     nodes = NODES_PER_RADIAN * 2.0 * math.pi * largest.cut * work.length + FEWEST_ON_EDGE * work.edges
     fields = 0 if kernel.round else 1 if kernel.tapered else work.wavelengths
+    held = work.spectra + fields + 4  # numbers of a frequency that are kept while its block is worked on
     plain, spreading = (
         max(FEWEST_IN_BLOCK, 6 * most // (6 + work.spectra + fields)) for most in (BLOCK_POINTS, SPREAD_POINTS)
     )
+    # Every block is spread to from every node: with more nodes than frequencies in a block it had better be larger.
+    roomy = SPREAD_MEMORY * memory_limit_bytes / (16.0 * (held + SPREAD_HELD))
+    spreading = max(spreading, int(min(nodes, roomy)))
     # Where an alias has few columns, a row of them takes what its first takes.
     _, rows_of_blocks = count_blocks(largest, plain)
     by_edge = work.edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
@@ -212,8 +217,7 @@ def _tiled(
             kernel_bytes = 160.0 * samples
         fixed = max(fixed, kernel_bytes + area * 8.0 * tile.rows / tile.periods[1])
         transforms = max(transforms, area * 8.0)
-    # Spreading works on a grid of twice the block's sides, and on two sums at once.
-    fixed += block_points * 16.0 * (work.spectra + fields + 4 + (20 if spread else 0)) + 64.0 * nodes * spread
+    fixed += block_points * 16.0 * (held + SPREAD_HELD * spread) + 64.0 * nodes * spread
     fixed += 16.0 * shape[0] * shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
     channels = work.channels
     if fixed + channels * transforms > memory_limit_bytes:
