@@ -137,6 +137,15 @@ class OpticalSystem:
             otf = otf * stage.otf(fx_per_um, fy_per_um, wavelength_nm)
         return otf
 
+    def point_otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
+        """Size of ``point_otf`` at frequencies along a unit vector, as well as a bound needs it."""
+        fx, fy = frequency_per_um * direction[0], frequency_per_um * direction[1]
+        of_lens = getattr(self.lens, "otf_size", None)
+        if of_lens is None or self.more:
+            return np.abs(self.point_otf(fx, fy, wavelength_nm))
+        size: F64 = of_lens(frequency_per_um, direction, wavelength_nm)
+        return size
+
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """OTF of the whole system."""
         product: F64 = self.point_otf(fx_per_um, fy_per_um, wavelength_nm) * self.footprint_otf(fx_per_um, fy_per_um)

@@ -50,8 +50,8 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[
     x, w = gauss_legendre(SLOPE_NODES)
     f = 0.5 * (1.0 + x) * highest
     passes = [
-        np.abs(system.point_otf(f * cx, f * cy, shortest_nm)) * w * highest
-        for cx, cy in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
+        system.point_otf_size(f, direction, shortest_nm) * w * highest
+        for direction in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
     ]
     slope = max(2.0 * math.pi * float(np.sum(f * otf)) for otf in passes)
     line_per_um = max(float(np.sum(otf)) for otf in passes)
