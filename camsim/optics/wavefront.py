@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -167,8 +168,7 @@ class Wavefront:
 
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
         reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
-        turns = 2.0 * math.pi * radius * self.pupil.outer_radius * reach_um
-        x, y, weights = self._rule(wavelength_nm, turns)
+        x, y, weights = self._rule(wavelength_nm, self._turns(reach_um, wavelength_nm))
         strengths = weights * self._phase_factor(x, y, wavelength_nm)
         steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
         amplitude = finufft.nufft2d1(
@@ -183,25 +183,39 @@ class Wavefront:
         irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)
         return irradiance
 
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
+        """Return what tells how many nodes ``point_spread_on`` takes out to a distance in µm."""
+        degrees = self._degrees(wavelength_nm)
+        return lambda reach_um: float(math.prod(self._orders(degrees, self._turns(reach_um, wavelength_nm))))
+
+    def _turns(self, reach_um: float, wavelength_nm: float) -> float:
+        """Return by how much a plane wave turns along the pupil's radius that goes a distance off the axis, radians."""
+        return math.pi / self.blur_um(wavelength_nm) * self.pupil.outer_radius * reach_um
+
     def _rule(self, wavelength_nm: float, turns: float) -> tuple[F64, F64, F64]:
-        """Return a rule over the pupil for its amplitude times plane waves that turn by up to ``turns`` along a radius.
+        """Return a rule over the pupil for its amplitude times waves that turn by up to ``turns`` along a radius."""
+        radial, angular, sides = self._orders(self._degrees(wavelength_nm), turns)
+        if radial * angular * sides > MOST_NODES:
+            raise UnsupportedError(
+                f"zernike_waves: this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
+                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene"
+            )
+        return self.pupil.rule(radial, angular)
+
+    def _orders(self, degrees: tuple[int, int], turns: float) -> tuple[int, int, int]:
+        """Return nodes along a radius, along a side, and sides.
 
         A Gauss rule of n nodes is exact to degree 2n − 1. A wave of phase κt on −1 … 1 is a polynomial of degree κ and
         some twenty more; of the wavefront's own phase factor the degrees are looked up (``_degrees``).
         """
-        along, round_about = self._degrees(wavelength_nm)
+        along, round_about = degrees
         radial = math.ceil(0.27 * turns + 0.5 * along) + 24
         if self.pupil.sides > 1:
             # A side spans less than the whole turn's phase, and half as many nodes as its degree do.
             angular = max(8, math.ceil((1.06 * turns + 64.0) / self.pupil.sides + 0.5 * round_about))
         else:
             angular = math.ceil(1.06 * turns + 64.0) + round_about
-        if radial * angular * self.pupil.sides > MOST_NODES:
-            raise UnsupportedError(
-                f"zernike_waves: this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
-                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene"
-            )
-        return self.pupil.rule(radial, angular)
+        return radial, angular, self.pupil.sides
 
     def _degrees(self, wavelength_nm: float) -> tuple[int, int]:
         """Return the degrees of exp(2πiW) along a radius and along a side of the outline (round it: its harmonics).

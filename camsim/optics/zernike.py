@@ -33,15 +33,19 @@ def zernike(index: int, x: F64, y: F64) -> F64:
     """
     n, m = orders(index)
     k = abs(m)
-    # The radial polynomial over r^k in powers of r², and r^k·cos, r^k·sin from the complex power: no angle, no root.
+    # The radial polynomial over r^k in powers of r², and r^k·cos, r^k·sin by turning k times: no angle, no root.
     square = x * x + y * y
     radial: F64 = np.zeros_like(square)
     for s in range((n - k) // 2 + 1):
         factor = (-1) ** s * math.factorial(n - s)
         factor //= math.factorial(s) * math.factorial((n + k) // 2 - s) * math.factorial((n - k) // 2 - s)
         radial = radial * square + factor
-    turned = (x + 1j * y) ** k
-    part = turned.real if m >= 0 else turned.imag
+    part: F64 = np.ones_like(square)
+    other: F64 = np.zeros_like(square)
+    for _ in range(k):
+        part, other = part * x - other * y, part * y + other * x
+    if m < 0:
+        part = other
     norm = math.sqrt((2 if m else 1) * (n + 1))
     values: F64 = norm * radial * part
     return values

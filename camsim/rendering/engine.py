@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
@@ -106,9 +107,24 @@ class Plan(Protocol):
         """Yield the image, each photosite in its own channel, from the top down in bands of rows."""
         ...
 
+    def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
+        """Yield the bands of several images in turn; channels: (images, rows, cols)."""
+        ...
+
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return what chance has left in the worst of these photosites, None for a method without chance."""
         ...
+
+
+def one_by_one(plan: Plan, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
+    """Yield the bands of several images of a plan that gains nothing by making them together."""
+    for k, channel in enumerate(channels):
+        yield plan.bands(channel, functools.partial(share, progress, k, len(channels)))
+
+
+def share(progress: Progress, number: int, count: int, done: float) -> None:
+    """Report what is done of one part of ``count`` as a share of the whole."""
+    progress((number + done) / count)
 
 
 class Engine(Protocol):

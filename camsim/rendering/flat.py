@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from camsim.arrays import F64, I64, U8
-from camsim.rendering.engine import Cost, Decision, Marks, Progress
+from camsim.rendering.engine import Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
 
@@ -57,6 +57,10 @@ class FlatPlan:
         for row in range(0, len(channel), ROWS):
             yield self.job.base[channel[row : row + ROWS]]
             progress(min(row + ROWS, len(channel)) / len(channel))
+
+    def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
+        """Yield the bands of several images in turn."""
+        return one_by_one(self, channels, progress)
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""

@@ -31,6 +31,29 @@ def gauss_error(order: int, phase: float) -> float:
 
 
 @functools.cache
+def gauss_phases(allowed: float, most: int) -> F64:
+    """Return (most,) phases for which cos(phase·x) over −1 … 1 is integrated to ``allowed`` by 1, 2 … nodes."""
+    orders = np.arange(1, most + 1)
+    phases: F64 = np.exp([0.5 * (math.log(allowed) - gauss_error(n, 1.0)) / n for n in orders.tolist()])
+    return phases
+
+
+def gauss_pieces(phase: F64, allowed: float, most: int) -> tuple[I64, I64]:
+    """Return into how many pieces to cut lines, and how many nodes (up to ``most``) each piece takes.
+
+    phase   : half of what each line spans, radians
+    allowed : error of a piece, relative to it
+
+    >>> gauss_pieces(np.array([0.01, 3.0, 1000.0]), 1e-12, most=200)
+    (array([1, 1, 4]), array([  3,   9, 182]))
+    """
+    phases = gauss_phases(allowed, most)
+    pieces = np.maximum(np.ceil(phase / phases[-1]), 1.0).astype(np.int64)
+    orders = np.minimum(np.searchsorted(phases, phase / pieces) + 1, most)
+    return pieces, orders
+
+
+@functools.cache
 def gauss_by_length(phase: float, order: int, longest: float, steps: int) -> tuple[F64, F64, I64]:
     """Return rules for pieces of 1/steps, 2/steps … 1 of ``longest``, each as exact as ``order`` nodes are for a phase.
 

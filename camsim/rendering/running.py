@@ -14,7 +14,7 @@ from camsim.arrays import F64, I64, U8
 from camsim.errors import AccuracyError
 from camsim.rendering.auto import Choice, choose
 from camsim.rendering.check.judge import Found
-from camsim.rendering.engine import Plan, Progress
+from camsim.rendering.engine import Plan, Progress, share
 from camsim.rendering.work import Work
 
 TAKEN_PHOTOSITES = 2_000_000
@@ -75,17 +75,21 @@ def carry_out(
         images = scale.size
         planes = np.empty((images, *channel.shape))
         values = np.empty((images, rows.size))
-        for k in range(images):
-            part = _part(report, 0.9 * k / images, 0.9 / images)
-            values[k] = _passed(plans, np.full_like(channel, k), (rows, cols), _Into(planes[k]).take, part)
-        found_of = [judge.compare(plan, own, rows, cols, np.full_like(sets, k)) for k, own in enumerate(values)]
+        each = np.arange(images, dtype=channel.dtype)[:, None]
+        channels = np.broadcast_to(each[..., None], planes.shape)
+        for k, bands in enumerate(_images(plans, channels, _part(report, 0.0, 0.9))):
+            values[k] = _passed(bands, channels[k], scale, (rows, cols), _Into(planes[k]).take)
+        right = judge.values(rows, cols, np.broadcast_to(each, values.shape))
+        found_of = [judge.compare(plan, own, its, rows, cols) for own, its in zip(values, right, strict=True)]
         planes_found = max(found_of, key=lambda found: found.error)
         image = np.take_along_axis(planes, channel[None].astype(np.intp), axis=0)[0]
-        found = judge.compare(plan, values[sets, np.arange(rows.size)], rows, cols, sets)
+        own_channel = sets, np.arange(rows.size)
+        found = judge.compare(plan, values[own_channel], right[own_channel], rows, cols)
     else:
         image = np.empty((0 if take is not None else channel.shape[0], channel.shape[1]))
-        one = _passed(plans, channel, (rows, cols), take or _Into(image).take, _part(report, 0.0, 0.9))
-        found = judge.compare(plan, one, rows, cols, sets)
+        (bands,) = _images(plans, channel[None], _part(report, 0.0, 0.9))
+        one = _passed(bands, channel, scale, (rows, cols), take or _Into(image).take)
+        found = judge.compare(plan, one, judge.values(rows, cols, sets), rows, cols)
     if strict:
         for judged in (found, planes_found):
             if judged is not None:
@@ -119,12 +123,11 @@ class _Into:
         self._row += len(band)
 
 
-def _passed(plans: Sequence[Plan], channel: U8, places: tuple[I64, I64], take: Take, progress: Progress) -> F64:
-    """Render one image, hand it on in the unit of the response, and return what it is at places, of full scale."""
+def _passed(bands: Iterator[F64], channel: U8, scale: F64, places: tuple[I64, I64], take: Take) -> F64:
+    """Hand an image on in the unit of the response, and return what it is at places, of full scale."""
     rows, cols = places
-    scale = plans[0].job.signals.scale
     values, first = np.empty(rows.size), 0
-    for band in _bands(plans, channel, progress):
+    for band in bands:
         here = (first <= rows) & (rows < first + len(band))
         values[here] = band[rows[here] - first, cols[here]]
         # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
@@ -137,18 +140,20 @@ def _passed(plans: Sequence[Plan], channel: U8, places: tuple[I64, I64], take: T
     return values
 
 
-def _bands(plans: Sequence[Plan], channel: U8, progress: Progress) -> Iterator[F64]:
-    """Yield the sum of what several plans give: band by band of one, whole of more."""
+def _images(plans: Sequence[Plan], channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
+    """Yield images, each the sum of what several plans give: band by band of one, whole of more."""
     if len(plans) == 1:
-        yield from plans[0].bands(channel, progress)
+        yield from plans[0].images(channels, progress)
         return
-    image = np.zeros(channel.shape)
-    for number, plan in enumerate(plans):
-        whole = _Into(np.empty(channel.shape))
-        for band in plan.bands(channel, functools.partial(_share, progress, number, len(plans))):
-            whole.take(band)
-        image += whole.image
-    yield image
+    parts = (plan.images(channels, functools.partial(share, progress, k, len(plans))) for k, plan in enumerate(plans))
+    for of_plans in zip(*parts, strict=True):
+        image = np.zeros(channels.shape[1:])
+        for bands in of_plans:
+            whole = _Into(np.empty(image.shape))
+            for band in bands:
+                whole.take(band)
+            image += whole.image
+        yield iter((image,))
 
 
 def _rest(choice: Choice) -> Plan:
@@ -191,10 +196,6 @@ def _work(plans: Sequence[Plan], images: int, checked: int) -> Work:
 
 def _part(report: Report, first: float, share: float) -> Progress:
     return lambda done: report("render", first + share * done)
-
-
-def _share(progress: Progress, number: int, count: int, done: float) -> None:
-    progress((number + done) / count)
 
 
 def _silent(stage: str, fraction: float) -> None:

@@ -13,7 +13,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
 from camsim.rendering.boundary.image import boundary_bands
 from camsim.rendering.boundary.settings import Settings, plan_boundary
-from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress
+from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.patterns import Pattern
@@ -131,6 +131,10 @@ class BoundaryPlan:
             yield band
             del band  # or it would stay until the next one is finished
             progress(row / len(channel))
+
+    def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
+        """Yield the bands of several images in turn."""
+        return one_by_one(self, channels, progress)
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,12 +15,11 @@ from camsim.rendering.check.round_lens import RoundLens
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities
 from camsim.rendering.edges import Edges
-from camsim.rendering.engine import Plan
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Plan
 from camsim.rendering.job import Job
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
-WINDOWS_SHARE = 0.5  # of an image's time, for the windows of the check
 GROWTH = 1.3  # of a part's sides from its ends on
 
 
@@ -43,14 +41,38 @@ class Found:
 
 
 class Windows(Protocol):
+    """What renders windows of a scene; ``origin`` is a window's first photosite's centre, pitches."""
+
+    def rendered(self, origin: tuple[float, float], channel: U8) -> F64:
+        """Render every photosite in its own channel (..., rows, cols)."""
+        ...
+
+    def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
+        """Return what rows and columns take, and how many frequencies."""
+        ...
+
+
+class Transforms(Protocol):
     """An engine that renders windows of a job; the finest tolerance that it keeps."""
 
     @property
     def finest(self) -> float: ...  # noqa: D102 (above)
 
-    def windows(self, job: Job) -> Callable[[tuple[float, float], U8], F64]:
-        """Return what renders windows: by the first photosite's centre, pitches, and the channels."""
-        ...
+    def windows(self, job: Job) -> Windows: ...  # noqa: D102
+
+
+class _Frame(NamedTuple):
+    """A window with its rim; row and column of its first photosite may lie outside the grid."""
+
+    row: int
+    col: int
+    shape: tuple[int, int]
+
+    @classmethod
+    def about(cls, rows: I64, cols: I64) -> _Frame:
+        """Return the smallest that holds photosites."""
+        row, col = int(rows.min()) - RIM, int(cols.min()) - RIM
+        return cls(row, col, (int(rows.max()) - row + RIM + 1, int(cols.max()) - col + RIM + 1))
 
 
 class Judge:
@@ -62,7 +84,7 @@ class Judge:
     the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for.
     """
 
-    def __init__(self, job: Job, transforms: Windows) -> None:
+    def __init__(self, job: Job, transforms: Transforms) -> None:
         self.job = job
         self.transforms = transforms
 
@@ -124,11 +146,11 @@ class Judge:
             return 0.0
         if self.integrates:
             return self.count(plan) * self.lens.seconds_each
-        return WINDOWS_SHARE * plan.cost.seconds
+        return sum(self._seconds(frame) for frame, _ in self._frames(*self.hardest(plan)))
 
-    def compare(self, plan: Plan, values: F64, rows: I64, cols: I64, sets: U8) -> Found:
-        """Compare an image's values at photosites, each in its channel of ``sets``, with what they should be."""
-        difference = np.abs(values - self.values(rows, cols, sets))
+    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
+        """Compare an image's values at photosites with what they should be."""
+        difference = np.abs(values - right)
         worst = int(np.argmax(difference))
         return Found(
             error=float(difference[worst]),
@@ -141,10 +163,10 @@ class Judge:
     def check(self, plan: Plan, image: F64, channel: U8) -> Found:
         """Compare an image at its hardest photosites."""
         rows, cols = self.hardest(plan)
-        return self.compare(plan, image[rows, cols], rows, cols, channel[rows, cols])
+        return self.compare(plan, image[rows, cols], self.values(rows, cols, channel[rows, cols]), rows, cols)
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, each in its channel of ``sets``."""
+        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
         pieces = self.seen[0]
         base: F64 = self.base[sets]
         if not len(pieces.left):
@@ -153,30 +175,50 @@ class Judge:
             return self._in_windows(rows, cols, sets)
         x0, y0 = self.job.grid.first_centre
         points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
-        return base + self.lens.values(points, sets.astype(np.int64))
+        again: F64 = np.stack([self.lens.values(points, own) for own in sets.reshape(-1, rows.size).astype(np.int64)])
+        return base + again.reshape(sets.shape)
 
-    def _in_windows(self, rows: I64, cols: I64, sets: U8) -> F64:
+    @functools.cached_property
+    def _windows(self) -> Windows:
         job, (pieces, wavelength_nm, density) = self.job, self.seen
         allowed = job.budget.of_check.tolerance
         highest = max(job.system.cutoff_per_um(float(w)) for w in wavelength_nm) * job.grid.pitch_um
-        mine = job.of_edges(
-            _polygons(pieces, 1.0 / highest, allowed),
-            wavelength_nm=wavelength_nm,
-            density=density,
-            base=self.base,
-            tolerance=max(allowed, self.transforms.finest),
+        return self.transforms.windows(
+            job.of_edges(
+                _polygons(pieces, 1.0 / highest, allowed),
+                wavelength_nm=wavelength_nm,
+                density=density,
+                base=self.base,
+                tolerance=max(allowed, self.transforms.finest),
+            )
         )
-        render = self.transforms.windows(mine)
-        x0, y0 = job.grid.first_centre
-        values = np.empty(rows.size)
-        size = min(WINDOW, job.grid.rows) * min(WINDOW, job.grid.cols)
-        for first in range(0, rows.size, size):
-            part = slice(first, first + size)
-            row, col = int(rows[part].min()), int(cols[part].min())
-            shape = (int(rows[part].max()) - row + 1, int(cols[part].max()) - col + 1)
-            channel = np.pad(sets[part].reshape(shape), RIM, mode="edge")
-            window = render((x0 + col - RIM, y0 + row - RIM), channel)
-            values[part] = window[RIM:-RIM, RIM:-RIM].ravel()
+
+    def _origin(self, frame: _Frame) -> tuple[float, float]:
+        x0, y0 = self.job.grid.first_centre
+        return x0 + frame.col, y0 + frame.row
+
+    def _seconds(self, frame: _Frame) -> float:
+        cost = self._windows.expected(self._origin(frame), frame.shape)[0]
+        return cost.seconds if cost.memory_bytes <= MEMORY_LIMIT_BYTES else math.inf
+
+    def _frames(self, rows: I64, cols: I64) -> list[tuple[_Frame, slice]]:
+        """Return the windows that photosites lie in, one after the other, or what holds all if that takes less."""
+        size = min(WINDOW, self.job.grid.rows) * min(WINDOW, self.job.grid.cols)
+        parts = [slice(first, first + size) for first in range(0, rows.size, size)]
+        each = [(_Frame.about(rows[part], cols[part]), part) for part in parts]
+        whole = _Frame.about(rows, cols)
+        if len(each) > 1 and self._seconds(whole) < sum(self._seconds(frame) for frame, _ in each):
+            return [(whole, slice(None))]
+        return each
+
+    def _in_windows(self, rows: I64, cols: I64, sets: U8) -> F64:
+        values = np.empty(sets.shape)
+        for frame, part in self._frames(rows, cols):
+            places = (..., rows[part] - frame.row, cols[part] - frame.col)
+            channel = np.empty((*sets.shape[:-1], *frame.shape), sets.dtype)
+            channel[...] = sets[..., part][..., :1, None]
+            channel[places] = sets[..., part]
+            values[..., part] = self._windows.rendered(self._origin(frame), channel)[places]
         return values
 
 

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from camsim.arrays import C128
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tile:
@@ -69,6 +71,93 @@ class Block:
         """Return what the kernels read."""
         px, py = tile.periods
         return Place(self.first_i, self.first_j, self.count_i, self.count_j, px, py, tile.cut, self.column, self.row)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Strip:
+    """Rows of the half plane i ≥ 0 from its left side to the band's end, whatever aliases they are in.
+
+    first_j, count_j : of j;  count_i: of i, from 0 on
+    flat_from        : the i from which on |kx| may be larger than |ky|;  steep_to: up to which it may be smaller
+    """
+
+    first_j: int
+    count_j: int
+    count_i: int
+    flat_from: int
+    steep_to: int
+
+    @property
+    def points(self) -> int:
+        """Frequencies that are spread to, of one kind and of the other."""
+        return self.count_j * (self.count_i - self.flat_from + self.steep_to + 1)
+
+    def blocks(self, tile: Tile, most: int) -> Iterator[Block]:
+        """Cut into blocks of one alias, of at most about ``most`` frequencies; those of i < 0 are mirrored."""
+        px = tile.periods[0]
+        last_i = self.count_i - 1
+        for p in range(-(last_i // px) - 1, last_i // px + 1):
+            first_i, stop_i = max(p * px, -last_i), min(p * px + px // 2, last_i) + 1
+            if first_i >= stop_i:
+                continue
+            low = self.first_j if p >= 0 else 1 - self.first_j - self.count_j
+            band = _rows_of_block(most, stop_i - first_i)
+            for first_j in range(low, low + self.count_j, band):
+                yield Block(
+                    first_i=first_i,
+                    count_i=stop_i - first_i,
+                    first_j=first_j,
+                    count_j=min(band, low + self.count_j - first_j),
+                    column=first_i - p * px,
+                    row=first_j % tile.periods[1],
+                )
+
+    def part(self, values: C128, block: Block) -> C128:
+        """Return a block (count_j, count_i) of a real function's transform from the strip's ``values``."""
+        if block.first_i >= 0:
+            row = block.first_j - self.first_j
+            return values[row : row + block.count_j, block.first_i : block.first_i + block.count_i]
+        row, column = -block.first_j - self.first_j, -block.first_i
+        turned = values[row - block.count_j + 1 : row + 1, column - block.count_i + 1 : column + 1]
+        return turned[::-1, ::-1].conj()
+
+
+def count_strips(tile: Tile, most: int) -> tuple[int, float]:
+    """Return how many strips there are, and about how many frequencies are spread to in all of them."""
+    high, widest = math.floor(tile.cut * tile.periods[1]), math.floor(tile.cut * tile.periods[0]) + 1
+    box = (2 * high + 1) * widest
+    count = min(2 * high + 1, -(-box // most))
+    # Each row of a strip is as long as its longest, and both sums are wanted at as many columns as it has rows.
+    return count, min(2.0 * box, tile.points + 3.0 * box / count)
+
+
+def strips(tile: Tile, most: int) -> list[Strip]:
+    """Cut the half plane i ≥ 0 into strips of at most about ``most`` frequencies, the same number of rows in each.
+
+    >>> tile = Tile(row=0, col=0, rows=1, cols=1, inner=(2.0, 2.0), outer=(4.0, 4.0), periods=(12, 10), cut=1.7,
+    ...             low=(0.0, 0.0), high=(1.0, 1.0))
+    >>> [(strip.first_j, strip.count_j, strip.count_i) for strip in strips(tile, 300)]
+    [(-17, 12, 20), (-5, 11, 21), (6, 12, 20)]
+    """
+    px, py = tile.periods
+    high, widest = math.floor(tile.cut * py), math.floor(tile.cut * px) + 1
+    rows = 2 * high + 1
+    count = min(rows, -(-rows * widest // most))
+    found = []
+    for k in range(count):
+        first, stop = round(k * rows / count) - high, round((k + 1) * rows / count) - high
+        nearest, farthest = max(first, 1 - stop, 0), max(-first, stop - 1)
+        last_i = math.floor(px * math.sqrt(max(tile.cut**2 - (nearest / py) ** 2, 0.0)))
+        found.append(
+            Strip(
+                first_j=first,
+                count_j=stop - first,
+                count_i=last_i + 1,
+                flat_from=min(nearest * px // py, last_i + 1),
+                steep_to=min(-(-farthest * px // py), last_i),
+            )
+        )
+    return found
 
 
 def _aliases(tile: Tile) -> Iterator[tuple[int, int, int, int]]:

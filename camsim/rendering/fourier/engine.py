@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from camsim.arrays import F64, I64, U8
@@ -99,6 +99,11 @@ class FourierPlan:
         """Yield the image as one band: its last row is known no sooner than its first."""
         yield self.image.rendered(self.job.grid.first_centre, channel, progress)
 
+    def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
+        """Yield several images, each as one band: edges and lens are transformed once for all."""
+        for image in self.image.rendered(self.job.grid.first_centre, channels, progress):
+            yield iter((image,))
+
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""
         return None
@@ -120,9 +125,9 @@ class Fourier:
         """Return the plan with wavelengths that somebody else chose."""
         return FourierPlan(job=job, nodes=nodes)
 
-    def windows(self, job: Job) -> Callable[[tuple[float, float], U8], F64]:
-        """Return what renders windows of a job: by the first photosite's centre, pitches, and the channels."""
-        return self.plan(job).image.rendered
+    def windows(self, job: Job) -> FourierImage:
+        """Return what renders windows of a job."""
+        return self.plan(job).image
 
 
 def _nodes(job: Job) -> Nodes:

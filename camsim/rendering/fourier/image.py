@@ -21,8 +21,8 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
-from camsim.rendering.fourier.blocks import Tile, blocks
-from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.kernels import add_fields, add_round
 from camsim.rendering.fourier.lens import (
     Fields,
     footprint_transfer,
@@ -64,7 +64,7 @@ class FourierImage:
         """Render every photosite in its own channel.
 
         origin   : x, y of the first photosite's centre, pitches
-        channel  : (rows, cols) index of each photosite's channel
+        channel  : (..., rows, cols) index of each photosite's channel; several images share all but their last sum
         progress : told the fraction done
 
         Raises InvalidValueError for a tolerance out of range, or where it would take more memory than the limit.
@@ -75,7 +75,7 @@ class FourierImage:
             progress(1.0)
             return image
         edges = self.edges.seen_from(origin)
-        plan = self._plan(edges, (channel.shape[0], channel.shape[1]))
+        plan = self._plan(edges, (channel.shape[-2], channel.shape[-1]))
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
                 f"method: fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
@@ -83,7 +83,7 @@ class FourierImage:
                 "boundary"
             )
         for done, tile in enumerate(plan.tiles):
-            part = (slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
+            part = (..., slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
             seen = clamped(edges.seen_from((float(tile.col), float(tile.row))), tile.low, tile.high)
             if not len(seen):
                 continue  # all that could be seen lies elsewhere
@@ -147,7 +147,7 @@ class FourierImage:
             for k, values in zip(some, total, strict=True):
                 plane = _inverse(values.view(complex)[..., 0], tile)
                 mine = channel == k
-                image[mine] = plane[mine]
+                image[mine] = np.broadcast_to(plane, channel.shape)[mine]
         return image
 
     def _spectrum(self, tile: Tile, plan: Sizes, regions: Regions, contrast: F64) -> F64:
@@ -159,15 +159,13 @@ class FourierImage:
         total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
         if self._kernel.round:
             curves = round_curves(self.system, self._lit[0], contrast, self.pitch_um, self._kernel, tile, plan)
-            for block in blocks(tile, plan.block_points):
-                scene = SceneBlock(regions.transforms(block), regions.areas)
+            for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 with ONE_AT_A_TIME:
                     add_round(total, scene, footprint, curves, block.place(tile))
             return total
         for fields, weights in self._fields(tile, plan, contrast):
-            for block in blocks(tile, plan.block_points):
-                scene = SceneBlock(regions.transforms(block), regions.areas)
+            for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 values = fields(block)
                 with ONE_AT_A_TIME:
@@ -181,9 +179,10 @@ class FourierImage:
             yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
             return
         precision = ErrorBudget(self.tolerance).allowed("pupil")
-        for j, wavelength in enumerate(wavelength_nm):
-            one = tapered_fields(self.system, float(wavelength), self.pitch_um, tile, plan, precision=precision)
-            yield one, np.ascontiguousarray(contrast[:, :, j : j + 1])
+        for first in range(0, wavelength_nm.size, plan.fields):
+            some = slice(first, first + plan.fields)
+            fields = tapered_fields(self.system, wavelength_nm[some], self.pitch_um, tile, plan, precision=precision)
+            yield fields, np.ascontiguousarray(contrast[:, :, some])
 
 
 def check_tolerance(tolerance: float) -> None:

@@ -26,7 +26,9 @@ from camsim.rendering.fourier.plan import Kernel, Sizes
 from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.patterns import pattern_of
 from camsim.rendering.psf import point_spread_of
+from camsim.rendering.quadrature import chebyshev, interpolation
 
+SAMPLES, CELLS = 20, 4  # points of a pattern on its own length: 7e-15; it is interpolated on quarters of that:
 DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
 OVERSAMPLED = 16  # of the transfer's curve; with 8 points 2.4e-9 of what oscillates fastest, which is the faintest
 CURVE_POINTS = 8
@@ -57,8 +59,19 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         round=is_round,
         tapered=not faint,
         light=_light_beyond(system, wavelength_nm, pitch_um),
+        pupil_nodes=_pupil_nodes(system, wavelength_nm, pitch_um),
         rings=rings,
     )
+
+
+def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
+    """Return what tells how many nodes the patterns at all wavelengths take out to a distance in pitches."""
+    of_lens = getattr(system.lens, "pupil_nodes", None)
+    if of_lens is None or system.more:
+        shortest = [system.blur_um(float(w)) / pitch_um for w in wavelength_nm]
+        return lambda distance: sum(3.0 * (distance / blur) ** 2 for blur in shortest)
+    each = [of_lens(float(w)) for w in wavelength_nm]
+    return lambda distance: sum(nodes(distance * pitch_um) for nodes in each)
 
 
 def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
@@ -120,13 +133,18 @@ def round_curves(
     """
     inner, outer = tile.inner[0], tile.outer[0]
     flat = weights.reshape(-1, wavelength_nm.size)
-    count = max(4, math.ceil(4.0 * outer / kernel.blur))
-    x = np.cos(np.pi * (np.arange(DEGREE + 1) + 0.5) / (DEGREE + 1))
-    radius = (np.arange(count)[:, None] + 0.5 * (1.0 + x)) * (outer / count)
-    values = np.zeros((count, DEGREE + 1, len(flat)))
+    lengths = math.ceil(outer / kernel.blur)
+    count = CELLS * lengths
+    sampled = chebyshev(SAMPLES)
+    radius = (np.arange(lengths)[:, None] + 0.5 * (1.0 + sampled)) * (outer / lengths)
+    values = np.zeros((lengths, SAMPLES, len(flat)))
     for j, wavelength in enumerate(wavelength_nm):
         pattern = system.lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
         values += pattern[..., None] * flat[:, j]
+    x = chebyshev(DEGREE + 1)
+    within = (2.0 * np.arange(CELLS)[:, None] + 1.0 + x).ravel() / CELLS - 1.0
+    values = np.einsum("fx,lxq->lfq", interpolation(sampled, within), values).reshape(count, DEGREE + 1, len(flat))
+    radius = (np.arange(count)[:, None] + 0.5 * (1.0 + x)) * (outer / count)
     values *= tapered(radius, inner, outer, taper(plan.sharpness))[..., None]
     # Not by matrix products: a BLAS with threads of its own would keep the cores from the kernels for milliseconds.
     cells = np.einsum("dx,cxq->cdq", np.linalg.inv(np.vander(x, increasing=True)), values)
@@ -154,9 +172,28 @@ Fields = Callable[[Block], F64]
 
 
 def tapered_fields(
-    system: OpticalSystem, wavelength_nm: float, pitch_um: float, tile: Tile, plan: Sizes, *, precision: float
+    system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile, plan: Sizes, *, precision: float
 ) -> Fields:
-    """Return what gives the transfer of any lens at one wavelength, tapered to a rectangle: block → (1, j, i, 2)."""
+    """Return what gives the transfer of any lens, tapered to a rectangle: block → (wavelengths, j, i, 2)."""
+    transfers = [_tapered_transfer(system, float(w), pitch_um, tile, plan, precision=precision) for w in wavelength_nm]
+    rows = transfers[0].shape[0]
+
+    def fields(block: Block) -> F64:
+        i = block.first_i + np.arange(block.count_i)
+        j = block.first_j + np.arange(block.count_j)
+        # The half plane i ≥ 0 is there; the rest is its mirror image.
+        mirrored = i < 0
+        place = np.where(mirrored[None], -j[:, None], j[:, None]) % rows, np.abs(i)[None]
+        taken = np.stack([transfer[place] for transfer in transfers])
+        return parts(np.where(mirrored, taken.conj(), taken))
+
+    return fields
+
+
+def _tapered_transfer(
+    system: OpticalSystem, wavelength_nm: float, pitch_um: float, tile: Tile, plan: Sizes, *, precision: float
+) -> C128:
+    """Return the half plane i ≥ 0 of a lens's transfer at one wavelength; rows go round."""
     axes: list[F64] = []
     steps, sizes = [], []
     for period, outer in zip(tile.periods, tile.outer, strict=True):
@@ -175,18 +212,8 @@ def tapered_fields(
         along = tapered(np.abs(place), inner, outer, shape) * steps[axis]
         pattern *= along if axis == 0 else along[:, None]
     folded = _fold(_fold(pattern, sizes[1], 0), sizes[0], 1)
-    transfer = fft.rfft2(folded, workers=-1)
-
-    def fields(block: Block) -> F64:
-        i = block.first_i + np.arange(block.count_i)
-        j = block.first_j + np.arange(block.count_j)
-        # The half plane i ≥ 0 is there; the rest is its mirror image.
-        mirrored = i < 0
-        taken = transfer[np.where(mirrored[None], -j[:, None], j[:, None]) % sizes[1], np.abs(i)[None]]
-        taken = np.where(mirrored, taken.conj(), taken)
-        return parts(taken[None])
-
-    return fields
+    transfer: C128 = fft.rfft2(folded, workers=-1)
+    return transfer
 
 
 def _fold(values: F64, size: int, axis: int) -> F64:

@@ -17,14 +17,20 @@ from scipy import fft
 
 from camsim.arrays import F64
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fourier.blocks import Tile, count_blocks
+from camsim.rendering.fourier.blocks import Tile, count_blocks, count_strips
 from camsim.rendering.fourier.taper import taper_margin
+from camsim.rendering.quadrature import gauss_pieces
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
-BLOCK_POINTS, SPREAD_POINTS, FEWEST_IN_BLOCK = 150_000, 400_000, 20_000  # frequencies at a time: what stays in a cache
-SPREAD_HELD, SPREAD_MEMORY = 20, 0.25  # numbers: two sums on a grid of twice a block's sides; part of all memory
+BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
+STRIP_POINTS = 400_000  # spread to at a time, at least, and more with more nodes as long as there is memory
+SPREAD_HELD = 12  # complex numbers for each: a sum on a grid of twice a strip's sides, and what is made of it
+PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
+TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
 PART = 2_000_000  # numbers that are transformed back at a time
-NODES_PER_RADIAN, FEWEST_ON_EDGE = 0.5, 10  # of the Gauss rule on an edge, by the phase along it
+# An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
+OF_A_CROWD = 0.14
+MOST_NODES, OF_NODES = 200, 0.1  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
 
 # Seconds of one core, measured.
 PER_TILE = 2e-3
@@ -32,11 +38,11 @@ PER_EDGE_POINT, PER_EDGE_ROW = 1.1e-9, 5e-8
 PER_ROUND_POINT, PER_FIELD_POINT = 1e-9, 3e-8
 PER_POINT_WEIGHT = 8e-9
 PER_SPREAD_NODE = 1.5e-7
-PER_SPREAD_POINT = 1.4e-7
+PER_SPREAD_POINT = 8e-8
 PER_GRID_POINT = 1.2e-8
 PER_KERNEL_SAMPLE = 4.5e-9
-PER_PATTERN_BLUR = 1.4e-6  # of a round pattern's radius, at one wavelength, the choice of it included
-PER_PUPIL_NODE = 5e-7
+PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
+PER_PUPIL_NODE, PER_PUPIL_SAMPLE = 1.8e-7, 5e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +55,7 @@ class Kernel:
     round   : the taper is round and the kernel a curve; else both are functions of x and y
     tapered : False for a pattern that has died away at ``reach`` by itself
     light   : what share of the light may lie beyond a distance
+    pupil_nodes : nodes that the patterns at all wavelengths take out to a distance, of a lens that is not round
     rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
     """
 
@@ -58,6 +65,7 @@ class Kernel:
     round: bool
     tapered: bool
     light: Callable[[float], float]
+    pupil_nodes: Callable[[float], float]
     rings: tuple[tuple[float, float], ...] = ()
 
     def beyond(self, distance: float, edges: int) -> float:
@@ -73,8 +81,9 @@ class Sizes:
     """Settings of one rendering.
 
     margin   : of the taper's band, in 1/width;  sharpness: β of its Kaiser–Bessel window
-    spread   : transform the edges by non-uniform FFT instead of edge by edge
-    channels : at a time;  block_points: frequencies at a time
+    spread   : transform the edges by non-uniform FFT instead of edge by edge, ``strip_points`` frequencies at a time
+    channels : at a time;  fields: wavelengths at a time, of a tapered lens that is not round
+    block_points : frequencies at a time
     seconds, memory_bytes : expected, of one core
     """
 
@@ -83,7 +92,9 @@ class Sizes:
     sharpness: float
     spread: bool
     channels: int
+    fields: int
     block_points: int
+    strip_points: int
     seconds: float
     memory_bytes: float
 
@@ -118,15 +129,22 @@ class Task:
         """Numbers that every frequency is multiplied by."""
         return self.spectra * self.channels * (1 if self.kernel.round else self.wavelengths)
 
-    @property
-    def passes(self) -> int:
-        """How often the scene is transformed."""
-        return self.wavelengths if self.kernel.tapered and not self.kernel.round else 1
-
-    @property
-    def fields(self) -> int:
+    def fields(self, tile: Tile) -> int:
         """Transfers that are held for a block at a time."""
-        return 0 if self.kernel.round else 1 if self.kernel.tapered else self.wavelengths
+        if self.kernel.round or not self.kernel.tapered:
+            return 0 if self.kernel.round else self.wavelengths
+        fitting = PART_OF_MEMORY * self.memory_limit_bytes / (TRANSFER_BYTES * _samples(tile))
+        return max(1, min(self.wavelengths, int(fitting)))
+
+
+def spreading_precision(tolerance: float) -> float:
+    """Return what a non-uniform transform of edges is asked for, relative."""
+    return max(1e-13, OF_A_CROWD * ErrorBudget(tolerance).allowed("spreading"))
+
+
+def _samples(tile: Tile) -> float:
+    """Return the points of a pattern's period, as finely as the band asks for."""
+    return 4.0 * tile.cut**2 * tile.periods[0] * tile.periods[1]
 
 
 def plan_sizes(task: Task) -> Sizes:
@@ -161,37 +179,35 @@ def _tiled(task: Task, count: int) -> Sizes:
             tile, margin, sharpness = _tile(task, window)
             tiles.append(tile)
     largest = max(tiles, key=lambda tile: tile.points)
-    nodes = NODES_PER_RADIAN * 2.0 * math.pi * largest.cut * task.length + FEWEST_ON_EDGE * task.edges
-    held = task.spectra + task.fields + 4  # numbers of a frequency that are kept while its block is worked on
-    plain, spreading = (
-        max(FEWEST_IN_BLOCK, 6 * most // (6 + task.spectra + task.fields)) for most in (BLOCK_POINTS, SPREAD_POINTS)
-    )
-    # Every block is spread to from every node: with more nodes than frequencies in a block it had better be larger.
-    roomy = SPREAD_MEMORY * task.memory_limit_bytes / (16.0 * (held + SPREAD_HELD))
-    spreading = max(spreading, int(min(nodes, roomy)))
+    fields = task.fields(largest)
+    passes = -(-task.wavelengths // fields) if kernel.tapered and not kernel.round else 1  # over the scene
+    held = task.spectra + fields + 4  # numbers of a frequency that are kept while its block is worked on
+    block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + task.spectra + fields))
+    phase = np.array([math.pi * largest.cut * task.length / max(task.edges, 1)])
+    pieces, orders = gauss_pieces(phase, OF_NODES * spreading_precision(task.tolerance), MOST_NODES)
+    nodes = float(task.edges * pieces[0] * orders[0])
     # Where an alias has few columns, a row of them takes what its first takes.
-    _, rows_of_blocks = count_blocks(largest, plain)
+    _, rows_of_blocks = count_blocks(largest, block_points)
     by_edge = task.edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
-    by_spreading = task.spectra * PER_SPREAD_POINT
-    calls, _ = count_blocks(largest, spreading)
-    by_spreading += 2.0 * nodes * calls * PER_SPREAD_NODE / largest.points
+    strip_points, by_spreading = _strips(task, largest, nodes)
     spread = by_spreading < by_edge
-    block_points = spreading if spread else plain
     per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
     seconds, fixed, transforms = PER_TILE * len(tiles), 0.0, 0.0
     for tile in tiles:
         area = tile.periods[0] * tile.periods[1]
-        seconds += tile.points * (task.passes * per_point + task.weights * PER_POINT_WEIGHT)
+        seconds += tile.points * (passes * per_point + task.weights * PER_POINT_WEIGHT)
         seconds += task.channels * area * PER_GRID_POINT
-        kernel_seconds, kernel_bytes = _of_kernel(task, tile)
+        kernel_seconds, kernel_bytes = _of_kernel(task, tile, fields)
         seconds += kernel_seconds
         fixed = max(fixed, kernel_bytes + area * 8.0 * tile.rows / tile.periods[1])
         transforms = max(transforms, area * 8.0)
-    fixed += block_points * 16.0 * (held + SPREAD_HELD * spread) + 64.0 * nodes * spread
+    fixed += block_points * 16.0 * held
+    if spread:
+        fixed += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + 128.0 * nodes
     fixed += 16.0 * shape[0] * shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
     channels = task.channels
     if fixed + channels * transforms > task.memory_limit_bytes:
-        seconds += (channels - 1) * task.passes * per_point * sum(tile.points for tile in tiles)
+        seconds += (channels - 1) * passes * per_point * sum(tile.points for tile in tiles)
         channels = 1
     return Sizes(
         tiles=tuple(tiles),
@@ -199,24 +215,46 @@ def _tiled(task: Task, count: int) -> Sizes:
         sharpness=sharpness,
         spread=spread,
         channels=channels,
+        fields=fields,
         block_points=block_points,
+        strip_points=strip_points,
         seconds=seconds,
         memory_bytes=fixed + channels * transforms,
     )
 
 
-def _of_kernel(task: Task, tile: Tile) -> tuple[float, float]:
+def _strips(task: Task, tile: Tile, nodes: float) -> tuple[int, float]:
+    """Return the best size of strips, and seconds for each of the band's frequencies.
+
+    Every strip is spread to from every node: the more there are the larger it had better be.
+    """
+    most = max(STRIP_POINTS, int(PART_OF_MEMORY * task.memory_limit_bytes / _strip_bytes(task)))
+    best = STRIP_POINTS, math.inf
+    size = STRIP_POINTS
+    while size <= most:
+        count, points = count_strips(tile, size)
+        seconds = task.spectra * PER_SPREAD_POINT * points + 2.0 * nodes * count * PER_SPREAD_NODE
+        best = min(best, (size, seconds / tile.points), key=lambda one: one[1])
+        size *= 2
+    return best
+
+
+def _strip_bytes(task: Task) -> float:
+    return 16.0 * (SPREAD_HELD + task.spectra)
+
+
+def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float]:
     """Return seconds and bytes that a tile's transfer of the lens takes."""
-    kernel, area = task.kernel, tile.periods[0] * tile.periods[1]
-    samples = 4.0 * tile.cut**2 * area
+    kernel, samples = task.kernel, _samples(tile)
     if kernel.round:
         curves = task.spectra * task.channels
         seconds = PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2
         seconds += PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
         return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut)
     if kernel.tapered:
-        pupil = tile.outer[0] * tile.outer[1] / kernel.blur**2
-        return task.wavelengths * PER_PUPIL_NODE * (pupil + samples), 160.0 * samples
+        seconds = PER_PUPIL_NODE * kernel.pupil_nodes(math.hypot(*tile.outer))
+        seconds += PER_PUPIL_SAMPLE * task.wavelengths * samples
+        return seconds, (160.0 + TRANSFER_BYTES * (fields - 1)) * samples
     return 0.0, 0.0
 
 

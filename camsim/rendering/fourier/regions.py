@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import C128, F64, I64
 from camsim.kernels import ONE_AT_A_TIME
-from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.blocks import Block, Tile
-from camsim.rendering.fourier.kernels import Corners, edge_transforms
-from camsim.rendering.fourier.plan import FEWEST_ON_EDGE, NODES_PER_RADIAN, Sizes
-from camsim.rendering.quadrature import gauss_legendre
-
-# An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
-OF_A_CROWD = 0.2
-MOST_NODES = 200  # of one Gauss rule; a longer edge is cut
+from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
+from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
+from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, Sizes, spreading_precision
+from camsim.rendering.quadrature import gauss_legendre, gauss_pieces
 
 
 def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -> Edges:
@@ -62,7 +58,7 @@ class Regions:
     """The regions of every spectrum on one tile.
 
     areas       : (spectra,) square pitches
-    tile        : whose frequencies they are transformed at
+    tile, plan  : whose frequencies they are transformed at, and how
     corners     : edges by the corners that they share
     along       : for each spectrum nodes (m, 2) on its edges and strengths (2, m); None: edge by edge
     precision   : of the non-uniform transform, relative
@@ -70,6 +66,7 @@ class Regions:
 
     areas: F64
     tile: Tile
+    plan: Sizes
     corners: Corners
     along: tuple[tuple[F64, F64], ...] | None
     precision: float
@@ -81,52 +78,55 @@ class Regions:
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
         points, index = np.unique(edges.points, axis=0, return_inverse=True)
         index = index.ravel()
+        precision = spreading_precision(tolerance)
         return cls(
             areas=np.array([0.5 * (twice[left == s].sum() - twice[right == s].sum()) for s in range(spectra)]),
             tile=tile,
+            plan=plan,
             corners=Corners(np.ascontiguousarray(points), index[: len(edges)], index[len(edges) :], left, right),
-            along=_strengths(start, end, left, right, spectra, tile.cut) if plan.spread else None,
-            precision=max(1e-13, OF_A_CROWD * ErrorBudget(tolerance).allowed("spreading")),
+            along=_strengths(edges, spectra, tile.cut, precision) if plan.spread else None,
+            precision=precision,
         )
 
-    def transforms(self, block: Block) -> F64:
-        """Return 4π²|k|² times the transform of each spectrum's regions: (spectra, count_j, 2, count_i)."""
-        tile = self.tile
+    def blocks(self) -> Iterator[tuple[Block, SceneBlock]]:
+        """Yield the band block by block, with 4π²|k|² times the transform of each spectrum's regions."""
         if self.along is None:
-            with ONE_AT_A_TIME:
-                transforms: F64 = edge_transforms(block.place(tile), self.corners, self.areas.size)
-            return transforms
-        out = np.zeros((self.areas.size, block.count_j, 2, block.count_i))
-        for s, (nodes, strengths) in enumerate(self.along):
-            if len(nodes):
-                out[s] = _spread(block, tile.periods, nodes, strengths, self.precision)
-        return out
+            for block in blocks(self.tile, self.plan.block_points):
+                with ONE_AT_A_TIME:
+                    transforms = edge_transforms(block.place(self.tile), self.corners, self.areas.size)
+                yield block, SceneBlock(transforms, self.areas)
+            return
+        for strip in strips(self.tile, self.plan.strip_points):
+            whole = [_spread(strip, self.tile.periods, *own, self.precision) for own in self.along]
+            for block in strip.blocks(self.tile, self.plan.block_points):
+                transforms = np.empty((self.areas.size, block.count_j, 2, block.count_i))
+                for own, values in zip(transforms, whole, strict=True):
+                    part = strip.part(values, block)
+                    own[:, 0], own[:, 1] = part.real, part.imag
+                yield block, SceneBlock(transforms, self.areas)
 
 
-def _strengths(start: F64, end: F64, left: I64, right: I64, spectra: int, cut: float) -> tuple[tuple[F64, F64], ...]:
-    nodes, weights, edge = gauss_nodes(start, end, cut)
-    strengths = weights * (end - start)[edge].T
+def _strengths(edges: Edges, spectra: int, cut: float, precision: float) -> tuple[tuple[F64, F64], ...]:
+    nodes, weights, edge = gauss_nodes(edges.start, edges.end, cut, OF_NODES * precision)
+    strengths = weights * (edges.end - edges.start)[edge].T
     regions = []
-    for s in range(spectra):
-        sign = np.where(left[edge] == s, 1.0, 0.0) - np.where(right[edge] == s, 1.0, 0.0)
+    for s in range(1, spectra + 1):
+        sign = np.where(edges.left[edge] == s, 1.0, 0.0) - np.where(edges.right[edge] == s, 1.0, 0.0)
         mine = sign != 0.0
         regions.append((nodes[mine], strengths[:, mine] * sign[mine]))
     return tuple(regions)
 
 
-def gauss_nodes(start: F64, end: F64, cut: float) -> tuple[F64, F64, I64]:
+def gauss_nodes(start: F64, end: F64, cut: float, allowed: float) -> tuple[F64, F64, I64]:
     """Return nodes (m, 2) on edges, their weights (m,) as shares of the edge, and the edge (m,) of each.
 
     As many as the phase along the edge asks for at the highest frequency; long edges are cut into pieces first.
     """
-    length = np.hypot(*(end - start).T)
-    per_length = NODES_PER_RADIAN * 2.0 * np.pi * cut
-    pieces = np.maximum(np.ceil(length * per_length / (MOST_NODES - FEWEST_ON_EDGE)).astype(np.int64), 1)
+    pieces, orders = gauss_pieces(np.pi * cut * np.hypot(*(end - start).T), allowed, MOST_NODES)
     edge = np.repeat(np.arange(len(start)), pieces)
     place = np.arange(edge.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    orders = np.ceil(per_length * length / pieces).astype(np.int64) + FEWEST_ON_EDGE
     nodes, weights, owners = [], [], []
-    for order in np.unique(orders[edge]):
+    for order in np.unique(orders):
         x, w = gauss_legendre(int(order))
         which = np.flatnonzero(orders[edge] == order)
         owner = edge[which]
@@ -137,20 +137,51 @@ def gauss_nodes(start: F64, end: F64, cut: float) -> tuple[F64, F64, I64]:
     return np.concatenate(nodes), np.concatenate(weights), np.concatenate(owners)
 
 
-def _spread(block: Block, periods: tuple[int, int], nodes: F64, strengths: F64, precision: float) -> F64:
-    """Return 4π²|k|²·F = 2πi Σ (kx·ey − ky·ex)·exp(−2πi k·y) over the nodes: (count_j, 2, count_i).
+def _spread(strip: Strip, periods: tuple[int, int], nodes: F64, strengths: F64, precision: float) -> C128:
+    """Return 4π²|k|²·F = 2πi Σ (kx·ey − ky·ex)·exp(−2πi k·y) over the nodes: (count_j, count_i).
 
     strengths : (2, m) weight times the edge's x and y part, times −1 where the region lies to the right
+
+    Outlines are closed, so Σ (k·e)·exp(−2πi k·y) = 0, and the sum over ey or that over ex gives the other:
+    |k|²/kx times the first, where |kx| ≥ |ky|, or −|k|²/ky times the second.
     """
+    first_j, count_j = strip.first_j, strip.count_j
+    whole = np.zeros((count_j, strip.count_i), complex)
+    if not len(nodes):
+        return whole
+    kx = np.arange(strip.count_i) / periods[0]
+    ky = (first_j + np.arange(count_j))[:, None] / periods[1]
+    square = kx * kx + ky * ky
+    flat_from, steep_stop = strip.flat_from, strip.steep_to + 1
+    if flat_from < strip.count_i:
+        of_y = _modes(strip, flat_from, strip.count_i, periods, nodes, strengths[1], precision)
+        across = np.where(kx[flat_from:] > 0.0, kx[flat_from:], 1.0)
+        whole[:, flat_from:] = of_y * (2j * np.pi * square[:, flat_from:] / across)
+    steep = np.abs(ky) > kx[:steep_stop]
+    if steep.any():
+        of_x = _modes(strip, 0, steep_stop, periods, nodes, strengths[0], precision)
+        of_x *= -2j * np.pi * square[:, :steep_stop] / np.where(ky == 0.0, 1.0, ky)
+        whole[:, :steep_stop][steep] = of_x[steep]
+    return whole
+
+
+def _modes(
+    strip: Strip,
+    first_i: int,
+    stop_i: int,
+    periods: tuple[int, int],
+    nodes: F64,
+    strengths: F64,
+    precision: float,
+) -> C128:
+    """Return Σ strengths·exp(−2πi k·y) over the nodes, on some columns of a strip."""
     import finufft
 
-    # finufft's frequencies run about 0: the block's middle is moved there.
-    middle_i, middle_j = block.first_i + block.count_i // 2, block.first_j + block.count_j // 2
+    # finufft's frequencies run about 0: the middle is moved there.
+    count = stop_i - first_i
+    middle_i, middle_j = first_i + count // 2, strip.first_j + strip.count_j // 2
     turn = nodes[:, 0] * middle_i / periods[0] + nodes[:, 1] * middle_j / periods[1]
     x, y = (2.0 * np.pi * ((nodes[:, axis] / periods[axis] + 0.5) % 1.0 - 0.5) for axis in (0, 1))
-    shifted = np.ascontiguousarray(strengths * np.exp(-2j * np.pi * (turn % 1.0)))
-    parts = finufft.nufft2d1(y, x, shifted, n_modes=(block.count_j, block.count_i), eps=precision, isign=-1)
-    kx = (block.first_i + np.arange(block.count_i)) / periods[0]
-    ky = (block.first_j + np.arange(block.count_j))[:, None] / periods[1]
-    whole = 2j * np.pi * (kx * parts[1] - ky * parts[0])
-    return np.stack([whole.real, whole.imag], axis=1)
+    shifted = strengths * np.exp(-2j * np.pi * (turn % 1.0))
+    modes: C128 = finufft.nufft2d1(y, x, shifted, n_modes=(strip.count_j, count), eps=precision, isign=-1)
+    return modes

@@ -12,7 +12,7 @@ from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import EllipticalGaussian
 from camsim.rendering.boundary.settings import check_tolerance
-from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress
+from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
@@ -80,6 +80,10 @@ class PaperPlan:
             shape=(channel.shape[0], channel.shape[1]),
         )
         progress(1.0)
+
+    def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
+        """Yield the bands of several images in turn."""
+        return one_by_one(self, channels, progress)
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return the largest standard error of the mean of a photosite's samples; of ``importance`` only.
