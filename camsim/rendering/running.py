@@ -123,6 +123,7 @@ def _passed(plans: Sequence[Plan], channel: U8, places: tuple[I64, I64], take: T
     """Render one image, hand it on in the unit of the response, and return what it is at places, of full scale."""
     rows, cols = places
     scale = plans[0].job.signals.scale
+    uniform = bool((scale == scale[0]).all())  # and then no channel need be looked at
     values, first = np.empty(rows.size), 0
     for band in _bands(plans, channel, progress):
         here = (first <= rows) & (rows < first + len(band))
@@ -130,7 +131,10 @@ def _passed(plans: Sequence[Plan], channel: U8, places: tuple[I64, I64], take: T
         # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
         step = max(1, TAKEN_PHOTOSITES // channel.shape[1])
         for part in np.split(band, range(step, len(band), step)):
-            part *= scale[channel[first : first + len(part)]]
+            if uniform:
+                part *= scale[0]
+            else:
+                part *= scale[channel[first : first + len(part)]]
             take(part)
             first += len(part)
         del band, part  # or they would stay until the next band is finished

@@ -9,7 +9,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.quadrature import gauss_legendre
 from camsim.scene import Arrangement
 from camsim.spectra.curve import spectrum_at
 from camsim.spectra.integral import lagrange, lumped, whole_nanometres

@@ -13,8 +13,8 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.kernels import kernel
-from camsim.rendering.patterns import Pattern
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.optics.pattern import Pattern
+from camsim.quadrature import gauss_legendre
 
 STEP_PER_BLUR = 1.0 / 32.0
 ORDER = 10  # points of the Lagrange rule; with the step above its error is below 1e-12

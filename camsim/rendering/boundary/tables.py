@@ -15,10 +15,10 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.kernels import ONE_AT_A_TIME, kernel
 from camsim.optics import OpticalSystem
+from camsim.optics.pattern import Pattern
+from camsim.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_radius, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.patterns import Pattern
-from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
 LONG = 100  # taps: from here on an average runs
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)

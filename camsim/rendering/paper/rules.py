@@ -31,7 +31,6 @@ from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.paper.kernels import Boxes, Steps, each_sample, strips, weighted
-from camsim.rendering.patterns import pattern_of
 
 GRID = 11
 IMPORTANCE_SAMPLES = 2025
@@ -160,7 +159,7 @@ def _importance(lens: Airy | Gaussian, blur: float, samples: int | None, cut: fl
         offsets = blur * special.ndtri(u)
     else:
         rho = np.linspace(0.0, cut, 1 << 16)
-        energy = pattern_of(lens).energy(rho)
+        energy = lens.pattern().energy(rho)
         radius = blur * np.interp(u[:, 0] * energy[-1], energy, rho)
         offsets = radius[:, None] * np.stack([np.cos(2 * np.pi * u[:, 1]), np.sin(2 * np.pi * u[:, 1])], axis=1)
     return offsets, np.full(count, 1.0 / count)

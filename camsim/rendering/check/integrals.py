@@ -11,13 +11,13 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import ONE_AT_A_TIME
-from camsim.optics import OpticalSystem
+from camsim.optics import RoundLens
+from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.pattern import Table, loudness, table_of
 from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, light_at_points
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
-from camsim.rendering.quadrature import gauss_error, gauss_legendre
 
 NEAREST = 12.0  # blurs: where the search for silence begins
 FEW = 4.0  # ends that some photosite hears from just outside, wherever it lies
@@ -29,16 +29,19 @@ ROUND = 5.0  # times as long for a node on a round piece: a sine and a cosine
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RoundLens:
+class Integrals:
     """The check's settings for a round lens; lengths in pitches.
 
+    sides, spots : of the photosite, (n, 2) of the OLPF, pitches
     pieces, pair : of the scene, and which two spectra lie beside each
     wavelength_nm, weights : (n,) and (pairs, channels, n) left minus right, of full scale
     budget       : of what the check may be wrong by
     corners      : (4,) low x, low y, high x, high y of the outermost photosites
     """
 
-    system: OpticalSystem
+    lens: RoundLens
+    sides: tuple[float, float]
+    spots: F64
     pitch_um: float
     pieces: Pieces
     pair: I64
@@ -50,20 +53,18 @@ class RoundLens:
     @functools.cached_property
     def rule(self) -> tuple[F64, F64]:
         """Nodes (m, 2) and weights (m,) over photosite and spots, that follow the shortest wave."""
-        width, height = (side / self.pitch_um for side in self.system.photosite.sides_um)
         shortest = float(self._blur.min())
         axes, allowed = [], math.log(self.budget.allowed("footprint rule"))
-        for side in (width, height):
+        for side in self.sides:
             order = 1 if side == 0.0 else 3
             while side and gauss_error(order, math.pi * side / shortest) > allowed:
                 order += 1
             x, w = gauss_legendre(order)
             axes.append((0.5 * side * x, 0.5 * w))
-        spots = self.system.spots_um() / self.pitch_um
         (x, wx), (y, wy) = axes
         square = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-        nodes = (spots[:, None] + square).reshape(-1, 2)
-        return nodes, np.tile(np.outer(wx, wy).ravel() / len(spots), len(spots))
+        nodes = (self.spots[:, None] + square).reshape(-1, 2)
+        return nodes, np.tile(np.outer(wx, wy).ravel() / len(self.spots), len(self.spots))
 
     @functools.cached_property
     def radius(self) -> float:
@@ -78,15 +79,10 @@ class RoundLens:
         extent = float(np.hypot(*self.rule[0].T).max())
         everything = self._farthest
         radius = max(NEAREST * blur, 2.0 * extent)
-        until = 0.0
-        table = None
         while radius < everything:
-            if table is None or radius + extent + 5.0 * blur > until:
-                until = 2.0 * radius + extent + 6.0 * blur
-                table = self._table(until)
             beyond = np.sum(square * (radius / np.maximum(heard, radius)) ** 5 * (heard > radius), axis=1)
             together = max(FEW, float(beyond.max()))
-            swing = loudness(table, radius, blur, *self.rule)
+            swing = self._swing_at(radius)
             if 2.0 * swing * math.sqrt(blur / radius * together) / (4.0 * math.pi) <= self.budget.allowed("beyond"):
                 break
             radius *= FARTHER
@@ -112,7 +108,7 @@ class RoundLens:
     def values(self, points: F64, sets: I64) -> F64:
         """Return the light at points (m, 2) besides the background's, each in its channel."""
         radius = np.array([self._radius_at(point) for point in points])
-        table = self._table(float(radius.max()))
+        table = self._table(float(radius.max()), float(radius.max()))
         pairs, channels = self.weights.shape[:2]
         gauss = np.stack(gauss_legendre(PANEL_NODES))
         nodes, weights = self.rule
@@ -138,14 +134,26 @@ class RoundLens:
         return self._blur_at(self.wavelength_nm)
 
     def _blur_at(self, wavelength_nm: F64) -> F64:
-        return np.array([self.system.lens.blur_um(float(w)) for w in wavelength_nm]) / self.pitch_um
+        return np.array([self.lens.blur_um(float(w)) for w in wavelength_nm]) / self.pitch_um
 
-    def _table(self, radius: float) -> Table:
+    def _table(self, least: float, wanted: float) -> Table:
+        """Return the lens tabulated out to ``least`` or farther: one that is there, or a new one out to ``wanted``."""
+        there = [table for radius, table in self._tables if radius >= least]
+        if not there:
+            self._tables.append((wanted, self._tabulated(wanted)))
+            there = [self._tables[-1][1]]
+        return there[0]
+
+    @functools.cached_property
+    def _tables(self) -> list[tuple[float, Table]]:
+        return []
+
+    def _tabulated(self, radius: float) -> Table:
         """Tabulate the lens out to a distance, with as many wavelengths as it takes there."""
         phase = math.tau * radius * float(1.0 / self._blur.min() - 1.0 / self._blur.max())
         allowed = self.budget.allowed("own wavelengths")
         nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, allowed=allowed)
-        return table_of(self.system.lens, self._blur_at(nm), weights.reshape(-1, nm.size), radius)
+        return table_of(self.lens, self._blur_at(nm), weights.reshape(-1, nm.size), radius)
 
     @functools.cached_property
     def _listeners(self) -> F64:
@@ -229,6 +237,11 @@ class RoundLens:
 
     @functools.cached_property
     def _swing(self) -> float:
-        blur = float(self._blur.max())
-        extent = float(np.hypot(*self.rule[0].T).max())
-        return loudness(self._table(self.radius + extent + 6.0 * blur), self.radius, blur, *self.rule)
+        return self._swing_at(self.radius)
+
+    def _swing_at(self, radius: float) -> float:
+        """Return how far E swings about its smooth powers near a distance."""
+        blur, extent = float(self._blur.max()), float(np.hypot(*self.rule[0].T).max())
+        more = extent + 6.0 * blur
+        # Twice as far: the search goes on from here, and most photosites take a table that is there.
+        return loudness(self._table(radius + more, 2.0 * radius + more), radius, blur, *self.rule)
