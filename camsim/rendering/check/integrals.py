@@ -15,7 +15,7 @@ from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.pattern import Table, loudness, table_of
-from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, light_at_points
+from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, Tables, light_at_points
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
 
@@ -120,9 +120,11 @@ class Integrals:
                 nodes,
                 self.pieces.outlines,
                 self.pair,
-                table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
-                table.step,
-                table.far.reshape(pairs, channels, 4),
+                Tables(
+                    table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
+                    table.step,
+                    table.far.reshape(pairs, channels, 4),
+                ),
                 PANEL_BLURS * float(self._blur.min()),
                 gauss,
             )
