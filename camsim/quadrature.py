@@ -58,17 +58,25 @@ def chebyshev(order: int) -> F64:
     return nodes
 
 
-def interpolation(nodes: F64, points: F64) -> F64:
-    """Return the matrix (points, nodes) of polynomial interpolation, by the barycentric formula."""
-    k = np.arange(nodes.size)
-    weights = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / nodes.size)
+def barycentric(nodes: F64, weights: np.ndarray, points: F64, *, same: float = 0.0) -> F64:
+    """Return (points, nodes): Lagrange's polynomials of the nodes at points, by the barycentric formula.
+
+    weights : of the nodes, up to a factor;  same: points no farther than this from a node are it
+    """
     gap = points[:, None] - nodes[None, :]
-    hit = np.abs(gap) < 1e-14
+    hit = np.abs(gap) <= same
     terms = weights / np.where(hit, 1.0, gap)
     matrix: F64 = terms / terms.sum(axis=1, keepdims=True)
     exact = hit.any(axis=1)
     matrix[exact] = hit[exact]
     return matrix
+
+
+def interpolation(nodes: F64, points: F64) -> F64:
+    """Return the matrix (points, nodes) of interpolation from Chebyshev nodes of the first kind."""
+    k = np.arange(nodes.size)
+    weights = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / nodes.size)
+    return barycentric(nodes, weights, points, same=1e-14)
 
 
 def quintic_cells(values: F64) -> F64:

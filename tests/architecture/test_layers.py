@@ -16,6 +16,7 @@ LAYERS = (
     "errors",
     "arrays",
     "kernels",
+    "quadrature",
     "spectra",
     "optics",
     "scene",
@@ -57,7 +58,8 @@ LIBRARIES = {
     "threadpoolctl": ("camsim.measure",),
     "typer": ("camsim.cli",),
     "rich": ("camsim.cli",),
-    "platformdirs": ("camsim",),
+    "platformdirs": ("camsim.kernels",),
+    "psutil": ("camsim.config", "camsim.bench"),
 }
 COLOUR_DATA = ("camsim.spectra", "camsim.sensor.colour_matrix", "camsim.measure")
 SPEAKS = ("camsim.cli",)
