@@ -96,8 +96,11 @@ def spin(threads: int | None = None) -> Spin:
     return Spin(cpu_s=min(cpu for _, cpu in found), wall_over_cpu=max(wall / cpu for wall, cpu in found))
 
 
-def words_of_load(spins: list[Spin]) -> str:
-    """Return one sentence on what else happened on the machine, and what that means for the figures."""
+def words_of_load(spins: list[Spin], so: str = "") -> str:
+    """Return one sentence on what else happened on the machine, and what that means for the figures.
+
+    so : what was done about a busy one
+    """
     busy = [s for s in spins if s.busy]
     if not spins or not busy:
         words = "The machine was quiet"
@@ -105,8 +108,7 @@ def words_of_load(spins: list[Spin]) -> str:
         worst = max(s.wall_over_cpu for s in busy)
         words = (
             f"The machine was busy with other work at {len(busy)} of {len(spins)} looks "
-            f"(up to {worst:.2f} s of wall time for a second of work): wall times are too long, "
-            "ratios are taken from CPU times"
+            f"(up to {worst:.2f} s of wall time for a second of work): wall times are too long{so}"
         )
     slowest = max((s.cpu_s for s in spins), default=0.0) / min((s.cpu_s for s in spins), default=1.0)
     if slowest > SLOWER:
