@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
+import contextlib
+import os
+from collections.abc import Iterator, Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 
-from camsim.bench.cases import CORE_PSFS, PSFS
-from camsim.bench.diagram import edge_panels, png, scaling_panels, svg, work_precision
-from camsim.bench.esf import PANELS
-from camsim.bench.findings import TABLE_PSF, contender, seconds, true_error
-from camsim.bench.results import Line, of_kind
-from camsim.bench.tables import paper_tables, point_table, shown, table
+from bench.paper.cases import CORE_PSFS, PSFS
+from bench.paper.esf import PANELS
+from bench.paper.figures import edge_panels, work_precision
+from bench.paper.findings import TABLE_PSF, contender, seconds, true_error
+from bench.paper.tables import paper_tables, point_table
+from bench.results import Results, of_kind
+from bench.scaling.figures import scaling_panels
+from camsim.bench.diagram import png, svg
+from camsim.bench.html import bullets, document, paragraph, section, shown, table, two_widths
+from camsim.bench.records import Line
 
 FIGURE = "work-precision"
 MOST_FIGURES = 12
@@ -21,13 +25,11 @@ TITLES = {
     "point": "Error against run time",
     "extreme": "Stiff and extreme cases",
     "scaling": "Time and memory against size",
-    "run": "camsim bench",
+    "run": "The paper's benchmark",
 }
 PAPER = (
     "The methods are those of F. van den Bergh, “On the rendering of synthetic images with specific point spread "
-    "functions”. Its tables are ours beside ours here: the entries that the paper prints are not repeated, because "
-    "they were not at hand when this was written. What was at hand is its program's time and error on this square, "
-    "which is among the findings."
+    "functions”. The paper's own entries stand beside ours, with the ratio of ours to them, in docs/bench.md."
 )
 
 
@@ -52,38 +54,46 @@ def figure_psfs(lines: Sequence[Line]) -> list[str]:
 
 def page(lines: Sequence[Line]) -> str:
     """Return the page."""
-    run, style = lines[0], files("camsim.bench.page")
-    css, script = (style.joinpath(name).read_text(encoding="utf-8") for name in ("report.css", "report.js"))
-    words = {str(n): _words(p) for n, p in enumerate(lines) if p["kind"] == "point"}
-    marks = json.dumps(words, ensure_ascii=False).replace("<", "\\u003c")
     title = next(words for kind, words in TITLES.items() if kind == "run" or of_kind(lines, kind))
     parts = [
-        "<!doctype html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>",
-        "<meta name='viewport' content='width=device-width, initial-scale=1'>",
-        "<link rel='icon' href='data:,'>",
-        f"<title>camsim bench: {title}</title>\n<style>\n{css}</style>\n</head>\n<body>\n<h1>{title}</h1>",
-        _head(run, lines),
-        _found(lines),
+        _head(lines[0], lines),
+        section("In words", bullets([line["sentence"] for line in of_kind(lines, "finding", "compared")])),
         _diagrams(lines),
-        _section("Everything measured", point_table(lines) if of_kind(lines, "point") else ""),
-        _section("The paper's tables beside ours", _paper(lines)),
+        section("Everything measured", point_table(lines) if of_kind(lines, "point") else ""),
+        section("The paper's tables beside ours", _paper(lines)),
         _panels(lines),
         _extremes(lines),
         _scaling(lines),
         _truths(lines),
-        "<p id='hover' role='status' hidden></p>",
-        f"<script type='application/json' id='words'>{marks}</script>",
-        f"<script>\n{script}</script>\n</body>\n</html>\n",
     ]
-    return "\n".join(part for part in parts if part)
+    marks = {str(n): _words(p) for n, p in enumerate(lines) if p["kind"] == "point"}
+    return document(f"camsim: {title}", parts, marks, heading=title)
 
 
-def _section(title: str, body: str) -> str:
-    return f"<section>\n<h2>{escape(title)}</h2>\n{body}</section>" if body else ""
+@contextlib.contextmanager
+def close(results: Results, name: str) -> Iterator[None]:
+    """Print the findings and write the page when a run ends, also when somebody interrupts it."""
+    words = "interrupted; what was measured is in"
+    try:
+        yield
+        words = "written:"
+    finally:
+        for line in said(results.lines):
+            print(line)
+        files = [results.path, *write_report(results.lines, results.path.parent, name)]
+        print(f"{words} {', '.join(os.path.relpath(file) for file in files)}")
 
 
-def _paragraph(text: str, mark: str = "") -> str:
-    return f"<p class='{mark}'>{escape(text)}</p>\n" if mark else f"<p>{escape(text)}</p>\n"
+def said(lines: Sequence[Line]) -> list[str]:
+    """Return what a run says in words, and the table of extremes."""
+    found = [str(line["sentence"]) for line in of_kind(lines, "machine", "finding", "compared")]
+    extremes = of_kind(lines, "extreme")
+    width = max((len(line["name"]) for line in extremes), default=0)
+    return found + [
+        f"{line['name']:{width}}  asked {line.get('asked', '–'):<8}  reached {line.get('reached', '–'):<10}  "
+        f"{line['seconds']:>8.3g} s  {line['verdict']}"
+        for line in extremes
+    ]
 
 
 def _head(run: Line, lines: Sequence[Line]) -> str:
@@ -91,29 +101,14 @@ def _head(run: Line, lines: Sequence[Line]) -> str:
     about = f"{run['started']}, {machine['processor']}, {machine['cores']} cores, {machine['system']}; " + ", ".join(
         f"{name} {version}" for name, version in versions.items()
     )
-    text = _paragraph(about, "run")
+    text = paragraph(about, "run")
     if run["quick"]:
-        text += _paragraph(
-            "A quick run: few systems, few shifts, few laps. camsim bench without --quick measures all.", "run"
-        )
+        text += paragraph("A quick run: few systems, few shifts, few laps. make bench-all measures all.", "run")
     for line in of_kind(lines, "machine"):
-        text += _paragraph(line["sentence"], "busy" if line["busy"] else "run")
+        text += paragraph(line["sentence"], "busy" if line["busy"] else "run")
     if not of_kind(lines, "end"):
-        text += _paragraph("The run was interrupted: what follows was measured before that.", "busy")
+        text += paragraph("The run was interrupted: what follows was measured before that.", "busy")
     return text
-
-
-def _found(lines: Sequence[Line]) -> str:
-    items = "".join(f"<li>{escape(line['sentence'])}</li>\n" for line in of_kind(lines, "finding", "compared"))
-    return _section("In words", f"<ul>\n{items}</ul>\n" if items else "")
-
-
-def _both(wide: str, narrow: str, caption: str) -> str:
-    """Return a figure in two widths, of which the page shows the one that fits."""
-    return (
-        f"<figure><div class='wide'>{wide}</div><div class='narrow'>{narrow}</div>"
-        f"<figcaption>{escape(caption)}</figcaption></figure>\n"
-    )
 
 
 def _diagrams(lines: Sequence[Line]) -> str:
@@ -122,8 +117,8 @@ def _diagrams(lines: Sequence[Line]) -> str:
         wide = svg(work_precision(lines, name), f"{name.replace('.', '_')}-w")
         narrow = svg(work_precision(lines, name, narrow=True), f"{name.replace('.', '_')}-n")
         caption = "Lower left is better. Point at a marker, or step through them with the tab key, for its figures."
-        text += f"<h3>{escape(PSFS[name].label)}</h3>\n" + _both(wide, narrow, caption)
-    return _section("Error against time", text)
+        text += f"<h3>{escape(PSFS[name].label)}</h3>\n" + two_widths(wide, narrow, caption)
+    return section("Error against time", text)
 
 
 def _words(point: Line) -> str:
@@ -140,7 +135,7 @@ def _words(point: Line) -> str:
 
 def _paper(lines: Sequence[Line]) -> str:
     text = paper_tables(lines)
-    return _paragraph(PAPER) + text if text else ""
+    return paragraph(PAPER) + text if text else ""
 
 
 def _panels(lines: Sequence[Line]) -> str:
@@ -150,8 +145,10 @@ def _panels(lines: Sequence[Line]) -> str:
             wide = svg(edge_panels(lines, name), f"esf{number}-w")
             narrow = svg(edge_panels(lines, name, narrow=True), f"esf{number}-n")
             text += f"<h3>As the paper's figure {number}: {escape(PSFS[name].label)}</h3>\n"
-            text += _both(wide, narrow, "Error of every method across the edge; each panel has a scale of its own.")
-    return _section("The edge as each method draws it", text)
+            text += two_widths(
+                wide, narrow, "Error of every method across the edge; each panel has a scale of its own."
+            )
+    return section("The edge as each method draws it", text)
 
 
 def _extremes(lines: Sequence[Line]) -> str:
@@ -159,7 +156,7 @@ def _extremes(lines: Sequence[Line]) -> str:
     heads = ["case", "input", "asked", "reached", "truth", "seconds", "verdict"]
     keys = ["name", "input", "asked", "reached", "truth", "seconds", "verdict"]
     rows = [[case.get(key) for key in keys] for case in cases]
-    return _section("Stiff and extreme cases", table("", heads, rows, wide=(1, 4, 6)) if rows else "")
+    return section("Stiff and extreme cases", table("", heads, rows, wide=(1, 4, 6)) if rows else "")
 
 
 def _scaling(lines: Sequence[Line]) -> str:
@@ -171,7 +168,7 @@ def _scaling(lines: Sequence[Line]) -> str:
     keys = ["over", "size", "cpu_s", "wall_s", "beyond_mb", "laps"]
     caption = "Airy f/8 and photosite, tolerance 1e-6 (edges: 1e-5), method auto, all threads unless they are counted."
     rows = [[line.get(key) for key in keys] for line in found]
-    return _section("Time and memory against size", _both(wide, narrow, caption) + table("", heads, rows))
+    return section("Time and memory against size", two_widths(wide, narrow, caption) + table("", heads, rows))
 
 
 def _truths(lines: Sequence[Line]) -> str:
@@ -183,4 +180,4 @@ def _truths(lines: Sequence[Line]) -> str:
         "The truth is a Fourier sum that no engine of camsim's shares; samples of it are computed again by plain "
         "quadrature of the boundary integral."
     )
-    return _section("What the errors are taken against", table(caption, heads, rows) if rows else "")
+    return section("What the errors are taken against", table(caption, heads, rows) if rows else "")

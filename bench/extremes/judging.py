@@ -1,8 +1,8 @@
 """Stiff and extreme cases: each is right to its tolerance, or refused with a reason; never silently wrong.
 
 Lengths are in pitches of 4 µm unless a case says otherwise. The truth is never the engine that is judged: the boundary
-integral by plain quadrature (truth.py, "quadrature"), the light beyond a straight edge ray by ray ("rays"), the Fourier
-engine to 1e-11 ("fourier"), or what must come out whatever the optics ("identity").
+integral by plain quadrature (tests/truth/quadrature.py, "quadrature"), the light beyond a straight edge ray by ray
+("rays"), the Fourier engine to 1e-11 ("fourier"), or what must come out whatever the optics ("identity").
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from scipy import integrate, special
 
 import camsim
 from camsim.arrays import F64
-from camsim.bench.truth import photosite_value
-from camsim.bench.windows import Lens
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
+from tests.truth.lattice import Lens
+from tests.truth.quadrature import photosite_value
 
 PITCH_UM = 4.0
 ASKED = 1e-6
@@ -280,6 +280,6 @@ def metamers() -> Outcome:
 
 def cases() -> tuple[ExtremeCase, ...]:
     """Return every case, in the order in which they are reported."""
-    from camsim.bench.extreme_cases import ALL
+    from bench.extremes.rendering_cases import ALL
 
     return ALL

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 import camsim
-from camsim.bench.extremes import (
+from bench.extremes.judging import (
     ASKED,
     CORNERS,
     SLANTED,

@@ -5,30 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from camsim.bench.machine import cores, machine, versions
-from camsim.bench.results import FORMAT, Results
+from bench.extremes import judging, sensor_cases
+from bench.results import Results
 
 FAILED = "wrong"
 
 
-def start(results: Results, *, quick: bool) -> None:
-    """Write what the run is."""
-    results.add(
-        "run",
-        format=FORMAT,
-        quick=quick,
-        started=time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-        machine=machine(),
-        versions=versions(),
-        threads=cores(),
-    )
-
-
 def run_extremes(results: Results, say: Callable[[float, str], None]) -> int:
     """Run every stiff and extreme case; return how many came out wrong. One that breaks does not stop the others."""
-    from camsim.bench import extremes, sensor_extremes
-
-    failed, everything, begin = 0, (*extremes.cases(), *sensor_extremes.cases()), time.perf_counter()
+    failed, everything, begin = 0, (*judging.cases(), *sensor_cases.cases()), time.perf_counter()
     for number, case in enumerate(everything, 1):
         began = time.perf_counter()
         line: dict[str, object] = {"name": case.name, "input": case.input}

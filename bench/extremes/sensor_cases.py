@@ -12,8 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from bench.extremes.judging import ExtremeCase, Outcome, refused
 from camsim.arrays import F64
-from camsim.bench.extremes import ExtremeCase, Outcome, refused
 from camsim.camera import Camera
 from camsim.optics import Airy
 from camsim.sensor.adc import Adc

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from statistics import median
 from typing import Any
 
-from camsim.bench.findings import seconds, true_error
-from camsim.bench.results import Line, of_kind
+from bench.paper.findings import seconds, true_error
+from bench.results import of_kind
+from camsim.bench.records import Line
 
 SLOWER = 1.15  # at the least: below that two runs of the same program differ
 SLOWER_WHEN_BUSY = 1.3  # other work on the cores shares their caches and units with us: CPU times grow too

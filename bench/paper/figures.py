@@ -1,119 +1,36 @@
-"""Figures: error against time, and the edge as each method draws it. Made from the lines of a run, never typed.
-
-Colours are those of Okabe and Ito, which colour-blind people tell apart; every method also has a marker and its name
-beside its line, so the figures read in grey too.
-"""
+"""Figures of the paper's benchmark: error against time, and the edge as each method draws it."""
 
 from __future__ import annotations
 
-import io
 import math
-import re
 from collections.abc import Sequence
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from camsim.bench.findings import contender, seconds, true_error
-from camsim.bench.results import Line, of_kind
-from camsim.errors import UnsupportedError
+from bench.paper.findings import contender, seconds, true_error
+from bench.results import of_kind
+from camsim.bench import diagram
+from camsim.bench.diagram import STYLES, Mark
+from camsim.bench.records import Line
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-STYLES: dict[str, tuple[str, str, str]] = {
-    "auto": ("#000000", "o", "-"),
-    "boundary": ("#0072B2", "s", "--"),
-    "fourier": ("#D55E00", "D", "--"),
-    "importance": ("#009E73", "P", "-"),
-    "strips": ("#56B4E9", "*", "-"),
-    "uniform": ("#E69F00", "^", "-"),
-    "uniform-pixel": ("#CC79A7", "v", "-"),
-    "area": ("#777777", "x", "-"),
-    "GalSim": ("#882255", "h", "-"),
-    "GalSim, constant subtracted": ("#882255", "H", ":"),
-    "prysm": ("#44AA99", "X", "-"),
-}
-WIDE, NARROW = (9.2, 5.4), (5.2, 6.2)  # inches
-HOLLOW = ("auto", "GalSim, constant subtracted")
-
-
-def check_matplotlib() -> None:
-    """Raise UnsupportedError when there is no matplotlib."""
-    if find_spec("matplotlib") is None:
-        raise UnsupportedError(
-            "camsim bench draws with matplotlib, which is not installed: python -m pip install 'camsim-spectral[bench]'"
-        )
-
 
 def work_precision(lines: Sequence[Line], psf: str, *, narrow: bool = False) -> Figure:
-    """Return error against time for one system; each marker's id is ``line-N``, N the number of its line."""
-    from matplotlib.figure import Figure
-
-    clocked = [(n, p) for n, p in enumerate(lines) if p["kind"] == "point" and p["psf"] == psf and "one_thread" in p]
-    figure = Figure(figsize=NARROW if narrow else WIDE, layout="constrained")
-    axes = figure.subplots()
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    ends: list[tuple[float, float, str]] = []
-    for name, (colour, marker, dash) in STYLES.items():
-        mine = sorted(((seconds(p) or 0.0, true_error(p), n) for n, p in clocked if contender(p) == name))
-        if not mine:
-            continue
-        times, errors = [t for t, _, _ in mine], [e for _, e, _ in mine]
-        front = 5 if name == "auto" else 3
-        axes.plot(times, errors, dash, color=colour, lw=2.2 if name == "auto" else 1.4, zorder=front)
-        for time_s, error, number in mine:
-            axes.plot(
-                [time_s],
-                [error],
-                marker,
-                color=colour,
-                ms=9 if name in HOLLOW else 6,
-                mfc="none" if name in HOLLOW else colour,
-                zorder=front,
-                gid=f"line-{number}",
-            )
-        ends.append((times[-1], errors[-1], name))
-    _name_lines(axes, ends, narrow=narrow)
-    axes.set_xlabel("CPU seconds of one core, set-up and check included")
-    axes.set_ylabel("largest error of any photosite (white is 1)")
-    axes.grid(which="major", alpha=0.3)
+    """Return error against time for one system; each marker's number is its line's."""
+    curves: dict[str, list[Mark]] = {}
+    for number, point in enumerate(lines):
+        if point["kind"] == "point" and point["psf"] == psf and "one_thread" in point:
+            mark = Mark(seconds(point) or 0.0, true_error(point), number)
+            curves.setdefault(contender(point), []).append(mark)
     label = next((line["label"] for line in of_kind(lines, "truth") if line["psf"] == psf), psf)
-    axes.set_title(f"{label}, 446 × 446 photosites", fontsize=10 if narrow else 11)
-    return figure
-
-
-def _name_lines(axes: Any, ends: list[tuple[float, float, str]], *, narrow: bool) -> None:
-    """Write each method's name beside the plot, joined to its line's end, none over another."""
-    step = 0.062 if narrow else 0.066
-    x0, x1 = axes.get_xlim()
-    y0, y1 = axes.get_ylim()
-    axes.set_xlim(x0, x1)
-    axes.set_ylim(y0, y1)
-
-    def height(error: float) -> float:
-        return (math.log(error) - math.log(y0)) / (math.log(y1) - math.log(y0))
-
-    ordered = sorted(ends, key=lambda end: end[1])
-    places: list[float] = []
-    for _, error, _ in ordered:  # from below: each at its line's height, or clear of the one beneath
-        places.append(max(height(error), places[-1] + step if places else 0.01))
-    above = 0.99 + step
-    for k in reversed(range(len(places))):  # from above: none higher than the plot
-        above = places[k] = min(places[k], above - step)
-    for (time_s, error, name), place in zip(ordered, places, strict=True):
-        words = name.replace(", constant", ",\nconstant") if narrow else name
-        axes.annotate(
-            words,
-            xy=(time_s, error),
-            xytext=(1.02, place),
-            textcoords="axes fraction",
-            color=STYLES[name][0],
-            fontsize=9,
-            va="center",
-            annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": STYLES[name][0], "lw": 0.5, "alpha": 0.6, "shrinkB": 4},
-        )
+    return diagram.work_precision(
+        curves,
+        title=f"{label}, 446 × 446 photosites",
+        seconds_label="CPU seconds of one core, set-up and check included",
+        error_label="largest error of any photosite (white is 1)",
+        narrow=narrow,
+    )
 
 
 def edge_panels(lines: Sequence[Line], psf: str, *, narrow: bool = False) -> Figure:
@@ -143,45 +60,3 @@ def edge_panels(lines: Sequence[Line], psf: str, *, narrow: bool = False) -> Fig
         edge.set_yticks([])
     figure.supxlabel("distance from the edge, pixels; grey: the edge as drawn, from 1 to 0", fontsize=9)
     return figure
-
-
-def scaling_panels(lines: Sequence[Line], *, narrow: bool = False) -> Figure:
-    """Return CPU time against every kind of size, wall time against threads."""
-    from matplotlib.figure import Figure
-
-    kinds = list(dict.fromkeys(line["over"] for line in of_kind(lines, "scaling")))
-    across = min(2 if narrow else 3, len(kinds))
-    down = math.ceil(len(kinds) / across)
-    figure = Figure(figsize=(5.2 if narrow else 9.2, 2.6 * down + 0.3), layout="constrained")
-    grid = figure.subplots(down, across, squeeze=False)
-    for axes in grid.ravel()[len(kinds) :]:
-        axes.remove()
-    for axes, over in zip(grid.ravel(), kinds, strict=False):
-        mine = [line for line in of_kind(lines, "scaling") if line["over"] == over]
-        clock = "wall_s" if over == "threads" else "cpu_s"
-        axes.loglog([m["size"] for m in mine], [m[clock] for m in mine], "o-", color="#0072B2", ms=5)
-        axes.set_xlabel(over, fontsize=9)
-        axes.set_ylabel("wall s" if over == "threads" else "CPU s", fontsize=9)
-        axes.tick_params(labelsize=8)
-        axes.grid(which="major", alpha=0.3)
-    return figure
-
-
-def svg(figure: Figure, prefix: str) -> str:
-    """Return a figure as SVG with text as text; every id begins with ``prefix``, so that a page can hold many."""
-    import matplotlib as mpl
-
-    out = io.StringIO()
-    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": prefix, "font.family": "sans-serif"}):
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
-    text = out.getvalue()
-    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
-    text = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}-\1"', text)
-    return re.sub(r'((?:url\(|xlink:href=")#)', rf"\1{prefix}-", text)
-
-
-def png(figure: Figure) -> bytes:
-    """Return a figure as PNG."""
-    out = io.BytesIO()
-    figure.savefig(out, format="png", dpi=150)
-    return out.getvalue()

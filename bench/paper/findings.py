@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from camsim.bench.cases import PSFS
-from camsim.bench.results import Line, of_kind
+from bench.paper.cases import PSFS
+from bench.results import of_kind
+from camsim.bench.records import Line
 
 LEVELS = tuple(10.0**-k for k in range(2, 11))
 NOISE = 1.15  # two times that differ by less are the same
@@ -145,7 +146,7 @@ def _as_the_paper(point: Line) -> dict[str, Any]:
     rms = float(point["error_rms"]) / PAPERS_PROGRAM["error_rms"]
     words = "both within a factor 2"
     if not all(0.5 <= r <= 2.0 for r in (largest, rms)):
-        words = "not within a factor 2: the pattern is cut at 18 λN here (cut at 50 px: bench/paper_sampling.py)"
+        words = "not within a factor 2: the pattern is cut at 18 λN here (cut at 50 px: bench/paper/sampling.py)"
     return {
         "topic": "paper",
         "papers_program": PAPERS_PROGRAM,

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.bench.cases import (
+from bench.memory import forget_peak, held_memory_mb, peak_memory_mb
+from bench.paper.cases import (
     WINDOW_COLS,
     WINDOW_ORIGIN,
     WINDOW_ROWS,
@@ -21,8 +21,8 @@ from camsim.bench.cases import (
     rendered,
     window,
 )
-from camsim.bench.machine import forget_peak, held_memory_mb, peak_memory_mb
-from camsim.bench.peers import PEERS
+from bench.paper.peers import PEERS
+from camsim.arrays import F64
 from camsim.errors import CamsimError
 
 

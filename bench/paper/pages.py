@@ -1,6 +1,6 @@
 """The README's and docs/bench.md's figures from the stored run: nothing in them is typed.
 
-    camsim bench --peers -o out/bench && cp out/bench/results.jsonl bench/ && python bench/readme_figures.py
+    make bench-all && cp out/bench/results.jsonl bench/paper/ && python -m bench.paper.pages
 
 Writes docs/bench.svg and docs/bench.png, and what stands between the marks ``<!-- bench … -->`` in both pages.
 ``--check`` writes nothing and fails where the pages are not what the stored run says.
@@ -14,14 +14,16 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from camsim.bench.cases import PAPER_TABLES, PSFS
-from camsim.bench.diagram import png, svg, work_precision
-from camsim.bench.findings import PAPERS_PROGRAM, TABLE_PSF, cheapest, contender, seconds, three_digits, true_error
-from camsim.bench.results import Line, of_kind, read_results
-from camsim.bench.tables import shown
+from bench.paper.cases import PAPER_TABLES, PSFS
+from bench.paper.figures import work_precision
+from bench.paper.findings import PAPERS_PROGRAM, TABLE_PSF, cheapest, contender, seconds, three_digits, true_error
+from bench.results import of_kind, read_results
+from camsim.bench.diagram import png, svg
+from camsim.bench.html import shown
+from camsim.bench.records import Line
 
-ROOT = Path(__file__).parents[1]
-STORED = ROOT / "bench" / "results.jsonl"
+ROOT = Path(__file__).parents[2]
+STORED = ROOT / "bench" / "paper" / "results.jsonl"
 TOLERANCES = (1e-4, 1e-6, 1e-8)
 
 
@@ -100,7 +102,7 @@ def readme(lines: list[Line]) -> str:
 
 *{label}, 446 × 446 photosites; set-up and check included. {machine(lines)}*
 
-Made by `camsim bench --peers` (on your machine too) and `python bench/readme_figures.py`; all that it measures:
+Made by `make bench-all` (on your machine too) and `python -m bench.paper.pages`; all that it measures:
 [docs/bench.md](docs/bench.md)."""
 
 
@@ -163,7 +165,7 @@ def main() -> None:
                 path.write_text(new, encoding="utf-8")
     if check:
         if stale:
-            sys.exit(f"not what {STORED.name} says: {', '.join(stale)}; run bench/readme_figures.py")
+            sys.exit(f"not what {STORED.name} says: {', '.join(stale)}; run python -m bench.paper.pages")
         return
     figure = work_precision(lines, TABLE_PSF)
     (ROOT / "docs" / "bench.svg").write_text(svg(figure, "bench"), encoding="utf-8")

@@ -9,21 +9,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bench.paper import cases, esf, findings, table_two
+from bench.paper.cases import Psf, Setting
+from bench.paper.clocking import Clocks
+from bench.paper.measuring import Drawn, cut_window, draw_window
+from bench.paper.peers import Peer, settings_of_peer
+from bench.results import Results
+from bench.worker import GIVES_BACK, Worker, WorkerError
 from camsim.arrays import F64
-from camsim.bench import cases, esf, findings, table_two
-from camsim.bench.cases import Psf, Setting
-from camsim.bench.clocking import Clocks
-from camsim.bench.lists import start
 from camsim.bench.machine import Spin, cores, spin, words_of_load
-from camsim.bench.measuring import Drawn, cut_window, draw_window
-from camsim.bench.peers import Peer, settings_of_peer
-from camsim.bench.results import Results
-from camsim.bench.truth import photosite_value
-from camsim.bench.windows import Lens, window_truths
-from camsim.bench.worker import GIVES_BACK, Worker, WorkerError
+from tests.truth.lattice import Lens, window_truths
+from tests.truth.quadrature import photosite_value
 
 FULL_SCALE = 65535.0
 JUDGED = ((91, 106), (132, 101))  # (row, col) of the frame whose truth is computed twice: at a corner, along the edge
+RATIOS = ", ratios are taken from CPU times"
 Say = Callable[[float, str], None]
 
 
@@ -88,7 +88,7 @@ def run(request: Request, results: Results, say: Say) -> None:
     say : called with the fraction done and what was just done
     """
     began = time.perf_counter()
-    start(results, quick=request.quick)
+    results.start(quick=request.quick)
     with ExitStack() as stack:
 
         def worker(threads: int, environment: dict[str, str] | None = None) -> Worker:
@@ -126,7 +126,7 @@ def run(request: Request, results: Results, say: Say) -> None:
                 _table_two(state, paper)
             state.look("after")
         finally:
-            results.add("machine", busy=any(s.busy for s in state.spins), sentence=words_of_load(state.spins))
+            results.add("machine", busy=any(s.busy for s in state.spins), sentence=words_of_load(state.spins, RATIOS))
             for finding in findings.findings(results.lines):
                 results.add("finding", **finding)
         results.add("end", seconds=time.perf_counter() - began)

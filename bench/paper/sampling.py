@@ -1,8 +1,8 @@
-"""Why the paper's sampling here is further off than the paper's own program: ``python -m bench.paper_sampling``.
+"""Why the paper's sampling here is further off than the paper's own program: ``python -m bench.paper.sampling``.
 
 Five minutes on two cores; ``--quick`` leaves out the many samples. On the paper's square (f/8, with photosite) it
 prints the errors of ``importance`` against the exact image for several radii R at which the Airy pattern is cut, over
-the whole frame and over the window that ``camsim bench`` looks at, and then for other sets of samples at one radius.
+the whole frame and over the window that ``make bench`` looks at, and then for other sets of samples at one radius.
 Under "of it": largest and rms over those of the paper's own program on the frame. White is 1.
 
 A pattern cut at R and normalised again gives (I − T)/(1 − β) in place of I: β is the pattern's light beyond R, about
@@ -30,11 +30,11 @@ import numpy as np
 from scipy.stats import qmc
 
 import camsim
+from bench.paper import cases, findings
 from camsim.arrays import F64
-from camsim.bench import cases, findings
-from camsim.bench.truth import POINTS_AT_ONCE, _point_values, encircled_energy
-from camsim.bench.windows import Lens
 from camsim.rendering import sampled
+from tests.truth.lattice import Lens
+from tests.truth.quadrature import POINTS_AT_ONCE, _point_values, encircled_energy
 
 PSF = cases.PSFS["airy-f8-box"]
 BLUR = float(PSF.blurs_px()[0])  # λN, pitches

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import special
 
+from bench.paper.cases import MTF50S, SAMPLED, SHIFTS, TURN_DEG, WAVELENGTH_NM, Setting
+from bench.results import Results
 from camsim.arrays import F64
-from camsim.bench.cases import MTF50S, SAMPLED, SHIFTS, TURN_DEG, WAVELENGTH_NM, Setting
-from camsim.bench.results import Results
 from camsim.measure import Plane, Roi, measure_edge
 from camsim.optics import Gaussian, SquarePhotosite
 from camsim.rendering import Grid, render

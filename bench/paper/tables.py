@@ -2,56 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from html import escape
 from operator import itemgetter
 from typing import Any, TypeAlias
 
-from camsim.bench.cases import PAPER_TABLES, PSFS
-from camsim.bench.findings import contender, true_error
-from camsim.bench.results import Line, of_kind
+from bench.paper.cases import PAPER_TABLES, PSFS
+from bench.paper.findings import contender, true_error
+from bench.results import of_kind
+from camsim.bench.html import table
+from camsim.bench.records import Line
 
 Column: TypeAlias = tuple[str, Callable[[Line], Any]]
-
-
-def shown(value: float) -> str:
-    """Return a number as people read it: three digits, powers of ten where they help.
-
-    >>> shown(0.01234), shown(1.235e-07), shown(446), shown(0.0), shown(2.0)
-    ('0.0123', '1.23e-7', '446', '0', '2')
-    """
-    if value == 0.0:
-        return "0"
-    if 1e-3 <= abs(value) < 1e5:
-        return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
-    mantissa, _, power = f"{value:.2e}".partition("e")
-    return f"{mantissa}e{int(power)}"
-
-
-def cell(value: Any, *, mark: str = "") -> str:
-    """Return one cell: numbers carry their own value, words are words, nothing stays empty."""
-    if value is None or (isinstance(value, float) and not math.isfinite(value)):
-        return f'<td class="{mark}"></td>' if mark else "<td></td>"
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return f'<td data-v="{value!r}">{shown(float(value))}</td>'
-    return f'<td class="{mark or "words"}">{escape(str(value))}</td>'
-
-
-def table(
-    caption: str, heads: Sequence[str], rows: Sequence[Sequence[Any]], *, tall: bool = False, wide: Sequence[int] = ()
-) -> str:
-    """Return a sortable table in a box of its own that scrolls when it must."""
-    head = "".join(f'<th scope="col"><button type="button">{escape(h)}</button></th>' for h in heads)
-    body = "".join(
-        "<tr>" + "".join(cell(v, mark="wide" if k in wide else "") for k, v in enumerate(row)) + "</tr>\n"
-        for row in rows
-    )
-    box = "table tall" if tall else "table"
-    return (
-        f'<div class="{box}" tabindex="0"><table class="sortable"><caption>{escape(caption)}</caption>'
-        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>\n"
-    )
 
 
 POINT_COLUMNS: tuple[Column, ...] = (

@@ -1,6 +1,6 @@
 """Time and memory against size: the curves of docs/scaling.md, and the figures that large frames are asked for.
 
-    python -m bench.scaling curves     # what ``camsim bench --scaling`` runs; lines in bench/, figures in docs/
+    python -m bench.scaling curves     # into out/scaling; what is stored: -o bench/scaling --figures docs
     python -m bench.scaling large      # large frames: seconds, and ratios of one run
     python -m bench.scaling paper      # the paper's square from f/1.4 to f/32
 
@@ -19,15 +19,18 @@ from typing import Any
 import numpy as np
 
 import camsim
-from camsim.bench.machine import cores, forget_peak, held_memory_mb, peak_memory_mb
-from camsim.bench.results import Line, Results, of_kind
-from camsim.bench.scaling import run_scaling
-from camsim.bench.worker import GIVES_BACK, Worker
+from bench.memory import forget_peak, held_memory_mb, peak_memory_mb
+from bench.report import close
+from bench.results import Results, of_kind
+from bench.scaling.sizes import run_scaling
+from bench.teller import Teller
+from bench.worker import GIVES_BACK, Worker
+from camsim.bench.machine import cores
+from camsim.bench.records import Line
 
 PITCH_UM = 4.88
 ROWS, COLS = 2000, 3008
 PAPER = (1.4, 2.8, 5.6, 8.0, 16.0, 32.0)  # f-numbers of the paper's square
-HERE = Path(__file__).parent
 FIGURES = {"edges": "edges over 3008 × 2000 photosites, f/8, 1e-5", "photosites": "photosites, a square, f/8, 1e-6"}
 
 
@@ -225,21 +228,27 @@ def draw(lines: list[Line], over: str, path: Path) -> None:
     figure.savefig(path, dpi=130)
 
 
-def curves() -> None:
+def curves(folder: Path, figures: Path) -> None:
     """Clock every size and draw."""
-    with Results(HERE / "scaling.jsonl") as results:
-        run_scaling(results, lambda done, what: print(f"{100 * done:3.0f} %  {what}", flush=True))
-    for line in results.lines:
-        print(line.get("sentence", line))
+    with Results(folder / "results.jsonl") as results:
+        results.start(quick=False)
+        with close(results, "scaling.html"):
+            run_scaling(results, Teller().tell)
     for over in FIGURES:
-        draw(results.lines, over, HERE.parent / "docs" / f"scaling-{over}.png")
+        draw(results.lines, over, figures / f"scaling-{over}.png")
 
 
 def main() -> None:
     """Run what the command line names."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=("curves", "large", "paper"))
-    {"curves": curves, "large": large, "paper": paper}[parser.parse_args().what]()
+    parser.add_argument("-o", "--output", type=Path, default=Path("out/scaling"), metavar="DIR", help="of the curves")
+    parser.add_argument("--figures", type=Path, metavar="DIR", help="of the curves; the same folder when left out")
+    asked = parser.parse_args()
+    if asked.what == "curves":
+        curves(asked.output, asked.figures or asked.output)
+    else:
+        {"large": large, "paper": paper}[asked.what]()
 
 
 if __name__ == "__main__":

@@ -87,13 +87,13 @@ class Point:
 
     @property
     def at_most(self) -> float:
-        """The error, or how far the truth is to be believed where that is more."""
+        """The error that was found, or how far the truth is to be believed where that is more."""
         return max(self.error_max, self.believed_to)
 
     @property
     def told_apart(self) -> bool:
-        """Whether the error is larger than the truth's own may be."""
-        return self.error_max > self.believed_to
+        """Whether more than half of the error is the setting's own, not the truth's."""
+        return self.error_max > 2.0 * self.believed_to
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -54,7 +54,7 @@ def words_of_point(point: Point, points: Sequence[Point]) -> str:
     label = point.label if point.tolerance is None else f"{point.method} at {power(point.tolerance)}"
     error, reached = f"error {short(point.error_max)}", point.error_max
     if not point.told_apart:
-        error = f"error below {short(point.believed_to)} ({short(point.error_estimate)} where computed directly)"
+        error = f"error about {short(point.at_most)} or less ({short(point.error_estimate)} where computed directly)"
         reached = min(point.error_max, point.error_estimate)
     quicker = [p for p in points if p.at_most <= reached and is_faster(p, point)]
     words = f"{label}{ran}: {seconds(point.wall_s)}, {error}; "

@@ -1,6 +1,6 @@
 """Lines of runs that never were, for what is computed from lines."""
 
-from camsim.bench.results import FORMAT
+from bench.results import FORMAT
 
 
 def head(**changes):

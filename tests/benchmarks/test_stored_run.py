@@ -4,15 +4,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-from camsim.bench.findings import TABLE_PSF, contender, true_error
-from camsim.bench.results import of_kind, read_results
+from bench.paper.findings import TABLE_PSF, contender, true_error
+from bench.results import of_kind, read_results
 
 ROOT = Path(__file__).parents[2]
 
 
 def test_pages_say_what_the_stored_run_says():
     done = subprocess.run(
-        [sys.executable, "-m", "bench.readme_figures", "--check"],
+        [sys.executable, "-m", "bench.paper.pages", "--check"],
         cwd=ROOT,
         capture_output=True,
         encoding="utf-8",
@@ -24,7 +24,7 @@ def test_pages_say_what_the_stored_run_says():
 
 def test_the_stored_run_is_honest():
     """Every exact engine kept its tolerance everywhere, and both truths agree."""
-    lines = read_results(ROOT / "bench" / "results.jsonl")
+    lines = read_results(ROOT / "bench" / "paper" / "results.jsonl")
     points = of_kind(lines, "point")
     assert {contender(p) for p in points if p["psf"] == TABLE_PSF} >= {"auto", "boundary", "fourier", "GalSim"}
     for p in points:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from camsim.bench.table_two import COLS, ROWS, closed_form, error_percent, measure_table
+from bench.paper.table_two import COLS, ROWS, closed_form, error_percent, measure_table
 from tests.edges import gaussian_edge, gaussian_sigma
 
 

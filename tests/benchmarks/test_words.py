@@ -2,8 +2,9 @@
 
 import pytest
 
-from camsim.bench.compare import compared
-from camsim.bench.findings import findings
+from bench.paper.compare import compared
+from bench.paper.findings import findings
+from bench.paper.running import RATIOS
 from camsim.bench.machine import Spin, spin, words_of_load
 
 from .lines import head, load, machine, point
@@ -87,7 +88,7 @@ def test_a_slow_day_of_the_machine_is_no_fault_of_the_program():
 def test_a_busy_machine_is_said():
     quiet, busy = Spin(cpu_s=0.02, wall_over_cpu=1.01), Spin(cpu_s=0.03, wall_over_cpu=1.9)
     assert words_of_load([quiet, quiet]) == "The machine was quiet."
-    words = words_of_load([quiet, busy])
+    words = words_of_load([quiet, busy], RATIOS)
     assert "busy with other work at 1 of 2 looks" in words
     assert "ratios are taken from CPU times" in words
     assert "factor 1.50" in words

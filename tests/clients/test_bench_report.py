@@ -6,10 +6,10 @@ import shutil
 from pathlib import Path
 
 import pytest
-
-from camsim.bench.report import page
-from camsim.bench.results import read_results
 from tests.bench.test_command import assert_numbers_are_from
+
+from bench.report import page
+from bench.results import read_results
 
 pytestmark = pytest.mark.clients
 

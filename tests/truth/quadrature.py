@@ -2,7 +2,8 @@
 
 A point sample at x sees (1/2π) Σ_edges ∫ E(r)·h/(h² + s²) ds of a bright polygon (docs/rendering.md). The integrand
 varies over the pattern's own length only, so Gauss–Legendre panels of that length converge at once; a product rule
-averages point samples over the square and the OLPF's spots. Slow, and independent of everything that is judged by it.
+averages point samples over the square and the OLPF's spots. Slow, and independent of everything that is judged
+by it. Imports nothing of camsim.
 """
 
 from __future__ import annotations
@@ -13,8 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy import interpolate, special
 
-from camsim.arrays import F64
-from camsim.bench.windows import Lens
+from tests.truth.lattice import F64, Lens
 
 PANEL_NODES = 20
 POINTS_AT_ONCE = 64

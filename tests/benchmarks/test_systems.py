@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import shapely
 
-from camsim.bench import cases
-from camsim.bench.peers import PEERS, Peer, installed_peers
+from bench.paper import cases
+from bench.paper.peers import PEERS, Peer, installed_peers
 from camsim.errors import UnknownNameError, UnsupportedError
 
 
@@ -73,7 +73,7 @@ def test_names_and_patterns():
 
 
 def test_no_peer_installed_says_which_and_how(monkeypatch):
-    monkeypatch.setattr("camsim.bench.peers.find_spec", lambda name: None)
+    monkeypatch.setattr("bench.paper.peers.find_spec", lambda name: None)
     with pytest.raises(UnsupportedError, match=r"none of galsim, prysm is installed; .*pip install .*\[bench\]"):
         installed_peers()
     assert all(isinstance(peer, Peer) for peer in PEERS.values())

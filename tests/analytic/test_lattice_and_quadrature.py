@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camsim.bench.truth import photosite_value
-from camsim.bench.windows import Lens, window_truths
+from tests.truth.lattice import Lens, window_truths
+from tests.truth.quadrature import photosite_value
 from tests.truth.rays import rayleigh_energy
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
