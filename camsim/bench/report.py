@@ -10,10 +10,11 @@ from camsim.bench.records import Bench, Point, rounded
 
 PAGE, FIGURE = "bench.html", "bench.svg"
 SECONDS = "seconds, set-up and check included"
+ROUNDING = 1e-16  # errors of nothing are drawn here
 ERROR = "largest error of any photosite (full scale is 1)"
 CAPTION = (
-    "Lower left is better. Point at a marker, or step through them with the tab key, for its figures. Errors that lie "
-    "below what the truth is to be believed to are drawn there."
+    "Lower left is better. Point at a marker, or step through them with the tab key, for its figures. Errors below "
+    "what the truth is to be believed to are drawn there, and no error at all at 1e-16."
 )
 POINTS = {
     "method": "method",
@@ -56,7 +57,7 @@ def diagram(bench: Bench, prefix: str, *, narrow: bool = False) -> str:
     """Return error against time as SVG; ids begin with ``prefix``."""
     curves: dict[str, list[Mark]] = {}
     for number, point in enumerate(bench.points):
-        curves.setdefault(point.method, []).append(Mark(point.wall_s, point.at_most, number))
+        curves.setdefault(point.method, []).append(Mark(point.wall_s, max(point.at_most, ROUNDING), number))
     head = bench.head
     title = f"{head.scene}: {head.camera}, {head.rows} × {head.cols} photosites"
     return svg(work_precision(curves, title=title, seconds_label=SECONDS, error_label=ERROR, narrow=narrow), prefix)

@@ -45,7 +45,10 @@ def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
             f"{' and '.join(f'{short(t.believed_to)} ({t.engine})' for t in truths)} are not told apart."
         )
     elif truths:
-        yield f"No other engine renders this scene so finely: {truths[0].engine} is judged by itself at its finest."
+        yield (
+            f"No other engine renders this window so finely in the time: {truths[0].engine} is judged by itself at its "
+            "finest, and by what was computed directly."
+        )
 
 
 def words_of_point(point: Point, points: Sequence[Point]) -> str:
@@ -53,7 +56,7 @@ def words_of_point(point: Point, points: Sequence[Point]) -> str:
     ran = f" ({point.engine})" if point.engine != point.method else ""
     label = point.label if point.tolerance is None else f"{point.method} at {power(point.tolerance)}"
     error, reached = f"error {short(point.error_max)}", point.error_max
-    if not point.told_apart:
+    if not point.told_apart and point.at_most > 0.0:
         error = f"error about {short(point.at_most)} or less ({short(point.error_estimate)} where computed directly)"
         reached = min(point.error_max, point.error_estimate)
     quicker = [p for p in points if p.at_most <= reached and is_faster(p, point)]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
-import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -66,7 +67,7 @@ def bench(
     """
     from camsim.bench.diagram import check_matplotlib
     from camsim.bench.lines import LinesFile
-    from camsim.bench.records import Head, line_of
+    from camsim.bench.records import Finding, Head, line_of
     from camsim.bench.running import bench_of, bench_scene
     from camsim.bench.settings import SAMPLES, numbers, parsed_methods
     from camsim.cli.progress import Bar
@@ -77,15 +78,20 @@ def bench(
     counts = SAMPLES if samples is None else numbers(samples, "--samples", "121,2025", int)
     window = _region(region, whole=whole)
     folder = Path(output or f"{Path(scene).stem}-bench")
-    _check_folder(folder, force=force)
+    if (folder / LINES).exists() and not force:
+        raise OutputError(
+            f"{str(folder / LINES)!r} exists; overwrite it with --force, or choose another folder with -o"
+        )
     if not quiet:
         say_that_it_compiles()
     records: list[Record] = []
-    with Bar(shown=not quiet) as bar, LinesFile(folder / LINES) as file:
+    with Bar(shown=not quiet) as bar, ExitStack() as files:
+        # Made with the first record: a scene that is refused leaves no folder behind.
+        made = functools.cache(lambda: files.enter_context(LinesFile(folder / LINES)))
 
         def take(record: Record) -> None:
             records.append(record)
-            file.write(line_of(record))
+            made().write(line_of(record))
 
         try:
             found = bench_scene(
@@ -103,6 +109,7 @@ def bench(
             )
         except KeyboardInterrupt:
             if any(isinstance(record, Head) for record in records):
+                take(Finding(sentence="The run was interrupted: this was measured before that."))
                 _tell(bench_of(records), folder, "interrupted; what was measured is in", as_json=as_json, quiet=quiet)
             raise
     _tell(found, folder, "written:", as_json=as_json, quiet=quiet)
@@ -121,22 +128,6 @@ def _region(text: str | None, *, whole: bool) -> Region | None:
         raise InvalidValueError(f"--region: {text!r} are not 4 numbers; give ROW,COL,ROWS,COLS")
     row, col, rows, cols = places
     return Region(rows=rows, cols=cols, origin=(row, col))
-
-
-def _check_folder(folder: Path, *, force: bool) -> None:
-    """Refuse a folder that cannot be written to or that holds a report, before the long work."""
-    if (folder / LINES).exists() and not force:
-        raise OutputError(
-            f"{str(folder / LINES)!r} exists; overwrite it with --force, or choose another folder with -o"
-        )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise OutputError(
-            f"cannot write into {str(folder)!r}: {error.strerror or error}; choose a folder with -o"
-        ) from None
 
 
 def _tell(bench: Bench, folder: Path, words: str, *, as_json: bool, quiet: bool) -> None:
