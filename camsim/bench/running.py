@@ -76,8 +76,12 @@ def bench_scene(
     for truth in truths.values():
         run.add(truth.line)
     left: set[str] = set()
+    warm: set[str] = set()
     for setting in settings:
         run.tell(setting.label)
+        if setting.method not in warm:
+            subject.warm(setting.method)
+            warm.add(setting.method)
         # A method's settings come in order: what is beyond one that it refuses, it refuses too.
         if setting.method not in left:
             record = _measured(subject, setting, truths, longest_s)
@@ -126,7 +130,7 @@ def _window(capture: Capture, region: Region | None, *, whole: bool) -> tuple[Re
     found = busiest(capture.scene, capture.grid)
     if whole or (found.rows, found.cols) == (capture.grid.rows, capture.grid.cols):
         return None, "all that the scene captures"
-    return found, "the busiest part of what the scene captures"
+    return found, f"the {'busiest part' if capture.scene.shapes else 'middle'} of what the scene captures"
 
 
 def _head(capture: Capture, subject: Subject, chosen: str) -> Head:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -9,6 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.bench.settings import Setting
+from camsim.errors import CamsimError
 from camsim.optics import OpticalSystem
 from camsim.rendering import Grid, Rendering, render_channels
 from camsim.rendering.render import plan_render
@@ -18,6 +21,9 @@ from camsim.window import Region
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
+
+
+ROUGH = 1e-2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -70,6 +76,19 @@ class Subject:
             method=setting.method,
             samples=setting.samples,
         )
+
+    def warm(self, method: str) -> None:
+        """Render a few photosites roughly, so that a method's kernels are there when it is clocked."""
+        grid = self.grid
+        few = min(2, grid.rows), min(2, grid.cols)
+        tiny = dataclasses.replace(
+            self,
+            grid=dataclasses.replace(grid, rows=few[0], cols=few[1], frame=grid.frame or (grid.rows, grid.cols)),
+            channel=self.channel[: few[0], : few[1]],
+        )
+        # What the method refuses it refuses again when it is asked in earnest.
+        with contextlib.suppress(CamsimError):
+            tiny.render(Setting(method=method, tolerance=ROUGH, samples=1 if method == "importance" else None))
 
     def relative(self, image: F64) -> F64:
         """Return an image relative to each photosite's full scale."""

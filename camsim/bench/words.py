@@ -38,7 +38,9 @@ def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
             f"Truth: {t.engine} at {power(t.tolerance)}; {t.checked_photosites} of its photosites computed directly "
             f"differ by {short(t.checked_to)} at most."
         )
-    if len(truths) == 2 and truths[0].difference is not None:
+    if len(truths) == 2 and truths[0].difference == 0.0:
+        yield "The two truths are the same to the last bit."
+    elif len(truths) == 2 and truths[0].difference is not None:
         yield (
             f"The two truths differ by {short(truths[0].difference)} at most, anywhere in the window; "
             "each engine is judged by the other's, and errors below "

@@ -102,6 +102,16 @@ def test_lower_never_imports_upper():
     assert not wrong
 
 
+def test_benchmarks_and_tests_are_not_imported():
+    """What is beside the package stays beside it: an installed camsim has no bench/ and no tests/."""
+    assert not [
+        f"{module_of(path)} imports {imported}"
+        for path in SOURCES
+        for imported in imports(path)
+        if imported.split(".")[0] in ("bench", "tests")
+    ]
+
+
 def test_the_package_itself_loads_nothing():
     """In ``__init__`` everything of camsim's is for type checkers or inside functions."""
     names = []

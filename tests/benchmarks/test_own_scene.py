@@ -223,6 +223,8 @@ def test_a_flat_scene_has_no_error_and_a_page():
     found = bench_scene("flat-field", methods=("auto",), tolerances=(1e-3,))
     assert found.points[0].error_max <= 1e-15
     assert "error 0; nothing is faster" in found.findings[-2].sentence
+    assert "from [935, 1439] of 446 × 446, the middle of" in found.findings[0].sentence
+    assert found.findings[3].sentence == "The two truths are the same to the last bit."
     assert "<svg" in page(found)
 
 

@@ -1,9 +1,14 @@
 """The stored run, and the pages whose figures are made from it."""
 
+import doctest
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from bench import teller
+from bench.paper import findings, pages
 from bench.paper.findings import TABLE_PSF, contender, true_error
 from bench.results import of_kind, read_results
 
@@ -20,6 +25,13 @@ def test_pages_say_what_the_stored_run_says():
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("module", [findings, pages, teller])
+def test_examples_in_docstrings(module):
+    found = doctest.testmod(module)
+    assert found.attempted > 0
+    assert found.failed == 0
 
 
 def test_the_stored_run_is_honest():
