@@ -32,7 +32,7 @@ SCENE: dict[Source, Share] = {
         "discs as polygons: slope of the line spread × mean square wobble / 2, or light between side and arc",
     ),
     "dropped": Share(0.03, "outlines outside the frame: contrast × angle/2π × light beyond their distance, added up"),
-    "wavelengths": Share(0.03, "fused wavelengths: half a node for a radian of 2πr/λN, three for a digit"),
+    "wavelengths": Share(0.03, "fused wavelengths: φ/2 + ∛φ + 3.5 nodes for φ radians of 2πr/λN, three for a digit"),
 }
 BOUNDARY: dict[Source, Share] = {
     "ends": Share(0.25, "rings of an edge's end that the far form leaves out: (λN/R)^{5/2}·D/4π⁴ over the spectrum"),

@@ -45,7 +45,7 @@ class RoundLens:
             pattern=job.pattern,
             footprint=job.footprint,
             settings=settings,
-            nodes=job.nodes(phase=phase, tolerance=job.tolerance),
+            nodes=job.nodes(phase=phase),
         )
 
     def of(self, job: Job) -> RoundLens:

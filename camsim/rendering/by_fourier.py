@@ -12,7 +12,6 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.places import Marks
 from camsim.rendering.cost import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
@@ -39,7 +38,7 @@ class FourierRun:
         if samples is not None:
             raise UnsupportedError("samples: fourier takes none; only importance takes a number")
         check_tolerance(job.tolerance)
-        return cls(job=job, nodes=_nodes(job, job.tolerance))
+        return cls(job=job, nodes=_nodes(job))
 
     @property
     def wavelengths(self) -> int:
@@ -127,14 +126,14 @@ class FourierRun:
         )
 
 
-def _nodes(job: Job, tolerance: float) -> Nodes:
+def _nodes(job: Job) -> Nodes:
     """Return wavelengths that follow the rings of the spectrum as far as these are heard.
 
     Farther out they need not be right, but must be as quiet: a few wavelengths come back into step where the spectrum
     does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width on a
     point: no pupil's rings exceed those by much.
     """
-    blur, span, allowed = job.blur, job.span, ErrorBudget(job.tolerance).allowed("rings")
+    blur, span, allowed = job.blur, job.span, job.budget.allowed("rings")
     if job.pattern is not None and job.footprint is not None:
         pattern, footprint = job.pattern, job.footprint
     else:
@@ -142,7 +141,7 @@ def _nodes(job: Job, tolerance: float) -> Nodes:
     spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
     followed = quiet_distance(pattern, blur, job.shares, footprint, allowed, front="line", within=span)
     while True:
-        nodes = job.nodes(phase=spread * followed, tolerance=tolerance)
+        nodes = job.nodes(phase=spread * followed)
         count = nodes.wavelength_nm.size
         if count == blur.size or followed >= span:
             return nodes

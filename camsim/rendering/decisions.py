@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from camsim.rendering.auto import Choice
+from camsim.rendering.budget import SCENE
 from camsim.rendering.by_boundary import BoundaryRun
 from camsim.rendering.by_fourier import FourierRun
 from camsim.rendering.job import Job
@@ -75,12 +76,13 @@ def _edges(job: Job, shapes: int) -> Iterator[Decision]:
             reason=f"far outside the window: all of them together add less than {out.bound:.1g} to any photosite",
         )
     elif job.edges:
+        share = 100.0 * SCENE["dropped"].part
         yield Decision(
             topic="edges",
             decision="none dropped for being far",
-            reason="inside the window, or their light in it may be more than 3 % of the tolerance"
-            if job.pattern is not None
-            else "how far this lens spreads light is not bounded by a formula",
+            reason="how far this lens spreads light is not bounded by a formula"
+            if job.pattern is None
+            else f"inside the window, or their light in it may be more than {share:.0f} % of the tolerance",
         )
 
 

@@ -294,9 +294,19 @@ def add_rings_in_zones(
     """
     rows, cols = image.shape
     for r in nb.prange(rows):
+        y = y0 + r
+        left, right = cols, 0
+        for zone in range(len(zones)):
+            half2 = zones[zone, 2] ** 2 - (y - zones[zone, 1]) ** 2
+            if half2 >= 0.0:
+                middle, half = zones[zone, 0] - x0, math.sqrt(half2) + 1.0  # wider than rounding; each is asked below
+                left = min(left, max(0, math.ceil(middle - half)))
+                right = max(right, min(cols, math.floor(middle + half) + 1))
+        if left >= right:
+            continue
         added_at = np.full(edges.x.size, -1, np.int64)
-        for c in range(cols):
-            x, y = x0 + c, y0 + r
+        for c in range(left, right):
+            x = x0 + c
             for zone in range(len(zones)):
                 if (x - zones[zone, 0]) ** 2 + (y - zones[zone, 1]) ** 2 > zones[zone, 2] ** 2:
                     continue

@@ -183,6 +183,11 @@ class Job:
         edges = _edges(start, end, left, right)
         return dataclasses.replace(self, **edges, signals=signals, base=base, tolerance=tolerance)
 
+    @property
+    def budget(self) -> ErrorBudget:
+        """Shares of the tolerance."""
+        return ErrorBudget(self.tolerance)
+
     @functools.cached_property
     def judge(self) -> Judge:
         """What recomputes photosites."""
@@ -220,9 +225,9 @@ class Job:
         """Return the lens's own length at wavelengths, pitches."""
         return blur_of(self.system, wavelength_nm, self.grid.pitch_um)
 
-    def nodes(self, *, phase: float, tolerance: float) -> Nodes:
+    def nodes(self, *, phase: float) -> Nodes:
         """Fuse the wavelengths; see ``spectral.fuse``."""
-        wavelength_nm, density = fuse(self.signals, phase=phase, allowed=ErrorBudget(tolerance).allowed("wavelengths"))
+        wavelength_nm, density = fuse(self.signals, phase=phase, allowed=self.budget.allowed("wavelengths"))
         return Nodes(wavelength_nm=wavelength_nm, density=density, weights=self._difference(density))
 
     def nodes_like(self, nodes: Nodes) -> Nodes:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.places import Marks, hardest_photosites, how_many, windows
 from camsim.rendering.check.round_lens import RoundLens
 from camsim.rendering.check.scenery import Pieces, pieces_of
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 WINDOW = 3  # photosites along a side, for lenses that are not round
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 WINDOWS_SHARE = 0.5  # of an image's time, for the windows of the check
+GROWTH = 1.3  # of a part's sides from its ends on
 
 
 class Judge:
@@ -70,7 +70,7 @@ class Judge:
             pair=pair.ravel().astype(np.int64),
             wavelength_nm=wavelength_nm,
             weights=density[sides[:, 0]] - density[sides[:, 1]],
-            budget=ErrorBudget(job.tolerance).of_check,
+            budget=job.budget.of_check,
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
         )
 
@@ -116,9 +116,9 @@ class Judge:
         from camsim.rendering.by_fourier import FourierRun  # an engine, which knows the judge
 
         job, (pieces, wavelength_nm, density) = self.job, self.seen
-        finer = max(ErrorBudget(job.tolerance).of_check.tolerance, FINEST)
+        finer = max(job.budget.of_check.tolerance, FINEST)
         highest = max(job.system.cutoff_per_um(float(w)) for w in wavelength_nm) * job.grid.pitch_um
-        start, end, left, right = _polygons(pieces, 1.0 / highest, ErrorBudget(job.tolerance).of_check.tolerance)
+        start, end, left, right = _polygons(pieces, 1.0 / highest, job.budget.of_check.tolerance)
         mine = job.of_edges(
             start, end, left, right, wavelength_nm=wavelength_nm, density=density, base=self.base, tolerance=finer
         )
@@ -136,9 +136,6 @@ class Judge:
         return values
 
 
-GROWTH = 1.3  # of a part's sides from its ends on
-
-
 def _polygons(pieces: Pieces, longest: float, allowed: float) -> tuple[F64, F64, I64, I64]:
     """Return the pieces as straight edges: round ones as sides of the same area each, shorter than waves that pass.
 
@@ -153,9 +150,10 @@ def _polygons(pieces: Pieces, longest: float, allowed: float) -> tuple[F64, F64,
     owners.append(straight)
     for e in np.flatnonzero(o.turn_rad > 0.0).tolist():
         big, whole = o.dx[e], o.turn_rad[e] >= math.tau * (1.0 - 1e-15)
-        side = min(0.35 * longest, (229.0 * allowed * (big * longest) ** 2) ** 0.25)
+        # A whole circle's sides are all alike and send nothing below their own frequency; a part's are not.
+        side = min((0.7 if whole else 0.35) * longest, (229.0 * allowed * (big * longest) ** 2) ** 0.25)
         if whole:
-            turns = np.full(2 * max(96, math.ceil(0.5 * math.tau * big / side)), 1.0)
+            turns = np.full(max(96, math.ceil(math.tau * big / side)), 1.0)
         else:
             turns = _from_ends(0.5 * o.turn_rad[e] * big, big, side, longest, allowed)
         turns *= o.turn_rad[e] / turns.sum()
