@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from camsim.window import Region
 
 LINES = "bench.jsonl"
-LONGEST_S = 3.0
 
 
 def bench(
@@ -51,8 +50,9 @@ def bench(
     ] = None,
     whole: Annotated[bool, typer.Option("--whole", help="All that the scene captures instead of a window.")] = False,
     longest: Annotated[
-        float, typer.Option("--longest", metavar="S", min=0.0, help="Leave out what takes more seconds of one core.")
-    ] = LONGEST_S,
+        float | None,
+        typer.Option("--longest", metavar="S", min=0.0, help="Seconds of one core: what takes more is left out; 3."),
+    ] = None,
     output: Annotated[
         str | None,
         typer.Option("-o", "--output", metavar="DIR", help="Folder for the report; SCENE-bench when left out."),
@@ -68,7 +68,7 @@ def bench(
     from camsim.bench.diagram import check_matplotlib
     from camsim.bench.lines import LinesFile
     from camsim.bench.records import Finding, Head, line_of
-    from camsim.bench.running import bench_of, bench_scene
+    from camsim.bench.running import LONGEST_S, bench_of, bench_scene
     from camsim.bench.settings import SAMPLES, numbers, parsed_methods
     from camsim.cli.progress import Bar
     from camsim.cli.take import say_that_it_compiles
@@ -103,7 +103,7 @@ def bench(
                 samples=counts,
                 region=window,
                 whole=whole,
-                longest_s=longest,
+                longest_s=LONGEST_S if longest is None else longest,
                 take=take,
                 progress=bar.update,
             )
