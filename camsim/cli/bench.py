@@ -139,6 +139,8 @@ def _tell(bench: Bench, folder: Path, words: str, *, as_json: bool, quiet: bool)
     elif not quiet:
         for finding in bench.findings:
             print(finding.sentence)
-        for method, why in {left.method: left.why for left in bench.left_out}.items():
-            print(f"Left out: {method}: {why}")
+        done = {point.method for point in bench.points}
+        for left in bench.left_out:
+            name = f"{left.label} and beyond" if left.method in done else left.method
+            print(f"Left out: {name}: {left.why}")
         print(f"{words} {', '.join(os.path.relpath(file) for file in files)}")

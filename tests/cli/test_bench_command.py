@@ -103,7 +103,7 @@ def test_what_a_method_cannot_is_said_once(camsim):
     done = camsim("bench", "small.yaml", "--methods", "importance,strips,boundary", "--tolerances", "1e-3,1e-10,1e-11")
     assert done.returncode == 0, done.stderr
     left = [line for line in done.stdout.splitlines() if line.startswith("Left out: ")]
-    assert [line.split(": ")[1] for line in left] == ["importance", "strips", "boundary"]
+    assert [line.split(": ")[1] for line in left] == ["importance", "strips", "boundary 1e-10 and beyond"]
     assert "renders one wavelength at a time" in left[0]
     assert "tolerance: 1e-10 is outside" in left[2]
 
