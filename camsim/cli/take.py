@@ -71,7 +71,7 @@ def take(request: Request) -> None:
     if warning:
         print(f"camsim: warning: {warning}", file=sys.stderr)
     if not request.quiet:
-        _say_that_it_compiles()
+        say_that_it_compiles()
     gc.freeze()
     gc.enable()
     ready_s = time.perf_counter()
@@ -118,7 +118,7 @@ def take_pairs(request: Request) -> None:
     )
     folder = check_folder(request.pairs, force=request.force)
     if not request.quiet:
-        _say_that_it_compiles()
+        say_that_it_compiles()
     gc.freeze()
     gc.enable()
     write_pairs(ready, folder, levels, compress=request.compress, quiet=request.quiet)
@@ -135,7 +135,8 @@ def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: 
     return f"{file}: {why}" if why else None
 
 
-def _say_that_it_compiles() -> None:
+def say_that_it_compiles() -> None:
+    """Say on stderr why the first rendering takes a minute, when it will."""
     from camsim.rendering import kernels_compiled
 
     if not kernels_compiled():

@@ -148,6 +148,16 @@ def test_the_import_graph_has_no_cycle():
     list(graphlib.TopologicalSorter(graph).static_order())  # raises CycleError with the cycle
 
 
+def test_benchmarks_and_tests_are_not_imported():
+    """What is beside the package stays beside it: an installed camsim has no bench/ and no tests/."""
+    assert not [
+        f"{module_of(path)} imports {imported}"
+        for path in SOURCES
+        for imported in imports(path)
+        if imported.split(".")[0] in ("bench", "tests")
+    ]
+
+
 def test_the_package_itself_loads_nothing():
     """In ``__init__`` everything of camsim's is for type checkers or inside functions."""
     names = []
