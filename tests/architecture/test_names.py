@@ -69,10 +69,18 @@ DIMENSIONLESS = {
     "x": "half diameters of the pupil",
     "y": "half diameters of the pupil",
     "shift": "half diameters of the pupil",
+    "direction": "a unit vector",
+    "rho": "the pattern's own length",
+    "core": "per square of it",
+    "breaks": "cycles in it",
+    "powers": "powers of it",
+    "rings": "cycles in it, shares, powers",
+    "finest": "a tolerance",
 }
 NUMBER = re.compile(r"\b(float|F64|F32|Spectrum)\b")
 # The rooms of the public stages; in rendering and measure lengths are in pitches and pixels, as their docstrings say.
-ROOMS = ("optics", "scene", "sensor", "spectra", "frame.py", "camera.py", "rendering/grid.py", "rendering/render.py")
+ROOMS = ("optics", "scene", "sensor", "spectra", "frame.py", "body.py", "exposing.py", "camera.py")
+ROOMS += ("rendering/grid.py", "rendering/render.py", "rendering/running.py")
 
 
 def has_unit(name):
