@@ -88,8 +88,8 @@ def pattern_of(lens: object) -> Pattern:
     if isinstance(lens, RadialOtf):
         return _curve(lens)
     raise UnsupportedError(
-        f"lens: the boundary engine knows Airy, AnnularAiry, Gaussian or RadialOtf, not {type(lens).__name__}; "
-        "use fourier"
+        f"the boundary engine knows Airy, AnnularAiry, Gaussian or RadialOtf, not {type(lens).__name__}; use fourier",
+        key="lens",
     )
 
 

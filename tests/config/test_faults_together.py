@@ -15,7 +15,7 @@ from camsim.errors import ConfigError, Fault
 
 
 def test_the_good_files_have_no_faults(folder: Path) -> None:
-    assert load("good.yaml").name == "good"
+    assert load("good.yaml").scene_name == "good"
 
 
 @pytest.mark.parametrize("text", ["", "# nothing\n"])
@@ -65,7 +65,7 @@ def test_all_faults_of_both_files_and_the_command_line_at_once(folder: Path) -> 
         ("--set nonsense", 0, 0, ""),
         ("--seed", 0, 0, ""),
         ("--set noise.seed", 0, 0, ""),
-        ("scene.yaml", 3, 47, "lens.transmission"),
+        ("scene.yaml", 3, 63, "lens.transmission.wavelength_nm"),
         ("scene.yaml", 4, 21, "light.illuminant"),
         ("scene.yaml", 4, 43, "light.illuminance_lux"),
         ("scene.yaml", 5, 20, "exposure.time_s"),
@@ -124,7 +124,7 @@ def test_whatever_is_changed_the_answer_is_a_setup_or_sentences(folder: Path) ->
             "sensor",
             "lens",
             "lens.kind",
-            "lens.transmission",
+            "lens.transmission.wavelength_nm",
             "light",
             "light.illuminant",
             "light.line_nm",

@@ -22,7 +22,7 @@ def test_every_shipped_file_is_without_faults() -> None:
     for name in library.shipped("sensor"):
         assert load_camera(name, lens=LENS).name
     for name in library.shipped("scene"):
-        assert load(name).name == name
+        assert load(name).scene_name == name
 
 
 def test_an_installed_wheel_has_them_inside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -30,7 +30,7 @@ def test_values_follow_the_yaml_rules() -> None:
     assert with_set("noise.seed=010").seed == 10
     assert with_set("region={rows: 3, cols: 4, origin: [6, 8]}").region.origin == (6, 8)
     assert with_set("scene.shapes=[]").scene.shapes == ()
-    assert with_set("name='a = b'").name == "a = b"
+    assert with_set("name='a = b'").scene_name == "a = b"
 
 
 def test_items_of_a_list_have_numbers() -> None:
@@ -45,7 +45,7 @@ def test_null_removes() -> None:
     assert len(with_set("scene.shapes.1=null").scene.shapes) == 2
     # What is not there need not be removed.
     assert with_set("sensor.olpf=null", "sensor.olpf=null").camera.olpf is None
-    assert with_set("name=null").name == "good"
+    assert with_set("name=null").scene_name == "good"
 
 
 def test_a_removed_item_moves_the_next_one_up() -> None:
