@@ -176,7 +176,9 @@ class Capture:
         """
         check_products(products)
         if not set(products) <= set(STREAMED):
-            raise InvalidValueError(f"products: {', '.join(products)}; row by row there are {' and '.join(STREAMED)}")
+            raise InvalidValueError(
+                f"{', '.join(products)}; row by row there are {' and '.join(STREAMED)}", key="products"
+            )
         clock = Clock()
         choice, cube = self.plan(), self._cube(products)
         clock.lap("light")

@@ -28,7 +28,7 @@ def revive(tree: Any) -> Any:
     try:
         return _revived(tree, "description")
     except RecursionError:
-        raise InputError("description: it is nested too deeply") from None
+        raise InputError("it is nested too deeply", key="description") from None
 
 
 def revive_capture(description: Mapping[str, Any]) -> Capture:
@@ -39,9 +39,9 @@ def revive_capture(description: Mapping[str, Any]) -> Capture:
         if name in parts:
             parts[name] = judged(parts[name], kind, f"description.{name}")
         elif needed:
-            raise InputError(f"description: there is no {name!r}, which a capture needs")
+            raise InputError(f"there is no {name!r}, which a capture needs", key="description")
     if unknown := [name for name in parts if name not in kinds]:
-        raise InputError(f"description: a capture has no {ascii(unknown[0])[:40]}")
+        raise InputError(f"a capture has no {ascii(unknown[0])[:40]}", key="description")
     for name, most in (("tolerance", 1.0), ("frame_number", 2**31 - 1)):
         if not 0 <= parts.get(name, 0) <= most or parts.get("tolerance") == 0.0:
             raise InputError(f"description.{name}: {parts[name]:g} is none that a capture can have")
@@ -60,17 +60,17 @@ def _revived(tree: Any, place: str) -> Any:
 def _make(kind: Any, parts: Mapping[str, Any], place: str) -> Any:
     stage = _stages().get(kind) if isinstance(kind, str) else None
     if stage is None:
-        raise InputError(f"{place}: {ascii(kind)[:40]} is not a stage of this version of camsim")
+        raise InputError(f"{ascii(kind)[:40]} is not a stage of this version of camsim", stage=place)
     kinds = _parameters(stage)
     if unknown := [name for name in parts if name not in kinds]:
-        raise InputError(f"{place}: {kind} has no {ascii(unknown[0])[:40]}")
+        raise InputError(f"{kind} has no {ascii(unknown[0])[:40]}", stage=place)
     if missing := [name for name, (_, needed) in kinds.items() if needed and name not in parts]:
-        raise InputError(f"{place}: {kind} lacks {missing[0]!r}")
+        raise InputError(f"{kind} lacks {missing[0]!r}", stage=place)
     fitting = {name: judged(value, kinds[name][0], f"{place}.{name}") for name, value in parts.items()}
     try:
         return stage(**fitting)
     except CamsimError as error:
-        raise InputError(f"{place}: {error}") from None
+        raise InputError(f"{error}", stage=place) from None
 
 
 @functools.cache

@@ -41,11 +41,11 @@ def judged(value: Any, kind: Any, place: str) -> Any:
         if fitting:
             return judged(value, fitting[0], place)
     if not _may_be(value, kind):
-        raise InputError(f"{place}: must be {words(kind)}, not {_shown(value)}")
+        raise InputError(f"must be {words(kind)}, not {_shown(value)}", stage=place)
     if kind is float:
         return _number(value, place)
     if (kind is int and abs(value) >= _LARGEST_WHOLE) or (kind is str and len(value) > _LONGEST_TEXT):
-        raise InputError(f"{place}: {_shown(value)} is longer than anything that camsim writes")
+        raise InputError(f"{_shown(value)} is longer than anything that camsim writes", stage=place)
     if origin is tuple and get_args(kind)[-1:] != (...,):
         return tuple(judged(v, k, f"{place}.{i}") for i, (v, k) in enumerate(zip(value, get_args(kind), strict=True)))
     if origin in (tuple, Sequence):
@@ -93,7 +93,7 @@ def _may_be(value: Any, kind: Any) -> bool:
 def _number(value: float, place: str) -> float:
     if abs(value) <= _LARGEST:
         return float(value)
-    raise InputError(f"{place}: must be a number up to {_LARGEST:g}, not {_shown(value)}")
+    raise InputError(f"must be a number up to {_LARGEST:g}, not {_shown(value)}", stage=place)
 
 
 def _shown(value: Any) -> str:

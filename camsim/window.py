@@ -30,8 +30,9 @@ def grid_of(region: Region | None, *, frame: tuple[int, int], period: tuple[int,
     for name, first, count, most in (("rows", row, size[0], frame[0]), ("cols", col, size[1], frame[1])):
         if count < 1 or first < 0 or first + count > most:
             raise InvalidValueError(
-                f"region: {name} {first}..{first + count} lie outside the frame's 0..{most}; "
-                "make it smaller or move its origin"
+                f"{first}..{first + count} lie outside the frame's 0..{most}; make it smaller or move its origin",
+                key=name,
+                stage="Region",
             )
     return Grid(rows=size[0], cols=size[1], pitch_um=pitch_um, origin=(row, col), frame=frame)
 

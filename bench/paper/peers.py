@@ -105,8 +105,9 @@ def installed_peers() -> list[Peer]:
     found = [peer for peer in PEERS.values() if find_spec(peer.module) is not None]
     if not found:
         raise UnsupportedError(
-            f"--peers: none of {', '.join(peer.module for peer in PEERS.values())} is installed; "
-            "add them with: python -m pip install 'camsim-spectral[bench]'"
+            f"none of {', '.join(peer.module for peer in PEERS.values())} is installed; "
+            "add them with: python -m pip install 'camsim-spectral[bench]'",
+            key="--peers",
         )
     return found
 

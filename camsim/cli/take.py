@@ -102,9 +102,9 @@ def take(request: Request) -> None:
 def take_pairs(request: Request) -> None:
     """Take noisy and clean pictures with their truth; raises CamsimError for options that do not go together."""
     if request.pairs is None:
-        raise InvalidValueError("--levels is of --pairs: name a folder with --pairs FOLDER")
+        raise InvalidValueError("is of --pairs; name a folder with --pairs FOLDER", key="--levels")
     if request.outputs or request.frames != 1 or request.as_json:
-        raise InvalidValueError("--pairs names its files itself: leave out -o, --frames and --json")
+        raise InvalidValueError("names its files itself; leave out -o, --frames and --json", key="--pairs")
     from camsim.capturing import load
     from camsim.cli.pairs import check_folder, parse_levels, write_pairs
 

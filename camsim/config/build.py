@@ -27,6 +27,9 @@ Progress: TypeAlias = Callable[[str, float], None]
 # What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
 _ANY_SPECTRUM = 0.5
 
+# Lengths of a shape, which a file gives in the scene's unit.
+_LENGTHS: dict[str, KeyPath] = {f"{key}_um": (key,) for key in ("points", "width", "height", "centre", "radius")}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mount:
@@ -95,6 +98,7 @@ def light(scene: SceneDocument) -> Light | None:
             luminance_cd_per_m2=table.luminance_cd_per_m2,
             at=table.at,
         ),
+        keys={"spectrum": ("illuminant",) if curve is None else ("table",)},
     )
 
 
@@ -174,7 +178,8 @@ def _shape(scene: SceneDocument, path: KeyPath, unit_um: float) -> Polygon | Rec
         return make(unit_um)
     except InvalidValueError:
         # The numbers of a message are to be those of the file: its unit, not µm.
-        return scene.build(path, lambda: make(1.0)) and scene.build(path, lambda: make(unit_um))
+        in_its_unit = scene.build(path, lambda: make(1.0), keys=_LENGTHS)
+        return in_its_unit and scene.build(path, lambda: make(unit_um), keys=_LENGTHS)
 
 
 def _spectrum(scene: SceneDocument, path: KeyPath, *, names: bool = True) -> Spectrum | None:

@@ -48,11 +48,11 @@ class Record:
     def __post_init__(self) -> None:
         check_products((self.product,))
         if not self.channels or not self.cfa_pattern or len({len(row) for row in (*self.cfa_pattern, "")} - {0}) != 1:
-            raise InvalidValueError("channels and cfa_pattern: give one letter for each filter, in rows of one length")
+            raise InvalidValueError("give one letter for each filter, in rows of one length", key="cfa_pattern")
         if len({len(row) for row in (*self.black_offsets_dn, ())} - {0}) != 1:
-            raise InvalidValueError("black_offsets_dn: give rows of one length")
+            raise InvalidValueError("give rows of one length", key="black_offsets_dn")
         if self.white_level_dn <= self.black_level_dn or self.electrons_per_dn <= 0.0:
-            raise InvalidValueError("white_level_dn must be above black_level_dn, and electrons_per_dn above 0")
+            raise InvalidValueError("must be above black_level_dn, and electrons_per_dn above 0", key="white_level_dn")
 
     def as_dict(self) -> dict[str, Any]:
         """Return the record as it was written."""

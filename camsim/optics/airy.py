@@ -63,7 +63,7 @@ class Airy:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""

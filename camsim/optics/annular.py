@@ -44,10 +44,11 @@ class AnnularAiry:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
         if not 0.0 <= self.obstruction <= LARGEST_OBSTRUCTION:
             raise InvalidValueError(
-                f"obstruction: {self.obstruction!r} is outside 0 … {LARGEST_OBSTRUCTION} (a fraction of the diameter)"
+                f"{self.obstruction!r} is outside 0 … {LARGEST_OBSTRUCTION} (a fraction of the diameter)",
+                key="obstruction",
             )
 
     def blur_um(self, wavelength_nm: float) -> float:

@@ -38,9 +38,9 @@ class Gaussian:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.sigma_um) and self.sigma_um > 0):
-            raise InvalidValueError(f"sigma_um: {self.sigma_um!r} is not a standard deviation; give µm above 0")
+            raise InvalidValueError(f"{self.sigma_um!r} is not a standard deviation; give µm above 0", key="sigma_um")
         if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
 
     @classmethod
     def from_mtf50(cls, mtf50_per_um: float) -> Gaussian:
@@ -108,11 +108,12 @@ class EllipticalGaussian:
         (xx, xy), (yx, yy) = self.covariance_um2
         if not all(math.isfinite(value) for value in (xx, xy, yx, yy)) or xy != yx or xx <= 0 or xx * yy <= xy * xy:
             raise InvalidValueError(
-                f"covariance_um2: {self.covariance_um2!r} is not a covariance; give ((xx, xy), (xy, yy)) in µm² with "
-                "xx and yy above 0 and xy² below xx·yy"
+                f"{self.covariance_um2!r} is not a covariance; give ((xx, xy), (xy, yy)) in µm² with "
+                "xx and yy above 0 and xy² below xx·yy",
+                key="covariance_um2",
             )
         if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
 
     @classmethod
     def from_axes(
@@ -127,9 +128,9 @@ class EllipticalGaussian:
         """Return the Gaussian with standard deviations along two axes, the first turned clockwise from x."""
         for name, sigma in (("sigma_um", sigma_um), ("sigma_across_um", sigma_across_um)):
             if not (math.isfinite(sigma) and sigma > 0):
-                raise InvalidValueError(f"{name}: {sigma!r} is not a standard deviation; give µm above 0")
+                raise InvalidValueError(f"{sigma!r} is not a standard deviation; give µm above 0", key=name)
         if not math.isfinite(rotate_deg):
-            raise InvalidValueError(f"rotate_deg: {rotate_deg!r} is not finite; give ordinary numbers")
+            raise InvalidValueError(f"{rotate_deg!r} is not finite; give ordinary numbers", key="rotate_deg")
         cos, sin = math.cos(math.radians(rotate_deg)), math.sin(math.radians(rotate_deg))
         a, b = sigma_um**2, sigma_across_um**2
         across = (a - b) * cos * sin

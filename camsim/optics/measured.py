@@ -54,19 +54,19 @@ class MeasuredPsf:
         rows = tuple(tuple(float(value) for value in row) for row in self.irradiance)
         object.__setattr__(self, "irradiance", rows)
         if not rows or not rows[0] or any(len(row) != len(rows[0]) for row in rows):
-            raise InvalidValueError("irradiance: the rows are not all equally long; give a rectangle of samples")
+            raise InvalidValueError("the rows are not all equally long; give a rectangle of samples", key="irradiance")
         if max(len(rows), len(rows[0])) > MOST_SAMPLES:
             raise InvalidValueError(
-                f"irradiance: {len(rows)} × {len(rows[0])} samples; give at most {MOST_SAMPLES} along a side"
+                f"{len(rows)} × {len(rows[0])} samples; give at most {MOST_SAMPLES} along a side", key="irradiance"
             )
         if not all(math.isfinite(value) for row in rows for value in row):
-            raise InvalidValueError("irradiance: not all samples are finite; give ordinary numbers")
+            raise InvalidValueError("not all samples are finite; give ordinary numbers", key="irradiance")
         if not sum(value for row in rows for value in row) > 0.0:
-            raise InvalidValueError("irradiance: the samples add up to no light; give some above 0")
+            raise InvalidValueError("the samples add up to no light; give some above 0", key="irradiance")
         if not (math.isfinite(self.spacing_um) and self.spacing_um > 0):
-            raise InvalidValueError(f"spacing_um: {self.spacing_um!r} is not a distance; give µm above 0")
+            raise InvalidValueError(f"{self.spacing_um!r} is not a distance; give µm above 0", key="spacing_um")
         if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
 
     @classmethod
     def from_otf(
@@ -85,21 +85,26 @@ class MeasuredPsf:
         """
         array = np.asarray(values)
         if array.ndim != 2 or array.shape[0] != array.shape[1] or array.shape[0] % 2 == 0:
-            raise InvalidValueError(f"values: a table of {array.shape}; give as many rows as columns, an odd number")
+            raise InvalidValueError(
+                f"a table of {array.shape}; give as many rows as columns, an odd number", key="values"
+            )
         if not np.isfinite(array).all():
-            raise InvalidValueError("values: not all of them are finite; give ordinary numbers")
+            raise InvalidValueError("not all of them are finite; give ordinary numbers", key="values")
         if not (math.isfinite(spacing_per_um) and spacing_per_um > 0):
-            raise InvalidValueError(f"spacing_per_um: {spacing_per_um!r} is no step; give cycles/µm above 0")
+            raise InvalidValueError(f"{spacing_per_um!r} is no step; give cycles/µm above 0", key="spacing_per_um")
         half = array.shape[0] // 2
         if not array[half, half].real > 0.0:
-            raise InvalidValueError("values: the middle, where the frequency is 0, is not above 0")
+            raise InvalidValueError("the middle, where the frequency is 0, is not above 0", key="values")
         array = array / array[half, half].real
         if np.abs(array - array[::-1, ::-1].conj()).max() > 1e-6:
-            raise InvalidValueError("values: opposite frequencies are not conjugate; no pattern has such a transfer")
+            raise InvalidValueError(
+                "opposite frequencies are not conjugate; no pattern has such a transfer", key="values"
+            )
         place = np.abs(np.arange(-half, half + 1)) > 2.0 * PASSES * half
         if max(np.abs(array[place]).max(), np.abs(array[:, place]).max()) > 0.01:
             raise InvalidValueError(
-                "values: the transfer has not died away in the outer fifth of the table; measure to higher frequencies"
+                "the transfer has not died away in the outer fifth of the table; measure to higher frequencies",
+                key="values",
             )
         pattern = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(array)).real)
         return cls(

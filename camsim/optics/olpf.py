@@ -40,14 +40,15 @@ class FourSpotOlpf:
         for name, split in (("split_um", self.split_um), ("split_y_um", self.split_down_um)):
             if not (math.isfinite(split) and split >= 0):
                 raise InvalidValueError(
-                    f"{name}: {split!r} is not a distance between spots; give µm above 0, or 0 for no split along it"
+                    f"{split!r} is not a distance between spots; give µm above 0, or 0 for no split along it", key=name
                 )
         if self.split_um == 0.0 and self.split_down_um == 0.0:
             raise InvalidValueError(
-                f"split_um: {self.split_um!r} is not a distance between spots; give µm above 0, or leave the OLPF out"
+                f"{self.split_um!r} is not a distance between spots; give µm above 0, or leave the OLPF out",
+                key="split_um",
             )
         if not math.isfinite(self.rotate_deg):
-            raise InvalidValueError(f"rotate_deg: {self.rotate_deg!r} is not finite; give ordinary numbers")
+            raise InvalidValueError(f"{self.rotate_deg!r} is not finite; give ordinary numbers", key="rotate_deg")
 
     @property
     def split_down_um(self) -> float:

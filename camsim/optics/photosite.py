@@ -17,7 +17,7 @@ from camsim.errors import InvalidValueError
 def check_side(name: str, value: float, least: str = "above 0") -> None:
     """Refuse a length that no photosite has; ``least``: "above 0", or "0 or above" where a point may be meant."""
     if not (math.isfinite(value) and (value > 0 or (value == 0 and least != "above 0"))):
-        raise InvalidValueError(f"{name}: {value!r} is not the side of a photosite; give µm, {least}")
+        raise InvalidValueError(f"{value!r} is not the side of a photosite; give µm, {least}", key=name)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,7 +41,7 @@ class SquarePhotosite:
         """Return the square whose area is ``fill_factor`` (0..1) of the pitch squared."""
         if not 0.0 < fill_factor <= 1.0:
             raise InvalidValueError(
-                f"fill_factor: {fill_factor!r} is outside 0..1 (a fraction of the pitch's area; 0.6 means 60 %)"
+                f"{fill_factor!r} is outside 0..1 (a fraction of the pitch's area; 0.6 means 60 %)", key="fill_factor"
             )
         return cls(side_um=pitch_um * math.sqrt(fill_factor))
 
@@ -162,7 +162,7 @@ class RoundedPhotosite:
         most = 0.5 * min(self.width_um, self.height_um)
         if not 0.0 <= self.radius_um <= most:
             raise InvalidValueError(
-                f"radius_um: {self.radius_um!r} is outside 0 … {most:g} µm, half the photosite's shorter side"
+                f"{self.radius_um!r} is outside 0 … {most:g} µm, half the photosite's shorter side", key="radius_um"
             )
 
     @property
@@ -217,17 +217,20 @@ class PolygonPhotosite:
     def __post_init__(self) -> None:
         points = tuple((float(x), float(y)) for x, y in self.points_um)
         if any(not math.isfinite(value) for point in points for value in point):
-            raise InvalidValueError("points_um: not all of them are finite; give ordinary numbers in µm")
+            raise InvalidValueError("not all of them are finite; give ordinary numbers in µm", key="points_um")
         if len(set(points)) < 3:
-            raise InvalidValueError(f"points_um: {len(set(points))} different points make no polygon; give at least 3")
+            raise InvalidValueError(
+                f"{len(set(points))} different points make no polygon; give at least 3", key="points_um"
+            )
         crossing = _crossing(np.array(points))
         if crossing is not None:
             raise InvalidValueError(
-                f"points_um: sides {crossing[0]} and {crossing[1]} cross; list the corners in order round the shape"
+                f"sides {crossing[0]} and {crossing[1]} cross; list the corners in order round the shape",
+                key="points_um",
             )
         object.__setattr__(self, "points_um", points)
         if abs(_doubled_area(np.array(points))) < 1e-12 * max(abs(v) for p in points for v in p) ** 2:
-            raise InvalidValueError("points_um: the polygon has no area; give corners that are not on one line")
+            raise InvalidValueError("the polygon has no area; give corners that are not on one line", key="points_um")
 
     @property
     def half_extent_um(self) -> tuple[float, float]:

@@ -42,17 +42,20 @@ class Pupil:
 
     def __post_init__(self) -> None:
         if self.shape not in ("circular", "square", "bladed"):
-            raise InvalidValueError(f"shape: {self.shape!r} is not a pupil; give circular, square or bladed")
+            raise InvalidValueError(f"{self.shape!r} is not a pupil; give circular, square or bladed", key="shape")
         if self.shape == "bladed" and not 3 <= self.blades <= MOST_BLADES:
-            raise InvalidValueError(f"blades: {self.blades!r} make no iris; give 3 to {MOST_BLADES}")
+            raise InvalidValueError(f"{self.blades!r} make no iris; give 3 to {MOST_BLADES}", key="blades")
         if self.shape != "bladed" and self.blades:
-            raise InvalidValueError(f"blades: a {self.shape} pupil has none; leave them out, or make the shape bladed")
+            raise InvalidValueError(
+                f"a {self.shape} pupil has none; leave them out, or make the shape bladed", key="blades"
+            )
         if not math.isfinite(self.rotate_deg):
-            raise InvalidValueError(f"rotate_deg: {self.rotate_deg!r} is not finite; give ordinary numbers")
+            raise InvalidValueError(f"{self.rotate_deg!r} is not finite; give ordinary numbers", key="rotate_deg")
         most = 0.95 * self.inner_radius
         if not 0.0 <= self.obstruction <= most:
             raise InvalidValueError(
-                f"obstruction: {self.obstruction!r} is outside 0 … {most:.3g}, what leaves an opening of this shape"
+                f"{self.obstruction!r} is outside 0 … {most:.3g}, what leaves an opening of this shape",
+                key="obstruction",
             )
 
     @property

@@ -53,24 +53,25 @@ class RadialOtf:
         frequency, values = self.freq_per_um, self.values
         if len(frequency) != len(values):
             raise InvalidValueError(
-                f"values: there are {len(values)} for {len(frequency)} frequencies; every point has one of each"
+                f"there are {len(values)} for {len(frequency)} frequencies; every point has one of each", key="values"
             )
         if len(values) < 3:
-            raise InvalidValueError(f"values: {len(values)} points make no curve; give at least 3")
+            raise InvalidValueError(f"{len(values)} points make no curve; give at least 3", key="values")
         if not all(math.isfinite(v) for v in (*frequency, *values)):
-            raise InvalidValueError("values: not all points are finite; give ordinary numbers")
+            raise InvalidValueError("not all points are finite; give ordinary numbers", key="values")
         if frequency[0] != 0.0 or any(after <= before for before, after in pairwise(frequency)):
-            raise InvalidValueError("freq_per_um: must start at 0 and increase, each frequency given once")
+            raise InvalidValueError("must start at 0 and increase, each frequency given once", key="freq_per_um")
         if values[0] != 1.0:
-            raise InvalidValueError(f"values: the first is {values[0]!r}; a lens passes 1 at frequency 0")
+            raise InvalidValueError(f"the first is {values[0]!r}; a lens passes 1 at frequency 0", key="values")
         if values[-1] != 0.0:
             raise InvalidValueError(
-                f"values: the last is {values[-1]!r}; go on to the frequency where nothing passes, and give 0 there"
+                f"the last is {values[-1]!r}; go on to the frequency where nothing passes, and give 0 there",
+                key="values",
             )
         if max(abs(v) for v in values) > 1.0:
-            raise InvalidValueError("values: a lens amplifies no frequency; give −1 to 1")
+            raise InvalidValueError("a lens amplifies no frequency; give −1 to 1", key="values")
         if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
 
     def pattern(self) -> Pattern:
         """What the boundary engine knows of it."""

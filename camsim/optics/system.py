@@ -49,24 +49,24 @@ class OpticalSystem:
         for stage in stages:
             if not callable(getattr(stage, "otf", None)):
                 raise UnsupportedError(
-                    f"optics: {type(stage).__name__} has no otf(fx_per_um, fy_per_um, wavelength_nm); "
-                    "a stage needs that much"
+                    f"{type(stage).__name__} has no otf(fx_per_um, fy_per_um, wavelength_nm); a stage needs that much",
+                    key="optics",
                 )
             place = getattr(stage, "place", None)
             if place is not None and place not in PLACES:
                 raise UnsupportedError(
-                    f"optics: {type(stage).__name__}.place is {place!r}; it is one of {', '.join(PLACES)}"
+                    f"{type(stage).__name__}.place is {place!r}; it is one of {', '.join(PLACES)}", key="optics"
                 )
             if place is None or not isinstance(stage, PLACES[place]):
                 more.append(stage)
                 continue
             if place in places:
-                raise UnsupportedError(f"optics: two stages for the {place}; give one")
+                raise UnsupportedError(f"two stages for the {place}; give one", key="optics")
             places[place] = stage
         if "lens" not in places and more:
             places["lens"] = more.pop(0)
         if "lens" not in places:
-            raise UnsupportedError("optics: no lens; add camsim.Airy(f_number=…)")
+            raise UnsupportedError("no lens; add camsim.Airy(f_number=…)", key="optics")
         return cls(**places, more=tuple(more))
 
     @property
@@ -140,8 +140,9 @@ def _cutoff(lens: OpticalStage, wavelength_nm: float) -> float:
     high = HIGHEST_PER_UM
     if passes(np.array([high])):
         raise UnsupportedError(
-            f"optics: the transfer of {type(lens).__name__} does not end by {high:g} cycles/µm; "
-            "give the stage a cutoff_per_um(wavelength_nm), or put a lens before it"
+            f"the transfer of {type(lens).__name__} does not end by {high:g} cycles/µm; "
+            "give the stage a cutoff_per_um(wavelength_nm), or put a lens before it",
+            key="optics",
         )
     while high > 1.0 / HIGHEST_PER_UM and not passes(np.linspace(0.5 * high, high, 64)):
         high *= 0.5

@@ -59,24 +59,24 @@ class Wavefront:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
         if not (math.isfinite(self.reference_nm) and self.reference_nm > 0):
-            raise InvalidValueError(f"reference_nm: {self.reference_nm!r} is not a wavelength; give nm above 0")
+            raise InvalidValueError(f"{self.reference_nm!r} is not a wavelength; give nm above 0", key="reference_nm")
         if not math.isfinite(self.defocus_um):
-            raise InvalidValueError(f"defocus_um: {self.defocus_um!r} is not finite; give ordinary numbers in µm")
+            raise InvalidValueError(f"{self.defocus_um!r} is not finite; give ordinary numbers in µm", key="defocus_um")
         pairs = tuple((int(j), float(c)) for j, c in self.zernike_waves)
         object.__setattr__(self, "zernike_waves", pairs)
         for index, waves in pairs:
             if not 0 <= index <= LARGEST_INDEX:
                 raise InvalidValueError(
-                    f"zernike_waves: index {index} is outside 0 … {LARGEST_INDEX} (OSA/ANSI, up to order 20)"
+                    f"index {index} is outside 0 … {LARGEST_INDEX} (OSA/ANSI, up to order 20)", key="zernike_waves"
                 )
             if not (math.isfinite(waves) and abs(waves) <= MOST_WAVES):
                 raise InvalidValueError(
-                    f"zernike_waves: {waves!r} waves of index {index}; give finite numbers up to {MOST_WAVES:g}"
+                    f"{waves!r} waves of index {index}; give finite numbers up to {MOST_WAVES:g}", key="zernike_waves"
                 )
         if len({index for index, _ in pairs}) < len(pairs):
-            raise InvalidValueError("zernike_waves: an index is given twice; add the two up")
+            raise InvalidValueError("an index is given twice; add the two up", key="zernike_waves")
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The length of the pattern without aberrations, µm: λN."""
@@ -198,8 +198,9 @@ class Wavefront:
             angular = math.ceil(1.06 * turns + 64.0) + round_about
         if radial * angular * self.pupil.sides > MOST_NODES:
             raise UnsupportedError(
-                f"zernike_waves: this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
-                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene"
+                f"this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
+                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene",
+                key="zernike_waves",
             )
         return self.pupil.rule(radial, angular)
 
@@ -235,8 +236,9 @@ class Wavefront:
                 return along, round_about
             points *= 2
         raise UnsupportedError(
-            f"zernike_waves: the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
-            f"({MOST_POINTS} points do not follow it); give smaller coefficients"
+            f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
+            f"({MOST_POINTS} points do not follow it); give smaller coefficients",
+            key="zernike_waves",
         )
 
     def _phase_factor(self, x: F64, y: F64, wavelength_nm: float) -> C128:

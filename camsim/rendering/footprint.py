@@ -48,12 +48,14 @@ class Footprint:
         """Measure the system's footprint in pitches; a 9-point Gauss rule is exact for every moment used."""
         if not isinstance(system.photosite, Rectangular):
             raise UnsupportedError(
-                f"photosite: the boundary engine knows rectangles, not {type(system.photosite).__name__}; use fourier"
+                f"the boundary engine knows rectangles, not {type(system.photosite).__name__}; use fourier",
+                key="photosite",
             )
         if system.more:
             raise UnsupportedError(
-                f"optics: the boundary engine takes a lens, an OLPF and a photosite, not "
-                f"{type(system.more[0]).__name__} besides; use fourier"
+                f"the boundary engine takes a lens, an OLPF and a photosite, not "
+                f"{type(system.more[0]).__name__} besides; use fourier",
+                key="optics",
             )
         width, height = (side / pitch_um for side in system.photosite.sides_um)
         spots = system.spots_um() / pitch_um

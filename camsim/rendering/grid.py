@@ -30,9 +30,9 @@ class Grid:
     def __post_init__(self) -> None:
         for name, count in (("rows", self.rows), ("cols", self.cols)):
             if count < 1:
-                raise InvalidValueError(f"{name}: {count!r} photosites make no grid; give 1 or more")
+                raise InvalidValueError(f"{count!r} photosites make no grid; give 1 or more", key=name)
         if not (math.isfinite(self.pitch_um) and self.pitch_um > 0):
-            raise InvalidValueError(f"pitch_um: {self.pitch_um!r} is not a pitch; give µm above 0")
+            raise InvalidValueError(f"{self.pitch_um!r} is not a pitch; give µm above 0", key="pitch_um")
 
     @property
     def first_centre(self) -> tuple[float, float]:

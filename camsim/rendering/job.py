@@ -214,7 +214,8 @@ def _paired(edges: Edges) -> _Paired:
 def _pattern_of(lens: OpticalStage) -> Pattern:
     if not isinstance(lens, RoundLens):
         raise UnsupportedError(
-            "lens: the boundary engine knows Airy, AnnularAiry, Gaussian, RadialOtf and what tells its pattern, not "
-            f"{type(lens).__name__}; use fourier"
+            "the boundary engine knows Airy, AnnularAiry, Gaussian, RadialOtf and what tells its pattern, not "
+            f"{type(lens).__name__}; use fourier",
+            key="lens",
         )
     return lens.pattern()

@@ -174,8 +174,9 @@ def _refuse(found: Found, choice: Choice) -> None:
         else "use method boundary, or allow more"
     )
     raise AccuracyError(
-        f"render: photosite [{row}, {col}] is off by {found.error:.2g}, and the tolerance is {tolerance:g} "
-        f"(method {choice.method}, the worst of {found.photosites} photosites recomputed); {way_out}"
+        f"photosite [{row}, {col}] is off by {found.error:.2g}, and the tolerance is {tolerance:g} "
+        f"(method {choice.method}, the worst of {found.photosites} photosites recomputed); {way_out}",
+        stage="render",
     )
 
 

@@ -24,23 +24,23 @@ def check_reflectance(reflectance: Spectrum, name: str = "reflectance") -> None:
     values = reflectance.values if isinstance(reflectance, Curve) else (reflectance,)
     for value in values:
         if not (math.isfinite(value) and value >= 0.0):
-            raise InvalidValueError(f"{name}: {value!r} is not a reflectance; give finite numbers, 0 or above")
+            raise InvalidValueError(f"{value!r} is not a reflectance; give finite numbers, 0 or above", key=name)
 
 
 def check_finite(name: str, values: Iterable[float]) -> None:
     """Refuse NaN and infinity by name and value."""
     for value in values:
         if not math.isfinite(value):
-            raise InvalidValueError(f"{name}: {value!r} is not finite; give ordinary numbers")
+            raise InvalidValueError(f"{value!r} is not finite; give ordinary numbers", key=name)
 
 
 def check_place(name: str, values: Iterable[float]) -> None:
     """Refuse coordinates that are no numbers, or that arithmetic could not follow."""
     for value in values:
         if not math.isfinite(value):
-            raise InvalidValueError(f"{name}: {value!r} is not finite; give ordinary numbers in µm")
+            raise InvalidValueError(f"{value!r} is not finite; give ordinary numbers in µm", key=name)
         if abs(value) > FARTHEST_UM:
-            raise InvalidValueError(f"{name}: {value!r} lies farther out than {FARTHEST_UM:g} µm; give less")
+            raise InvalidValueError(f"{value!r} lies farther out than {FARTHEST_UM:g} µm; give less", key=name)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +52,7 @@ class Polygon:
     >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    camsim.errors.InvalidValueError: points: the outline crosses itself at (1, 1); list ...
+    camsim.errors.InvalidValueError: points_um: the outline crosses itself at (1, 1); list ...
     """
 
     points_um: tuple[Point, ...]
@@ -62,14 +62,17 @@ class Polygon:
         points = tuple((float(x), float(y)) for x, y in self.points_um)
         object.__setattr__(self, "points_um", points)
         check_reflectance(self.reflectance)
-        check_place("points", (v for point in points for v in point))
+        check_place("points_um", (v for point in points for v in point))
         if len(set(points)) < 3:
-            raise InvalidValueError(f"points: {len(set(points))} different points make no polygon; give at least 3")
+            raise InvalidValueError(
+                f"{len(set(points))} different points make no polygon; give at least 3", key="points_um"
+            )
         crossing = _self_crossing(points)
         if crossing is not None:
             raise InvalidValueError(
-                f"points: the outline crosses itself at ({crossing[0]:.6g}, {crossing[1]:.6g}); "
-                "list the corners in order round the shape"
+                f"the outline crosses itself at ({crossing[0]:.6g}, {crossing[1]:.6g}); "
+                "list the corners in order round the shape",
+                key="points_um",
             )
 
     @property
@@ -101,11 +104,11 @@ class Rectangle:
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre_um", (float(self.centre_um[0]), float(self.centre_um[1])))
         check_reflectance(self.reflectance)
-        check_place("centre", self.centre_um)
+        check_place("centre_um", self.centre_um)
         check_finite("rotate_deg", (self.rotate_deg,))
-        for name, side in (("width", self.width_um), ("height", self.height_um)):
+        for name, side in (("width_um", self.width_um), ("height_um", self.height_um)):
             if not (math.isfinite(side) and side > 0):
-                raise InvalidValueError(f"{name}: {side!r} is not a side; give a finite number above 0")
+                raise InvalidValueError(f"{side!r} is not a side; give a finite number above 0", key=name)
             check_place(name, (side,))
 
     @property
@@ -141,10 +144,12 @@ class Disc:
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre_um", (float(self.centre_um[0]), float(self.centre_um[1])))
         check_reflectance(self.reflectance)
-        check_place("centre", self.centre_um)
+        check_place("centre_um", self.centre_um)
         if not (math.isfinite(self.radius_um) and self.radius_um > 0):
-            raise InvalidValueError(f"radius: {self.radius_um!r} is not a radius; give a finite number above 0")
-        check_place("radius", (self.radius_um,))
+            raise InvalidValueError(
+                f"{self.radius_um!r} is not a radius; give a finite number above 0", key="radius_um"
+            )
+        check_place("radius_um", (self.radius_um,))
 
     @property
     def circle_um(self) -> tuple[float, float, float]:

@@ -37,24 +37,32 @@ class Adc:
 
     def __post_init__(self) -> None:
         if not 1 <= self.bit_depth <= 16:
-            raise InvalidValueError(f"adc: bit_depth {self.bit_depth}; must be 1..16")
+            raise InvalidValueError(f"{self.bit_depth}; must be 1..16", key="bit_depth", stage="Adc")
         if not 0 <= self.black_level_dn < self.largest_dn:
             raise InvalidValueError(
-                f"adc: black_level_dn {self.black_level_dn}; must be 0..{self.largest_dn - 1}, "
-                f"below the largest code of {self.bit_depth} bits"
+                f"{self.black_level_dn}; must be 0..{self.largest_dn - 1}, "
+                f"below the largest code of {self.bit_depth} bits",
+                key="black_level_dn",
+                stage="Adc",
             )
         if not (math.isfinite(self.electrons_per_dn) and self.electrons_per_dn > 0.0):
-            raise InvalidValueError(f"adc: electrons_per_dn {self.electrons_per_dn}; must be above 0 and finite")
+            raise InvalidValueError(
+                f"{self.electrons_per_dn}; must be above 0 and finite", key="electrons_per_dn", stage="Adc"
+            )
         if not (math.isfinite(self.base_iso) and self.base_iso > 0.0):
-            raise InvalidValueError(f"adc: base_iso {self.base_iso}; must be above 0 and finite")
+            raise InvalidValueError(f"{self.base_iso}; must be above 0 and finite", key="base_iso", stage="Adc")
         object.__setattr__(self, "black_offsets_dn", tuple(tuple(row) for row in self.black_offsets_dn))
         offsets = [offset for row in self.black_offsets_dn for offset in row]
         if not offsets or len({len(row) for row in self.black_offsets_dn}) > 1:
-            raise InvalidValueError("adc: black_offsets_dn; give rows of equal length, such as [[0, 2], [1, -1]]")
+            raise InvalidValueError(
+                "give rows of equal length, such as [[0, 2], [1, -1]]", key="black_offsets_dn", stage="Adc"
+            )
         if not all(0 <= self.black_level_dn + offset < self.largest_dn for offset in offsets):
             raise InvalidValueError(
-                f"adc: black_offsets_dn {min(offsets)}..{max(offsets)} lead from a black level of "
-                f"{self.black_level_dn} beyond 0..{self.largest_dn - 1}"
+                f"{min(offsets)}..{max(offsets)} lead from a black level of "
+                f"{self.black_level_dn} beyond 0..{self.largest_dn - 1}",
+                key="black_offsets_dn",
+                stage="Adc",
             )
 
     @property

@@ -48,19 +48,27 @@ class Cfa:
     def __post_init__(self) -> None:
         object.__setattr__(self, "pattern", tuple(self.pattern))
         if not self.pattern or not self.pattern[0]:
-            raise InvalidValueError("cfa: the pattern is empty; give one string of letters per row, such as RG, GB")
+            raise InvalidValueError(
+                "the pattern is empty; give one string of letters per row, such as RG, GB", key="pattern", stage="Cfa"
+            )
         widths = {len(row) for row in self.pattern}
         if len(widths) > 1:
-            raise InvalidValueError(f"cfa: rows of {sorted(widths)} letters; all rows of a pattern are equally long")
+            raise InvalidValueError(
+                f"rows of {sorted(widths)} letters; all rows of a pattern are equally long", key="pattern", stage="Cfa"
+            )
         strange = sorted({c for row in self.pattern for c in row if not c.isalpha()})
         if strange:
-            raise InvalidValueError(f"cfa: {', '.join(map(repr, strange))} in the pattern; only letters name channels")
+            raise InvalidValueError(
+                f"{', '.join(map(repr, strange))} in the pattern; only letters name channels",
+                key="pattern",
+                stage="Cfa",
+            )
 
     @classmethod
     def bayer(cls, pattern: str = "RGGB") -> Cfa:
         """Return a Bayer array from the letters of (0,0) (0,1) (1,0) (1,1)."""
         if pattern not in BAYER:
-            raise InvalidValueError(f"cfa: Bayer pattern {pattern!r}; must be one of {', '.join(BAYER)}")
+            raise InvalidValueError(f"{pattern!r}; must be one of {', '.join(BAYER)}", key="pattern", stage="Cfa")
         return cls((pattern[:2], pattern[2:]))
 
     @classmethod
@@ -71,7 +79,7 @@ class Cfa:
         ('RRGG', 'RRGG', 'GGBB', 'GGBB')
         """
         if not 1 <= group <= 16:
-            raise InvalidValueError(f"cfa: group {group}; must be 1..16 photosites")
+            raise InvalidValueError(f"{group}; must be 1..16 photosites", key="group", stage="Cfa")
         return cls(tuple("".join(c * group for c in row) for row in cls.bayer(pattern).pattern for _ in range(group)))
 
     @classmethod

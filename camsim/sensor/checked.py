@@ -18,21 +18,23 @@ def check_number(stage: str, key: str, value: float, largest: float = math.inf) 
             allowed = "a fraction in 0..1 (0.01 means 1 %)"
         else:
             allowed = f"0..{largest:g}"
-        raise InvalidValueError(f"{stage}: {key} {value}; must be {allowed}, and finite")
+        raise InvalidValueError(f"{value}; must be {allowed}, and finite", key=key, stage=stage)
 
 
 def check_positive(stage: str, key: str, value: float) -> None:
     """Refuse a number that is 0, below 0 or not finite."""
     check_number(stage, key, value)
     if value == 0.0:
-        raise InvalidValueError(f"{stage}: {key} 0; must be above 0")
+        raise InvalidValueError("0; must be above 0", key=key, stage=stage)
 
 
 def check_temperature(stage: str, key: str, temperature_c: float) -> None:
     """Refuse a temperature that does not exist, or that no silicon survives."""
     if temperature_c < ABSOLUTE_ZERO_C:
         raise InvalidValueError(
-            f"{stage}: {key} {temperature_c}; is below absolute zero, {ABSOLUTE_ZERO_C} °C (this is not in kelvin)"
+            f"{temperature_c}; is below absolute zero, {ABSOLUTE_ZERO_C} °C (this is not in kelvin)",
+            key=key,
+            stage=stage,
         )
     if not temperature_c <= 1000.0:
-        raise InvalidValueError(f"{stage}: {key} {temperature_c}; must be {ABSOLUTE_ZERO_C}..1000 °C")
+        raise InvalidValueError(f"{temperature_c}; must be {ABSOLUTE_ZERO_C}..1000 °C", key=key, stage=stage)

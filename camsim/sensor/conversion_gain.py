@@ -26,8 +26,8 @@ class DualGain:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.from_iso) and self.from_iso > 0.0):
-            raise InvalidValueError(f"dual_gain: from_iso {self.from_iso}; must be above 0 and finite")
+            raise InvalidValueError(f"{self.from_iso}; must be above 0 and finite", key="from_iso", stage="DualGain")
         if self.capacity_e is not None:
-            check_positive("dual_gain", "capacity_e", self.capacity_e)
+            check_positive("DualGain", "capacity_e", self.capacity_e)
         if self.read_noise_e is not None:
-            check_number("dual_gain", "read_noise_e", self.read_noise_e)
+            check_number("DualGain", "read_noise_e", self.read_noise_e)

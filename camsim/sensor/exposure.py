@@ -41,16 +41,20 @@ class Exposure:
         if self.time_s != "auto" and not (
             isinstance(self.time_s, (int, float)) and math.isfinite(self.time_s) and self.time_s > 0.0
         ):
-            raise InvalidValueError(f"exposure: time_s {self.time_s}; must be above 0 and finite, or 'auto'")
+            raise InvalidValueError(
+                f"{self.time_s}; must be above 0 and finite, or 'auto'", key="time_s", stage="Exposure"
+            )
         if not LEAST_ISO <= self.iso <= MOST_ISO:
-            raise InvalidValueError(f"exposure: iso {self.iso:g}; must be {LEAST_ISO:g} … {MOST_ISO:g}")
+            raise InvalidValueError(f"{self.iso:g}; must be {LEAST_ISO:g} … {MOST_ISO:g}", key="iso", stage="Exposure")
         if self.temperature_c is not None:
-            check_temperature("exposure", "temperature_c", self.temperature_c)
+            check_temperature("Exposure", "temperature_c", self.temperature_c)
         try:
             datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")
         except ValueError:
             raise InvalidValueError(
-                f"exposure: datetime {self.datetime!r}; must be a date and time such as '2000-01-31 23:59:59'"
+                f"{self.datetime!r}; must be a date and time such as '2000-01-31 23:59:59'",
+                key="datetime",
+                stage="Exposure",
             ) from None
 
 
@@ -117,5 +121,7 @@ def auto_time_s(diffuser_e_per_s: F64, *, saturation_e: float) -> float:
     """
     brightest = float(np.max(diffuser_e_per_s))
     if not brightest > 0.0:
-        raise InvalidValueError("exposure: time_s auto, but no channel of the sensor responds to this light")
+        raise InvalidValueError(
+            "auto, but no channel of the sensor responds to this light", key="time_s", stage="Exposure"
+        )
     return AUTO_LEVEL * saturation_e / brightest

@@ -28,7 +28,7 @@ class Cos4Falloff:
     exit_pupil_mm: float
 
     def __post_init__(self) -> None:
-        check_positive("falloff", "exit_pupil_mm", self.exit_pupil_mm)
+        check_positive("Cos4Falloff", "exit_pupil_mm", self.exit_pupil_mm)
 
     def relative(self, radius_mm: F64) -> F64:
         """Return the light at a distance from the axis, relative to that on the axis."""
@@ -53,16 +53,22 @@ class RadialFalloff:
         object.__setattr__(self, "values", tuple(float(v) for v in self.values))
         if len(self.radius_mm) != len(self.values) or len(self.values) < 2:
             raise InvalidValueError(
-                f"falloff: {len(self.radius_mm)} radius_mm and {len(self.values)} values; give two or more of each"
+                f"{len(self.values)} for {len(self.radius_mm)} of radius_mm; give two or more of each",
+                key="values",
+                stage="RadialFalloff",
             )
         for radius in self.radius_mm:
-            check_number("falloff", "radius_mm", radius)
+            check_number("RadialFalloff", "radius_mm", radius)
         if self.radius_mm[0] != 0.0 or any(after <= before for before, after in pairwise(self.radius_mm)):
-            raise InvalidValueError(f"falloff: radius_mm {list(self.radius_mm)}; must begin at 0 and increase")
+            raise InvalidValueError(
+                f"{list(self.radius_mm)}; must begin at 0 and increase", key="radius_mm", stage="RadialFalloff"
+            )
         for value in self.values:
-            check_number("falloff", "values", value, largest=1.0)
+            check_number("RadialFalloff", "values", value, largest=1.0)
         if self.values[0] != 1.0:
-            raise InvalidValueError(f"falloff: values {list(self.values)}; must begin with 1, the light on the axis")
+            raise InvalidValueError(
+                f"{list(self.values)}; must begin with 1, the light on the axis", key="values", stage="RadialFalloff"
+            )
 
     def relative(self, radius_mm: F64) -> F64:
         """Return the light at a distance from the axis, relative to that on the axis."""
@@ -92,5 +98,5 @@ def working_f_number(f_number: float, magnification: float) -> float:
     8.0
     """
     if not (math.isfinite(magnification) and 0.0 <= magnification <= 100.0):
-        raise InvalidValueError(f"magnification {magnification}; must be 0 (far away) to 100")
+        raise InvalidValueError(f"{magnification}; must be 0 (far away) to 100", key="magnification")
     return f_number * (1.0 + magnification)

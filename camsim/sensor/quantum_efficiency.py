@@ -43,28 +43,35 @@ class QuantumEfficiency:
     def __post_init__(self) -> None:
         object.__setattr__(self, "curves", tuple((letter, curve) for letter, curve in self.curves))
         if not self.curves:
-            raise InvalidValueError("quantum_efficiency: no curves; every channel needs one")
+            raise InvalidValueError("no curves; every channel needs one", key="curves", stage="QuantumEfficiency")
         for letter, _ in self.curves:
             if not (len(letter) == 1 and letter.isalpha()):
-                raise InvalidValueError(f"quantum_efficiency: channel {letter!r}; a channel is one letter, such as 'R'")
+                raise InvalidValueError(
+                    f"channel {letter!r}; a channel is one letter, such as 'R'", key="curves", stage="QuantumEfficiency"
+                )
         if len(set(self.channels)) != len(self.channels):
-            raise InvalidValueError(f"quantum_efficiency: channels {''.join(self.channels)} name a letter twice")
+            raise InvalidValueError(
+                f"channels {''.join(self.channels)} name a letter twice", key="curves", stage="QuantumEfficiency"
+            )
         if self.per not in ("energy", "photon"):
-            raise InvalidValueError(f"quantum_efficiency: per {self.per!r}; must be 'energy' or 'photon'")
+            raise InvalidValueError(f"{self.per!r}; must be 'energy' or 'photon'", key="per", stage="QuantumEfficiency")
         if not 0.0 < self.peak <= 1.0:
             raise InvalidValueError(
-                f"quantum_efficiency: peak {self.peak}; must be above 0 and at most 1 electron per photon "
-                "(a fraction: 0.6 means 60 %)"
+                f"{self.peak}; must be above 0 and at most 1 electron per photon (a fraction: 0.6 means 60 %)",
+                key="peak",
+                stage="QuantumEfficiency",
             )
         held = [letter for letter, curve in self.curves if curve.outside == "hold"]
         if held and self.per == "energy":
             raise InvalidValueError(
-                f"quantum_efficiency: the curve of {', '.join(held)} is held beyond its table; a response "
+                f"the curve of {', '.join(held)} is held beyond its table; a response "
                 "per energy that goes on to shorter wavelengths has no peak: use outside 'zero', or "
-                "curves per photon"
+                "curves per photon",
+                key="curves",
+                stage="QuantumEfficiency",
             )
         if _highest(self) == 0.0:
-            raise InvalidValueError("quantum_efficiency: all curves are zero; nothing can be seen")
+            raise InvalidValueError("all curves are zero; nothing can be seen", key="curves", stage="QuantumEfficiency")
 
     @classmethod
     def named(cls, name: str, *, peak: float, source: str = "") -> QuantumEfficiency:
@@ -82,7 +89,9 @@ class QuantumEfficiency:
         missing = [letter for letter in channels if letter not in known]
         if missing:
             raise InvalidValueError(
-                f"quantum_efficiency: no curve for {', '.join(missing)}; there are {', '.join(known)}"
+                f"no curve for {', '.join(missing)}; there are {', '.join(known)}",
+                key="curves",
+                stage="QuantumEfficiency",
             )
         chosen = tuple((letter, known[letter]) for letter in channels)
         part = _highest_of(chosen, self.per)

@@ -35,26 +35,33 @@ class Curve:
     def __post_init__(self) -> None:
         object.__setattr__(self, "wavelength_nm", tuple(float(w) for w in self.wavelength_nm))
         object.__setattr__(self, "values", tuple(float(v) for v in self.values))
-        what = f"curve {self.name!r}" if self.name else "curve"
+        what = f"Curve {self.name!r}" if self.name else "Curve"
         if len(self.wavelength_nm) != len(self.values):
             raise InvalidValueError(
-                f"{what}: {len(self.wavelength_nm)} wavelengths but {len(self.values)} values; "
-                "every point has one of each"
+                f"{len(self.values)} for {len(self.wavelength_nm)} wavelengths; every point has one of each",
+                key="values",
+                stage=what,
             )
         if len(self.values) < 2:
-            raise InvalidValueError(f"{what}: a curve needs at least 2 points; write a number for a flat one")
+            raise InvalidValueError(
+                "a curve needs at least 2 points; write a number for a flat one", key="values", stage=what
+            )
         for wavelength, value in zip(self.wavelength_nm, self.values, strict=True):
             if not (math.isfinite(wavelength) and wavelength > 0.0):
-                raise InvalidValueError(f"{what}: wavelength {wavelength} nm; must be above 0 and finite")
+                raise InvalidValueError(f"{wavelength} nm; must be above 0 and finite", key="wavelength_nm", stage=what)
             if not (math.isfinite(value) and value >= 0.0):
-                raise InvalidValueError(f"{what}: value {value} at {wavelength:g} nm; must be finite and not negative")
+                raise InvalidValueError(
+                    f"{value} at {wavelength:g} nm; must be finite and not negative", key="values", stage=what
+                )
         for before, after in pairwise(self.wavelength_nm):
             if after <= before:
                 raise InvalidValueError(
-                    f"{what}: {after:g} nm follows {before:g} nm; wavelengths must increase, each given once"
+                    f"{after:g} nm follows {before:g} nm; wavelengths must increase, each given once",
+                    key="wavelength_nm",
+                    stage=what,
                 )
         if self.outside not in ("zero", "hold"):
-            raise InvalidValueError(f"{what}: outside {self.outside!r}; must be 'zero' or 'hold'")
+            raise InvalidValueError(f"{self.outside!r}; must be 'zero' or 'hold'", key="outside", stage=what)
 
     def at(self, wavelength_nm: F64) -> F64:
         """Return the values at ``wavelength_nm`` (any shape)."""

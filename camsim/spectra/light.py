@@ -94,24 +94,32 @@ class Light:
 
     def __post_init__(self) -> None:
         if sum(getattr(self, key) is not None for key in _SPECTRA) != 1:
-            raise InvalidValueError("a light is a spectrum, a line_nm or a blackbody_k: give exactly one of them")
+            raise InvalidValueError(
+                "a light has a spectrum, a line_nm or a blackbody_k: give exactly one of them",
+                key="spectrum",
+                stage="Light",
+            )
         if sum(getattr(self, key) is not None for key in _LEVELS) != 1:
-            raise InvalidValueError(f"a light has one level: give exactly one of {', '.join(_LEVELS)}")
+            raise InvalidValueError(
+                f"a light has one level: give exactly one of {', '.join(_LEVELS)}", key=_LEVELS[0], stage="Light"
+            )
         for key in _LEVELS:
             level = getattr(self, key)
             if level is not None and not (math.isfinite(level) and level > 0.0):
-                raise InvalidValueError(f"{key} {level}; must be above 0 and finite")
+                raise InvalidValueError(f"{level}; must be above 0 and finite", key=key, stage="Light")
         if self.line_nm is not None:
             self._check_line(self.line_nm)
         elif self.width_nm != 0.0:
-            raise InvalidValueError("width_nm is a line's width; this light is no line")
+            raise InvalidValueError("is a line's width; this light is no line", key="width_nm", stage="Light")
         if self.blackbody_k is not None and not 500.0 <= self.blackbody_k <= 1e6:
-            raise InvalidValueError(f"blackbody_k {self.blackbody_k}; must be 500..1000000 K")
+            raise InvalidValueError(f"{self.blackbody_k}; must be 500..1000000 K", key="blackbody_k", stage="Light")
         if self.at not in ("scene", "sensor"):
-            raise InvalidValueError(f"at {self.at!r}; must be 'scene' or 'sensor'")
+            raise InvalidValueError(f"{self.at!r}; must be 'scene' or 'sensor'", key="at", stage="Light")
         if self.at == "sensor" and self.luminance_cd_per_m2 is not None:
             raise InvalidValueError(
-                "luminance_cd_per_m2 is a surface's in the scene; on the sensor give illuminance_lux"
+                "is a surface's in the scene; on the sensor give illuminance_lux",
+                key="luminance_cd_per_m2",
+                stage="Light",
             )
 
     def _check_line(self, line_nm: float) -> None:
@@ -119,9 +127,13 @@ class Light:
         low, high = VISIBLE_NM if visible else (100.0, 20_000.0)
         if not low <= line_nm <= high:
             why = ", because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
-            raise InvalidValueError(f"line_nm {line_nm}; must be {low:g}..{high:g} nm{why if visible else ''}")
+            raise InvalidValueError(
+                f"{line_nm}; must be {low:g}..{high:g} nm{why if visible else ''}", key="line_nm", stage="Light"
+            )
         if not (math.isfinite(self.width_nm) and 0.0 <= self.width_nm <= 0.2 * line_nm):
-            raise InvalidValueError(f"width_nm {self.width_nm}; must be 0..{0.2 * line_nm:g}, a fifth of line_nm")
+            raise InvalidValueError(
+                f"{self.width_nm}; must be 0..{0.2 * line_nm:g}, a fifth of line_nm", key="width_nm", stage="Light"
+            )
 
     @property
     def name(self) -> str:
@@ -254,14 +266,16 @@ def _level_per_power(light: Light) -> float:
     if eye is None:
         whole = float(np.sum(power))
         if not whole > 0.0:
-            raise InvalidValueError(f"light {light.name!r} is dark: all of its values are 0")
+            raise InvalidValueError(f"{light.name!r} is dark: all of its values are 0", key="spectrum", stage="Light")
         return (light.irradiance_w_per_m2 or 0.0) / whole
     lux = LUMINOUS_EFFICACY_LM_PER_W * float(power @ eye.at(nodes))
     if lux <= 0.0:
         raise InvalidValueError(
-            f"light {light.name!r} holds nothing that the eye sees "
+            f"{light.name!r} holds nothing that the eye sees "
             f"({VISIBLE_NM[0]:g}..{VISIBLE_NM[1]:g} nm), so it cannot be scaled to an illuminance; "
-            "give irradiance_w_per_m2"
+            "give irradiance_w_per_m2",
+            key="spectrum",
+            stage="Light",
         )
     wanted_lux = light.illuminance_lux or math.pi * (light.luminance_cd_per_m2 or 0.0)
     return wanted_lux / lux

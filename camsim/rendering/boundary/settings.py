@@ -73,7 +73,8 @@ def check_tolerance(tolerance: float, pattern: Pattern) -> None:
     """Refuse what the engine cannot promise."""
     if not pattern.finest <= tolerance <= COARSEST:
         raise InvalidValueError(
-            f"tolerance: {tolerance:g} is outside {pattern.finest:g} … {COARSEST:g}, what this lens can be rendered to"
+            f"{tolerance:g} is outside {pattern.finest:g} … {COARSEST:g}, what this lens can be rendered to",
+            key="tolerance",
         )
 
 

@@ -112,7 +112,7 @@ class Fourier:
     def plan(self, job: Job, samples: int | None = None) -> FourierPlan:
         """Choose nodes; ``samples`` must be None."""
         if samples is not None:
-            raise UnsupportedError("samples: fourier takes none; only importance takes a number")
+            raise UnsupportedError("fourier takes none; only importance takes a number", key="samples")
         check_tolerance(job.tolerance)
         return FourierPlan(job=job, nodes=_nodes(job))
 

@@ -79,9 +79,10 @@ class FourierImage:
         plan = self._plan(edges, (channel.shape[0], channel.shape[1]))
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
-                f"method: fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
+                f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
                 f"is {self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, allow a larger tolerance, or use "
-                "boundary"
+                "boundary",
+                key="method",
             )
         for done, tile in enumerate(plan.tiles):
             part = (slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
@@ -192,7 +193,7 @@ def check_tolerance(tolerance: float) -> None:
     """Refuse what the engine cannot promise."""
     if not FINEST <= tolerance <= COARSEST:
         raise InvalidValueError(
-            f"tolerance: {tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to"
+            f"{tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to", key="tolerance"
         )
 
 

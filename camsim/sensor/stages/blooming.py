@@ -32,7 +32,7 @@ class Blooming(ElectronicStage):
     spill: float = 1.0
 
     def __post_init__(self) -> None:
-        check_number(self.name, "spill", self.spill, largest=1.0)
+        check_number("Blooming", "spill", self.spill, largest=1.0)
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
         """Blooming needs a full well."""
@@ -43,7 +43,7 @@ class Blooming(ElectronicStage):
         """Let what is above the sensor's full well run along the columns of the whole window."""
         well = context.other(FullWell)
         if well is None:
-            raise InvalidValueError(f"{self.name}: {self.lacks(())}")
+            raise InvalidValueError(self.lacks(()), key=self.name)
         return self.spilt(electrons, capacity_e=well.capacity_e)
 
     def spilt(self, electrons: F64, *, capacity_e: float) -> F64:

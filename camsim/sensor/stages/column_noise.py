@@ -26,7 +26,7 @@ class ColumnNoise(ElectronicStage):
     sigma_e: float
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
+        check_number("ColumnNoise", "sigma_e", self.sigma_e)
 
     def over(self, context: Context) -> ElectronicStage:
         """Draw the numbers of all the frame's columns."""

@@ -39,13 +39,15 @@ class Crosstalk(ElectronicStage):
         kernel: object = tuple(tuple(float(f) for f in row) for row in self.kernel)
         object.__setattr__(self, "kernel", kernel)
         if len(self.kernel) != 3 or any(len(row) != 3 for row in self.kernel):
-            raise InvalidValueError("crosstalk: kernel must be 3 rows of 3 fractions")
+            raise InvalidValueError("must be 3 rows of 3 fractions", key="kernel", stage="Crosstalk")
         for fraction in (f for row in self.kernel for f in row):
-            check_number(self.name, "kernel", fraction, largest=1.0)
+            check_number("Crosstalk", "kernel", fraction, largest=1.0)
         total = math.fsum(f for row in self.kernel for f in row)
         if total > 1.0 + 1e-9:
             raise InvalidValueError(
-                f"crosstalk: kernel adds up to {total:.6g}; a photosite cannot give away more than it gets, at most 1"
+                f"adds up to {total:.6g}; a photosite cannot give away more than it gets, at most 1",
+                key="kernel",
+                stage="Crosstalk",
             )
 
     def apply(self, electrons: F64, context: Context) -> F64:

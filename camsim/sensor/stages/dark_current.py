@@ -31,11 +31,13 @@ class DarkCurrent(ElectronicStage):
     doubling_c: float = 7.0
 
     def __post_init__(self) -> None:
-        check_number(self.name, "e_per_s", self.e_per_s)
-        check_number(self.name, "nonuniformity", self.nonuniformity, largest=1.0)
-        check_temperature(self.name, "at_c", self.at_c)
+        check_number("DarkCurrent", "e_per_s", self.e_per_s)
+        check_number("DarkCurrent", "nonuniformity", self.nonuniformity, largest=1.0)
+        check_temperature("DarkCurrent", "at_c", self.at_c)
         if not 1.0 <= self.doubling_c <= 1000.0:
-            raise InvalidValueError(f"dark_current: doubling_c {self.doubling_c}; must be 1..1000 °C (silicon: 5 to 9)")
+            raise InvalidValueError(
+                f"{self.doubling_c}; must be 1..1000 °C (silicon: 5 to 9)", key="doubling_c", stage="DarkCurrent"
+            )
 
     def warming(self, temperature_c: float | None) -> float:
         """Return how many times ``e_per_s`` the current is at a temperature (None: at ``at_c``).
@@ -45,7 +47,7 @@ class DarkCurrent(ElectronicStage):
         """
         if temperature_c is None:
             return 1.0
-        check_temperature(self.name, "temperature_c", temperature_c)
+        check_temperature("DarkCurrent", "temperature_c", temperature_c)
         # Hotter than this no sensor is; the power of two stays finite.
         factor: float = 2.0 ** min((temperature_c - self.at_c) / self.doubling_c, 500.0)
         return factor

@@ -43,16 +43,22 @@ class Defects(ElectronicStage):
     def __post_init__(self) -> None:
         object.__setattr__(self, "hot", tuple((int(r), int(c), float(e)) for r, c, e in self.hot))
         object.__setattr__(self, "dead", tuple((int(r), int(c)) for r, c in self.dead))
-        check_number(self.name, "hot_fraction", self.hot_fraction, largest=1.0)
-        check_number(self.name, "dead_fraction", self.dead_fraction, largest=1.0)
-        check_number(self.name, "hot_e_per_s", self.hot_e_per_s)
+        check_number("Defects", "hot_fraction", self.hot_fraction, largest=1.0)
+        check_number("Defects", "dead_fraction", self.dead_fraction, largest=1.0)
+        check_number("Defects", "hot_e_per_s", self.hot_e_per_s)
         if self.hot_fraction + self.dead_fraction > 1.0:
-            raise InvalidValueError("defects: hot_fraction and dead_fraction are more than 1 together")
-        for row, col, e_per_s in self.hot:
-            check_number(self.name, f"hot e_per_s of ({row}, {col})", e_per_s)
-        for row, col in (*((r, c) for r, c, _ in self.hot), *self.dead):
+            raise InvalidValueError(
+                f"{self.dead_fraction}; with hot_fraction {self.hot_fraction} it is more than 1",
+                key="dead_fraction",
+                stage="Defects",
+            )
+        for _, _, e_per_s in self.hot:
+            check_number("Defects", "hot", e_per_s)
+        for key, row, col in (*(("hot", r, c) for r, c, _ in self.hot), *(("dead", r, c) for r, c in self.dead)):
             if row < 0 or col < 0:
-                raise InvalidValueError(f"defects: photosite ({row}, {col}); rows and columns count from 0")
+                raise InvalidValueError(
+                    f"photosite ({row}, {col}); rows and columns count from 0", key=key, stage="Defects"
+                )
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Take the light from dead photosites; later, with the dark current, give hot ones theirs."""

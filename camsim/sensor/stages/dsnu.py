@@ -23,7 +23,7 @@ class Dsnu(ElectronicStage):
     sigma_e: float
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
+        check_number("Dsnu", "sigma_e", self.sigma_e)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add each photosite's offset."""

@@ -29,8 +29,8 @@ class FlickerRows(ElectronicStage):
     exponent: float = 1.0
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
-        check_number(self.name, "exponent", self.exponent, largest=2.0)
+        check_number("FlickerRows", "sigma_e", self.sigma_e)
+        check_number("FlickerRows", "exponent", self.exponent, largest=2.0)
 
     def offsets_e(self, rows: int, rng: np.random.Generator) -> F64:
         """Return (rows,) offsets of one frame, mean 0.

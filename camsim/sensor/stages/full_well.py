@@ -26,7 +26,7 @@ class FullWell(ElectronicStage):
     capacity_e: float
 
     def __post_init__(self) -> None:
-        check_positive(self.name, "capacity_e", self.capacity_e)
+        check_positive("FullWell", "capacity_e", self.capacity_e)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Cut the charge at the capacity."""

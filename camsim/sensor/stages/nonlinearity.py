@@ -36,17 +36,21 @@ class PolynomialResponse(ElectronicStage):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficients", tuple(float(a) for a in self.coefficients))
-        check_positive("nonlinearity", "scale_e", self.scale_e)
+        check_positive("PolynomialResponse", "scale_e", self.scale_e)
         if not self.coefficients or not all(math.isfinite(a) for a in self.coefficients):
             raise InvalidValueError(
-                f"nonlinearity: coefficients {list(self.coefficients)}; must be one or more finite numbers"
+                f"{list(self.coefficients)}; must be one or more finite numbers",
+                key="coefficients",
+                stage="PolynomialResponse",
             )
         u = np.linspace(0.0, 1.0, 1001)
         slope = np.polynomial.Polynomial(self._of_u).deriv()(u)
         if slope.min() <= 0.0:
             raise InvalidValueError(
-                f"nonlinearity: coefficients {list(self.coefficients)}; more charge must give more signal "
-                f"up to scale_e, but the response falls at {u[slope.argmin()] * self.scale_e:g} e⁻"
+                f"{list(self.coefficients)}; more charge must give more signal "
+                f"up to scale_e, but the response falls at {u[slope.argmin()] * self.scale_e:g} e⁻",
+                key="coefficients",
+                stage="PolynomialResponse",
             )
 
     @property
@@ -96,14 +100,18 @@ class ResponseTable(ElectronicStage):
             values = tuple(float(v) for v in getattr(self, key))
             object.__setattr__(self, key, values)
             if len(values) < 2 or not all(math.isfinite(v) for v in values):
-                raise InvalidValueError(f"nonlinearity: {key} {list(values)}; must be two or more finite numbers")
+                raise InvalidValueError(
+                    f"{list(values)}; must be two or more finite numbers", key=key, stage="ResponseTable"
+                )
             if any(after <= before for before, after in pairwise(values)):
                 raise InvalidValueError(
-                    f"nonlinearity: {key} {list(values)}; must increase: more charge gives more signal"
+                    f"{list(values)}; must increase: more charge gives more signal", key=key, stage="ResponseTable"
                 )
         if len(self.electrons_in) != len(self.electrons_out):
             raise InvalidValueError(
-                f"nonlinearity: {len(self.electrons_in)} electrons_in but {len(self.electrons_out)} electrons_out"
+                f"{len(self.electrons_out)} for {len(self.electrons_in)} electrons_in; every point has one of each",
+                key="electrons_out",
+                stage="ResponseTable",
             )
 
     def apply(self, electrons: F64, context: Context) -> F64:

@@ -26,7 +26,7 @@ class OutputNoise(ElectronicStage):
     sigma_dn: float
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_dn", self.sigma_dn)
+        check_number("OutputNoise", "sigma_dn", self.sigma_dn)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add normal noise, in electrons that stand for data numbers."""

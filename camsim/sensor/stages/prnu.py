@@ -24,7 +24,7 @@ class Prnu(ElectronicStage):
     fraction: float
 
     def __post_init__(self) -> None:
-        check_number(self.name, "fraction", self.fraction, largest=1.0)
+        check_number("Prnu", "fraction", self.fraction, largest=1.0)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Multiply the mean charge by each photosite's gain; one below 0 counts as 0."""

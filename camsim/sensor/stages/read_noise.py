@@ -26,7 +26,7 @@ class ReadNoise(ElectronicStage):
     sigma_e: float
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
+        check_number("ReadNoise", "sigma_e", self.sigma_e)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add normal noise; charge may come out below zero."""

@@ -27,7 +27,7 @@ class ResetNoise(ElectronicStage):
     sigma_e: float
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
+        check_number("ResetNoise", "sigma_e", self.sigma_e)
 
     @classmethod
     def of_capacitance(cls, capacitance_ff: float, temperature_c: float = 25.0) -> ResetNoise:
@@ -36,8 +36,8 @@ class ResetNoise(ElectronicStage):
         >>> round(ResetNoise.of_capacitance(1.6).sigma_e, 1)
         16.0
         """
-        check_number(cls.name, "capacitance_ff", capacitance_ff)
-        check_temperature(cls.name, "temperature_c", temperature_c)
+        check_number("ResetNoise", "capacitance_ff", capacitance_ff)
+        check_temperature("ResetNoise", "temperature_c", temperature_c)
         energy_j = 1.380649e-23 * (temperature_c - ABSOLUTE_ZERO_C)
         return cls(math.sqrt(energy_j * capacitance_ff * 1e-15) / 1.602176634e-19)
 

@@ -24,7 +24,7 @@ class RowNoise(ElectronicStage):
     sigma_e: float
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
+        check_number("RowNoise", "sigma_e", self.sigma_e)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add one number to each row (the first axis)."""
