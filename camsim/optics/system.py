@@ -122,6 +122,12 @@ class OpticalSystem:
             return float(self.lens.blur_um(wavelength_nm))
         return 1.0 / self.cutoff_per_um(wavelength_nm)
 
+    def blurs_um(self, wavelength_nm: F64) -> F64:
+        """The same at many wavelengths; what the lens can is asked once, because that is slow."""
+        lens = self.lens
+        of = lens.blur_um if isinstance(lens, KnowsBlur) else self.blur_um
+        return np.array([of(float(w)) for w in wavelength_nm])
+
 
 NOTHING = 1e-14  # a transfer that rounding hides
 HIGHEST_PER_UM = 2.0**12

@@ -97,7 +97,8 @@ def _far_powers(lens: RoundLens) -> tuple[float, float, float]:
 @kernel()
 def _contracted(profile: F64, blur: F64, weights: F64, step: float, cells: int) -> F64:
     """Σ_j w[k, j]·E/r² of λ_j at multiples −2 … cells + 2 of ``step``."""
-    values = np.zeros((weights.shape[0], cells + 5))
+    sets = weights.shape[0]
+    values, of_wavelength = np.zeros((cells + 5, sets)), np.ascontiguousarray(weights.T)  # sets side by side: vectors
     for j in range(blur.size):
         scale = step * CELLS_PER_BLUR / blur[j]
         inverse_square = 1.0 / (blur[j] * blur[j])
@@ -106,9 +107,9 @@ def _contracted(profile: F64, blur: F64, weights: F64, step: float, cells: int) 
             c = profile[int(u)]
             t = u - int(u)
             value = (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))) * inverse_square
-            for k in range(weights.shape[0]):
-                values[k, m] += weights[k, j] * value
-    return values
+            for k in range(sets):
+                values[m, k] += of_wavelength[j, k] * value
+    return np.ascontiguousarray(values.T)
 
 
 def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64) -> float:
@@ -129,8 +130,15 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
 
 @kernel()
 def _loudest(swing: F64, first: float, step: float, places: F64, ahead: F64, weights: F64) -> float:
-    loudest = 0.0
+    # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
+    most = np.empty(len(swing))
     for k in range(len(swing)):
+        most[k] = np.abs(swing[k]).max()
+    most *= np.abs(weights).sum()
+    loudest = 0.0
+    for k in np.argsort(-most):
+        if most[k] <= loudest:
+            break
         for d in range(len(ahead)):
             for place in places:
                 total = 0.0

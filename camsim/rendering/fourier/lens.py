@@ -34,7 +34,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     """Return what the plan has to know of the lens at these wavelengths."""
     lens, more = system.lens, system.more
     cutoff = max(system.cutoff_per_um(float(w)) for w in wavelength_nm) * pitch_um
-    blur = min(system.blur_um(float(w)) for w in wavelength_nm) / pitch_um
+    blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
     reach = math.inf
     if isinstance(lens, KnowsReach) and not more:
         lost = ErrorBudget(tolerance).allowed("reach")
@@ -43,7 +43,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     faint = isinstance(lens, Fading) and lens.fades and not more
     rings: tuple[tuple[float, float], ...] = ()
     if is_round and not faint and isinstance(lens, RoundLens):
-        longest = max(system.blur_um(float(w)) for w in wavelength_nm) / pitch_um
+        longest = float(system.blurs_um(wavelength_nm).max()) / pitch_um
         # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
         # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
         rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
