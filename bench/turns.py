@@ -1,8 +1,8 @@
 """Two checkouts in turns: what a change did to the speed, as ratios of CPU seconds with their spread.
 
-``python bench/turns.py OTHER_CHECKOUT [TURNS]``: the other one is "before". Each has a process of its own that stays; in
-every turn one case after the other is taken by both, the quicker of several laps each, so that a busy machine is busy for
-both. Only public names are used. A ratio is after over before: below 1 is quicker.
+``python bench/turns.py OTHER_CHECKOUT [TURNS]``: the other one is "before". Each has a process of its own that stays;
+in every turn a case is taken by both, the quicker of several laps each, so that a busy machine is busy for both. Only
+public names are used. A ratio is after over before: below 1 is quicker.
 """
 
 from __future__ import annotations
@@ -32,16 +32,10 @@ def cases() -> dict[str, Callable[[], Any]]:
     olpf = camsim.FourSpotOlpf(split_um=3.66)
     square = camsim.Rectangle(width_um=200 * pitch_um, height_um=200 * pitch_um, rotate_deg=4.0, reflectance=0.0)
     rng = np.random.default_rng(3)
+    places, sides = rng.uniform(-1200.0, 1200.0, (2000, 2)), rng.uniform(5.0, 20.0, 2000)
     crowd = [
-        camsim.Rectangle(
-            width_um=float(w), height_um=float(w), centre_um=(float(x), float(y)), rotate_deg=float(t), reflectance=0.2
-        )
-        for x, y, w, t in zip(
-            *rng.uniform(-1200.0, 1200.0, (2, 2000)),
-            rng.uniform(5.0, 20.0, 2000),
-            rng.uniform(0.0, 90.0, 2000),
-            strict=True,
-        )
+        camsim.Rectangle(width_um=side, height_um=side, centre_um=(x, y), rotate_deg=90.0 * k / 2000, reflectance=0.2)
+        for k, ((x, y), side) in enumerate(zip(places.tolist(), sides.tolist(), strict=True))
     ]
     disc = camsim.Disc(radius_um=100 * pitch_um, reflectance=0.0)
 
