@@ -32,9 +32,17 @@ SIGMAS = 5.0
 ADC = Adc(bit_depth=12, black_level_dn=64, electrons_per_dn=2.0, base_iso=100.0)
 
 
-def flat(mean_e: float, time_s: float = 1.0, **stages: Any) -> F64:
+def flat(mean_e: float, time_s: float = 1.0, temperature_c: float | None = None, **stages: Any) -> F64:
     """Return what a flat field of 500 × 500 photosites records."""
-    here = Context(time_s=time_s, seed=1, serial=1, origin=(0, 0), frame_cols=SIDE, rows_in_all=SIDE)
+    here = Context(
+        time_s=time_s,
+        temperature_c=temperature_c,
+        seed=1,
+        serial=1,
+        origin=(0, 0),
+        frame_cols=SIDE,
+        rows_in_all=SIDE,
+    )
     return record(np.full((SIDE, SIDE), mean_e), Electronics(**stages).stages, here)
 
 
