@@ -57,10 +57,10 @@ def settings_of(methods: Sequence[str], tolerances: Sequence[float], samples: Se
             raise UnknownNameError("method", method, METHODS)
     for tolerance in tolerances:
         if not 0.0 < tolerance < 1.0 or not math.isfinite(tolerance):
-            raise InvalidValueError(f"tolerances: {tolerance!r} is no error to keep below; give 1e-2 … 1e-11")
+            raise InvalidValueError(f"{tolerance!r} is no error to keep below; give 1e-2 … 1e-11", key="tolerances")
     for count in samples:
         if count < 1:
-            raise InvalidValueError(f"samples: {count!r} are none; give 1 or more")
+            raise InvalidValueError(f"{count!r} are none; give 1 or more", key="samples")
     found: list[Setting] = []
     for method in methods:
         if method in ASKED:
@@ -87,7 +87,7 @@ def numbers(text: str, option: str, example: str, kind: Callable[[str], N]) -> t
     try:
         return tuple(kind(part) for part in text.split(","))
     except ValueError:
-        raise InvalidValueError(f"{option}: {text!r} is no list of numbers; give them as in {example}") from None
+        raise InvalidValueError(f"{text!r} is no list of numbers; give them as in {example}", key=option) from None
 
 
 def parsed_methods(text: str | None) -> tuple[str, ...]:

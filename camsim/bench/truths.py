@@ -53,7 +53,9 @@ def truths_of(
         )
     if not found:
         reasons = "; ".join(f"{engine}: {why}" for engine, why in without.items())
-        raise UnsupportedError(f"no engine renders this window finely enough to judge the others by ({reasons})")
+        raise UnsupportedError(
+            f"no engine renders this window finely enough to judge the others by ({reasons})", key="method"
+        )
     if len(found) == 2:
         apart = float(np.abs(found["boundary"].image - found["fourier"].image).max())
         coarser = max(found, key=lambda engine: (found[engine].line.tolerance, found[engine].line.checked_to))

@@ -122,10 +122,10 @@ def _region(text: str | None, *, whole: bool) -> Region | None:
     if text is None:
         return None
     if whole:
-        raise InvalidValueError("--region and --whole name two windows: leave one out")
+        raise InvalidValueError("it and --whole name two windows: leave one out", key="--region")
     places = numbers(text, "--region", "0,0,64,64", int)
     if len(places) != 4:
-        raise InvalidValueError(f"--region: {text!r} are not 4 numbers; give ROW,COL,ROWS,COLS")
+        raise InvalidValueError(f"{text!r} are not 4 numbers; give ROW,COL,ROWS,COLS", key="--region")
     row, col, rows, cols = places
     return Region(rows=rows, cols=cols, origin=(row, col))
 
