@@ -70,7 +70,9 @@ DIMENSIONLESS = {
     "y": "half diameters of the pupil",
     "shift": "half diameters of the pupil",
 }
-NUMBER = re.compile(r"\b(float|F64|F32|Spectrum)\b")
+NUMBERS = ("float", "F64", "F32", "Spectrum", "Reflectance", "Transmission", "Filter", "Corners", "Point")
+LIMITED = ("Positive", "NonNegative", "Fraction", "Celsius")
+NUMBER = re.compile(rf"\b({'|'.join((*NUMBERS, *LIMITED))})\b")
 # The rooms of the public stages; in rendering and measure lengths are in pitches and pixels, as their docstrings say.
 ROOMS = ("optics", "scene", "sensor", "spectra", "frame.py", "camera.py", "rendering/grid.py", "rendering/render.py")
 

@@ -6,16 +6,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
-from camsim.config.schema.base import (
-    Called,
-    Curve,
-    Filter,
-    Letter,
-    Name,
-    Table,
-    by_form,
-)
+from camsim.config.schema.base import Curve, Filter, Letter, Name, Table, by_form
 from camsim.config.schema.electronics import Charge, Readout
+from camsim.kinds import Called
 
 
 class SensorFrame(Table):
