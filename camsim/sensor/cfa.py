@@ -74,7 +74,7 @@ class Cfa:
         >>> Cfa.quad_bayer("RGGB").pattern
         ('RRGG', 'RRGG', 'GGBB', 'GGBB')
         """
-        check(group, Annotated[int, Ge(1), Le(16)], "group", "Cfa")
+        check(group, Annotated[int, Ge(2), Le(16)], "group", "Cfa")
         return cls(tuple("".join(c * group for c in row) for row in cls.bayer(pattern).pattern for _ in range(group)))
 
     @classmethod

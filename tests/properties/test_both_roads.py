@@ -18,6 +18,7 @@ import pytest
 
 import camsim
 from camsim.capturing import load
+from camsim.config import schema
 from camsim.errors import CamsimError
 
 DRAWS, ENOUGH = 40, 4
@@ -41,6 +42,7 @@ name: Mine
 frame: {rows: 60, cols: 80, pitch_um: 4.0}
 cfa: {kind: bayer, pattern: GRBG}
 quantum_efficiency: {curves: Nikon 5100 (NPL), per: energy, peak: 0.5}
+charge: {full_well_e: 20000}
 readout: {bit_depth: 12, black_level_dn: 100, base_iso: 100, electrons_per_dn: 5.0}
 """
 
@@ -313,6 +315,13 @@ PARTS = {
         changes=on_camera(cfa=lambda v: camsim.Cfa(**v)),
         good={"pattern": (["RG", "GB"], ["R"], ["RG", "B"], ["RX"], ["R1"], "RGGB", [""], ["rG"])},
     ),
+    "groups": Part(
+        place="sensor.cfa",
+        also={"kind": "quad-bayer"},
+        changes=on_camera(cfa=lambda v: camsim.Cfa.quad_bayer(**v)),
+        good={"pattern": ("RGGB", "GBRG", "RGBG"), "group": (2, 3, 4, 16, 17)},
+        needed=("pattern",),
+    ),
     "efficiency": Part(
         place="sensor.quantum_efficiency",
         changes=on_camera(
@@ -340,6 +349,7 @@ PARTS = {
     "dark current": Part(
         place="sensor.charge",
         changes=on_camera(
+            full_well=lambda v: None,
             dark_current=lambda v: camsim.DarkCurrent(
                 **renamed(
                     v,
@@ -348,7 +358,7 @@ PARTS = {
                     dark_current_at_c="at_c",
                     dark_current_doubles_every_c="doubling_c",
                 )
-            )
+            ),
         ),
         good={
             "dark_current_e_per_s": NUMBERS,
@@ -416,27 +426,24 @@ PARTS = {
         changes=lambda base, v: dict(v),
         good={"colour_matrix": ("standard", "scene", "none"), "spectral_nm": ([500, 600.0], [600, 500], [-1], ["a"])},
     ),
-} | {
-    key: Part(
-        place=f"sensor.{key}",
-        changes=on_camera(
-            **{key.split(".")[1].removesuffix("_e").removesuffix("_dn"): lambda v, make=make: make(v["x"])}
-        ),
-        good={"x": FRACTIONS},
-        needed=("x",),
-        whole=True,
-    )
-    for key, make in {
-        "charge.prnu": camsim.Prnu,
-        "charge.dsnu_e": camsim.Dsnu,
-        "charge.full_well_e": camsim.FullWell,
-        "readout.read_noise_e": camsim.ReadNoise,
-        "readout.reset_noise_e": camsim.ResetNoise,
-        "readout.row_noise_e": camsim.RowNoise,
-        "readout.column_noise_e": camsim.ColumnNoise,
-        "readout.output_noise_dn": camsim.OutputNoise,
-    }.items()
 }
+
+
+def stages_of_a_number() -> dict[str, Part]:
+    """Return the stages that one key makes, as the schema lists them."""
+    parts = {}
+    for name, table in (("charge", schema.Charge), ("readout", schema.Readout)):
+        for key, field in table.model_fields.items():
+            place = f"sensor.{name}.{key}"
+            for makes in (mark for mark in field.metadata if isinstance(mark, schema.Makes)):
+                if dataclasses.is_dataclass(makes.make) and not makes.also and place not in TABLES_THERE:
+                    changes = on_camera(**{makes.field: lambda v, make=makes.make: make(v["x"])})
+                    parts[key] = Part(place=place, changes=changes, good={"x": FRACTIONS}, needed=("x",), whole=True)
+    return parts
+
+
+TABLES_THERE = {part.place for part in PARTS.values()}
+PARTS |= stages_of_a_number()
 
 
 def inside(base: Any, region: camsim.Region) -> dict[str, Any]:

@@ -102,7 +102,7 @@ class QuadBayerCfa(Table):
 
     kind: Literal["quad-bayer"] = Field(description="which colour filter array")
     pattern: Literal["RGGB", "BGGR", "GRBG", "GBRG"] = Field(description="letters of the squares, row by row")
-    group: Literal[2, 4] = Field(default=2, description="photosites along a side of a square")
+    group: int = Field(default=2, ge=2, le=16, description="photosites along a side of a square")
 
 
 class NamedCfa(Table):
