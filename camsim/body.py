@@ -62,7 +62,10 @@ class Body(Electronics):
     def __post_init__(self) -> None:
         super().__post_init__()
         check(self.lens.f_number, Positive, "f_number", type(self.lens).__name__)
-        self.quantum_efficiency.select(self.cfa.channels)
+        known = self.quantum_efficiency.channels
+        if missing := [letter for letter in self.cfa.channels if letter not in known]:
+            message = f"no curve for {', '.join(missing)} of the cfa; there are {', '.join(known)}"
+            raise refusal(self, "quantum_efficiency", message)
         widest_um = 2.0 * max(self.photosite.half_extent_um)
         if widest_um > self.pitch_um * (1.0 + 1e-9):
             overlap = f"is {widest_um:g} µm wide; photosites may not overlap, and the pitch is {self.pitch_um:g} µm"
@@ -87,8 +90,8 @@ class Body(Electronics):
 
     def _open_curves(self) -> Iterator[tuple[str, Curve]]:
         """Yield the curves that do not say what lies beyond their tables, each with the parameter that it is in."""
-        used = self.quantum_efficiency.select(self.cfa.channels).curves
-        efficiencies = [("quantum_efficiency", curve) for _, curve in used]
+        seen = self.cfa.channels
+        efficiencies = [("quantum_efficiency", c) for letter, c in self.quantum_efficiency.curves if letter in seen]
         for part, curve in (*efficiencies, *(("filters", spectrum) for spectrum in self.filters)):
             if isinstance(curve, Curve) and curve.outside is None:
                 yield part, curve

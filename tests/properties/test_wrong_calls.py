@@ -96,7 +96,10 @@ def test_every_parameter_of_every_stage_is_judged(stage: Any, name: str, wrong: 
             lambda: camsim.Polygon(points_um=shapely.box(0, 0, 1, 1), reflectance=0.1),
             "Polygon.points_um: .* not a Polygon; of a shapely polygon give its exterior.coords",
         ),
-        (lambda: CAMERA.replace(cfa=camsim.Cfa.bayer()), "curves: no curve for R, G, B; there are Y"),
+        (
+            lambda: CAMERA.replace(cfa=camsim.Cfa.bayer()),
+            "Camera.quantum_efficiency: no curve for R, G, B of the cfa; there are Y",
+        ),
         (lambda: CAMERA.replace(photosite=camsim.SquarePhotosite(side_um=0)), "Camera.photosite: has no area"),
         (lambda: CAMERA.replace(olpf=CAMERA.lens), "Camera.olpf: must be a FourSpotOlpf or None, not an Airy"),
         (lambda: CAMERA.replace(filters=0.5), "Camera.filters: must be a list, not 0.5"),
