@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numba as nb
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
+from camsim.kernels import kernel
 from camsim.measure.geometry import Roi
 from camsim.measure.picture import LARGEST_SIGNAL, Picture, Plane
 
@@ -188,7 +188,7 @@ def _segments(
     return segments, label
 
 
-@nb.njit(cache=True)
+@kernel()
 def _grow(angle: F64, strong: np.ndarray, rows: np.ndarray, cols: np.ndarray, tolerance: float) -> np.ndarray:
     """Label groups of neighbouring cells whose gradients point the same way, strongest cells first."""
     label = np.zeros(strong.shape, np.int32)

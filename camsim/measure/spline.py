@@ -16,10 +16,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kernels import kernel
 
 TAIL, ACROSS, ALONG, TURN, BEND = range(5)
 EXTRAS = 5
@@ -49,7 +49,7 @@ class Model(NamedTuple):
         return cls(0.5 * intervals * spacing, spacing, columns, dark, scale)
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _cubic(t: float) -> tuple[float, float, float, float]:
     u = 1.0 - t
     return (
@@ -60,7 +60,7 @@ def _cubic(t: float) -> tuple[float, float, float, float]:
     )
 
 
-@nb.njit(cache=True)
+@kernel()
 def _row(d: float, s: float, slope: float, model: Model, index: np.ndarray, value: np.ndarray) -> int:
     """Fill in the non-zero entries of one photosite's row; return how many."""
     n = model.columns
@@ -89,7 +89,7 @@ def _row(d: float, s: float, slope: float, model: Model, index: np.ndarray, valu
     return count + EXTRAS
 
 
-@nb.njit(cache=True)
+@kernel()
 def normal_equations(d: F64, s: F64, slope: F64, v: F64, model: Model) -> tuple[F64, F64]:
     """Return the sums of row·rowᵀ and of row·v over photosites (flat arrays; slope: ESF′ at each)."""
     size = model.columns + EXTRAS
@@ -108,7 +108,7 @@ def normal_equations(d: F64, s: F64, slope: F64, v: F64, model: Model) -> tuple[
     return matrix, right
 
 
-@nb.njit(cache=True)
+@kernel()
 def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F64) -> F64:
     """Return v minus the fit at every photosite."""
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
@@ -122,7 +122,7 @@ def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F6
     return out
 
 
-@nb.njit(cache=True)
+@kernel()
 def scatter(d: F64, s: F64, slope: F64, r: F64, model: Model, inverse: F64) -> F64:
     """Return the sum of r²/(1 − leverage)·row·rowᵀ: what the photosites' own scatter does to the right-hand side.
 
@@ -149,7 +149,7 @@ def scatter(d: F64, s: F64, slope: F64, r: F64, model: Model, inverse: F64) -> F
     return matrix
 
 
-@nb.njit(cache=True)
+@kernel()
 def _rows(d: F64, model: Model) -> F64:
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     rows = np.zeros((d.size, model.columns + EXTRAS))
@@ -160,7 +160,7 @@ def _rows(d: F64, model: Model) -> F64:
     return rows
 
 
-@nb.njit(cache=True)
+@kernel()
 def slopes(d: F64, model: Model, coefficients: F64) -> F64:
     """Return the derivative of the spread function at every photosite."""
     n, h = model.columns, model.spacing

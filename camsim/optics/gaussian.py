@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.optics.pattern import Pattern, of_unit
 from camsim.spectra.curve import Spectrum, Transmission
 from camsim.typed import Positive, check, judge, refusal
 
@@ -55,6 +56,10 @@ class Gaussian:
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
         """Return the radius beyond which ``lost_fraction`` of the light falls, µm."""
         return self.sigma_um * math.sqrt(-2.0 * math.log(lost_fraction))
+
+    def pattern(self) -> Pattern:
+        """What the boundary engine knows of it."""
+        return _PATTERN
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²."""
@@ -151,3 +156,18 @@ class EllipticalGaussian:
         form = xx * np.square(fx_per_um) + 2.0 * xy * np.multiply(fx_per_um, fy_per_um) + yy * np.square(fy_per_um)
         otf: F64 = np.exp(-2.0 * math.pi**2 * form)
         return otf
+
+
+_ENERGY, _OTF = of_unit(Gaussian(sigma_um=1.0))
+_PATTERN = Pattern(
+    energy=_ENERGY,
+    core=0.5,
+    otf=_OTF,
+    breaks=(1.37,),
+    powers=(0.0, 0.0, 0.0),
+    rings=(),
+    airy=False,
+    signed=False,
+    quiet=lambda allowed: math.sqrt(2.0 * math.log(1.0 / allowed)),
+    finest=1e-9,
+)

@@ -117,6 +117,15 @@ class Pupil:
         weight = np.multiply.outer(w, (edge - inner) * share) * radius
         return (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel(), weight.ravel()
 
+    def holds(self, x: F64, y: F64) -> np.ndarray:
+        """Whether points lie in the opening."""
+        square = x * x + y * y
+        inside = (square <= self.outer_radius**2) & (square >= self.obstruction**2)
+        if self.shape != "circular":
+            for normal in self._normals():
+                inside &= x * math.cos(normal) + y * math.sin(normal) <= self.inner_radius
+        return inside
+
     def overlap(self, shift: float, angle_rad: float, nodes: int) -> tuple[F64, F64, F64]:
         """Return a rule over what two copies have in common that are ``shift`` apart along a direction.
 

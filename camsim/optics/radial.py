@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from annotated_types import Ge, Le
 from scipy import special
 
 from camsim.arrays import F64
+from camsim.optics.pattern import UNIT_NM, Pattern
 from camsim.spectra.curve import Transmission
 from camsim.typed import NonNegative, Positive, Several, judge, refusal
 
@@ -61,6 +63,10 @@ class RadialOtf:
         if values[-1] != 0.0:
             message = f"the last is {values[-1]!r}; go on to the frequency where nothing passes, and give 0 there"
             raise refusal(self, "values", message)
+
+    def pattern(self) -> Pattern:
+        """What the boundary engine knows of it."""
+        return _pattern(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: the inverse of the last frequency."""
@@ -120,3 +126,36 @@ class RadialOtf:
             start = stop
         values: F64 = out.reshape(r.shape)
         return values
+
+
+@functools.cache
+def _pattern(lens: RadialOtf) -> Pattern:
+    """Return the pattern of a transfer that is a cubic between its knots; the blur is the inverse of the last one.
+
+    A power uⁿ of the transfer at 0 makes 2πρ·∫uⁿ·J1(2πuρ) du = 1/(2πρ) of E for n = 1, −3/(2πρ)³ for n = 3, and nothing
+    for n even. A jump J of the m-th derivative at u makes J/(π√(uρ)·(2πρ)^m) of oscillation there, and an edge's end
+    met square on 1/(4π√(uρ)) of that.
+    """
+    last = lens.freq_per_um[-1]
+    cubic = lens.curve()
+    knots = cubic.x / last
+    at_zero = cubic.c[::-1, 0] * last ** np.arange(4)
+    rings = []
+    for order in (1, 2, 3):
+        slope = cubic.derivative(order)
+        jumps = np.append(slope.c[-1, 1:], 0.0) - slope(cubic.x[1:] * (1.0 - 1e-12))
+        for u, jump in zip(knots[1:], np.abs(jumps) * last**order, strict=True):
+            if jump > 1e-9:
+                rings.append((float(u), float(jump / (4.0 * math.pi**2 * u * (2.0 * math.pi) ** order)), order + 1.0))
+    return Pattern(
+        energy=lambda rho: lens.encircled_energy(rho / last, UNIT_NM),
+        core=math.pi * float(lens.point_spread(np.zeros(1), UNIT_NM)[0]) / last**2,
+        otf=lambda u: lens.otf(u * last, np.zeros(1), UNIT_NM),
+        breaks=tuple(float(u) for u in knots[1:]),
+        powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
+        rings=tuple(rings),
+        airy=False,
+        signed=True,
+        quiet=lambda allowed: max(5.0, 2.0 / float(knots[1])),
+        finest=1e-7,
+    )

@@ -8,10 +8,10 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
+from camsim.quadrature import gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.long_sides import LongSides
-from camsim.rendering.quadrature import gauss_legendre
 from camsim.scene import Disc, Scene, arrange
 from camsim.scene.arrange import Arrangement
 
@@ -50,8 +50,8 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[
     x, w = gauss_legendre(SLOPE_NODES)
     f = 0.5 * (1.0 + x) * highest
     passes = [
-        np.abs(system.point_otf(f * cx, f * cy, shortest_nm)) * w * highest
-        for cx, cy in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
+        system.point_otf_size(f, direction, shortest_nm) * w * highest
+        for direction in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
     ]
     slope = max(2.0 * math.pi * float(np.sum(f * otf)) for otf in passes)
     line_per_um = max(float(np.sum(otf)) for otf in passes)

@@ -10,8 +10,8 @@ import numpy as np
 from scipy import optimize
 
 from camsim.arrays import F64
+from camsim.optics.pattern import Pattern
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.patterns import Pattern
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 NEAREST = 5.0  # blurs: where the search for quiet begins

@@ -13,8 +13,10 @@ import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
+from camsim.kernels import is_kept
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.rendering.auto import Choice, check_method, choose
+from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
@@ -175,6 +177,11 @@ def plan_render(
         tolerance=tolerance,
     )
     return choose(method, job, samples)
+
+
+def kernels_compiled() -> bool:
+    """Whether the kernels lie compiled in the cache (the first use on a machine compiles them, once)."""
+    return is_kept(render_edges)
 
 
 def _check(wavelength_nm: F64, tolerance: float) -> None:

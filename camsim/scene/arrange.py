@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,8 @@ from camsim.arrays import F64, I64
 from camsim.scene.scene import Scene
 from camsim.scene.shapes import Longer
 from camsim.spectra.curve import Spectrum
+
+GRID_BITS = (48, 46, 44)  # of the largest coordinate: at 50 GEOS fails to close rings now and then, at 49 it never did
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -144,12 +146,42 @@ def _visible_rings(outlines: Sequence[F64], regions: Sequence[int], found: Touch
     polygons = {i: shapely.Polygon(outlines[i]) for i in np.flatnonzero(touching).tolist()}
     for i, polygon in polygons.items():
         later = [polygons[j] for j in overlapped_by.get(i, [])]
-        piece = polygon if not later else polygon.difference(shapely.union_all(later))
+        piece = polygon if not later else _overlaid(_without, [polygon, *later])
         pieces.setdefault(regions[i], []).append(piece)
     for region, parts in pieces.items():
-        joined = shapely.union_all(parts) if len(parts) > 1 else parts[0]
+        joined = _overlaid(shapely.union_all, parts) if len(parts) > 1 else parts[0]
         visible.append((region, _rings(joined)))
     return visible
+
+
+def _without(polygons: Sequence[Any], grid_size: float | None = None) -> Any:
+    """Return the first polygon without all others."""
+    import shapely
+
+    first, *others = polygons
+    return shapely.difference(first, shapely.union_all(others, grid_size=grid_size), grid_size=grid_size)
+
+
+def _overlaid(overlay: Callable[..., Any], polygons: Sequence[Any]) -> Any:
+    """Return what an overlay makes of polygons, their very numbers kept where that can be trusted.
+
+    In floating point GEOS loses whole faces, without a word, where edges all but coincide: a corner of one on a side of
+    another (3 of 1000 random fans of triangles). On a grid every crossing is rounded and nothing is lost; corners move
+    by half its size. So both are made: where their areas differ by more than that explains, the grid's is right.
+    """
+    import shapely
+
+    exact = overlay(polygons)
+    size = math.frexp(float(np.abs(shapely.total_bounds(polygons)).max()))[1]
+    for bits in GRID_BITS:
+        grid = math.ldexp(1.0, size - bits)
+        try:
+            rounded = overlay(polygons, grid_size=grid)
+        except shapely.errors.GEOSException:  # rings that cannot be closed: too fine for its own rounding
+            continue
+        moved = 4.0 * grid * float(np.sum(shapely.length(polygons)))
+        return exact if abs(exact.area - rounded.area) <= moved else rounded
+    return exact
 
 
 def _rings(geometry: Any) -> list[F64]:

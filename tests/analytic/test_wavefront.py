@@ -259,6 +259,38 @@ def test_the_transfer_is_the_transform_of_the_pattern(lens):
         assert complex(lens.otf(np.array(fx), np.array(fy), 500.0)) == pytest.approx(expected, abs=5e-3)
 
 
+@pytest.mark.parametrize(
+    "pupil",
+    [
+        Pupil(),
+        Pupil(obstruction=0.4),
+        Pupil(shape="square", rotate_deg=20.0),
+        Pupil(shape="bladed", blades=5, obstruction=0.3),
+    ],
+    ids=["circle", "ring", "square", "iris"],
+)
+@pytest.mark.parametrize("waves", [0.0, 0.1, 1.5])
+def test_the_size_of_a_transfer_is_known_well_enough_for_a_bound(pupil, waves):
+    """What a lattice over the pupil makes of it, against the overlap within its boundaries."""
+    lens = Wavefront(f_number=N, zernike_waves=((8, waves), (12, -0.4 * waves)), reference_nm=NM, pupil=pupil)
+    f = np.linspace(0.0, 1.05, 12) * lens.cutoff_per_um(NM)
+    for angle in (0.0, 0.25 * math.pi, 1.0):
+        direction = (math.cos(angle), math.sin(angle))
+        exact = np.abs(lens.otf(f * direction[0], f * direction[1], NM))
+        np.testing.assert_allclose(lens.otf_size(f, direction, NM), exact, rtol=0, atol=0.01)
+
+
+def test_waves_in_the_corners_of_a_square_are_followed():
+    """200 waves there, of order 7: what their phase is rounded to was once taken for more of them, and refused."""
+    lens = Wavefront(f_number=N, zernike_waves=((28, 0.75), (30, 0.48)), pupil=Pupil(shape="square"))
+    t, w = np.polynomial.legendre.leggauss(1300)
+    total = 0.0
+    for y, share in zip(t, w, strict=True):  # row by row: a plain product rule over −1 … 1
+        total += share * np.sum(w * np.exp(2j * np.pi * lens.waves(t, np.full_like(t, y), 425.0)))
+    # Strehl is small here: 200 waves spread the light.
+    assert lens.strehl(425.0) == pytest.approx(abs(total / 4.0) ** 2, rel=1e-8)
+
+
 def test_coma_points_to_the_right():
     """A positive coefficient 8: the bright head at the left of the light's centre, the tail to its right."""
     lens = Wavefront(f_number=N, zernike_waves=((8, 0.3),), reference_nm=NM)

@@ -1,22 +1,99 @@
-"""Compiled kernels never outlive the sources they were compiled from."""
+"""Compiled kernels are kept under a key made of their sources, and a cache that is in no order is survived.
+
+A small package of the same name stands for camsim: its kernel is in one module and takes in a function of another.
+"""
 
 import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 
-from camsim.rendering.kernels import forget_stale
+import pytest
+
+KERNELS = Path(__file__).parents[2] / "camsim" / "kernels.py"
+OUTER = """
+from camsim.inner import inside
+from camsim.kernels import is_kept, kernel
+
+@kernel()
+def outer(x):
+    return 10.0 * inside(x)
+
+if __name__ == "__main__":
+    before = is_kept(outer)
+    print(outer(1.0), before, bool(outer.stats.cache_hits))
+"""
+INNER = """
+from camsim.kernels import kernel
+
+@kernel()
+def inside(x):
+    return x + {}
+"""
 
 
-def test_an_index_older_than_any_source_goes(tmp_path):
-    cache = tmp_path / "__pycache__"
-    cache.mkdir()
-    for name, age in (
-        ("a.py", 50),
-        ("b.py", 10),
-        ("__pycache__/a.f-1.py311.nbi", 30),
-        ("__pycache__/b.g-1.py311.nbi", 5),
-    ):
-        path = tmp_path / name
-        path.write_bytes(b"")
-        os.utime(path, (1e9 - age, 1e9 - age))
-    forget_stale(tmp_path, cache)
-    # a.py itself has not changed since, but it may have taken in what b.py was then.
-    assert [index.name for index in cache.iterdir()] == ["b.g-1.py311.nbi"]
+@pytest.fixture
+def small(tmp_path):
+    """The package; a function writes what is inside and runs it in a process of its own."""
+    package = tmp_path / "camsim"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "outer.py").write_text(OUTER)
+    shutil.copy(KERNELS, package)
+
+    def begin(inside, cache="cache"):
+        (package / "inner.py").write_text(INNER.format(inside))
+        environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / cache)}
+        return subprocess.Popen(
+            [sys.executable, "-m", "camsim.outer"], env=environment, cwd=tmp_path, stdout=subprocess.PIPE, text=True
+        )
+
+    def run(inside, cache="cache"):
+        said, _ = begin(inside, cache).communicate()
+        return said.split()
+
+    run.begin = begin
+    return run
+
+
+def test_what_was_compiled_is_found_again(small):
+    assert small("1.0") == ["20.0", "False", "False"]
+    assert small("1.0") == ["20.0", "True", "True"]
+
+
+def test_a_change_in_what_a_kernel_takes_in_is_seen_and_the_old_version_stays(small):
+    assert small("1.0") == ["20.0", "False", "False"]
+    assert small("2.0") == ["30.0", "False", "False"]
+    assert small("1.0") == ["20.0", "True", "True"]
+    assert small("2.0") == ["30.0", "True", "True"]
+
+
+@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
+def test_a_damaged_cache_is_compiled_again(small, tmp_path, suffix):
+    small("1.0")
+    damaged = list((tmp_path / "cache").glob(f"*{suffix}"))
+    assert damaged
+    for path in damaged:
+        path.write_bytes(path.read_bytes()[:30])
+    assert small("1.0")[0] == "20.0"
+    assert small("1.0") == ["20.0", "True", "True"]
+
+
+def test_a_folder_that_cannot_be_written_is_survived(small, tmp_path):
+    (tmp_path / "file").write_text("no folder can be made in here")
+    assert small("1.0", "file/cache") == ["20.0", "False", "False"]
+    assert small("1.0", "file/cache") == ["20.0", "False", "False"]
+
+
+def test_processes_share_a_cache(small):
+    processes = [small.begin("1.0") for _ in range(3)]
+    assert {process.communicate()[0].split()[0] for process in processes} == {"20.0"}
+    assert small("1.0") == ["20.0", "True", "True"]
+
+
+def test_old_versions_go(small, tmp_path):
+    for inside in range(10):
+        small(f"{inside}.0")
+    assert len(list((tmp_path / "cache").glob("outer.outer-*.nbi"))) == 8
+    assert small("9.0") == ["100.0", "True", "True"]

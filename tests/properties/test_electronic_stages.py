@@ -15,7 +15,7 @@ from camsim.description import describe
 from camsim.reporting import sentence
 from camsim.revive import revive
 from camsim.sensor.chain import random_numbers
-from camsim.sensor.electronics import ORDER
+from camsim.sensor.electronics import ORDER, Electronics
 from camsim.sensor.stage import OWN_STREAMS, Phase
 
 LIGHT = camsim.Light(line_nm=488.0, irradiance_w_per_m2=0.1)
@@ -154,6 +154,18 @@ def test_a_window_is_that_slice_of_the_frame(law, origin, rng):
         assert same
     elif origin != (0, 0):
         assert not same
+
+
+@pytest.mark.parametrize("origin", [(0, 0), (70, 11)])
+def test_neighbours_that_give_nothing_shift_nothing(law, origin, rng):
+    """With crosstalk the window is wider; each photosite keeps its pattern."""
+    if law.stage.margin:
+        return
+    electrons = rng.uniform(0, 1200, (72, 42))
+    straight = camsim.Crosstalk(((0, 0, 0), (0, 1, 0), (0, 0, 0)))
+    chain = Electronics(**({"shot_noise": None} | fields_of(straight, *law.chain))).stages
+    where = {"origin": origin, "frame_cols": 90}
+    np.testing.assert_array_equal(recorded_by(chain, electrons, **where), through(law, electrons[1:-1, 1:-1], **where))
 
 
 def test_the_stage_switched_off_takes_away_its_own_draws_alone(law, rng, monkeypatch):

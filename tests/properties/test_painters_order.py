@@ -6,6 +6,7 @@ from examples import OPTICS, image_of, worst
 
 import camsim
 from camsim.rendering.check.scenery import pieces_of
+from camsim.scene import arrange
 
 OPTICS_HERE = OPTICS["f/8, OLPF"]
 CELLS = 12  # of one pitch, on each side
@@ -111,3 +112,51 @@ def test_the_pieces_that_the_check_sees_bound_what_is_painted(seed):
         if reflectance != BACKGROUND:
             found = area[pieces.left == k].sum() - area[pieces.right == k].sum()
             assert found == pytest.approx(np.count_nonzero(seen == reflectance) * 0.02**2, abs=0.02)
+
+
+def fan(rng):
+    """Triangles about one corner that share their other corners: their sides all but coincide where they are cut."""
+    count = int(rng.integers(3, 6))
+    around, corner = 10.0 * rng.normal(size=(count, 2)), rng.choice([-2.44, 0.0, 2.44], 2)
+    return [np.array([corner, around[i], around[(i + 1) % count]]) for i in range(count)]
+
+
+def within(triangle, points):
+    """Whether points lie in a triangle: on the same side of all three sides."""
+    turns = [
+        (b - a)[0] * (points[:, 1] - a[1]) - (b - a)[1] * (points[:, 0] - a[0])
+        for a, b in zip(triangle, np.roll(triangle, -1, axis=0), strict=True)
+    ]
+    return (np.min(turns, axis=0) > 0.0) | (np.max(turns, axis=0) < 0.0)
+
+
+def region_at(arrangement, points):
+    """Region of each point: how often an upward ray to the right crosses its outline, forth less back."""
+    found = np.zeros(len(points), int)
+    a, b = arrangement.start_um, arrangement.end_um
+    for region in range(1, len(arrangement.spectra)):
+        crossings = np.zeros(len(points), int)
+        for edge in np.flatnonzero((arrangement.left == region) ^ (arrangement.right == region)):
+            (x0, y0), (x1, y1) = a[edge], b[edge]
+            spans = (y0 <= points[:, 1]) != (y1 <= points[:, 1])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                beyond = x0 + (points[:, 1] - y0) / (y1 - y0) * (x1 - x0) > points[:, 0]
+            turn = (1 if y1 > y0 else -1) * (1 if arrangement.left[edge] == region else -1)
+            crossings += turn * (spans & beyond)
+        assert set(crossings.tolist()) <= {0, 1}
+        found[crossings == 1] = region
+    return found
+
+
+def test_fans_of_triangles():
+    """A whole face was lost in 3 of 1000: polygons were joined, or one cut by others, in floating point."""
+    points = np.random.default_rng(5).uniform(-15.0, 15.0, (200, 2))
+    for seed in range(400):
+        triangles = fan(np.random.default_rng([7, seed]))
+        # The first, the third and the fifth are alike: they are joined.
+        shapes = [camsim.Polygon(points_um=t, reflectance=0.3 + 0.3 * (k % 2)) for k, t in enumerate(triangles)]
+        painted_last = np.zeros(len(points), int)
+        for k, triangle in enumerate(triangles):
+            painted_last[within(triangle, points)] = 1 + k % 2
+        found = arrange(camsim.Scene(background=0.9, shapes=shapes), max_segment_um=np.inf)
+        np.testing.assert_array_equal(region_at(found, points), painted_last, err_msg=f"fan {seed}")

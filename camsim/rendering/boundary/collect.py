@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.kernels import kernel
 from camsim.rendering.boundary.crowd import Cells, cell_at_points
 from camsim.rendering.boundary.far import weigh
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
@@ -52,7 +52,7 @@ class Scratch(NamedTuple):
     opened: I64  # (cells,)
 
 
-@nb.njit(cache=True)
+@kernel()
 def scratch_of(leaf: int, order: int, channels: int, cells: int) -> Scratch:
     """Return fresh memory for one thread."""
     nodes, sites = order * order, leaf * leaf
@@ -70,14 +70,14 @@ def scratch_of(leaf: int, order: int, channels: int, cells: int) -> Scratch:
     )
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _gap(dx: float, dy: float, half_x: float, half_y: float) -> float:
     """Distance of a point at (dx, dy) from a box around the origin."""
     gap_x, gap_y = max(abs(dx) - half_x, 0.0), max(abs(dy) - half_y, 0.0)
     return math.sqrt(gap_x * gap_x + gap_y * gap_y)
 
 
-@nb.njit(cache=True)
+@kernel()
 def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: TabledEdges, n: Numbers) -> int:
     """Return which part of an edge is quiet and smooth over a tile, −1 for none."""
     apart = n.separation * half
@@ -99,7 +99,7 @@ def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: Tab
     return ENDS if edges.response[e] >= 0 and s1 <= -spread and s2 >= spread else -1
 
 
-@nb.njit(cache=True)
+@kernel()
 def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, world: World) -> int:
     """Add up what is smooth over a level's tile about (x, y); list other sources and return how many are no LINEs."""
     edges, cells, tables, n = world

@@ -17,12 +17,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
+from camsim.kernels import kernel
+from camsim.quadrature import chebyshev, gauss_legendre
 from camsim.rendering.edges import Edges
-from camsim.rendering.quadrature import chebyshev, gauss_legendre
 
 FEWEST = 32  # edges of a cell: fewer are quicker one by one than its nodes
 FITS = 0.25  # an edge longer than this part of a cell stays with the next larger one, and so sticks out little
@@ -87,7 +87,7 @@ def gather(edges: Edges, pair: I64, far: F64, nodes: int) -> tuple[I64, Cells]:
     return sorted_edges, cells
 
 
-@nb.njit(cache=True)
+@kernel()
 def _basis(nodes: F64, u: float, out: F64) -> None:
     """Write the Lagrange polynomials of Chebyshev nodes of the first kind at u (barycentric formula)."""
     total = 0.0
@@ -102,7 +102,7 @@ def _basis(nodes: F64, u: float, out: F64) -> None:
     out /= total
 
 
-@nb.njit(cache=True)
+@kernel()
 def _spread(start: F64, end: F64, pair: I64, far: F64, cells: Cells, gauss_x: F64, gauss_w: F64) -> None:
     """Fill in the cells' strengths, the smallest cells first."""
     nodes, strength = cells.nodes, cells.strength
@@ -148,7 +148,7 @@ def _spread(start: F64, end: F64, pair: I64, far: F64, cells: Cells, gauss_x: F6
                                     strength[c, k, m, axis, i, j] += along_y[a, i] * half_way[a, j]
 
 
-@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+@kernel(error_model="numpy", fastmath={"contract"})
 def cell_at_points(
     c: int, x0: float, y0: float, x: F64, y: F64, sigma2: float, m22: float, harmonic: C128, cells: Cells, total: F64
 ) -> None:

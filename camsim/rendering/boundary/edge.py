@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kernels import kernel
 from camsim.rendering.boundary.far import across, far_edge, far_line, far_tail, mirrored, weigh
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
     """Lagrange weights of the eight nodes −3 … 4 at 0 ≤ t < 1; scalars, so that they stay in registers."""
     d0, d1, d2, d3 = t + 3.0, t + 2.0, t + 1.0, t
@@ -32,7 +32,7 @@ def _weights(t: float) -> tuple[float, float, float, float, float, float, float,
     )
 
 
-@nb.njit(cache=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def _flux(
     h: float,
     s_from: float,
@@ -82,7 +82,7 @@ def _flux(
     return total * half / len(n.apart)
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
     """Contribution of one edge's line to a photosite at signed distance h, half of it taken away; without rings."""
     pair = edges.pair[e]
@@ -98,7 +98,7 @@ def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, 
     return value if h >= 0.0 else -value
 
 
-@nb.njit(cache=True)
+@kernel()
 def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
     """Contribution of one edge to one photosite, by whichever of the ways is exact enough and cheap; without rings."""
     tx, ty = edges.tx[e], edges.ty[e]

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
-
 from camsim.arrays import F64
+from camsim.kernels import kernel
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 from camsim.rendering.boundary.rings import ring_tail
 
 
-@nb.njit(cache=True)
+@kernel()
 def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
     """Rings of the half line from s ≥ 0 on, going in direction (tx, ty)."""
     if math.hypot(h, s) >= n.quiet_end:
@@ -19,7 +18,7 @@ def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables
     return ring_tail(h, s, tx, ty, weights, tables.blur, tables.rings, n.turns, n.near)
 
 
-@nb.njit(cache=True)
+@kernel()
 def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
     """Rings of an infinite line; none within ``reach``, where its response has them."""
     if not n.reach <= abs(h) < n.quiet_line:
@@ -28,7 +27,7 @@ def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables,
     return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.blur, tables.rings, n.turns, n.near)
 
 
-@nb.njit(cache=True)
+@kernel()
 def _rings_of_part(
     h: float, s1: float, s2: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers
 ) -> float:
@@ -49,14 +48,14 @@ def _rings_of_part(
     )
 
 
-@nb.njit(cache=True)
+@kernel()
 def rings_of_line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
     """Rings that the far form in ``line_at`` leaves out."""
     weights = tables.ring_weights[edges.pair[e], channel]
     return _rings_of_line(h, edges.tx[e], edges.ty[e], weights, tables, n)
 
 
-@nb.njit(cache=True)
+@kernel()
 def rings_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
     """Rings that the far forms in ``edge_at`` leave out."""
     tx, ty = edges.tx[e], edges.ty[e]

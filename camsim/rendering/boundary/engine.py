@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
 from camsim.rendering.boundary.image import boundary_bands
 from camsim.rendering.boundary.settings import Settings, plan_boundary
 from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.patterns import Pattern
 from camsim.rendering.work import Work
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, U8
+from camsim.kernels import kernel
 from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World
 from camsim.rendering.boundary.crowd import cell_at_points
 from camsim.rendering.boundary.edge import edge_at, line_at
@@ -15,7 +15,7 @@ from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, mome
 from camsim.rendering.boundary.smooth import LINE, far_and_quiet, far_at_points
 
 
-@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+@kernel(error_model="numpy", fastmath={"contract"})
 def _add_line(
     e: int, x0: float, y0: float, channel: U8, image: F64, edges: TabledEdges, tables: Tables, n: Numbers
 ) -> None:
@@ -41,7 +41,7 @@ def _add_line(
                 image[r, c] += rings_of_line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
 
 
-@nb.njit(cache=True)
+@kernel()
 def finish(
     level: int,
     origin_x: float,

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba as nb
-
 from camsim.arrays import C128, F64, I64
+from camsim.kernels import kernel
 from camsim.rendering.boundary.far import Moments
 
 
@@ -64,7 +63,7 @@ class Numbers(NamedTuple):
     leaf: int  # tiles of this size are finished whatever is left
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def moments_of(e: int, edges: TabledEdges, n: Numbers) -> Moments:
     """Return the footprint's moments as the end of edge ``e`` sees them."""
     return Moments(n.sigma2, n.m22, edges.m2[e], edges.m31[e], edges.m4[e], edges.m6[e])

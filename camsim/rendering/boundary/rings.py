@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import C128, F64
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.kernels import kernel
+from camsim.quadrature import gauss_legendre
 
 RAY_NODES = 14
 RAY_DECAY = 16.0  # nepers along the ray
@@ -55,7 +55,7 @@ def airy_rings(blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: floa
     return amplitude
 
 
-@nb.njit(cache=True)
+@kernel()
 def _amplitude(length: float, nodes: F64, weights: F64, radius: F64, angle: F64) -> C128:
     """Field averaged over the footprint, times r³·e^{−2πir/λN}: (2, radii, angles), radial and tangential."""
     out = np.zeros((2, radius.size, angle.size), np.complex128)
@@ -81,7 +81,7 @@ def _amplitude(length: float, nodes: F64, weights: F64, radius: F64, angle: F64)
     return out
 
 
-@nb.njit(cache=True)
+@kernel()
 def ring_tail(
     h: float, s: float, tx: float, ty: float, weights: F64, blur: F64, amplitude: C128, turns: int, nearest: float
 ) -> float:

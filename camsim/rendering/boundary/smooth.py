@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
-
 from camsim.arrays import F64, U8
+from camsim.kernels import kernel
 from camsim.rendering.boundary.far import Moments, across, far_line, mirrored, smooth_tail
 from camsim.rendering.boundary.records import Numbers, TabledEdges, moments_of
 
@@ -18,7 +17,7 @@ HALF_PI, QUARTER_PI = 0.5 * math.pi, 0.25 * math.pi
 TAN_EIGHTH = math.sqrt(2.0) - 1.0
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _angle(y: float, x: float) -> float:
     """Return atan2(y, x) to 1e-16; nan for (0, 0).
 
@@ -39,7 +38,7 @@ def _angle(y: float, x: float) -> float:
     return -p if y < 0.0 else p
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _ends(h: float, s1: float, length: float, side: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of an edge but for the smooth part of its line, which counts where the photosite is beside it."""
     s2 = s1 + length
@@ -51,7 +50,7 @@ def _ends(h: float, s1: float, length: float, side: float, m: Moments) -> tuple[
     return angle + up1 * a0 - up2 * b0, up1 * a1 - up2 * b1, up1 * a3 - up2 * b3, up1 * a5 - up2 * b5
 
 
-@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+@kernel(error_model="numpy", fastmath={"contract"})
 def far_at_points(
     e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, g: F64
 ) -> None:
@@ -96,7 +95,7 @@ def far_at_points(
         g[3, i] += counts * c5
 
 
-@nb.njit(cache=True, fastmath={"contract"})
+@kernel(fastmath={"contract"})
 def far_and_quiet(e: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, quiet: U8) -> None:
     """Write to ``quiet`` (points) 1 where the far form is all there is of an edge: no rings, no line to look up."""
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]

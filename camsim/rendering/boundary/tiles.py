@@ -13,6 +13,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, U8
+from camsim.kernels import kernel
 from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World, collect, scratch_of
 from camsim.rendering.boundary.crowd import Cells
 from camsim.rendering.boundary.finish import finish
@@ -20,7 +21,7 @@ from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 from camsim.rendering.boundary.smooth import WHOLE
 
 
-@nb.njit(cache=True)
+@kernel()
 def _stack_of(levels: int, channels: int, world: World) -> Stack:
     """Return a stack with all sources at level 0."""
     edges, cells, order = world.edges.x.size, world.cells.x.size, world.numbers.nodes.size
@@ -36,7 +37,7 @@ def _stack_of(levels: int, channels: int, world: World) -> Stack:
     return stack
 
 
-@nb.njit(cache=True)
+@kernel()
 def _hand_down(level: int, quarter: int, stack: Stack, n: Numbers, half_way: F64) -> None:
     """Interpolate what a tile has collected to the nodes of one of its quarters, a level further down."""
     order = n.nodes.size
@@ -56,7 +57,7 @@ def _hand_down(level: int, quarter: int, stack: Stack, n: Numbers, half_way: F64
                 stack.sums[level + 1, k, i * order + j] = value
 
 
-@nb.njit(cache=True)
+@kernel()
 def _descend(
     row: int,
     col: int,
@@ -102,7 +103,7 @@ def _descend(
             enter = True
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def render_edges(
     origin_x: float, origin_y: float, channel: U8, edges: TabledEdges, cells: Cells, tables: Tables, n: Numbers
 ) -> F64:

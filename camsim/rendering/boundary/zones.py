@@ -9,6 +9,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.kernels import kernel
 from camsim.rendering.boundary.edge_rings import rings_at
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 
@@ -21,7 +22,7 @@ class Zones(NamedTuple):
     picked: I64  # they
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def add_rings_in_zones(
     x0: float,
     y0: float,

@@ -71,8 +71,8 @@ class Block:
         return Place(self.first_i, self.first_j, self.count_i, self.count_j, px, py, tile.cut, self.column, self.row)
 
 
-def blocks(tile: Tile, most: int) -> Iterator[Block]:
-    """Cut the band into blocks of at most about ``most`` frequencies."""
+def _aliases(tile: Tile) -> Iterator[tuple[int, int, int, int]]:
+    """Yield the band's aliases of the half plane 0 … Px/2: number, first and last i, and the largest |j| in them."""
     px, py = tile.periods
     half = px // 2 + 1
     furthest_i = math.floor(tile.cut * px)
@@ -81,8 +81,34 @@ def blocks(tile: Tile, most: int) -> Iterator[Block]:
         if first_i > last_i:
             continue
         nearest = 0 if first_i <= 0 <= last_i else min(abs(first_i), abs(last_i))
-        high = math.floor(py * math.sqrt(max(tile.cut**2 - (nearest / px) ** 2, 0.0)))
-        band = max(1, most // (last_i - first_i + 1))
+        yield p, first_i, last_i, math.floor(py * math.sqrt(max(tile.cut**2 - (nearest / px) ** 2, 0.0)))
+
+
+def _rows_of_block(most: int, columns: int) -> int:
+    return max(1, most // columns)
+
+
+def count_blocks(tile: Tile, most: int) -> tuple[int, int]:
+    """Return how many blocks ``blocks`` yields, and their rows together: without them, which may be 10⁸.
+
+    >>> tile = Tile(row=0, col=0, rows=1, cols=1, inner=(2.0, 2.0), outer=(4.0, 4.0), periods=(12, 10), cut=1.7,
+    ...             low=(0.0, 0.0), high=(1.0, 1.0))
+    >>> cut = list(blocks(tile, 20))
+    >>> count_blocks(tile, 20) == (len(cut), sum(block.count_j for block in cut))
+    True
+    """
+    count = rows = 0
+    for _, first_i, last_i, high in _aliases(tile):
+        count += -(-(2 * high + 1) // _rows_of_block(most, last_i - first_i + 1))
+        rows += 2 * high + 1
+    return count, rows
+
+
+def blocks(tile: Tile, most: int) -> Iterator[Block]:
+    """Cut the band into blocks of at most about ``most`` frequencies."""
+    px, py = tile.periods
+    for p, first_i, last_i, high in _aliases(tile):
+        band = _rows_of_block(most, last_i - first_i + 1)
         for first_j in range(-high, high + 1, band):
             yield Block(
                 first_i=first_i,

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
+from camsim.optics.airy import AIRY
 from camsim.rendering.engine import SET_UP_SECONDS, Cost, Decision, Marks, Progress
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.patterns import AIRY
 from camsim.rendering.quiet import Waves
 from camsim.rendering.work import Work
 

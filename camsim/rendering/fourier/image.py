@@ -16,7 +16,9 @@ from scipy import fft
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
+from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics import OpticalSystem
+from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
@@ -32,7 +34,6 @@ from camsim.rendering.fourier.lens import (
 )
 from camsim.rendering.fourier.plan import PART, Kernel, Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions, clamped
-from camsim.rendering.kernels import ONE_AT_A_TIME
 
 FINEST, COARSEST = 1e-11, 1e-2
 
@@ -158,8 +159,9 @@ class FourierImage:
         """
         # Filled here: threads that touch fresh pages at once wait for one another.
         total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
-        if self._kernel.round:
-            curves = round_curves(self.system, self._lit[0], contrast, self.pitch_um, self._kernel, tile, plan)
+        lens = self.system.lens
+        if self._kernel.round and isinstance(lens, Round):
+            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self._kernel, tile, plan)
             for block in blocks(tile, plan.block_points):
                 scene = SceneBlock(regions.transforms(block), regions.areas)
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)

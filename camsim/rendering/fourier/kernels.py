@@ -18,6 +18,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.kernels import kernel
 from camsim.rendering.fourier.blocks import Place
 
 COLUMNS = 128  # frequencies at a time: their phases stay in the nearest cache; rows cut out, so that loops are vectors
@@ -56,7 +57,7 @@ class Corners(NamedTuple):
     right: I64
 
 
-@nb.njit(cache=True, error_model="numpy", fastmath={"contract"})
+@kernel(error_model="numpy", fastmath={"contract"})
 def _multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> None:
     """Set real and imaginary part to the product for row r, from column ``low`` on."""
     width = real.size
@@ -72,7 +73,7 @@ def _multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> 
             real[c] = product
 
 
-@nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
+@kernel(parallel=True, error_model="numpy", fastmath={"contract"})
 def edge_transforms(place: Place, edges: Corners, spectra: int) -> F64:
     """Return 4π²|k|²·F of every spectrum's regions, real and imaginary part: (spectra, count_j, 2, count_i).
 
@@ -152,7 +153,7 @@ def edge_transforms(place: Place, edges: Corners, spectra: int) -> F64:
     return out
 
 
-@nb.njit(cache=True, parallel=True, error_model="numpy", fastmath={"contract"})
+@kernel(parallel=True, error_model="numpy", fastmath={"contract"})
 def add_round(total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Curves, place: Place) -> None:
     """Add a block of round kernels to ``total`` (channels, py, px//2 + 1, 2)."""
     transforms, areas = scene
@@ -211,7 +212,7 @@ def add_round(total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Cu
                         sums[c, 1] += value_r * foot_i[c] + value_i * foot_r[c]
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def add_fields(total: F64, scene: SceneBlock, footprint: Factors, fields: F64, weights: F64, place: Place) -> None:
     """Add a block of kernels that are given frequency by frequency.
 

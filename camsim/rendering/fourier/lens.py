@@ -7,7 +7,6 @@ tapered pattern is band-limited. Any other lens is sampled on a lattice and tran
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Callable
 
@@ -16,15 +15,14 @@ import numpy as np
 from scipy import fft
 
 from camsim.arrays import C128, F64
-from camsim.errors import UnsupportedError
-from camsim.optics import OpticalSystem
+from camsim.kernels import ONE_AT_A_TIME, kernel
+from camsim.optics import OpticalSystem, RoundLens
+from camsim.optics.protocols import Fading, KnowsEnergy, KnowsReach, Round, Separable
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Curves, Factors
 from camsim.rendering.fourier.plan import Kernel, Sizes
 from camsim.rendering.fourier.taper import taper, tapered
-from camsim.rendering.kernels import ONE_AT_A_TIME
-from camsim.rendering.patterns import pattern_of
 from camsim.rendering.psf import point_spread_of
 
 DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
@@ -36,20 +34,19 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     """Return what the plan has to know of the lens at these wavelengths."""
     lens, more = system.lens, system.more
     cutoff = max(system.cutoff_per_um(float(w)) for w in wavelength_nm) * pitch_um
-    blur = min(system.blur_um(float(w)) for w in wavelength_nm) / pitch_um
+    blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
     reach = math.inf
-    within = getattr(lens, "reach_um", None)
-    if within is not None and not more:
-        reach = max(float(within(ErrorBudget(tolerance).allowed("reach"), float(w))) for w in wavelength_nm) / pitch_um
-    is_round = hasattr(lens, "point_spread") and not more
-    faint = getattr(lens, "fades", False) and not more
+    if isinstance(lens, KnowsReach) and not more:
+        lost = ErrorBudget(tolerance).allowed("reach")
+        reach = max(float(lens.reach_um(lost, float(w))) for w in wavelength_nm) / pitch_um
+    is_round = isinstance(lens, Round) and not more
+    faint = isinstance(lens, Fading) and lens.fades and not more
     rings: tuple[tuple[float, float], ...] = ()
-    if is_round and not faint:
-        longest = max(system.blur_um(float(w)) for w in wavelength_nm) / pitch_um
-        with contextlib.suppress(UnsupportedError):  # a round lens of somebody else's
-            # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
-            # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
-            rings = tuple((16.0 * a * longest**n, n) for _, a, n in pattern_of(lens).rings)
+    if is_round and not faint and isinstance(lens, RoundLens):
+        longest = float(system.blurs_um(wavelength_nm).max()) / pitch_um
+        # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
+        # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
+        rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
     return Kernel(
         cutoff=cutoff,
         blur=blur,
@@ -67,9 +64,10 @@ def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) ->
     A pattern may have dark rings, and a radial curve negative ones: what lies beyond is looked for farther out too, and
     taken twice.
     """
-    energy = getattr(system.lens, "encircled_energy", None)
-    if energy is None or system.more:
+    lens = system.lens
+    if not isinstance(lens, KnowsEnergy) or system.more:
         return lambda distance: 1.0
+    energy = lens.encircled_energy
     ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
     farther = np.linspace(1.0, 1.5, 33)
 
@@ -80,7 +78,7 @@ def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) ->
     return light
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def _projections(cells: F64, cells_per_length: float, outer: float, step_x: float, step_y: float, count: int) -> F64:
     """Return (count, columns): Σ over y of a round pattern, at x = 0, step_x, …
 
@@ -106,7 +104,7 @@ def _projections(cells: F64, cells_per_length: float, outer: float, step_x: floa
 
 
 def round_curves(
-    system: OpticalSystem,
+    lens: Round,
     wavelength_nm: F64,
     weights: F64,
     pitch_um: float,
@@ -125,7 +123,7 @@ def round_curves(
     radius = (np.arange(count)[:, None] + 0.5 * (1.0 + x)) * (outer / count)
     values = np.zeros((count, DEGREE + 1, len(flat)))
     for j, wavelength in enumerate(wavelength_nm):
-        pattern = system.lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
+        pattern = lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
         values += pattern[..., None] * flat[:, j]
     values *= tapered(radius, inner, outer, taper(plan.sharpness))[..., None]
     # Not by matrix products: a BLAS with threads of its own would keep the cores from the kernels for milliseconds.
@@ -229,7 +227,7 @@ def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um
     for stage in (system.olpf, system.photosite):
         if stage is None:
             continue
-        if getattr(stage, "separable", False):
+        if isinstance(stage, Separable) and stage.separable:
             across *= stage.otf(fx, zero, 0.0)
             down *= stage.otf(zero, fy, 0.0)
         else:

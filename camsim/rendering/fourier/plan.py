@@ -17,11 +17,12 @@ from scipy import fft
 
 from camsim.arrays import F64
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fourier.blocks import Tile, blocks
+from camsim.rendering.fourier.blocks import Tile, count_blocks
 from camsim.rendering.fourier.taper import taper_margin
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, SPREAD_POINTS, FEWEST_IN_BLOCK = 150_000, 400_000, 20_000  # frequencies at a time: what stays in a cache
+SPREAD_HELD, SPREAD_MEMORY = 20, 0.25  # numbers: two sums on a grid of twice a block's sides; part of all memory
 PART = 2_000_000  # numbers that are transformed back at a time
 NODES_PER_RADIAN, FEWEST_ON_EDGE = 0.5, 10  # of the Gauss rule on an edge, by the phase along it
 
@@ -161,14 +162,18 @@ def _tiled(task: Task, count: int) -> Sizes:
             tiles.append(tile)
     largest = max(tiles, key=lambda tile: tile.points)
     nodes = NODES_PER_RADIAN * 2.0 * math.pi * largest.cut * task.length + FEWEST_ON_EDGE * task.edges
+    held = task.spectra + task.fields + 4  # numbers of a frequency that are kept while its block is worked on
     plain, spreading = (
         max(FEWEST_IN_BLOCK, 6 * most // (6 + task.spectra + task.fields)) for most in (BLOCK_POINTS, SPREAD_POINTS)
     )
+    # Every block is spread to from every node: with more nodes than frequencies in a block it had better be larger.
+    roomy = SPREAD_MEMORY * task.memory_limit_bytes / (16.0 * (held + SPREAD_HELD))
+    spreading = max(spreading, int(min(nodes, roomy)))
     # Where an alias has few columns, a row of them takes what its first takes.
-    rows_of_blocks = sum(block.count_j for block in blocks(largest, plain))
+    _, rows_of_blocks = count_blocks(largest, plain)
     by_edge = task.edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
     by_spreading = task.spectra * PER_SPREAD_POINT
-    calls = sum(1 for _ in blocks(largest, spreading))
+    calls, _ = count_blocks(largest, spreading)
     by_spreading += 2.0 * nodes * calls * PER_SPREAD_NODE / largest.points
     spread = by_spreading < by_edge
     block_points = spreading if spread else plain
@@ -182,8 +187,7 @@ def _tiled(task: Task, count: int) -> Sizes:
         seconds += kernel_seconds
         fixed = max(fixed, kernel_bytes + area * 8.0 * tile.rows / tile.periods[1])
         transforms = max(transforms, area * 8.0)
-    # Spreading works on a grid of twice the block's sides, and on two sums at once.
-    fixed += block_points * 16.0 * (task.spectra + task.fields + 4 + (20 if spread else 0)) + 64.0 * nodes * spread
+    fixed += block_points * 16.0 * (held + SPREAD_HELD * spread) + 64.0 * nodes * spread
     fixed += 16.0 * shape[0] * shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
     channels = task.channels
     if fixed + channels * transforms > task.memory_limit_bytes:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.kernels import ONE_AT_A_TIME
+from camsim.quadrature import gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Corners, edge_transforms
 from camsim.rendering.fourier.plan import FEWEST_ON_EDGE, NODES_PER_RADIAN, Sizes
-from camsim.rendering.kernels import ONE_AT_A_TIME
-from camsim.rendering.quadrature import gauss_legendre
 
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
 OF_A_CROWD = 0.2

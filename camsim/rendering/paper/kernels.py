@@ -9,6 +9,7 @@ import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kernels import kernel
 
 
 class Steps(NamedTuple):
@@ -28,7 +29,7 @@ class Boxes(NamedTuple):
     shares: F64
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _ramp(q: float, side: float) -> float:
     """Integral of min(max(q, 0), side)."""
     if q <= 0.0:
@@ -36,7 +37,7 @@ def _ramp(q: float, side: float) -> float:
     return 0.5 * q * q if q < side else side * (q - 0.5 * side)
 
 
-@nb.njit(cache=True)
+@kernel()
 def _covered(left: float, top: float, width: float, height: float, steps: Steps) -> float:
     """Return the scene's mean over a rectangle, clipped against every edge exactly; at a point for no width or height.
 
@@ -67,7 +68,7 @@ def _covered(left: float, top: float, width: float, height: float, steps: Steps)
     return inside
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def weighted(x0: float, y0: float, rows: int, cols: int, steps: Steps, background: float, boxes: Boxes) -> F64:
     """Sum the samples of every photosite."""
     image = np.empty((rows, cols))
@@ -82,7 +83,7 @@ def weighted(x0: float, y0: float, rows: int, cols: int, steps: Steps, backgroun
     return image
 
 
-@nb.njit(cache=True)
+@kernel()
 def each_sample(x: float, y: float, steps: Steps, boxes: Boxes) -> F64:
     """Return what every sample of the photosite at (x, y) sees, less the background."""
     values = np.empty(len(boxes.places))
@@ -92,13 +93,13 @@ def each_sample(x: float, y: float, steps: Steps, boxes: Boxes) -> F64:
     return values
 
 
-@nb.njit(cache=True, inline="always")
+@kernel(inline="always")
 def _strip(y: float, x_edge: float) -> float:
     """Density of a Gaussian with σ = 1 at height y, integrated over everything on the lower-x side of x_edge."""
     return math.exp(-0.5 * y * y) / math.sqrt(2.0 * math.pi) * 0.5 * math.erfc(-x_edge / math.sqrt(2.0))
 
 
-@nb.njit(cache=True, parallel=True)
+@kernel(parallel=True)
 def strips(x0: float, y0: float, rows: int, cols: int, steps: Steps, background: float, whiten: F64) -> F64:
     """Integrate a Gaussian pattern over the bands of every edge: erf along x, adaptive Simpson along y.
 

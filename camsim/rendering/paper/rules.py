@@ -26,12 +26,11 @@ from scipy import special
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.kernels import ONE_AT_A_TIME
 from camsim.rendering.paper.kernels import Boxes, Steps, each_sample, strips, weighted
-from camsim.rendering.patterns import pattern_of
 
 GRID = 11
 IMPORTANCE_SAMPLES = 2025
@@ -163,7 +162,7 @@ def _importance(lens: Airy | Gaussian, blur: float, samples: int | None, cut: fl
         offsets = blur * special.ndtri(u)
     else:
         rho = np.linspace(0.0, cut, 1 << 16)
-        energy = pattern_of(lens).energy(rho)
+        energy = lens.pattern().energy(rho)
         radius = blur * np.interp(u[:, 0] * energy[-1], energy, rho)
         offsets = radius[:, None] * np.stack([np.cos(2 * np.pi * u[:, 1]), np.sin(2 * np.pi * u[:, 1])], axis=1)
     return offsets, np.full(count, 1.0 / count)

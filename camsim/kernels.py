@@ -1,0 +1,150 @@
+"""What compiled kernels have in common: how they are compiled and kept, and one caller at a time."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import re
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba as nb
+import platformdirs
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+
+ONE_AT_A_TIME = threading.Lock()
+"""Held while a parallel kernel runs. Each uses every core, so a second caller loses nothing by waiting; and
+Numba's work-queue thread layer, the only one sure to be there, may not be entered by two threads."""
+
+KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
+_IMPORTS = re.compile(r"^\s*from (camsim[\w.]*) import|^\s*import (camsim[\w.]*)", re.MULTILINE)
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def kernel(**options: Any) -> Callable[[F], F]:
+    """Compile a function by ``numba.njit`` with these options, and keep what was compiled for the next process.
+
+    Kept in the user's cache folder (``NUMBA_CACHE_DIR`` when that is set) under a key made of the sources: of the
+    function's own module and of all camsim's modules that it imports, directly or not. Numba's own cache knows no file
+    but the function's own, while kernels take in functions of others. What cannot be read there is compiled again, what
+    cannot be written is not kept.
+
+    >>> @kernel()
+    ... def twice(x):
+    ...     return 2 * x
+    >>> twice(21)
+    42
+    """
+
+    def compiled(function: F) -> F:
+        dispatcher = nb.njit(**options)(function)
+        if Path(function.__code__.co_filename).is_file():
+            dispatcher._cache = _Cache(function)  # type: ignore[no-untyped-call]  # what cache=True would set to Numba's own
+        made: F = dispatcher
+        return made
+
+    return compiled
+
+
+def is_kept(compiled: Any) -> bool:
+    """Whether a kernel was compiled in this process, or another has left it."""
+    if compiled.signatures:
+        return True
+    cache = compiled._cache
+    return isinstance(cache, _Cache) and cache.index.exists()
+
+
+class _Locator(_CacheLocator):
+    """Where a kernel's compiled forms lie, and what names them."""
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        self._key = _key(Path(file))
+        self._line = function.__code__.co_firstlineno
+
+    def get_cache_path(self) -> str:
+        """Return the folder."""
+        return nb.config.CACHE_DIR or str(  # type: ignore[attr-defined]
+            Path(platformdirs.user_cache_dir("camsim")) / "kernels"
+        )
+
+    def get_source_stamp(self) -> str:
+        """Return the key, which is in the name too: versions lie side by side."""
+        return self._key
+
+    def get_disambiguator(self) -> str:
+        """Return what tells versions of a function apart."""
+        return f"{self._line}-{self._key[:16]}"
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], file: str) -> _Locator:
+        """Return the locator, whether or not its folder can be written."""
+        return cls(function, file)
+
+
+class _Kept(CompileResultCacheImpl):
+    _locator_classes = [_Locator]  # noqa: RUF012 (as Numba has it)
+
+
+class _Cache(FunctionCache):
+    _impl_class = _Kept
+
+    @property
+    def index(self) -> Path:
+        """The file that lists what was compiled."""
+        return Path(self._cache_file._index_path)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return what was compiled before; None where there is none that can be read."""
+        try:
+            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except Exception:  # a pickle that was cut short may raise anything
+            with contextlib.suppress(OSError):
+                self.index.unlink()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, if the folder lets us, and the newest of its other versions."""
+        with contextlib.suppress(OSError, EOFError):
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+            self._forget_oldest()
+
+    def _forget_oldest(self) -> None:
+        name = self.index.name.rsplit("-", 2)[0]
+        versions = sorted(self.index.parent.glob(f"{name}-*.nbi"), key=lambda path: path.stat().st_mtime)
+        for old in versions[:-KEPT]:
+            for file in self.index.parent.glob(f"{old.stem}.*"):
+                file.unlink()
+
+
+@functools.cache
+def _key(file: Path) -> str:
+    """Return the hash of a module's source and of all that it imports, and of what compiles them."""
+    made_by = nb.__version__, sys.version, nb.config.BOUNDSCHECK  # type: ignore[attr-defined]
+    parts = [repr(made_by).encode()]
+    parts += [path.read_bytes() for path in sorted(_sources(file))]
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+
+
+def _sources(file: Path) -> set[Path]:
+    """Return a module's file and those of camsim's modules that it imports, directly or not."""
+    found, waiting = set[Path](), [file.resolve()]
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting += _imported(path)
+    return found
+
+
+@functools.cache
+def _imported(file: Path) -> tuple[Path, ...]:
+    names = {a or b for a, b in _IMPORTS.findall(file.read_text(encoding="utf-8"))}
+    root = Path(__file__).resolve().parents[1]
+    places = [root.joinpath(*name.split(".")) for name in names]
+    files = [place / "__init__.py" if place.is_dir() else place.with_suffix(".py") for place in places]
+    return tuple(path for path in files if path.is_file())
