@@ -144,12 +144,12 @@ def _number(bare: type, limits: Sequence[Any]) -> Kind:
         number: Any = value if type(value) is bare else plain(value)
         if number is not None and low <= number <= high:
             return number
-        too_large = number is not None and not math.isnan(number) and abs(number) > most
-        raise Misfit(
-            f"{words}, up to {most:g}" if too_large and high == most else words,
-            value,
-            hint=percent_hint(value) if high == 1 and low >= 0 else "",
-        )
+        said = words
+        if bare is float and number is not None and not math.isfinite(number):
+            said = words.replace("a number", "a finite number", 1)
+        elif number is not None and abs(number) > most:
+            said = f"{words}, at most {most:g}"
+        raise Misfit(said, value, hint=percent_hint(value) if high == 1 and low >= 0 else "")
 
     def as_is(value: Any) -> bool:
         return type(value) is bare and low <= value <= high

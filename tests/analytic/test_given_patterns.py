@@ -135,7 +135,10 @@ def test_a_measured_transfer_passes_what_was_measured(rng):
             "covariance_um2: must be .* and xy² below xx·yy",
         ),
         (lambda: camsim.PolygonPhotosite(points_um=((0, 0), (1, 1), (2, 2))), "points_um: the polygon has no area"),
-        (lambda: camsim.CircularPhotosite(diameter_um=math.nan), "diameter_um: must be a number above 0, not nan"),
+        (
+            lambda: camsim.CircularPhotosite(diameter_um=math.nan),
+            "diameter_um: must be a finite number above 0, not nan",
+        ),
         (lambda: camsim.FourSpotOlpf(split_um=0.0), "split_um: must be a number above 0, not 0; leave"),
         (lambda: camsim.FourSpotOlpf(split_um=1.0, split_y_um=-1.0), "split_y_um: .* not -1.0"),
     ],

@@ -137,7 +137,7 @@ def test_what_was_described_comes_back(stage: Any) -> None:
         ({"lens": {"kind": "system"}}, r"description.camera.lens: 'system' is not a stage"),
         ({"olpf": [1, 2]}, r"description.camera.olpf: must be a FourSpotOlpf or None, not a list of 2"),
         ({"films": 1}, r"description.camera: Camera has no 'films'"),
-        ({"pitch_um": 1e300}, r"description.camera.pitch_um: must be a number above 0, up to 1e\+15, not 1e\+300"),
+        ({"pitch_um": 1e300}, r"description.camera.pitch_um: must be a number above 0, at most 1e\+15, not 1e\+300"),
     ],
 )
 def test_a_parameter_of_another_type_is_refused(change: dict[str, Any], message: str) -> None:
