@@ -20,8 +20,8 @@ class CamsimError(Exception):
     key     : the parameter that it is about, as its stage calls it; empty where it is about no single one
     stage   : whose parameter it is: a class, a file, a part of a description; empty where that goes without saying
 
-    >>> print(CamsimError("17; must be 1..16", key="bit_depth", stage="Adc"))
-    Adc.bit_depth: 17; must be 1..16
+    >>> print(CamsimError("must be a whole number from 1 to 16, not 17", key="bit_depth", stage="Adc"))
+    Adc.bit_depth: must be a whole number from 1 to 16, not 17
     """
 
     def __init__(self, message: str, *, key: str = "", stage: str = "") -> None:

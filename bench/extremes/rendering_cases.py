@@ -145,8 +145,8 @@ def _scenes() -> Iterator[ExtremeCase]:
     yield _case("half-plane", "all to the right of a line, point samples", lambda: by_rays(half, 0.4, 1.0))
     dim = Picture(shapes=[(SLANTED, 1.0)], background=1e-6)
     yield _quadrature("contrast 1 : 1e-6", "white on a background of 1e-6", dim)
-    bright = Picture(shapes=[(SLANTED, 1e6)], background=1.0)
-    yield _quadrature("contrast 1e6 : 1", "a surface of 1e6 on white; the scale is the brightest", bright)
+    dark = Picture(shapes=[(SLANTED, 1e-6)], background=1.0)
+    yield _quadrature("contrast 1e-6 : 1", "a surface of 1e-6 on white", dark)
     yield _case("metameric neighbours", "alike to the channel, of two wavelengths; λN = 0.9 and 1.3", metamers)
 
 

@@ -62,7 +62,7 @@ def take(request: Request) -> None:
             products=products,
             held=held,
         )
-        warning = odd_cfa_of(ready.camera.cfa.pattern, outputs, allowed=request.allow_odd_cfa)
+        warning = odd_cfa_of(tuple(ready.camera.cfa.pattern), outputs, allowed=request.allow_odd_cfa)
     except CamsimError as error:
         errors.insert(0, error)
     if request.compress:

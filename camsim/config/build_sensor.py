@@ -70,8 +70,8 @@ def _filter(document: Judged[Any], path: KeyPath) -> Spectrum | None:
 
 
 def curve_of(table: schema.Curve | schema.Fractions | schema.FilterCurve) -> Curve:
-    """Make a curve; where it does not say what lies beyond its table, that is 0."""
-    return Curve(tuple(table.wavelength_nm), tuple(table.values), "", table.outside or "zero")
+    """Make a curve."""
+    return Curve(table.wavelength_nm, table.values, "", table.outside)
 
 
 def _adc(sensor: SensorDocument) -> Adc | None:

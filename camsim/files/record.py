@@ -12,7 +12,7 @@ from typing import Any
 from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.describe import RECORD_FORMAT, checksum
 from camsim.frame import check_products
-from camsim.typed import hints, judged
+from camsim.typed import hints, judge
 
 LONGEST_RECORD = 16 << 20
 """Bytes of JSON. A scene file has at most as many."""
@@ -46,6 +46,7 @@ class Record:
     description: Mapping[str, Any]
 
     def __post_init__(self) -> None:
+        judge(self)
         check_products((self.product,))
         if not self.channels or not self.cfa_pattern or len({len(row) for row in (*self.cfa_pattern, "")} - {0}) != 1:
             raise InvalidValueError("give one letter for each filter, in rows of one length", key="cfa_pattern")
@@ -96,7 +97,7 @@ def _record(said: dict[str, Any]) -> Record:
     if missing := [name for name in kinds if name not in said]:
         raise InputError(f"its record lacks {missing[0]!r}")
     try:
-        return Record(**{name: judged(said[name], kind, name) for name, kind in kinds.items()})
+        return Record(**said)
     except CamsimError as error:
         raise InputError(f"its record cannot be: {error}") from None
 

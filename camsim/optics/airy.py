@@ -10,9 +10,9 @@ import numpy as np
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
-from camsim.spectra.curve import Spectrum
+from camsim.spectra.curve import Transmission
+from camsim.typed import Positive, judge
 
 NM_PER_UM = 1e3
 
@@ -58,12 +58,11 @@ class Airy:
 
     place: ClassVar[str] = "lens"
 
-    f_number: float
-    transmission: Spectrum = 1.0
+    f_number: Positive
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
+        judge(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""

@@ -5,16 +5,17 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from annotated_types import Ge, Le
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
 from camsim.optics.airy import AIRY, NM_PER_UM, airy_otf
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
-from camsim.spectra.curve import Spectrum
+from camsim.spectra.curve import Transmission
+from camsim.typed import Positive, judge
 
 LARGEST_OBSTRUCTION = 0.95
 PANEL = 0.5  # of the tabulated integral, in x: 12 Gauss nodes on it are exact
@@ -38,18 +39,12 @@ class AnnularAiry:
 
     place: ClassVar[str] = "lens"
 
-    f_number: float
-    obstruction: float
-    transmission: Spectrum = 1.0
+    f_number: Positive
+    obstruction: Annotated[float, Ge(0), Le(LARGEST_OBSTRUCTION)]
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
-        if not 0.0 <= self.obstruction <= LARGEST_OBSTRUCTION:
-            raise InvalidValueError(
-                f"{self.obstruction!r} is outside 0 … {LARGEST_OBSTRUCTION} (a fraction of the diameter)",
-                key="obstruction",
-            )
+        judge(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: λN."""

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern, of_unit
-from camsim.spectra.curve import Spectrum
+from camsim.spectra.curve import Spectrum, Transmission
+from camsim.typed import Positive, check, judge, refusal
 
 HIGHEST = 1.37  # cycles per σ: exp(−2π²·1.37²) is 8e-17
 
@@ -32,19 +32,17 @@ class Gaussian:
     place: ClassVar[str] = "lens"
     chromatic: ClassVar[bool] = False
 
-    sigma_um: float
-    f_number: float = 8.0
-    transmission: Spectrum = 1.0
+    sigma_um: Positive
+    f_number: Positive = 8.0
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.sigma_um) and self.sigma_um > 0):
-            raise InvalidValueError(f"{self.sigma_um!r} is not a standard deviation; give µm above 0", key="sigma_um")
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
+        judge(self)
 
     @classmethod
     def from_mtf50(cls, mtf50_per_um: float) -> Gaussian:
         """Return the Gaussian whose transfer is one half at ``mtf50_per_um`` cycles/µm."""
+        check(mtf50_per_um, Positive, "mtf50_per_um", cls.__name__)
         return cls(sigma_um=math.sqrt(math.log(2.0) / 2.0) / (math.pi * mtf50_per_um))
 
     def blur_um(self, wavelength_nm: float) -> float:
@@ -99,21 +97,15 @@ class EllipticalGaussian:
     fades: ClassVar[bool] = True
 
     covariance_um2: tuple[tuple[float, float], tuple[float, float]]
-    f_number: float = 8.0
-    transmission: Spectrum = 1.0
+    f_number: Positive = 8.0
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        rows = tuple(tuple(float(value) for value in row) for row in self.covariance_um2)
-        object.__setattr__(self, "covariance_um2", rows)
+        judge(self)
         (xx, xy), (yx, yy) = self.covariance_um2
-        if not all(math.isfinite(value) for value in (xx, xy, yx, yy)) or xy != yx or xx <= 0 or xx * yy <= xy * xy:
-            raise InvalidValueError(
-                f"{self.covariance_um2!r} is not a covariance; give ((xx, xy), (xy, yy)) in µm² with "
-                "xx and yy above 0 and xy² below xx·yy",
-                key="covariance_um2",
-            )
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
+        if xy != yx or xx <= 0 or xx * yy <= xy * xy:
+            message = "must be ((xx, xy), (xy, yy)) in µm² with xx and yy above 0 and xy² below xx·yy"
+            raise refusal(self, "covariance_um2", f"{message}, not {self.covariance_um2!r}")
 
     @classmethod
     def from_axes(
@@ -126,11 +118,9 @@ class EllipticalGaussian:
         transmission: Spectrum = 1.0,
     ) -> EllipticalGaussian:
         """Return the Gaussian with standard deviations along two axes, the first turned clockwise from x."""
-        for name, sigma in (("sigma_um", sigma_um), ("sigma_across_um", sigma_across_um)):
-            if not (math.isfinite(sigma) and sigma > 0):
-                raise InvalidValueError(f"{sigma!r} is not a standard deviation; give µm above 0", key=name)
-        if not math.isfinite(rotate_deg):
-            raise InvalidValueError(f"{rotate_deg!r} is not finite; give ordinary numbers", key="rotate_deg")
+        sigma_um = check(sigma_um, Positive, "sigma_um", cls.__name__)
+        sigma_across_um = check(sigma_across_um, Positive, "sigma_across_um", cls.__name__)
+        rotate_deg = check(rotate_deg, float, "rotate_deg", cls.__name__)
         cos, sin = math.cos(math.radians(rotate_deg)), math.sin(math.radians(rotate_deg))
         a, b = sigma_um**2, sigma_across_um**2
         across = (a - b) * cos * sin

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge, Le
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.typed import judge, refusal
 
 MOST_BLADES = 64
 
@@ -36,27 +37,21 @@ class Pupil:
     """
 
     shape: Literal["circular", "square", "bladed"] = "circular"
-    obstruction: float = 0.0
-    blades: int = 0
+    obstruction: Annotated[float, Ge(0), Le(0.95)] = 0.0
+    blades: Annotated[int, Ge(0), Le(MOST_BLADES)] = 0
     rotate_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.shape not in ("circular", "square", "bladed"):
-            raise InvalidValueError(f"{self.shape!r} is not a pupil; give circular, square or bladed", key="shape")
-        if self.shape == "bladed" and not 3 <= self.blades <= MOST_BLADES:
-            raise InvalidValueError(f"{self.blades!r} make no iris; give 3 to {MOST_BLADES}", key="blades")
+        judge(self)
+        if self.shape == "bladed" and self.blades < 3:
+            raise refusal(self, "blades", f"must be 3 to {MOST_BLADES} of an iris, not {self.blades}")
         if self.shape != "bladed" and self.blades:
-            raise InvalidValueError(
-                f"a {self.shape} pupil has none; leave them out, or make the shape bladed", key="blades"
-            )
-        if not math.isfinite(self.rotate_deg):
-            raise InvalidValueError(f"{self.rotate_deg!r} is not finite; give ordinary numbers", key="rotate_deg")
+            message = f"a {self.shape} pupil has none; leave them out, or make the shape bladed"
+            raise refusal(self, "blades", message)
         most = 0.95 * self.inner_radius
-        if not 0.0 <= self.obstruction <= most:
-            raise InvalidValueError(
-                f"{self.obstruction!r} is outside 0 … {most:.3g}, what leaves an opening of this shape",
-                key="obstruction",
-            )
+        if self.obstruction > most:
+            message = f"must be at most {most:.3g}, what leaves an opening of this shape, not {self.obstruction!r}"
+            raise refusal(self, "obstruction", message)
 
     @property
     def corners(self) -> F64:

@@ -7,15 +7,16 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
+from annotated_types import Ge, Le
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
 from camsim.optics.pattern import UNIT_NM, Pattern
-from camsim.spectra.curve import Spectrum
+from camsim.spectra.curve import Transmission
+from camsim.typed import NonNegative, Positive, Several, judge, refusal
 
 if TYPE_CHECKING:
     from scipy import interpolate
@@ -42,36 +43,26 @@ class RadialOtf:
     place: ClassVar[str] = "lens"
     chromatic: ClassVar[bool] = False
 
-    freq_per_um: tuple[float, ...]
-    values: tuple[float, ...]
-    f_number: float = 8.0
-    transmission: Spectrum = 1.0
+    freq_per_um: Several[NonNegative]
+    values: Several[Annotated[float, Ge(-1), Le(1)]]
+    f_number: Positive = 8.0
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "freq_per_um", tuple(float(f) for f in self.freq_per_um))
-        object.__setattr__(self, "values", tuple(float(v) for v in self.values))
+        judge(self)
         frequency, values = self.freq_per_um, self.values
         if len(frequency) != len(values):
-            raise InvalidValueError(
-                f"there are {len(values)} for {len(frequency)} frequencies; every point has one of each", key="values"
-            )
+            message = f"there are {len(values)} for {len(frequency)} frequencies; every point has one of each"
+            raise refusal(self, "values", message)
         if len(values) < 3:
-            raise InvalidValueError(f"{len(values)} points make no curve; give at least 3", key="values")
-        if not all(math.isfinite(v) for v in (*frequency, *values)):
-            raise InvalidValueError("not all points are finite; give ordinary numbers", key="values")
+            raise refusal(self, "values", f"{len(values)} points make no curve; give at least 3")
         if frequency[0] != 0.0 or any(after <= before for before, after in pairwise(frequency)):
-            raise InvalidValueError("must start at 0 and increase, each frequency given once", key="freq_per_um")
+            raise refusal(self, "freq_per_um", "must start at 0 and increase, each frequency given once")
         if values[0] != 1.0:
-            raise InvalidValueError(f"the first is {values[0]!r}; a lens passes 1 at frequency 0", key="values")
+            raise refusal(self, "values", f"the first is {values[0]!r}; a lens passes 1 at frequency 0")
         if values[-1] != 0.0:
-            raise InvalidValueError(
-                f"the last is {values[-1]!r}; go on to the frequency where nothing passes, and give 0 there",
-                key="values",
-            )
-        if max(abs(v) for v in values) > 1.0:
-            raise InvalidValueError("a lens amplifies no frequency; give −1 to 1", key="values")
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"{self.f_number!r} is not a lens; give a finite number above 0", key="f_number")
+            message = f"the last is {values[-1]!r}; go on to the frequency where nothing passes, and give 0 there"
+            raise refusal(self, "values", message)
 
     def pattern(self) -> Pattern:
         """What the boundary engine knows of it."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 from camsim.errors import InvalidValueError
+from camsim.kinds import Called
 from camsim.sensor.stage import OWN_STREAMS, ElectronicStage, Phase
 from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
@@ -23,6 +24,9 @@ from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.sensor.stages.reset_noise import ResetNoise
 from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
+from camsim.typed import Several, judge
+
+_Own: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,10 +51,10 @@ class Electronics:
     column_noise: ColumnNoise | None = None
     dsnu: Dsnu | None = None
     output_noise: OutputNoise | None = None
-    extra_stages: tuple[ElectronicStage, ...] = dataclasses.field(default=(), metadata={"described": "if any"})
+    extra_stages: Several[_Own] = dataclasses.field(default=(), metadata={"described": "if any"})
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "extra_stages", tuple(self.extra_stages))
+        judge(self)
         for stage in self.extra_stages:
             _check_own(stage)
         drawing = [stage.stream for stage in self.extra_stages if stage.stream is not None]

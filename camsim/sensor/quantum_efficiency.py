@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Gt, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.kinds import Called
 from camsim.spectra.curve import Curve
 from camsim.spectra.named import sensitivities
+from camsim.typed import judge, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,43 +38,29 @@ class QuantumEfficiency:
     array([[0.6, 0.6]])
     """
 
-    curves: tuple[tuple[str, Curve], ...]
+    curves: Annotated[Sequence[tuple[str, Curve]], Called("a list of (letter, Curve)")]
     per: Literal["energy", "photon"]
-    peak: float
+    peak: Annotated[float, Gt(0), Le(1)]
     source: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "curves", tuple((letter, curve) for letter, curve in self.curves))
+        judge(self)
         if not self.curves:
-            raise InvalidValueError("no curves; every channel needs one", key="curves", stage="QuantumEfficiency")
-        for letter, _ in self.curves:
-            if not (len(letter) == 1 and letter.isalpha()):
-                raise InvalidValueError(
-                    f"channel {letter!r}; a channel is one letter, such as 'R'", key="curves", stage="QuantumEfficiency"
-                )
+            raise refusal(self, "curves", "no curves; every channel needs one")
+        for letter in self.channels:
+            if not (len(letter) == 1 and letter.isascii() and letter.isalpha()):
+                raise refusal(self, "curves", f"channel {letter!r}; a channel is one letter, such as 'R'")
         if len(set(self.channels)) != len(self.channels):
-            raise InvalidValueError(
-                f"channels {''.join(self.channels)} name a letter twice", key="curves", stage="QuantumEfficiency"
-            )
-        if self.per not in ("energy", "photon"):
-            raise InvalidValueError(f"{self.per!r}; must be 'energy' or 'photon'", key="per", stage="QuantumEfficiency")
-        if not 0.0 < self.peak <= 1.0:
-            raise InvalidValueError(
-                f"{self.peak}; must be above 0 and at most 1 electron per photon (a fraction: 0.6 means 60 %)",
-                key="peak",
-                stage="QuantumEfficiency",
-            )
+            raise refusal(self, "curves", f"channels {''.join(self.channels)} name a letter twice")
         held = [letter for letter, curve in self.curves if curve.outside == "hold"]
         if held and self.per == "energy":
-            raise InvalidValueError(
-                f"the curve of {', '.join(held)} is held beyond its table; a response "
-                "per energy that goes on to shorter wavelengths has no peak: use outside 'zero', or "
-                "curves per photon",
-                key="curves",
-                stage="QuantumEfficiency",
+            message = (
+                f"the curve of {', '.join(held)} is held beyond its table; a response per energy that goes on to "
+                "shorter wavelengths has no peak: use outside 'zero', or curves per photon"
             )
+            raise refusal(self, "curves", message)
         if _highest(self) == 0.0:
-            raise InvalidValueError("all curves are zero; nothing can be seen", key="curves", stage="QuantumEfficiency")
+            raise refusal(self, "curves", "all curves are zero; nothing can be seen")
 
     @classmethod
     def named(cls, name: str, *, peak: float, source: str = "") -> QuantumEfficiency:
@@ -110,17 +99,18 @@ def _highest(quantum_efficiency: QuantumEfficiency) -> float:
     return _highest_of(quantum_efficiency.curves, quantum_efficiency.per)
 
 
-def _highest_of(curves: tuple[tuple[str, Curve], ...], per: str) -> float:
+def _highest_of(curves: Sequence[tuple[str, Curve]], per: str) -> float:
     """Return the highest response per photon.
 
     On each straight piece a + bλ the response per photon is a + bλ or a/λ + b: monotone, so the highest
     point of the whole curve is one of the table's.
     """
-    return max(
+    highest: float = max(
         value / wavelength if per == "energy" else value
         for _, curve in curves
         for wavelength, value in zip(curve.wavelength_nm, curve.values, strict=True)
     )
+    return highest
 
 
 def _in_order(curves: Mapping[str, Curve]) -> tuple[tuple[str, Curve], ...]:

@@ -123,7 +123,7 @@ class Taken(Telegraph):
 @pytest.mark.parametrize(
     ("own", "message"),
     [
-        ([object()], "extra_stages: object; must be a dataclass that inherits from camsim.ElectronicStage"),
+        ([object()], "extra_stages: item 0 must be a dataclass that inherits from camsim.ElectronicStage"),
         ([Neighbourly()], "Neighbourly: margin 1; only crosstalk sees beyond the window"),
         ([Flash(probability=0.1, step_e=1.0)], "Flash: in phase LIGHT only patterns of the sensor act; take CHARGE"),
         ([Taken(probability=0.1, step_e=1.0)], "Taken: stream 3; those below 1000 are camsim's"),

@@ -77,7 +77,9 @@ DIMENSIONLESS = {
     "rings": "cycles in it, shares, powers",
     "finest": "a tolerance",
 }
-NUMBER = re.compile(r"\b(float|F64|F32|Spectrum)\b")
+NUMBERS = ("float", "F64", "F32", "Spectrum", "Reflectance", "Transmission", "Filter", "Corners", "Point")
+LIMITED = ("Positive", "NonNegative", "Fraction", "Celsius")
+NUMBER = re.compile(rf"\b({'|'.join((*NUMBERS, *LIMITED))})\b")
 # The rooms of the public stages; in rendering and measure lengths are in pitches and pixels, as their docstrings say.
 ROOMS = ("optics", "scene", "sensor", "spectra", "frame.py", "body.py", "exposing.py", "camera.py")
 ROOMS += ("rendering/grid.py", "rendering/render.py", "rendering/running.py")

@@ -14,6 +14,7 @@ from camsim.errors import CamsimError, UnknownNameError
 SOURCES = sorted(Path(camsim.__file__).parent.rglob("*.py"))
 PLACED = {"InvalidValueError", "UnsupportedError"}
 PLACELESS = {
+    "spectra/curve.py",  # of a parameter's value: ``judge`` says which parameter
     "config/build_optics.py",  # of a file's contents, built at the key that names the file
     "measure/reading.py",  # of a file's contents, told with its name by who opened it
     "bench/diagram.py",  # of the whole command

@@ -96,7 +96,7 @@ def test_what_is_before_the_sensor() -> None:
     )
     camera = setup.camera
     assert (camera.magnification, camera.working_f_number) == (0.5, 12.0)
-    assert camera.filters == (0.5, camsim.Curve((300.0, 1100.0), (1.0, 1.0)), 0.25)
+    assert camera.filters == (0.5, camsim.Curve((300.0, 1100.0), (1.0, 1.0), outside="zero"), 0.25)
     assert camera.falloff == camsim.Cos4Falloff(exit_pupil_mm=50.0)
     assert (setup.exposure.temperature_c, setup.frame_number) == (-10.0, 3)
     radial = "lens.falloff={kind: radial, radius_mm: [0, 10], values: [1, 0.5]}"

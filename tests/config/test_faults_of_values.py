@@ -109,7 +109,7 @@ FAULTS = {
         "illuminant: D55",
         "line_nm: 1064",
         [
-            "scene.yaml:4:18: light.line_nm: 1064.0; must be 360..830 nm, "
+            "scene.yaml:4:18: light.line_nm: must be a number from 360 to 830, not 1064, "
             "because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
         ],
     ),

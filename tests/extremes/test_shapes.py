@@ -140,7 +140,7 @@ def test_corners_on_the_border_of_the_frame(optics):
     assert worst(image, beside) <= METHOD * TOLERANCE
 
 
-@pytest.mark.parametrize("offset", [(1e6, 1e6), (-1e6, 3), (123457, -999999)])
+@pytest.mark.parametrize("offset", [(1_000_000, 1_000_000), (-1_000_000, 3), (123457, -999999)])
 def test_a_million_pitches_from_the_axis(optics, offset):
     """A window far out on a huge frame, with the scene there: 1e6 pitches leave 1e-10 of a pitch in a float64."""
     col, row = offset

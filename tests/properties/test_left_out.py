@@ -60,7 +60,7 @@ SAME_BACKGROUND = [*PICTURE[:2], (PICTURE[2][0], 0.3)]
 MONO = {
     "cfa": camsim.Cfa.mono(),
     "quantum_efficiency": camsim.QuantumEfficiency(
-        (("Y", camsim.Curve((400.0, 700.0), (0.4, 0.4))),), per="photon", peak=0.4
+        (("Y", camsim.Curve((400.0, 700.0), (0.4, 0.4), outside="zero")),), per="photon", peak=0.4
     ),
 }
 
