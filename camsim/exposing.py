@@ -16,7 +16,7 @@ from camsim.body import Body
 from camsim.description import describe
 from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report, check_products
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.regrouped import Regrouped
 from camsim.rendering import Grid, Rendering
 from camsim.rendering.auto import Choice

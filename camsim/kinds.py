@@ -13,6 +13,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le, MaxLen, MinLen
 
 from camsim.errors import InvalidValueError, nearest
+from camsim.marks import After, Before, Called
 from camsim.words import called, either, in_range, percent_hint, shown
 
 LARGEST = 1e15
@@ -20,28 +21,6 @@ LARGEST = 1e15
 
 _LARGEST_WHOLE = 2**64
 _LONGEST_TEXT = 100_000
-
-
-@dataclass(frozen=True, slots=True)
-class Called:
-    """What messages call a type where its own name would say too little, and a way out that they may offer."""
-
-    words: str
-    way_out: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Before:
-    """What a value is turned into before it is judged."""
-
-    turned: Callable[[Any], Any]
-
-
-@dataclass(frozen=True, slots=True)
-class After:
-    """What becomes of a value that fits; raises InvalidValueError where more is wrong than its type says."""
-
-    settled: Callable[[Any], Any]
 
 
 class Misfit(InvalidValueError):
@@ -158,6 +137,7 @@ def _number(bare: type, limits: Sequence[Any]) -> Kind:
 
 
 def _as_float(value: Any) -> float | None:
+    value = _alone(value)
     if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
         return None
     try:
@@ -167,7 +147,13 @@ def _as_float(value: Any) -> float | None:
 
 
 def _as_int(value: Any) -> int | None:
+    value = _alone(value)
     return int(value) if isinstance(value, int | np.integer) and not isinstance(value, bool) else None
+
+
+def _alone(value: Any) -> Any:
+    """Return the number of an array without dimensions."""
+    return value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
 
 
 def _one_of(declared: Any) -> Kind:

@@ -17,7 +17,8 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
 from camsim.errors import InvalidValueError
-from camsim.kinds import Called, Kind, kind_of
+from camsim.kinds import Kind, kind_of
+from camsim.marks import Called
 
 Positive: TypeAlias = Annotated[float, Gt(0)]
 NonNegative: TypeAlias = Annotated[float, Ge(0)]

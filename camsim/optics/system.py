@@ -21,6 +21,7 @@ from camsim.optics.protocols import (
     OpticalStage,
     PhotositeShape,
 )
+from camsim.typed import check
 
 PLACES: dict[str, type] = {"lens": object, "olpf": LowPass, "photosite": PhotositeShape}
 """What a stage can stand for, and what it must be for that; one that knows less is a blur besides the others."""
@@ -44,6 +45,7 @@ class OpticalSystem:
     @classmethod
     def of(cls, stages: Sequence[OpticalStage]) -> OpticalSystem:
         """Sort a list of stages into their places; each place holds one at the most."""
+        stages = check(stages, tuple[Any, ...], "optics")
         places: dict[str, Any] = {}
         more: list[OpticalStage] = []
         for stage in stages:

@@ -14,7 +14,7 @@ from scipy import fft
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
-from camsim.kinds import Before, Called
+from camsim.marks import Before, Called
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike

@@ -11,7 +11,7 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import U8
 from camsim.errors import InvalidValueError, UnknownNameError
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.typed import Several, check, judge, refusal
 
 _FIRST = "RGB"

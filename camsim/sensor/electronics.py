@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 from camsim.errors import InvalidValueError
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.sensor.stage import OWN_STREAMS, ElectronicStage, Phase
 from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise

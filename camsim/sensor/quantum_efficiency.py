@@ -11,7 +11,7 @@ from annotated_types import Gt, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.spectra.curve import Curve
 from camsim.spectra.named import sensitivities
 from camsim.typed import judge, refusal

@@ -11,7 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.kinds import After
+from camsim.marks import After
 from camsim.typed import Fraction, NonNegative, Positive, Several, judge
 
 

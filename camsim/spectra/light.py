@@ -13,7 +13,7 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
-from camsim.kinds import After
+from camsim.marks import After
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer
@@ -120,8 +120,7 @@ class Light:
         elif self.width_nm != 0.0:
             raise refusal(self, "width_nm", "is a line's width; this light is no line")
         if self.at == "sensor" and self.luminance_cd_per_m2 is not None:
-            message = "is a surface's in the scene; on the sensor give illuminance_lux"
-            raise refusal(self, "luminance_cd_per_m2", message)
+            raise refusal(self, "luminance_cd_per_m2", "belongs to the scene; on the sensor give illuminance_lux")
         _level_per_power(self)  # refuses what is dark
 
     def _check_line(self, line_nm: float) -> None:

@@ -15,6 +15,7 @@ LAYERS = (
     "errors",
     "arrays",
     "words",
+    "marks",
     "kinds",
     "typed",
     "kernels",

@@ -27,12 +27,13 @@ CAMERA = camsim.Camera(
 SCENE = camsim.Scene(background=0.5, shapes=[camsim.Disc(radius_um=9.0, reflectance=0.1)])
 LIGHT = camsim.Light("D55", illuminance_lux=500.0)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
+GRID = camsim.Grid(rows=4, cols=4, pitch_um=4.88)
 CORNERS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 
 STAGES: tuple[Any, ...] = (
     CAMERA, SCENE, LIGHT, EXPOSURE, FLAT, CAMERA.cfa, CAMERA.adc, CAMERA.quantum_efficiency, CAMERA.lens,
     camsim.Capture(camera=CAMERA, scene=SCENE, light=LIGHT, exposure=EXPOSURE),
-    camsim.Region(rows=4, cols=4), camsim.Grid(rows=4, cols=4, pitch_um=4.88),
+    camsim.Region(rows=4, cols=4), GRID,
     camsim.Rectangle(width_um=1.0, height_um=1.0, reflectance=0.1), SCENE.shapes[0],
     camsim.Polygon(points_um=CORNERS, reflectance=0.1),
     camsim.AnnularAiry(f_number=8.0, obstruction=0.3), camsim.Gaussian(sigma_um=1.0), camsim.Pupil(),
@@ -102,6 +103,7 @@ def test_every_parameter_of_every_stage_is_judged(stage: Any, name: str, wrong: 
         ),
         (lambda: CAMERA.replace(photosite=camsim.SquarePhotosite(side_um=0)), "Camera.photosite: has no area"),
         (lambda: CAMERA.replace(olpf=CAMERA.lens), "Camera.olpf: must be a FourSpotOlpf or None, not an Airy"),
+        (lambda: camsim.render(SCENE, CAMERA.lens, GRID, wavelength_nm=550.0), "optics: must be a list, not an Airy"),
         (lambda: CAMERA.replace(filters=0.5), "Camera.filters: must be a list, not 0.5"),
         (
             lambda: camsim.Wavefront(f_number=4, zernike_waves={4: 51}),
@@ -122,7 +124,7 @@ def test_lists_tuples_and_arrays_make_the_same(kind: Any) -> None:
     assert all(type(value) is float for value in curve.wavelength_nm)
 
 
-@pytest.mark.parametrize("number", [8, 8.0, np.float32(8), np.float64(8), np.int16(8), np.uint8(8)])
+@pytest.mark.parametrize("number", [8, 8.0, np.float32(8), np.float64(8), np.int16(8), np.uint8(8), np.array(8.0)])
 def test_numbers_of_any_kind_make_the_same(number: Any) -> None:
     lens = camsim.Airy(f_number=number)
     assert (lens, type(lens.f_number)) == (camsim.Airy(f_number=8.0), float)

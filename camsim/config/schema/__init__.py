@@ -48,7 +48,7 @@ from camsim.config.schema.sensor import (
     SquarePhotosite,
     TwoSpotOlpf,
 )
-from camsim.kinds import Called
+from camsim.marks import Called
 
 __all__ = [
     "AiryLens",

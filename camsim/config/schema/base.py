@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.typed import Fraction, NonNegative, Positive
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field
 
 from camsim.config.schema.base import Makes, Table
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.sensor import conversion_gain
 from camsim.sensor.stages import defects, flicker_rows, nonlinearity
 from camsim.sensor.stages.blooming import Blooming

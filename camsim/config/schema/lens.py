@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field
 
 from camsim.config.schema.base import Filter, Name, Table, Transmission
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.typed import Fraction, NonNegative
 
 

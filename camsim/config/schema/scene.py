@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_form
 from camsim.config.schema.lens import Lens
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.typed import Positive
 
 

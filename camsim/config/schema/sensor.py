@@ -8,7 +8,7 @@ from pydantic import Field, Tag
 
 from camsim.config.schema.base import Curve, Filter, Letter, Name, Table, by_form
 from camsim.config.schema.electronics import Charge, Readout
-from camsim.kinds import Called
+from camsim.marks import Called
 
 
 class SensorFrame(Table):

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.typed import Fraction, Several, judge, refusal

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camsim.arrays import F64, I64
-from camsim.kinds import Called
+from camsim.marks import Called
 from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
