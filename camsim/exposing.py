@@ -20,7 +20,7 @@ from camsim.marks import Called
 from camsim.regrouped import Regrouped
 from camsim.rendering import Grid, Rendering
 from camsim.rendering.auto import Choice
-from camsim.rendering.cube import SpectralCube, radiance_cube
+from camsim.rendering.cube import MOST_PLANES, SpectralCube, radiance_cube
 from camsim.rendering.render import plan_render
 from camsim.rendering.running import carry_out
 from camsim.reporting import Clock, Signals, accuracy_notes, notes, sentence, wavelengths
@@ -78,8 +78,10 @@ class Capture:
     def __post_init__(self) -> None:
         judge(self)
         nodes_nm = self.spectral_nm
-        if nodes_nm is not None and (not len(nodes_nm) or any(b <= a for a, b in pairwise(nodes_nm))):
-            raise refusal(self, "spectral_nm", f"must be one or more wavelengths, increasing, not {list(nodes_nm)[:8]}")
+        if nodes_nm is not None and not 1 <= len(nodes_nm) <= MOST_PLANES:
+            raise refusal(self, "spectral_nm", f"{len(nodes_nm)} wavelengths; give 1 to {MOST_PLANES}")
+        if nodes_nm is not None and any(after <= before for before, after in pairwise(nodes_nm)):
+            raise refusal(self, "spectral_nm", "wavelengths must increase, each given once")
         object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
     @functools.cached_property
