@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test test-clients test-bounds attack attack-quick mutants lint format bench clean
+.PHONY: demo test test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -41,9 +41,17 @@ attack-quick: $(READY)  ## the first few dozen of today's
 mutants: $(READY)  ## one line of camsim changed at a time: do the tests notice? (docs/mutants.md; an hour or two, goes on where it was)
 	NUMBA_NUM_THREADS=1 $(BIN)/python bench/mutants
 
-bench: $(READY)  ## error against run time, beside GalSim and prysm, into out/bench (camsim bench --peers: all of it)
+bench: $(READY)  ## the paper's square beside GalSim and prysm, a minute, into out/bench (camsim bench SCENE: your own scene)
 	$(BIN)/python -m pip install --quiet --editable '.[bench]'
-	$(BIN)/camsim bench --quick --peers -o out/bench
+	$(BIN)/python -m bench.paper --quick --peers -o out/bench
+
+bench-all: $(READY)  ## every system, setting and program, the paper's tables, half an hour
+	$(BIN)/python -m pip install --quiet --editable '.[bench]'
+	$(BIN)/python -m bench.paper --peers -o out/bench
+
+extremes: $(READY)  ## every stiff and extreme case, into out/extremes; fails when one is wrong
+	$(BIN)/python -m pip install --quiet --editable '.[bench]'
+	$(BIN)/python -m bench.extremes -o out/extremes
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -5,6 +5,7 @@ Every mutation is drawn from the generator that is given, and nothing else.
 
 from __future__ import annotations
 
+import copy
 import io
 import json
 import struct
@@ -280,7 +281,7 @@ def _change(rng: np.random.Generator, tree: Any) -> None:
             deep = [deep] if rng.random() < 0.5 else {"a": deep}
         tree[key] = deep
     else:
-        tree[key] = WRONG[int(rng.integers(0, len(WRONG)))]
+        tree[key] = copy.deepcopy(WRONG[int(rng.integers(0, len(WRONG)))])  # or a later change would change all
 
 
 def with_record(content: bytes, suffix: str, text: str) -> bytes:

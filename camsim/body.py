@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
+from annotated_types import MinLen
 
 from camsim.arrays import F64
 from camsim.optics import FourSpotOlpf, Lens, OpticalSystem, PhotositeShape
@@ -19,13 +20,14 @@ from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.electronics import Electronics
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
-from camsim.sensor.falloff import Falloff, working_f_number
+from camsim.sensor.falloff import Falloff, Magnification, working_f_number
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.full_well import FullWell
 from camsim.sensor.stages.read_noise import ReadNoise
-from camsim.spectra.curve import Spectrum
+from camsim.spectra.curve import Curve, Filter, Spectrum
 from camsim.spectra.light import Light, LightSamples
+from camsim.typed import Count, Positive, Seed, Several, check, refusal
 from camsim.window import Region, grid_of
 
 
@@ -41,26 +43,35 @@ class Body(Electronics):
     falloff    : light towards the corners, relative to the axis
     """
 
-    name: str = "camera"
-    serial: int = 1
-    rows: int
-    cols: int
-    pitch_um: float
+    name: Annotated[str, MinLen(1)] = "camera"
+    serial: Seed = 1
+    rows: Count
+    cols: Count
+    pitch_um: Positive
     lens: Lens
     olpf: FourSpotOlpf | None = None
     photosite: PhotositeShape
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
-    filters: tuple[Spectrum, ...] = ()
-    magnification: float = 0.0
+    filters: Several[Filter] = ()
+    magnification: Magnification = 0.0
     falloff: Falloff | None = None
     dual_gain: DualGain | None = None
     adc: Adc
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "filters", tuple(self.filters))
-        working_f_number(self.lens.f_number, self.magnification)
         super().__post_init__()
+        check(self.lens.f_number, Positive, "f_number", type(self.lens).__name__)
+        known = self.quantum_efficiency.channels
+        if missing := [letter for letter in self.cfa.channels if letter not in known]:
+            message = f"no curve for {', '.join(missing)} of the cfa; there are {', '.join(known)}"
+            raise refusal(self, "quantum_efficiency", message)
+        widest_um = 2.0 * max(self.photosite.half_extent_um)
+        if widest_um > self.pitch_um * (1.0 + 1e-9):
+            overlap = f"is {widest_um:g} µm wide; photosites may not overlap, and the pitch is {self.pitch_um:g} µm"
+            raise refusal(self, "photosite", overlap)
+        if not self.photosite.area_um2 > 0.0:
+            raise refusal(self, "photosite", "has no area and sees no light; give one with a side above 0")
 
     def replace(self, **changes: Any) -> Self:
         """Return a camera with some stages exchanged, such as ``replace(olpf=None)``."""
@@ -77,6 +88,31 @@ class Body(Electronics):
         lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
         return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite)
 
+    def _open_curves(self) -> Iterator[tuple[str, Curve]]:
+        """Yield the curves that do not say what lies beyond their tables, each with the parameter that it is in."""
+        seen = self.cfa.channels
+        efficiencies = [("quantum_efficiency", c) for letter, c in self.quantum_efficiency.curves if letter in seen]
+        for part, curve in (*efficiencies, *(("filters", spectrum) for spectrum in self.filters)):
+            if isinstance(curve, Curve) and curve.outside is None:
+                yield part, curve
+
+    def with_ends(self, light: Light) -> Self:
+        """Return the camera whose every curve says what lies beyond its table: where it did not, nothing.
+
+        Raises InvalidValueError where light lies there.
+        """
+        opened = list(self._open_curves())
+        if not opened:
+            return self
+        for part, curve in opened:
+            if missing := light.beyond(curve):
+                way_out = "extend the table, or say outside='zero' (or 'hold') of the curve"
+                raise refusal(self, part, f"{missing}; {way_out}")
+        curves = tuple((letter, curve.going_on("zero")) for letter, curve in self.quantum_efficiency.curves)
+        filters = tuple(f.going_on("zero") if isinstance(f, Curve) else f for f in self.filters)
+        efficiency = dataclasses.replace(self.quantum_efficiency, curves=curves)
+        return self.replace(quantum_efficiency=efficiency, filters=filters)
+
     def samples(self, light: Light, surfaces: Iterable[Spectrum] = ()) -> LightSamples:
         """Return a light at nodes that follow every curve it meets: surfaces, lens, filters, quantum efficiency."""
         efficiencies = [curve for _, curve in self.quantum_efficiency.select(self.cfa.channels).curves]
@@ -92,7 +128,7 @@ class Body(Electronics):
             samples,
             f_number=self.working_f_number,
             transmission=self.lens.transmission,
-            filters=self.filters,
+            filters=tuple(self.filters),
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
             photosite_area_um2=self.photosite.area_um2,
             time_s=time_s,
@@ -107,7 +143,7 @@ class Body(Electronics):
         """Return how the channels see light, the capture's and others, for white balance and colour matrices."""
         return ColourResponse(
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
-            passes=self.filters if light.at == "sensor" else (self.lens.transmission, *self.filters),
+            passes=tuple(self.filters) if light.at == "sensor" else (self.lens.transmission, *self.filters),
             crosstalk=None if self.crosstalk is None else tuple(map(tuple, self.crosstalk.mixing(self.cfa).tolist())),
             light=light,
             matrix=matrix,

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from camsim.body import Body
-from camsim.exposing import Capture
+from camsim.exposing import Capture, Method
 from camsim.frame import Frame
 from camsim.optics import Lens
 from camsim.scene import Scene
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
+from camsim.typed import Several
 from camsim.window import Region
 
 
@@ -38,11 +39,11 @@ class Camera(Body):
         frame_number: int = 0,
         region: Region | None = None,
         tolerance: float = 1e-6,
-        method: str = "auto",
+        method: Method = "auto",
         strict: bool = False,
         noise: bool = True,
         colour_matrix: MatrixOf = "standard",
-        spectral_nm: Sequence[float] | None = None,
+        spectral_nm: Several[float] | None = None,
         scene_name: str = "scene",
         products: Collection[str] = ("mosaic",),
         progress: Callable[[str, float], None] | None = None,

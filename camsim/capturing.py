@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from camsim.camera import Camera
 from camsim.config import build, build_sensor, coverage, library, memory, overrides, schema, yaml_source
@@ -109,23 +109,24 @@ def _capture(
         if light is not None:
             coverage.refuse_what_light_lies_beyond(scene, sensor, camera, light)
     model = scene.model
-    if not (model and camera and content and light and exposure):
+    if not (model and camera and sensor and content and light and exposure) or scene.faults or sensor.faults:
         return None
-    return Capture(
-        scene_name=model.name or stem,
-        camera=camera,
-        scene=content,
-        light=light,
-        exposure=exposure,
-        region=region,
-        tolerance=model.render.tolerance,
-        method=model.render.method,
-        strict=model.render.strict,
-        noise=model.noise.enabled,
-        seed=model.noise.seed if seed is None else seed,
-        frame_number=model.noise.frame_number,
-        colour_matrix=model.files.colour_matrix,
-        spectral_nm=None if model.files.spectral_nm is None else tuple(model.files.spectral_nm),
+    parts: dict[str, Any] = {"camera": camera, "scene": content, "light": light, "exposure": exposure, "region": region}
+    return scene.build(
+        (),
+        lambda: Capture(
+            **parts,
+            scene_name=model.name or stem,
+            tolerance=model.render.tolerance,
+            method=model.render.method,
+            strict=model.render.strict,
+            noise=model.noise.enabled,
+            seed=model.noise.seed if seed is None else seed,
+            frame_number=model.noise.frame_number,
+            colour_matrix=model.files.colour_matrix,
+            spectral_nm=model.files.spectral_nm,
+        ),
+        keys={"spectral_nm": ("files", "spectral_nm")},
     )
 
 

@@ -14,7 +14,23 @@ from dataclasses import dataclass
 
 
 class CamsimError(Exception):
-    """A mistake that the user can mend; the message says how."""
+    """A mistake that the user can mend; the message says how.
+
+    message : the value, what is allowed and the way out
+    key     : the parameter that it is about, as its stage calls it; empty where it is about no single one
+    stage   : whose parameter it is: a class, a file, a part of a description; empty where that goes without saying
+
+    >>> print(CamsimError("must be a whole number from 1 to 16, not 17", key="bit_depth", stage="Adc"))
+    Adc.bit_depth: must be a whole number from 1 to 16, not 17
+    """
+
+    def __init__(self, message: str, *, key: str = "", stage: str = "") -> None:
+        self.message, self.key, self.stage = message, key, stage
+        super().__init__(message)
+
+    def __str__(self) -> str:
+        place = ".".join(part for part in (self.stage, self.key) if part)
+        return f"{place}: {self.message}" if place else self.message
 
 
 class UnknownNameError(CamsimError):
@@ -24,9 +40,17 @@ class UnknownNameError(CamsimError):
     unknown sensor 'd40like'; did you mean 'd40-like'? (known: d40-like, mono-345)
     """
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> None:
+    def __init__(
+        self, kind: str, name: str, known: Iterable[str], hint: str = "", *, key: str = "", stage: str = ""
+    ) -> None:
         self.kind, self.name, self.known = kind, name, sorted(known)
-        super().__init__(f"unknown {kind} {name!r}{did_you_mean(name, self.known)}{hint}")
+        message = f"unknown {kind} {name!r}{did_you_mean(name, self.known)}{hint}"
+        super().__init__(message, key=key, stage=stage)
+
+    @property
+    def near(self) -> tuple[str, ...]:
+        """The known names that are meant, perhaps, the likeliest first."""
+        return nearest(self.name, self.known)
 
 
 class InvalidValueError(CamsimError):
@@ -86,15 +110,20 @@ def in_brief(error: BaseException | str, most: int = 120) -> str:
 def did_you_mean(name: str, known: Iterable[str], shown: int = 12) -> str:
     """Return the tail of a message about an unknown name: the likely one, and the list when it is short."""
     names = list(known)
-    lowered = {n.lower(): n for n in names}
-    alike = difflib.get_close_matches(name.lower(), lowered, n=max(len(names), 1), cutoff=0.6)
-    near = [lowered[m] for m in sorted(alike, key=lambda m: _unlikeness(name.lower(), m))[:3]]
+    near = nearest(name, names)
     text = f"; did you mean {' or '.join(repr(n) for n in near)}?" if near else ";" if names else ""
     if names and len(names) <= shown:
         text += f" (known: {', '.join(names)})"
     elif not near:
         text = ""
     return text.replace("; (", " (")
+
+
+def nearest(name: str, known: Iterable[str]) -> tuple[str, ...]:
+    """Return up to three names that are like one, the likeliest first."""
+    lowered = {n.lower(): n for n in known}
+    alike = difflib.get_close_matches(name.lower(), lowered, n=max(len(lowered), 1), cutoff=0.6)
+    return tuple(lowered[m] for m in sorted(alike, key=lambda m: _unlikeness(name.lower(), m))[:3])
 
 
 def _unlikeness(name: str, known: str) -> tuple[float, float]:

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from itertools import pairwise
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.arrays import F32, F64, U8, U16
 from camsim.body import Body
 from camsim.description import describe
 from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report, check_products
+from camsim.marks import Called
+from camsim.regrouped import Regrouped
 from camsim.rendering import Grid, Rendering
 from camsim.rendering.auto import Choice
-from camsim.rendering.cube import SpectralCube, radiance_cube
+from camsim.rendering.cube import MOST_PLANES, SpectralCube, radiance_cube
 from camsim.rendering.render import plan_render
 from camsim.rendering.running import carry_out
 from camsim.reporting import Clock, Signals, accuracy_notes, notes, sentence, wavelengths
@@ -28,9 +32,11 @@ from camsim.sensor.falloff import falloff_at
 from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
+from camsim.typed import Positive, Seed, Several, judge, refusal
 from camsim.window import Region, rows_of, widened
 
 Progress = Callable[[str, float], None]
+Method: TypeAlias = Literal["auto", "boundary", "fourier"]
 
 STREAMED = ("mosaic", "spectral")
 """Products that a capture can give while it holds no photosites."""
@@ -56,18 +62,27 @@ class Capture:
 
     camera: Body
     scene: Scene
-    light: Light
-    exposure: Exposure
-    seed: int = 0
-    frame_number: int = 0
+    light: Annotated[Light, Called("a Light", "such as Light('D55', illuminance_lux=1000)")]
+    exposure: Annotated[Exposure, Called("an Exposure", "such as Exposure(time_s=0.01, iso=200)")]
+    seed: Seed = 0
+    frame_number: Annotated[int, Ge(0), Le(2**31 - 1)] = 0
     region: Region | None = None
-    tolerance: float = 1e-6
-    method: str = "auto"
+    tolerance: Annotated[float, Ge(1e-11), Le(1e-2)] = 1e-6
+    method: Method = "auto"
     strict: bool = False
     noise: bool = True
     colour_matrix: MatrixOf = "standard"
-    spectral_nm: Sequence[float] | None = None
+    spectral_nm: Several[Positive] | None = None
     scene_name: str = "scene"
+
+    def __post_init__(self) -> None:
+        judge(self)
+        nodes_nm = self.spectral_nm
+        if nodes_nm is not None and not 1 <= len(nodes_nm) <= MOST_PLANES:
+            raise refusal(self, "spectral_nm", f"{len(nodes_nm)} wavelengths; give 1 to {MOST_PLANES}")
+        if nodes_nm is not None and any(after <= before for before, after in pairwise(nodes_nm)):
+            raise refusal(self, "spectral_nm", "wavelengths must increase, each given once")
+        object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
     @functools.cached_property
     def grid(self) -> Grid:
@@ -176,7 +191,9 @@ class Capture:
         """
         check_products(products)
         if not set(products) <= set(STREAMED):
-            raise InvalidValueError(f"products: {', '.join(products)}; row by row there are {' and '.join(STREAMED)}")
+            raise InvalidValueError(
+                f"{', '.join(products)}; row by row there are {' and '.join(STREAMED)}", key="products"
+            )
         clock = Clock()
         choice, cube = self.plan(), self._cube(products)
         clock.lap("light")
@@ -194,7 +211,7 @@ class Capture:
 
         # Noise is drawn in blocks of rows; blooming runs over all of them.
         together = self.grid.rows if self.camera.needs_whole_window else BLOCK_ROWS
-        regrouped = _Regrouped(record_rows, together=together, overlap=self.wide.rows - self.grid.rows)
+        regrouped = Regrouped(record_rows, together=together, overlap=self.wide.rows - self.grid.rows)
         rendering = carry_out(
             choice, self._channel(self.wide), take=regrouped.add, strict=self.strict, progress=progress
         )
@@ -223,7 +240,7 @@ class Capture:
             self.camera.optics,
             self.grid,
             light=self.light,
-            wavelength_nm=self.spectral_nm,
+            wavelength_nm=None if self.spectral_nm is None else tuple(self.spectral_nm),
             tolerance=self.tolerance,
             method=self.method,
             strict=self.strict,
@@ -363,33 +380,3 @@ class _Lit:
     mean_e: F64
     shown_e: F64
     channel: U8
-
-
-class _Regrouped:
-    """Rows as they come, handed on in groups of so many, the last group as it is.
-
-    together : rows of a group, or a multiple of it;  overlap: rows that a group shares with the next
-    """
-
-    def __init__(self, take: Callable[[F64], None], *, together: int, overlap: int) -> None:
-        self._take, self._together, self._overlap = take, together, overlap
-        self._held: list[F64] = []
-
-    def add(self, band: F64) -> None:
-        """Take in rows; hand on what is whole."""
-        self._held.append(band)
-        count = sum(map(len, self._held)) - self._overlap
-        whole = count // self._together * self._together
-        if whole > 0:
-            rows = self._joined()
-            self._held = [rows[whole:].copy()]  # a view would keep all of them
-            self._take(rows[: whole + self._overlap])
-
-    def finish(self) -> None:
-        """Hand on the rest."""
-        rows = self._joined()
-        if len(rows) > self._overlap:
-            self._take(rows)
-
-    def _joined(self) -> F64:
-        return self._held[0] if len(self._held) == 1 else np.concatenate(self._held)

@@ -31,7 +31,9 @@ def check_products(products: Collection[str]) -> None:
         if product not in PRODUCTS:
             raise UnknownNameError("product", product, PRODUCTS)
     if isinstance(products, str):
-        raise InvalidValueError(f"products: {products!r} is one name; give several in a tuple, such as ({products!r},)")
+        raise InvalidValueError(
+            f"{products!r} is one name; give several in a tuple, such as ({products!r},)", key="products"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,16 +1,15 @@
-"""A description (of a file, say) turned back into the stages that it describes, each parameter judged by its type."""
+"""A description (of a file, say) turned back into the stages that it describes."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 import camsim
 from camsim.errors import CamsimError, InputError
 from camsim.exposing import Capture
-from camsim.typed import hints, judged
 
 _RESULTS = ("Frame", "Rendering")
 """Public too, but what comes out and never what goes in."""
@@ -19,8 +18,8 @@ _RESULTS = ("Frame", "Rendering")
 def revive(tree: Any) -> Any:
     """Return the objects that ``describe`` turned into a tree; lists become tuples.
 
-    Only camsim's own public stages are ever made from a tree, and each parameter must be of the type that its stage
-    declares. Raises InputError when it names another one, a parameter that does not exist, or a value that cannot be.
+    Only camsim's own public stages are ever made from a tree, and each judges its parameters. Raises InputError when it
+    names another one, a parameter that does not exist, or a value that cannot be.
 
     >>> revive({"kind": "SquarePhotosite", "side_um": 3.66})
     SquarePhotosite(side_um=3.66)
@@ -28,24 +27,19 @@ def revive(tree: Any) -> Any:
     try:
         return _revived(tree, "description")
     except RecursionError:
-        raise InputError("description: it is nested too deeply") from None
+        raise InputError("it is nested too deeply", key="description") from None
 
 
 def revive_capture(description: Mapping[str, Any]) -> Capture:
     """Return the capture that a description is of."""
     parts = revive(description)
     kinds = _parameters(Capture)
-    for name, (kind, needed) in kinds.items():
-        if name in parts:
-            parts[name] = judged(parts[name], kind, f"description.{name}")
-        elif needed:
-            raise InputError(f"description: there is no {name!r}, which a capture needs")
+    for name, needed in kinds.items():
+        if needed and name not in parts:
+            raise InputError(f"there is no {name!r}, which a capture needs", key="description")
     if unknown := [name for name in parts if name not in kinds]:
-        raise InputError(f"description: a capture has no {ascii(unknown[0])[:40]}")
-    for name, most in (("tolerance", 1.0), ("frame_number", 2**31 - 1)):
-        if not 0 <= parts.get(name, 0) <= most or parts.get("tolerance") == 0.0:
-            raise InputError(f"description.{name}: {parts[name]:g} is none that a capture can have")
-    return Capture(**parts)
+        raise InputError(f"a capture has no {ascii(unknown[0])[:40]}", key="description")
+    return cast(Capture, _judged(Capture, parts, "description"))
 
 
 def _revived(tree: Any, place: str) -> Any:
@@ -60,17 +54,21 @@ def _revived(tree: Any, place: str) -> Any:
 def _make(kind: Any, parts: Mapping[str, Any], place: str) -> Any:
     stage = _stages().get(kind) if isinstance(kind, str) else None
     if stage is None:
-        raise InputError(f"{place}: {ascii(kind)[:40]} is not a stage of this version of camsim")
+        raise InputError(f"{ascii(kind)[:40]} is not a stage of this version of camsim", stage=place)
     kinds = _parameters(stage)
     if unknown := [name for name in parts if name not in kinds]:
-        raise InputError(f"{place}: {kind} has no {ascii(unknown[0])[:40]}")
-    if missing := [name for name, (_, needed) in kinds.items() if needed and name not in parts]:
-        raise InputError(f"{place}: {kind} lacks {missing[0]!r}")
-    fitting = {name: judged(value, kinds[name][0], f"{place}.{name}") for name, value in parts.items()}
+        raise InputError(f"{kind} has no {ascii(unknown[0])[:40]}", stage=place)
+    if missing := [name for name, needed in kinds.items() if needed and name not in parts]:
+        raise InputError(f"{kind} lacks {missing[0]!r}", stage=place)
+    return _judged(stage, parts, place)
+
+
+def _judged(stage: Any, parts: Mapping[str, Any], place: str) -> Any:
+    """Make a stage, which judges its parameters."""
     try:
-        return stage(**fitting)
+        return stage(**parts)
     except CamsimError as error:
-        raise InputError(f"{place}: {error}") from None
+        raise InputError(error.message, key=error.key, stage=place) from None
 
 
 @functools.cache
@@ -81,11 +79,11 @@ def _stages() -> Mapping[str, Any]:
 
 
 @functools.cache
-def _parameters(stage: Any) -> Mapping[str, tuple[Any, bool]]:
-    """Return the parameters of a stage: the type of each, and whether it must be given."""
-    kinds, nothing = hints(stage), dataclasses.MISSING
+def _parameters(stage: Any) -> Mapping[str, bool]:
+    """Return the parameters of a stage, and whether each must be given."""
+    nothing = dataclasses.MISSING
     return {
-        field.name: (kinds[field.name], field.default is nothing and field.default_factory is nothing)
+        field.name: field.default is nothing and field.default_factory is nothing
         for field in dataclasses.fields(stage)
         if field.init
     }

@@ -1,114 +1,94 @@
-"""A value from a file judged by the type that a parameter declares: what does not fit is never passed on."""
+"""Parameters judged by the types that they declare: what does not fit is refused, what fits is kept in one form.
+
+A constructor calls ``judge(self)`` first. Numbers of numpy become Python's, lists and arrays tuples; a number is within
+the limits of its type, finite, and never a truth value or a text. Files are judged by the same limits and in the same
+words (``camsim.config``).
+"""
 
 from __future__ import annotations
 
-import types
+import dataclasses
+import functools
 import typing
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal, Union, get_args, get_origin
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
 
-from camsim.errors import InputError
+import numpy.typing as npt
+from annotated_types import Ge, Gt, Le
 
-_LARGEST_WHOLE = 2**64
-_LARGEST = 1e15
-"""No light, length, time or count is more; products of such numbers are far from overflow."""
+from camsim.errors import InvalidValueError
+from camsim.kinds import Kind, kind_of
+from camsim.marks import Called
 
-_LONGEST_TEXT = 100_000
-_SIMPLE = {float: "a number", int: "a whole number", bool: "true or false", str: "a text", types.NoneType: "nothing"}
+Positive: TypeAlias = Annotated[float, Gt(0)]
+NonNegative: TypeAlias = Annotated[float, Ge(0)]
+Fraction: TypeAlias = Annotated[float, Ge(0), Le(1)]
+Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(1000)]
+Count: TypeAlias = Annotated[int, Ge(1)]
+Index: TypeAlias = Annotated[int, Ge(0)]
+Seed: TypeAlias = Annotated[int, Ge(0), Le(2**63 - 1)]
+
+T = TypeVar("T")
+
+if TYPE_CHECKING:
+    Several: TypeAlias = Sequence[T] | npt.NDArray[Any]
+    Point: TypeAlias = Sequence[float] | npt.NDArray[Any]
+else:
+
+    class Several:
+        """A list, a tuple or an array, as a parameter; a tuple is kept."""
+
+        def __class_getitem__(cls, item: Any) -> Any:
+            return tuple[item, ...]
+
+    Point = tuple[float, float]
+
+Corners: TypeAlias = Annotated[
+    Several[Point], Called("a list of corners (x, y)", "of a shapely polygon give its exterior.coords")
+]
 
 
-def judged(value: Any, kind: Any, place: str) -> Any:
-    """Return a value as a parameter of type ``kind`` takes it; lists become tuples, whole numbers floats.
+def judge(stage: Any) -> None:
+    """Judge the parameters of a frozen dataclass, and keep what becomes of them.
 
-    kind  : float, int, bool, str, None, Literal, unions, tuples, sequences, mappings of these; or a class or protocol,
-            of which the value must then be
-    place : which parameter, for the message
-
-    Raises InputError.
-
-    >>> judged([1, 2.5], tuple[float, ...], "values")
-    (1.0, 2.5)
-    >>> judged(True, float, "camera.pitch_um")
+    >>> from camsim.optics import Airy
+    >>> Airy(f_number="8")
     Traceback (most recent call last):
         ...
-    camsim.errors.InputError: camera.pitch_um: must be a number, not True
+    camsim.errors.InvalidValueError: Airy.f_number: must be a number above 0, not '8'
     """
-    origin = get_origin(kind)
-    if kind is Any:
-        return value
-    if origin is Union or origin is types.UnionType:
-        fitting = [member for member in get_args(kind) if _may_be(value, member)]
-        if fitting:
-            return judged(value, fitting[0], place)
-    if not _may_be(value, kind):
-        raise InputError(f"{place}: must be {words(kind)}, not {_shown(value)}")
-    if kind is float:
-        return _number(value, place)
-    if (kind is int and abs(value) >= _LARGEST_WHOLE) or (kind is str and len(value) > _LONGEST_TEXT):
-        raise InputError(f"{place}: {_shown(value)} is longer than anything that camsim writes")
-    if origin is tuple and get_args(kind)[-1:] != (...,):
-        return tuple(judged(v, k, f"{place}.{i}") for i, (v, k) in enumerate(zip(value, get_args(kind), strict=True)))
-    if origin in (tuple, Sequence):
-        if get_args(kind)[0] is float and all(type(v) is float and abs(v) <= _LARGEST for v in value):
-            return tuple(value)  # long tables
-        return tuple(judged(v, get_args(kind)[0], f"{place}.{i}") for i, v in enumerate(value))
-    if origin is Mapping:
-        return {key: judged(v, get_args(kind)[1], f"{place}.{key}") for key, v in value.items()}
-    return value
+    for name, kind in _parameters(stage.__class__):
+        given = getattr(stage, name)
+        if kind.as_is(given):
+            continue
+        try:
+            kept = kind.take(given)
+        except InvalidValueError as error:
+            raise refusal(stage, name, error.message) from None
+        if kept is not given:
+            object.__setattr__(stage, name, kept)
 
 
-def words(kind: Any) -> str:
-    """Return what a parameter takes, as in 'must be …'."""
-    origin, members = get_origin(kind), get_args(kind)
-    if origin is Union or origin is types.UnionType:
-        return " or ".join(words(member) for member in members)
-    if origin is Literal:
-        return " or ".join(map(repr, members))
-    if origin in (tuple, Sequence):
-        return f"a list of {len(members)}" if members[-1:] != (...,) and origin is tuple else "a list"
-    return "a table" if origin is Mapping else _SIMPLE.get(kind) or str(getattr(kind, "__name__", "something else"))
+def refusal(stage: object, key: str, message: str) -> InvalidValueError:
+    """Return the error of a constructor about one of its parameters."""
+    return InvalidValueError(message, key=key, stage=type(stage).__name__)
 
 
-def _may_be(value: Any, kind: Any) -> bool:
-    """Whether a value has the form of a type; what is inside is not looked at."""
-    origin, members = get_origin(kind), get_args(kind)
-    if kind is float or kind is int:
-        return isinstance(value, int if kind is int else int | float) and not isinstance(value, bool)
-    if origin is Literal:
-        return isinstance(value, str) and value in members
-    if origin in (tuple, Sequence):
-        fixed = origin is tuple and members[-1:] != (...,)
-        return isinstance(value, (list, tuple)) and (not fixed or len(value) == len(members))
-    if origin is Mapping:
-        return isinstance(value, Mapping) and all(isinstance(key, str) for key in value)
-    if origin is Union or origin is types.UnionType:
-        return any(_may_be(value, member) for member in members)
-    if getattr(kind, "_is_protocol", False):
-        # What a protocol asks for is what it and those that it extends declare.
-        asked = {name for base in kind.__mro__ if getattr(base, "_is_protocol", False) for name in vars(base)}
-        return all(hasattr(value, name) for name in asked if not name.startswith("_"))
-    return isinstance(kind, type) and isinstance(value, kind)
+def check(value: Any, kind: Any, key: str, stage: str = "") -> Any:
+    """Return a value as a type keeps it; raises InvalidValueError that names the key and the stage."""
+    try:
+        return kind_of(kind).take(value)
+    except InvalidValueError as error:
+        raise InvalidValueError(error.message, key=key, stage=stage) from None
 
 
-def _number(value: float, place: str) -> float:
-    if abs(value) <= _LARGEST:
-        return float(value)
-    raise InputError(f"{place}: must be a number up to {_LARGEST:g}, not {_shown(value)}")
+@functools.cache
+def _parameters(stage: type) -> tuple[tuple[str, Kind], ...]:
+    kinds = hints(stage)
+    return tuple((field.name, kind_of(kinds[field.name])) for field in dataclasses.fields(stage) if field.init)
 
 
-def _shown(value: Any) -> str:
-    """Return a value in a few letters of one line."""
-    if isinstance(value, (list, tuple)):
-        return f"a list of {len(value)}"
-    if isinstance(value, Mapping):
-        return "a table"
-    if isinstance(value, (str, bool, float, types.NoneType)):
-        return ascii(value)[:40]
-    if isinstance(value, int):
-        return str(value) if abs(value) < _LARGEST_WHOLE else "a number of many digits"
-    return type(value).__name__
-
-
-def hints(kind: type) -> Mapping[str, Any]:
-    """Return the types of a class's fields."""
-    return typing.get_type_hints(kind)
+@functools.cache
+def hints(kind: type) -> dict[str, Any]:
+    """Return the types of a class's fields, with their limits."""
+    return typing.get_type_hints(kind, include_extras=True)

@@ -7,15 +7,19 @@ from dataclasses import dataclass
 
 from camsim.errors import InvalidValueError
 from camsim.rendering import Grid
+from camsim.typed import Count, Index, judge
 
 
 @dataclass(frozen=True, slots=True)
 class Region:
     """A window of the frame; ``origin`` (row, col), None for the middle, rounded down to the CFA's period."""
 
-    rows: int
-    cols: int
-    origin: tuple[int, int] | None = None
+    rows: Count
+    cols: Count
+    origin: tuple[Index, Index] | None = None
+
+    def __post_init__(self) -> None:
+        judge(self)
 
 
 def grid_of(region: Region | None, *, frame: tuple[int, int], period: tuple[int, int], pitch_um: float) -> Grid:
@@ -28,10 +32,11 @@ def grid_of(region: Region | None, *, frame: tuple[int, int], period: tuple[int,
     size = region.rows, region.cols
     row, col = region.origin or ((f - s) // 2 // p * p for f, s, p in zip(frame, size, period, strict=True))
     for name, first, count, most in (("rows", row, size[0], frame[0]), ("cols", col, size[1], frame[1])):
-        if count < 1 or first < 0 or first + count > most:
+        if first < 0 or first + count > most:
             raise InvalidValueError(
-                f"region: {name} {first}..{first + count} lie outside the frame's 0..{most}; "
-                "make it smaller or move its origin"
+                f"{first}..{first + count} lie outside the frame's 0..{most}; make it smaller or move its origin",
+                key=name,
+                stage="Region",
             )
     return Grid(rows=size[0], cols=size[1], pitch_um=pitch_um, origin=(row, col), frame=frame)
 

@@ -98,7 +98,7 @@ LAWS = {
     "shot noise": Law(stage=camsim.ShotNoise(), variance=lambda m: m),
     "blooming": Law(stage=camsim.Blooming(0.0), needs=(WELL,), mean=lambda m: min(m, 900.0)),
     "blooming with charge": Law(stage=camsim.Blooming(1.0), needs=(WELL,), mean=lambda m: min(m, 900.0)),
-    "full well": Law(stage=WELL, idle=camsim.FullWell(1e300), mean=lambda m: min(m, 900.0)),
+    "full well": Law(stage=WELL, idle=camsim.FullWell(1e15), mean=lambda m: min(m, 900.0)),
     "polynomial response": Law(
         stage=camsim.PolynomialResponse((-0.05, 0.01), 5000.0),
         idle=camsim.PolynomialResponse((0.0,), 5000.0),

@@ -1,1 +1,6 @@
-"""Error against run time: every method, the programs people would use instead, the extremes."""
+"""Error against run time for one's own scene: every method at every tolerance, judged by the other exact engine."""
+
+from camsim.bench.records import Bench, Finding, Head, LeftOut, Point, TruthLine
+from camsim.bench.running import bench_scene
+
+__all__ = ["Bench", "Finding", "Head", "LeftOut", "Point", "TruthLine", "bench_scene"]

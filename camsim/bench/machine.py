@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import platform
-import sys
 import threading
 import time
 from dataclasses import dataclass
@@ -96,8 +95,11 @@ def spin(threads: int | None = None) -> Spin:
     return Spin(cpu_s=min(cpu for _, cpu in found), wall_over_cpu=max(wall / cpu for wall, cpu in found))
 
 
-def words_of_load(spins: list[Spin]) -> str:
-    """Return one sentence on what else happened on the machine, and what that means for the figures."""
+def words_of_load(spins: list[Spin], so: str = "") -> str:
+    """Return one sentence on what else happened on the machine, and what that means for the figures.
+
+    so : what was done about a busy one
+    """
     busy = [s for s in spins if s.busy]
     if not spins or not busy:
         words = "The machine was quiet"
@@ -105,40 +107,9 @@ def words_of_load(spins: list[Spin]) -> str:
         worst = max(s.wall_over_cpu for s in busy)
         words = (
             f"The machine was busy with other work at {len(busy)} of {len(spins)} looks "
-            f"(up to {worst:.2f} s of wall time for a second of work): wall times are too long, "
-            "ratios are taken from CPU times"
+            f"(up to {worst:.2f} s of wall time for a second of work): wall times are too long{so}"
         )
     slowest = max((s.cpu_s for s in spins), default=0.0) / min((s.cpu_s for s in spins), default=1.0)
     if slowest > SLOWER:
         words += f"; its cores ran at speeds that differed by a factor {slowest:.2f} during the run"
     return words + "."
-
-
-def peak_memory_mb() -> float | None:
-    """Return the most memory this process has held since ``forget_peak``; None where the system does not say."""
-    return _status_mb("VmHWM")
-
-
-def held_memory_mb() -> float | None:
-    """Return the memory this process holds; None where the system does not say."""
-    return _status_mb("VmRSS")
-
-
-def forget_peak() -> bool:
-    """Let the peak begin anew; False where the system cannot."""
-    if sys.platform != "linux":
-        return False
-    try:
-        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
-    except OSError:
-        return False
-    return True
-
-
-def _status_mb(key: str) -> float | None:
-    if sys.platform != "linux":
-        return None
-    for line in Path("/proc/self/status").read_text(encoding="ascii", errors="replace").splitlines():
-        if line.startswith(key):
-            return int(line.split()[1]) * 1024 / 1e6
-    return None

@@ -1,170 +1,146 @@
-"""``camsim bench``: measure, tell how far it is, write lines, figures and a page."""
+"""``camsim bench``: error against run time for the user's own scene; words, lines, a page and a diagram."""
 
 from __future__ import annotations
 
+import functools
+import json
 import os
-import sys
-import tempfile
-import time
-from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from camsim.errors import OutputError
+from camsim.errors import InvalidValueError, OutputError
 
 if TYPE_CHECKING:
-    from camsim.bench.results import Line, Results
+    from camsim.bench import Bench
+    from camsim.bench.records import Record
+    from camsim.window import Region
 
-_EVERY_S = 2.0
+LINES = "bench.jsonl"
 
 
 def bench(
-    quick: Annotated[bool, typer.Option("--quick", help="A minute: few systems, few shifts, few laps.")] = False,
-    peers: Annotated[bool, typer.Option("--peers", help="Also run GalSim and prysm, where installed.")] = False,
-    extremes: Annotated[
-        bool, typer.Option("--extremes", help="Instead: stiff and extreme cases, exit code 1 when one is wrong.")
-    ] = False,
-    scaling: Annotated[
-        bool, typer.Option("--scaling", help="Instead: time and memory against photosites, edges, wavelengths, ….")
-    ] = False,
-    compare: Annotated[
-        str | None,
-        typer.Option("--compare", metavar="OLD.jsonl", help="Say what got slower or less accurate since that run."),
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, or the name of a shipped scene.")],
+    sensor: Annotated[
+        str | None, typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's.")
     ] = None,
-    output: Annotated[
-        str, typer.Option("-o", "--output", metavar="DIR", help="Folder for results.jsonl, the report and the figures.")
-    ] = "bench-results",
-    psfs: Annotated[
+    changes: Annotated[
         list[str] | None,
-        typer.Option("--psf", metavar="NAME", help="One system, or a pattern such as 'airy-f8*'; repeatable."),
+        typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as lens.f_number=4; repeatable."),
     ] = None,
     methods: Annotated[
-        list[str] | None, typer.Option("--method", metavar="NAME", help="One method; repeatable. All when left out.")
+        str | None, typer.Option("--methods", metavar="A,B,…", help="Such as auto,boundary; all when left out.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print no progress.")] = False,
+    tolerances: Annotated[
+        str | None,
+        typer.Option("--tolerances", metavar="A,B,…", help="Such as 1e-3,1e-6; every second decade when left out."),
+    ] = None,
+    samples: Annotated[
+        str | None, typer.Option("--samples", metavar="A,B,…", help="Of importance; 121,2025 when left out.")
+    ] = None,
+    region: Annotated[
+        str | None,
+        typer.Option(
+            "--region",
+            metavar="ROW,COL,ROWS,COLS",
+            help="A window of the sensor's frame; the busiest 128 × 128 photosites when left out.",
+        ),
+    ] = None,
+    whole: Annotated[bool, typer.Option("--whole", help="All that the scene captures instead of a window.")] = False,
+    longest: Annotated[
+        float | None,
+        typer.Option("--longest", metavar="S", min=0.0, help="Seconds of one core: what takes more is left out; 3."),
+    ] = None,
+    output: Annotated[
+        str | None,
+        typer.Option("-o", "--output", metavar="DIR", help="Folder for the report; SCENE-bench when left out."),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a report that exists.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout, and no words.")] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
 ) -> None:
-    """Measure error against run time, here and now: every method, and the programs people would use instead.
+    """Measure error against run time for a scene: every method at every tolerance, on a window of its frame.
 
-    Writes results.jsonl (a line as soon as it is known), report.html and the diagram as SVG and PNG.
+    The truth is the other exact engine at its finest. Writes bench.jsonl, bench.html and bench.svg.
     """
-    from camsim.bench.cases import chosen_methods, chosen_psfs
-    from camsim.bench.compare import compared
     from camsim.bench.diagram import check_matplotlib
-    from camsim.bench.peers import installed_peers
-    from camsim.bench.results import FILE, Results, read_results
-    from camsim.bench.running import Request, run
+    from camsim.bench.lines import LinesFile
+    from camsim.bench.records import Finding, Head, line_of
+    from camsim.bench.running import LONGEST_S, bench_of, bench_scene
+    from camsim.bench.settings import SAMPLES, numbers, parsed_methods
+    from camsim.cli.progress import Bar
+    from camsim.cli.take import say_that_it_compiles
 
     check_matplotlib()
-    teller = _Teller(shown=not quiet)
-    if extremes or scaling:
-        _run_lists(Path(output), teller, extremes=extremes, scaling=scaling, quick=quick)
-        return
-    request = Request(
-        psfs=tuple(chosen_psfs(psfs or (), quick=quick)),
-        methods=tuple(chosen_methods(methods or ())),
-        quick=quick,
-        peers=tuple(installed_peers()) if peers else (),
-        paper=not psfs,
-    )
-    old = None if compare is None else read_results(compare)
-    folder = Path(output)
-    _check_folder(folder)
-    with Results(folder / FILE) as results:
-        try:
-            run(request, results, teller.tell)
-            if old is not None:
-                for line in compared(old, results.lines):
-                    results.add("compared", **line)
-        except KeyboardInterrupt:
-            _report(results, "interrupted; what was measured is in")
-            raise
-    _report(results, "written:")
-
-
-def _run_lists(folder: Path, teller: _Teller, *, extremes: bool, scaling: bool, quick: bool) -> None:
-    """Run the extremes, the scaling or both, each into files of its own; exit code 1 when an extreme is wrong."""
-    from camsim.bench.lists import run_extremes, start
-    from camsim.bench.results import Results
-    from camsim.bench.scaling import run_scaling
-
-    _check_folder(folder)
-    failed = 0
-    for name in ("extremes",) * extremes + ("scaling",) * scaling:
-        with Results(folder / f"{name}.jsonl") as results:
-            start(results, quick=quick)
-            try:
-                if name == "extremes":
-                    failed = run_extremes(results, teller.tell)
-                else:
-                    run_scaling(results, teller.tell, quick=quick)
-            except KeyboardInterrupt:
-                _report(results, "interrupted; what was measured is in", f"{name}.html")
-                raise
-        _report(results, "written:", f"{name}.html")
-    if failed:
-        raise typer.Exit(1)
-
-
-def _check_folder(folder: Path) -> None:
-    """Refuse a folder that cannot be written to, before the long work."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
+    decades = None if tolerances is None else numbers(tolerances, "--tolerances", "1e-3,1e-6", float)
+    counts = SAMPLES if samples is None else numbers(samples, "--samples", "121,2025", int)
+    window = _region(region, whole=whole)
+    folder = Path(output or f"{Path(scene).stem}-bench")
+    if (folder / LINES).exists() and not force:
         raise OutputError(
-            f"cannot write into {str(folder)!r}: {error.strerror or error}; choose a folder with -o"
-        ) from None
+            f"{str(folder / LINES)!r} exists; overwrite it with --force, or choose another folder with -o"
+        )
+    if not quiet:
+        say_that_it_compiles()
+    records: list[Record] = []
+    with Bar(shown=not quiet) as bar, ExitStack() as files:
+        # Made with the first record: a scene that is refused leaves no folder behind.
+        made = functools.cache(lambda: files.enter_context(LinesFile(folder / LINES)))
+
+        def take(record: Record) -> None:
+            records.append(record)
+            made().write(line_of(record))
+
+        try:
+            found = bench_scene(
+                scene,
+                sensor=sensor,
+                overrides=changes or (),
+                methods=parsed_methods(methods),
+                tolerances=decades,
+                samples=counts,
+                region=window,
+                whole=whole,
+                longest_s=LONGEST_S if longest is None else longest,
+                take=take,
+                progress=bar.update,
+            )
+        except KeyboardInterrupt:
+            if any(isinstance(record, Head) for record in records):
+                take(Finding(sentence="The run was interrupted: this was measured before that."))
+                _tell(bench_of(records), folder, "interrupted; what was measured is in", as_json=as_json, quiet=quiet)
+            raise
+    _tell(found, folder, "written:", as_json=as_json, quiet=quiet)
 
 
-def _report(results: Results, words: str, page: str = "report.html") -> None:
+def _region(text: str | None, *, whole: bool) -> Region | None:
+    from camsim.bench.settings import numbers
+    from camsim.window import Region
+
+    if text is None:
+        return None
+    if whole:
+        raise InvalidValueError("it and --whole name two windows: leave one out", key="--region")
+    places = numbers(text, "--region", "0,0,64,64", int)
+    if len(places) != 4:
+        raise InvalidValueError(f"{text!r} are not 4 numbers; give ROW,COL,ROWS,COLS", key="--region")
+    row, col, rows, cols = places
+    return Region(rows=rows, cols=cols, origin=(row, col))
+
+
+def _tell(bench: Bench, folder: Path, words: str, *, as_json: bool, quiet: bool) -> None:
     from camsim.bench.report import write_report
 
-    for line in _sentences(results.lines):
-        print(line)
-    files = [results.path, *write_report(results.lines, results.path.parent, page)]
-    print(f"{words} {', '.join(os.path.relpath(file) for file in files)}")
-
-
-def _sentences(lines: Sequence[Line]) -> list[str]:
-    """Return what the run says in words, and the table of extremes."""
-    from camsim.bench.results import of_kind
-
-    said = [str(line["sentence"]) for line in of_kind(lines, "machine", "finding", "compared")]
-    extremes = of_kind(lines, "extreme")
-    if extremes:
-        width = max(len(line["name"]) for line in extremes)
-        said += [
-            f"{line['name']:{width}}  asked {line.get('asked', '–'):<8}  reached {line.get('reached', '–'):<10}  "
-            f"{line['seconds']:>8.3g} s  {line['verdict']}"
-            for line in extremes
-        ]
-    return said
-
-
-class _Teller:
-    """Says on stderr how far the work is and how long it may yet take: every two seconds, on one line if it can."""
-
-    def __init__(self, *, shown: bool) -> None:
-        self._shown, self._began, self._last = shown, time.perf_counter(), -_EVERY_S
-        self._over = "\r\x1b[K" if sys.stderr.isatty() else ""
-
-    def tell(self, fraction: float, words: str) -> None:
-        now = time.perf_counter() - self._began
-        if not self._shown or (now - self._last < _EVERY_S and fraction < 1.0):
-            return
-        self._last = now
-        left = f", about {_duration(now * (1.0 - fraction) / fraction)} left" if 0.0 < fraction < 1.0 else ""
-        end = "\n" if not self._over or fraction >= 1.0 else ""
-        print(f"{self._over}{100.0 * fraction:3.0f} %  {words}{left}", file=sys.stderr, end=end, flush=True)
-
-
-def _duration(seconds: float) -> str:
-    """Return a duration in words.
-
-    >>> _duration(42.4), _duration(160.0)
-    ('42 s', '3 min')
-    """
-    return f"{seconds:.0f} s" if seconds < 90.0 else f"{seconds / 60.0:.0f} min"
+    files = [folder / LINES, *write_report(bench, folder)]
+    if as_json:
+        print(json.dumps({"lines": bench.lines, "files": [str(file) for file in files]}, indent=2, ensure_ascii=False))
+    elif not quiet:
+        for finding in bench.findings:
+            print(finding.sentence)
+        done = {point.method for point in bench.points}
+        for left in bench.left_out:
+            name = f"{left.label} and beyond" if left.method in done else left.method
+            print(f"Left out: {name}: {left.why}")
+        print(f"{words} {', '.join(os.path.relpath(file) for file in files)}")

@@ -66,7 +66,7 @@ def _gamma(text: str | None) -> float | str | None:
     try:
         return float(text)
     except ValueError:
-        raise InvalidValueError(f"gamma {text!r}: give srgb or an exponent such as 2.2") from None
+        raise InvalidValueError(f"{text!r}; give srgb or an exponent such as 2.2", key="--gamma") from None
 
 
 def _check_outputs(request: MtfRequest) -> None:

@@ -50,9 +50,9 @@ def parse_levels(text: str | None) -> tuple[float, ...]:
     try:
         levels = tuple(float(word) for word in text.split(","))
     except ValueError:
-        raise InvalidValueError(f"--levels: {text!r}; give numbers such as 1,0.25,0.0625") from None
+        raise InvalidValueError(f"{text!r}; give numbers such as 1,0.25,0.0625", key="--levels") from None
     if not all(0.0 < level < float("inf") for level in levels) or len(set(levels)) < len(levels):
-        raise InvalidValueError(f"--levels: {text!r}; give different numbers above 0, such as 1,0.25,0.0625")
+        raise InvalidValueError(f"{text!r}; give different numbers above 0, such as 1,0.25,0.0625", key="--levels")
     return levels
 
 
@@ -97,7 +97,9 @@ def _variants(capture: Capture) -> Iterator[_Variant]:
     # Room for the shift by one.
     size = min(region.rows, camera.rows - row - 1), min(region.cols, camera.cols - col - 1)
     if min(size) < 1:
-        raise InvalidValueError("--pairs: the window fills the frame; make the region smaller by one row and column")
+        raise InvalidValueError(
+            "the window fills the frame; make the region smaller by one row and column", key="--pairs"
+        )
 
     def windowed(cfa: Cfa, origin: tuple[int, int]) -> Capture:
         window = Region(rows=size[0], cols=size[1], origin=origin)

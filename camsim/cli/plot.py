@@ -19,7 +19,7 @@ def check_matplotlib() -> None:
     """Raise UnsupportedError when there is no matplotlib."""
     if find_spec("matplotlib") is None:
         raise UnsupportedError(
-            "--plot needs matplotlib, which is not installed: python -m pip install 'camsim-spectral[plot]'"
+            "needs matplotlib, which is not installed: python -m pip install 'camsim-spectral[plot]'", key="--plot"
         )
 
 

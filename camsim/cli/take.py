@@ -7,6 +7,7 @@ import gc
 import json
 import sys
 import time
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -61,7 +62,7 @@ def take(request: Request) -> None:
             products=products,
             held=held,
         )
-        warning = odd_cfa_of(ready.camera.cfa.pattern, outputs, allowed=request.allow_odd_cfa)
+        warning = odd_cfa_of(tuple(ready.camera.cfa.pattern), outputs, allowed=request.allow_odd_cfa)
     except CamsimError as error:
         errors.insert(0, error)
     if request.compress:
@@ -71,12 +72,13 @@ def take(request: Request) -> None:
     if warning:
         print(f"camsim: warning: {warning}", file=sys.stderr)
     if not request.quiet:
-        _say_that_it_compiles()
+        say_that_it_compiles()
     gc.freeze()
     gc.enable()
     ready_s = time.perf_counter()
+    # Of all frames: a frame's report has its own.
+    seconds = defaultdict[str, float](float, {"set up": ready_s - request.began_s})
     with Bar(shown=not request.quiet) as bar:
-        writing_s = 0.0
         if held:
             frames = ready.frames(request.frames, products=products, progress=bar.update)
         else:
@@ -85,10 +87,10 @@ def take(request: Request) -> None:
             began_s = time.perf_counter()
             of_frame = outputs[number * len(texts) : (number + 1) * len(texts)]
             _write(frame, [output for output in of_frame if held or output.product == "spectral"], bar, request)
-            writing_s += time.perf_counter() - began_s
+            for name, own_s in frame.report.seconds.items():
+                seconds[name] += own_s
+            seconds["write"] += time.perf_counter() - began_s
     done_s = time.perf_counter()
-    set_up = {"set up": ready_s - request.began_s}
-    seconds = {**set_up, **frame.report.seconds, "write": frame.report.seconds.get("write", 0.0) + writing_s}
     total_s = done_s - request.began_s
     frame = dataclasses.replace(frame, report=_with_files(frame, outputs))
     if not request.quiet:
@@ -102,9 +104,9 @@ def take(request: Request) -> None:
 def take_pairs(request: Request) -> None:
     """Take noisy and clean pictures with their truth; raises CamsimError for options that do not go together."""
     if request.pairs is None:
-        raise InvalidValueError("--levels is of --pairs: name a folder with --pairs FOLDER")
+        raise InvalidValueError("is of --pairs; name a folder with --pairs FOLDER", key="--levels")
     if request.outputs or request.frames != 1 or request.as_json:
-        raise InvalidValueError("--pairs names its files itself: leave out -o, --frames and --json")
+        raise InvalidValueError("names its files itself; leave out -o, --frames and --json", key="--pairs")
     from camsim.capturing import load
     from camsim.cli.pairs import check_folder, parse_levels, write_pairs
 
@@ -118,7 +120,7 @@ def take_pairs(request: Request) -> None:
     )
     folder = check_folder(request.pairs, force=request.force)
     if not request.quiet:
-        _say_that_it_compiles()
+        say_that_it_compiles()
     gc.freeze()
     gc.enable()
     write_pairs(ready, folder, levels, compress=request.compress, quiet=request.quiet)
@@ -135,7 +137,8 @@ def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: 
     return f"{file}: {why}" if why else None
 
 
-def _say_that_it_compiles() -> None:
+def say_that_it_compiles() -> None:
+    """Say on stderr why the first rendering takes a minute, when it will."""
     from camsim.rendering import kernels_compiled
 
     if not kernels_compiled():

@@ -11,7 +11,7 @@ from camsim.config import build_optics, schema
 from camsim.config.build_sensor import curve_of, filters_at
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
-from camsim.errors import InvalidValueError
+from camsim.errors import CamsimError
 from camsim.optics import Lens
 from camsim.scene import Disc, Polygon, Rectangle, Scene
 from camsim.sensor.exposure import Exposure
@@ -26,6 +26,9 @@ Progress: TypeAlias = Callable[[str, float], None]
 
 # What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
 _ANY_SPECTRUM = 0.5
+
+# Lengths of a shape, which a file gives in the scene's unit.
+_LENGTHS: dict[str, KeyPath] = {f"{key}_um": (key,) for key in ("points", "width", "height", "centre", "radius")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,8 +76,8 @@ def _falloff(table: schema.Cos4Falloff | schema.RadialFalloff | None) -> Falloff
 def light(scene: SceneDocument) -> Light | None:
     """Make the light of a scene file."""
     name = scene.value(("light", "illuminant"))
-    if isinstance(name, str):
-        scene.build(("light", "illuminant"), lambda: named.illuminant(name))
+    if isinstance(name, str) and scene.build(("light", "illuminant"), lambda: named.illuminant(name)) is None:
+        return None
     table = scene.part(("light",), schema.Light)
     if table is None or any(schema.Light.contradictions(scene.value(("light",)))):
         return None
@@ -95,6 +98,7 @@ def light(scene: SceneDocument) -> Light | None:
             luminance_cd_per_m2=table.luminance_cd_per_m2,
             at=table.at,
         ),
+        keys={"spectrum": ("illuminant",) if curve is None else ("table",)},
     )
 
 
@@ -172,9 +176,10 @@ def _shape(scene: SceneDocument, path: KeyPath, unit_um: float) -> Polygon | Rec
 
     try:
         return make(unit_um)
-    except InvalidValueError:
+    except CamsimError:
         # The numbers of a message are to be those of the file: its unit, not µm.
-        return scene.build(path, lambda: make(1.0)) and scene.build(path, lambda: make(unit_um))
+        in_its_unit = scene.build(path, lambda: make(1.0), keys=_LENGTHS)
+        return in_its_unit and scene.build(path, lambda: make(unit_um), keys=_LENGTHS)
 
 
 def _spectrum(scene: SceneDocument, path: KeyPath, *, names: bool = True) -> Spectrum | None:

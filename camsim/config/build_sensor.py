@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -69,8 +70,8 @@ def _filter(document: Judged[Any], path: KeyPath) -> Spectrum | None:
 
 
 def curve_of(table: schema.Curve | schema.Fractions | schema.FilterCurve) -> Curve:
-    """Make a curve; where it does not say what lies beyond its table, that is 0."""
-    return Curve(tuple(table.wavelength_nm), tuple(table.values), "", table.outside or "zero")
+    """Make a curve."""
+    return Curve(table.wavelength_nm, table.values, "", table.outside)
 
 
 def _adc(sensor: SensorDocument) -> Adc | None:
@@ -99,13 +100,20 @@ def _stages(sensor: SensorDocument, key: str, kind: type[schema.Table]) -> Mappi
     made = {}
     for name, field in kind.model_fields.items():
         for makes in (mark for mark in field.metadata if isinstance(mark, schema.Makes)):
-            values = [getattr(table, each) for each in (name, *makes.also)]
-            made[makes.field] = None if values[0] is None else _stage(sensor, (key, name), makes, values)
+            made[makes.field] = _stage(sensor, key, table, (name, *makes.also), makes)
     return made
 
 
-def _stage(sensor: SensorDocument, path: KeyPath, makes: schema.Makes, values: Sequence[Any]) -> Any:
-    return sensor.build(path, lambda: makes.make(*values))
+def _stage(sensor: SensorDocument, key: str, table: schema.Table, names: Sequence[str], makes: schema.Makes) -> Any:
+    """Make a stage of the keys of a table; None when its own key, the first one, holds nothing."""
+    values = [getattr(table, name) for name in names]
+    if values[0] is None:
+        return None
+    if not dataclasses.is_dataclass(makes.make):
+        return sensor.build((key, names[0]), lambda: makes.make(*values))
+    parameters = [field.name for field in dataclasses.fields(makes.make)]
+    keys: dict[str, KeyPath] = {parameter: (name,) for parameter, name in zip(parameters, names, strict=False)}
+    return sensor.build((key,), lambda: makes.make(*values), keys=keys)
 
 
 def _cfa(sensor: SensorDocument) -> Cfa | None:

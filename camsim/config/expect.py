@@ -10,11 +10,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from annotated_types import Ge, Gt, Le, Lt, MinLen
+from annotated_types import Le, MinLen
 from pydantic.fields import FieldInfo
 
 from camsim.config.schema import Called, Table
 from camsim.config.tree import KeyPath, Node
+from camsim.words import either, in_range
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,15 +166,6 @@ def kinds_of(table: type[Table]) -> tuple[str, ...]:
     return () if field is None else get_args(field.annotation)
 
 
-def either(words: list[str]) -> str:
-    """Join alternatives.
-
-    >>> either(["pixel", "um", "mm"])
-    'pixel, um or mm'
-    """
-    return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-
-
 def _is_union(annotation: Any) -> bool:
     return get_origin(annotation) in (Union, types.UnionType)
 
@@ -196,19 +188,7 @@ def _words(expected: Expected) -> str:
     if isinstance(kind, type) and issubclass(kind, Table):
         keys = [key for key in kind.model_fields if key != "source"]
         return f"a table {{{', '.join(keys)}}}"
-    return _SIMPLE.get(kind, "something else") + _range(limits)
+    return _SIMPLE.get(kind, "something else") + in_range(limits)
 
 
 _SIMPLE = {float: "a number", int: "a whole number", bool: "true or false", str: "a word"}
-
-
-def _range(limits: tuple[Any, ...]) -> str:
-    above = next((f"{limit.gt:g}" for limit in limits if isinstance(limit, Gt)), None)
-    least = next((limit.ge for limit in limits if isinstance(limit, Ge)), None)
-    below = next((f"{limit.lt:g}" for limit in limits if isinstance(limit, Lt)), None)
-    most = next((limit.le for limit in limits if isinstance(limit, Le)), None)
-    if least is not None and most is not None:
-        return f" from {least:g} to {'2^63 − 1' if most == 2**63 - 1 else format(most, 'g')}"
-    lower = f"above {above}" if above is not None else f"of {least:g} or more" if least is not None else ""
-    upper = f"below {below}" if below is not None else f"at most {most:g}" if most is not None else ""
-    return "".join(f" {part}" for part in (" and ".join(p for p in (lower, upper) if p),) if part)

@@ -15,6 +15,7 @@ from camsim.config.near import elsewhere, meant
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
 from camsim.errors import ConfigError, Fault
+from camsim.words import percent_hint
 
 T = TypeVar("T", bound=Table)
 
@@ -163,8 +164,8 @@ def _wrong_value(node: Node, expected: Expected) -> str:
     if isinstance(value, str):
         near = difflib.get_close_matches(value.lower(), expected.literals(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-    elif isinstance(value, int | float) and 1 < value <= 100 and expected.is_fraction():
-        hint = f"; a fraction: {value:g} % is {value / 100:g}"
+    elif expected.is_fraction():
+        hint = percent_hint(value)
     return f"must be {words}, not {_got(node)}{hint}"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
@@ -13,14 +13,10 @@ from camsim.config.faults import judge, validate
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
-from camsim.sensor.electronics import ORDER
 
 M = TypeVar("M", bound=Table)
 P = TypeVar("P", bound=Table)
 T = TypeVar("T")
-
-# Names that stages put before their messages and that stand in no file.
-_STAGES = ("adc", "cfa", "curve", "dual_gain", "falloff", *ORDER)
 
 _LISTS = {
     "illuminant": "; see camsim list illuminants",
@@ -67,8 +63,11 @@ class Judged(Generic[M]):
         except ValidationError:
             return None
 
-    def build(self, path: KeyPath, make: Callable[[], T]) -> T | None:
-        """Make a stage of the part at ``path``; what the stage refuses becomes a fault there."""
+    def build(self, path: KeyPath, make: Callable[[], T], *, keys: Mapping[str, KeyPath] | None = None) -> T | None:
+        """Make a stage of the part at ``path``; what the stage refuses becomes a fault there.
+
+        keys : where the file has the stage's parameters, from ``path``, those that it calls by other names
+        """
         if self.full:
             return None
         try:
@@ -76,10 +75,10 @@ class Judged(Generic[M]):
         except ConfigError as error:
             self.faults.extend(error.faults)
         except UnknownNameError as error:
-            shown = "" if "did you mean" in str(error) else _LISTS.get(error.kind, "")
-            self.faults.append(self.document.fault(path, f"{error}{shown}"))
+            shown = "" if error.near else _LISTS.get(error.kind, "")
+            self.refuse(self._place(path, error, keys or {}), error.message + shown)
         except CamsimError as error:
-            self.faults.append(self._domain_fault(path, str(error)))
+            self.refuse(self._place(path, error, keys or {}), error.message)
         return None
 
     @property
@@ -96,17 +95,9 @@ class Judged(Generic[M]):
         expected = along(Expected.of(self.model_type), self.document.root, path)
         return expected.table(node) if node is not None and expected is not None else None
 
-    def _domain_fault(self, path: KeyPath, message: str) -> Fault:
-        """Place a stage's message ('stage: key value; must be …', 'key: …') at the key that it speaks of."""
-        head, colon, rest = message.partition(": ")
-        if colon and (head in _STAGES or (path and head == path[-1])):
-            message = rest
-            head, colon, rest = message.partition(": ")
+    def _place(self, path: KeyPath, error: CamsimError, keys: Mapping[str, KeyPath]) -> KeyPath:
+        """Return the path of the key that a stage complains about; the stage's own where the file has no such key."""
+        if error.key in keys:
+            return (*path, *keys[error.key])
         table = self._table(path)
-        keys = table.model_fields if table is not None else {}
-        if colon and head in keys:
-            return self.document.fault((*path, head), rest)
-        word, _, rest = message.partition(" ")
-        if word in keys:
-            return self.document.fault((*path, word), f"is {rest}")
-        return self.document.fault(path, message)
+        return (*path, error.key) if table is not None and error.key in table.model_fields else path

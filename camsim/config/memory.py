@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
 import sys
 from collections.abc import Collection, Iterator
 from pathlib import Path
+
+import psutil
 
 # Measured on frames of 6 million photosites, rounded up: mean and noisy electrons, codes and working copies;
 # the truth for each of its channels; and the preview while it is developed.
@@ -52,13 +53,8 @@ _UNITS = ("bytes", "kB", "MB", "GB", "TB")
 
 
 def _limits() -> Iterator[int]:
-    meminfo = _text("/proc/meminfo")
-    for line in meminfo.splitlines():
-        if line.startswith("MemAvailable:"):
-            yield int(line.split()[1]) * 1024
-    if not meminfo and hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
-        yield os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    # A container may have less than its machine.
+    yield int(psutil.virtual_memory().available)
+    # A container may have less than its machine, which psutil does not look at.
     for limit, used in (
         ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
         ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
@@ -72,8 +68,7 @@ def _limits() -> Iterator[int]:
         return
     soft, _ = resource.getrlimit(resource.RLIMIT_AS)
     if soft != resource.RLIM_INFINITY:
-        pages = _text("/proc/self/statm").split()
-        yield max(0, soft - (int(pages[0]) * os.sysconf("SC_PAGE_SIZE") if pages else 0))
+        yield max(0, soft - psutil.Process().memory_info().vms)
 
 
 def _text(path: str) -> str:

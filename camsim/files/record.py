@@ -12,7 +12,7 @@ from typing import Any
 from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.describe import RECORD_FORMAT, checksum
 from camsim.frame import check_products
-from camsim.typed import hints, judged
+from camsim.typed import hints, judge
 
 LONGEST_RECORD = 16 << 20
 """Bytes of JSON. A scene file has at most as many."""
@@ -46,13 +46,14 @@ class Record:
     description: Mapping[str, Any]
 
     def __post_init__(self) -> None:
+        judge(self)
         check_products((self.product,))
         if not self.channels or not self.cfa_pattern or len({len(row) for row in (*self.cfa_pattern, "")} - {0}) != 1:
-            raise InvalidValueError("channels and cfa_pattern: give one letter for each filter, in rows of one length")
+            raise InvalidValueError("give one letter for each filter, in rows of one length", key="cfa_pattern")
         if len({len(row) for row in (*self.black_offsets_dn, ())} - {0}) != 1:
-            raise InvalidValueError("black_offsets_dn: give rows of one length")
+            raise InvalidValueError("give rows of one length", key="black_offsets_dn")
         if self.white_level_dn <= self.black_level_dn or self.electrons_per_dn <= 0.0:
-            raise InvalidValueError("white_level_dn must be above black_level_dn, and electrons_per_dn above 0")
+            raise InvalidValueError("must be above black_level_dn, and electrons_per_dn above 0", key="white_level_dn")
 
     def as_dict(self) -> dict[str, Any]:
         """Return the record as it was written."""
@@ -96,7 +97,7 @@ def _record(said: dict[str, Any]) -> Record:
     if missing := [name for name in kinds if name not in said]:
         raise InputError(f"its record lacks {missing[0]!r}")
     try:
-        return Record(**{name: judged(said[name], kind, name) for name, kind in kinds.items()})
+        return Record(**said)
     except CamsimError as error:
         raise InputError(f"its record cannot be: {error}") from None
 

@@ -49,8 +49,9 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
     """
     if not all(abs(end) <= LARGEST_SIGNAL for plane in picture.planes for end in _range(plane)):
         raise UnsupportedError(
-            f"{picture.name}: holds values that are no numbers (NaN or infinite) or above {LARGEST_SIGNAL:g}; "
-            "point at an edge beside them with a roi"
+            f"holds values that are no numbers (NaN or infinite) or above {LARGEST_SIGNAL:g}; "
+            "point at an edge beside them with a roi",
+            stage=picture.name,
         )
     if min(picture.shape) < 2 * _LEAST_HALF_WIDTH:
         return ()

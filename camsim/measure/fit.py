@@ -191,7 +191,7 @@ def _settle(
         moved = line.moved(middle, turn, bend)
         if not (abs(turn) < 0.5 and abs(bend) * length < 0.5 and abs(middle) < 2.0 * half_width):
             raise UnsupportedError(
-                f"{what}: no single straight edge fits; choose a region that one edge crosses from side to side"
+                "no single straight edge fits; choose a region that one edge crosses from side to side", stage=what
             )
         settled = max(abs(turn), abs(bend) * length) * length < 1e-4 and abs(middle) < 1e-2
         line = moved
@@ -278,11 +278,13 @@ def _refuse_gap(gap: float, line: EdgeLine, length: float, channel: Channel, wha
         longer = f"take a region {need} px long, or " if need < 20.0 * length else ""
         enough = math.degrees(math.atan2(missing, max(length - again, missing))) + 0.5
         raise UnsupportedError(
-            f"{what}: an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling "
-            f"phases are missing; {longer}turn the edge to {enough:.0f}° or more"
+            f"an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling "
+            f"phases are missing; {longer}turn the edge to {enough:.0f}° or more",
+            stage=what,
         )
     if gap > LARGEST_GAP:
         raise UnsupportedError(
-            f"{what}: at {angle:.2f}° the sampling phases repeat (a gap of {gap:.2f} px across the edge is never "
-            "sampled), as they do at 45°, atan(1/2) and their like; turn the edge by 2°, or take a longer region"
+            f"at {angle:.2f}° the sampling phases repeat (a gap of {gap:.2f} px across the edge is never "
+            "sampled), as they do at 45°, atan(1/2) and their like; turn the edge by 2°, or take a longer region",
+            stage=what,
         )

@@ -35,7 +35,7 @@ class Roi:
             row, col, rows, cols = (int(part) for part in text.split(","))
         except ValueError:
             raise InvalidValueError(
-                f"roi {text!r}: give row,col,rows,cols in whole pixels, such as 100,200,64,64"
+                f"{text!r}; give row,col,rows,cols in whole pixels, such as 100,200,64,64", key="roi"
             ) from None
         return cls(row, col, rows, cols)
 
@@ -44,12 +44,13 @@ class Roi:
         rows, cols = shape
         if self.rows < 1 or self.cols < 1:
             raise InvalidValueError(
-                f"roi {self}: {self.rows} × {self.cols} photosites are no region; give 64 or more each"
+                f"{self}; {self.rows} × {self.cols} photosites are no region, give 64 or more each", key="roi"
             )
         if self.row < 0 or self.col < 0 or self.row + self.rows > rows or self.col + self.cols > cols:
             raise InvalidValueError(
-                f"roi {self}: reaches beyond the image of {rows} rows and {cols} columns; "
-                f"row + rows must be at most {rows} and col + cols at most {cols}"
+                f"{self} reaches beyond the image of {rows} rows and {cols} columns; "
+                f"row + rows must be at most {rows} and col + cols at most {cols}",
+                key="roi",
             )
 
     def __str__(self) -> str:

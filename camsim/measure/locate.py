@@ -42,8 +42,9 @@ def locate(samples: npt.NDArray[Any], x: F64, y: F64, *, roi: Roi, what: str) ->
     x, y = x[:: every[1]], y[:: every[0]]
     if min(image.shape) < 8:
         raise UnsupportedError(
-            f"{what}: {image.shape[0]} × {image.shape[1]} samples are too few; give a region with at least 8 rows and "
-            "8 columns of this channel, 32 or more for good figures"
+            f"{image.shape[0]} × {image.shape[1]} samples are too few; give a region with at least 8 rows and "
+            "8 columns of this channel, 32 or more for good figures",
+            stage=what,
         )
     smooth = ndimage.gaussian_filter(image, _SMOOTH, mode="nearest")
     gx, gy = _central(smooth, 1) / (x[1] - x[0]), _central(smooth, 0) / (y[1] - y[0])
@@ -88,8 +89,9 @@ def _upright(image: F64, smooth: F64, gx: F64, x: F64, y: F64, *, upright: bool,
         dark, bright = float(np.percentile(image, 5)), float(np.percentile(image, 95))
         _refuse_flat(dark, bright, _scatter(image, smooth), what)
         raise UnsupportedError(
-            f"{what}: the edge leaves less than 3 samples on one of its sides; move the region so that the edge runs "
-            "through its middle"
+            "the edge leaves less than 3 samples on one of its sides; move the region so that the edge runs "
+            "through its middle",
+            stage=what,
         )
     dark, bright = float(np.median(dark_side)), float(np.median(bright_side))
     noise = _scatter(image, smooth)
@@ -159,13 +161,15 @@ def _refuse_flat(dark: float, bright: float, noise: float, what: str) -> None:
     contrast = step / (bright + dark) if bright + dark > 0.0 else math.inf
     if step <= 0.0 or step < 3.0 * noise:
         raise UnsupportedError(
-            f"{what}: no edge found (the two sides differ by {step:.3g}, the noise is {noise:.3g}); "
-            "put the region on a dark-to-bright edge"
+            f"no edge found (the two sides differ by {step:.3g}, the noise is {noise:.3g}); "
+            "put the region on a dark-to-bright edge",
+            stage=what,
         )
     if contrast < LEAST_CONTRAST:
         raise UnsupportedError(
-            f"{what}: contrast {100.0 * contrast:.2g} % is under {100.0 * LEAST_CONTRAST:g} %; "
-            "take an edge between darker and brighter surfaces"
+            f"contrast {100.0 * contrast:.2g} % is under {100.0 * LEAST_CONTRAST:g} %; "
+            "take an edge between darker and brighter surfaces",
+            stage=what,
         )
 
 
@@ -198,8 +202,9 @@ def _refuse_others(
     other = float(np.mean(elsewhere > _OTHER_EDGE * usual))
     if other > 0.2:
         raise UnsupportedError(
-            f"{what}: {100.0 * other:.0f} % of its lines cross a second edge; make the region narrower, so that it "
-            "holds one edge, or move it"
+            f"{100.0 * other:.0f} % of its lines cross a second edge; make the region narrower, so that it "
+            "holds one edge, or move it",
+            stage=what,
         )
     miss = np.abs(place - predicted)
     # A slight bend is no other edge; noise may move single lines.
@@ -207,6 +212,7 @@ def _refuse_others(
     wrong = float(np.mean(miss > allowed))
     if wrong > 0.04:
         raise UnsupportedError(
-            f"{what}: in {100.0 * wrong:.0f} % of its lines the steepest place is not on the edge; the region holds a "
-            "corner, the end of an edge or a second edge: make it smaller, so that one straight edge crosses all of it"
+            f"in {100.0 * wrong:.0f} % of its lines the steepest place is not on the edge; the region holds a "
+            "corner, the end of an edge or a second edge: make it smaller, so that one straight edge crosses all of it",
+            stage=what,
         )

@@ -46,7 +46,8 @@ def measure_mtf(
     if not edges:
         reason = f" (tried: {refused[0]})" if refused else ""
         raise UnsupportedError(
-            f"{picture.name}: no measurable slanted edge found{reason}; a straight dark-to-bright edge of 40 px or "
-            "more, turned by 2° to 43° and with 20 px free on either side, is needed, or point at one with a roi"
+            f"no measurable slanted edge found{reason}; a straight dark-to-bright edge of 40 px or "
+            "more, turned by 2° to 43° and with 20 px free on either side, is needed, or point at one with a roi",
+            stage=picture.name,
         )
     return MtfReport(file=picture.name, pitch_um=picture.pitch_um, edges=tuple(edges), refused=tuple(refused))

@@ -51,16 +51,17 @@ def measure_edge(
     _refuse_clipped(samples.stored, channel.planes[0], what)
     if not np.all(np.abs(samples.signal) <= LARGEST_SIGNAL):
         raise UnsupportedError(
-            f"{what}: holds values that are no numbers (NaN or infinite) or above {LARGEST_SIGNAL:g}; "
-            "choose another region"
+            f"holds values that are no numbers (NaN or infinite) or above {LARGEST_SIGNAL:g}; choose another region",
+            stage=what,
         )
     guess = locate(*channel.on_a_lattice(roi), roi=roi, what=what)
     widths = guess.line.half_widths(roi)
     pitch = channel.pitch_pixel
     if min(widths) < 4.0 * pitch:
         raise UnsupportedError(
-            f"{what}: the region reaches only {min(widths):.1f} px beyond the edge; take at least {8.0 * pitch:.3g} px "
-            "on either side, 32 for good figures"
+            f"the region reaches only {min(widths):.1f} px beyond the edge; take at least {8.0 * pitch:.3g} px "
+            "on either side, 32 for good figures",
+            stage=what,
         )
     # Hundreds of small systems of equations: split over all cores they take ten times as long on a busy machine.
     with _blas().limit(limits=1, user_api="blas"):
@@ -245,8 +246,9 @@ def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
         high = float(np.mean(samples >= plane.white))
         if high > _CLIPPED:
             raise UnsupportedError(
-                f"{what}: {100.0 * high:.2g} % of the photosites are clipped highlights (at {plane.white:g} or above); "
-                "expose less"
+                f"{100.0 * high:.2g} % of the photosites are clipped highlights (at {plane.white:g} or above); "
+                "expose less",
+                stage=what,
             )
     if plane.lowest is not None:
         at_floor = samples <= plane.lowest
@@ -255,8 +257,9 @@ def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
         just_above = float(np.mean(samples == plane.lowest + 1))
         if low > _CLIPPED and just_above > 0.1 * low:
             raise UnsupportedError(
-                f"{what}: {100.0 * low:.2g} % of the photosites are clipped shadows (at {plane.lowest:g}); expose "
-                "more, or use a black level above 0"
+                f"{100.0 * low:.2g} % of the photosites are clipped shadows (at {plane.lowest:g}); expose "
+                "more, or use a black level above 0",
+                stage=what,
             )
 
 
@@ -270,18 +273,21 @@ def _refuse_several(fit: EdgeFit, what: str) -> None:
     step = high - low
     if step < 0.3:
         raise UnsupportedError(
-            f"{what}: the two sides of the edge have nearly the same signal beyond {model.half_width:.0f} px, as "
-            "beside a line or two edges; make the region narrower, so that it holds one edge"
+            f"the two sides of the edge have nearly the same signal beyond {model.half_width:.0f} px, as "
+            "beside a line or two edges; make the region narrower, so that it holds one edge",
+            stage=what,
         )
     over = max(low - esf.min(), esf.max() - high) / step
     if over > 0.3 + rough:
         raise UnsupportedError(
-            f"{what}: the signal overshoots its two sides by {100.0 * over:.0f} %, as beside a line or two edges; make "
-            "the region narrower, so that it holds one edge"
+            f"the signal overshoots its two sides by {100.0 * over:.0f} %, as beside a line or two edges; make "
+            "the region narrower, so that it holds one edge",
+            stage=what,
         )
     systematic = fit.residual_rms > 0.05 and fit.residual_rms > 2.5 * max(fit.noise)
     if systematic:
         raise UnsupportedError(
-            f"{what}: photosites miss the fit of one straight edge by {100.0 * fit.residual_rms:.0f} % of the step; "
-            "the region holds a corner, two edges or structure: make it smaller"
+            f"photosites miss the fit of one straight edge by {100.0 * fit.residual_rms:.0f} % of the step; "
+            "the region holds a corner, two edges or structure: make it smaller",
+            stage=what,
         )

@@ -88,7 +88,7 @@ def stack(frames: Iterable[U16], channel: np.ndarray, *, largest_dn: int) -> Sta
         high += int(np.count_nonzero(seen == largest_dn))
         count += 1
     if count < 2:
-        raise InvalidValueError(f"photon transfer: {count} frames; two or more show what changes")
+        raise InvalidValueError(f"{count}; two or more show what changes", key="frames")
     photosites = int(np.count_nonzero(channel))
     mean = total / count
     variance = (squares - count * mean * mean) / (count - 1)

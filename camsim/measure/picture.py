@@ -43,10 +43,11 @@ class Plane:
     lowest: float | None = None
 
     def __post_init__(self) -> None:
-        for level in (self.black, self.white, self.lowest):
+        for key in ("black", "white", "lowest"):
+            level = getattr(self, key)
             if level is not None and not abs(level) <= LARGEST_SIGNAL:
                 raise InvalidValueError(
-                    f"{self.name}: black and white level must be numbers up to {LARGEST_SIGNAL:g}, not {level:g}"
+                    f"{level:g}; must be a number up to {LARGEST_SIGNAL:g}", key=key, stage=self.name
                 )
 
     def cut(self, roi: Roi) -> tuple[npt.NDArray[Any], F64, F64]:
@@ -193,14 +194,15 @@ def mosaic_planes(
     [('R', (0, 1)), ('G1', (0, 0)), ('G2', (1, 1)), ('B', (1, 0))]
     """
     if not pattern or not pattern[0] or len({len(row) for row in pattern}) != 1:
-        raise InvalidValueError(f"filters {tuple(pattern)[:4]}: give one letter for each, in rows of one length")
+        raise InvalidValueError(f"{tuple(pattern)[:4]}; give one letter for each, in rows of one length", key="filters")
     names = _names(pattern)
     levels = np.atleast_2d(np.asarray(black, np.float64))
     rows, cols = (math.lcm(*sizes) for sizes in zip((len(pattern), len(pattern[0])), levels.shape, strict=True))
     if max(rows, cols) > _LONGEST_PERIOD or rows > samples.shape[0] or cols > samples.shape[1]:
         raise InvalidValueError(
-            f"filters and black levels repeat every {rows} rows and {cols} columns; {_LONGEST_PERIOD} are the most, "
-            f"and the image has {samples.shape[0]} × {samples.shape[1]} photosites"
+            f"they and the black levels repeat every {rows} rows and {cols} columns; {_LONGEST_PERIOD} are the most, "
+            f"and the image has {samples.shape[0]} × {samples.shape[1]} photosites",
+            key="filters",
         )
     planes = [
         Plane(

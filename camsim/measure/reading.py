@@ -39,7 +39,7 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
     """Return a frame's mosaic, ``electrons`` (with noise), ``mean_electrons`` (without) or ``truth`` to measure in."""
     if product == "truth":
         if frame.truth is None:
-            raise InvalidValueError("frame: holds no truth; ask for products=('truth',) when exposing")
+            raise InvalidValueError("holds no truth; ask for products=('truth',) when exposing", key="frame")
         planes = _planes(frame.truth, frame.channels)
     elif product == "mosaic":
         planes = mosaic_planes(
@@ -52,7 +52,7 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
     elif product in ("electrons", "mean_electrons"):
         planes = mosaic_planes(getattr(frame, product), frame.cfa_pattern)
     else:
-        raise InvalidValueError(f"product {product!r}: give mosaic, electrons, mean_electrons or truth")
+        raise InvalidValueError(f"{product!r}; give mosaic, electrons, mean_electrons or truth", key="product")
     return Picture(
         name=frame.report.scene,
         shape=(frame.mosaic.shape[0], frame.mosaic.shape[1]),
@@ -85,14 +85,15 @@ def read_picture(
         record = read_record(file, size)
         if record is not None and record.product == "preview" and gamma is None:
             raise InvalidValueError(
-                f"{shown}: is a developed preview (tone curve, white balance, demosaiced), and linear data is needed; "
-                "measure the capture's mosaic instead (.dng, .tiff or FILE.png:mosaic)"
+                "is a developed preview (tone curve, white balance, demosaiced), and linear data is needed; "
+                "measure the capture's mosaic instead (.dng, .tiff or FILE.png:mosaic)",
+                stage=shown,
             )
         source = _Source(Path(path), file, size, record, gamma, cfa, layer)
         try:
             return reader(source)
         except InvalidValueError as error:
-            raise InvalidValueError(f"{shown}: {error}") from None
+            raise InvalidValueError(f"{error}", stage=shown) from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +140,8 @@ def _pattern(source: _Source) -> tuple[str, ...]:
         return rows
     if cfa.upper() not in BAYER:
         raise InvalidValueError(
-            f"cfa {cfa!r}: give one of {', '.join((*BAYER, *PATTERNS))}, or rows of letters such as RRGG/RRGG/GGBB/GGBB"
+            f"{cfa!r}; give one of {', '.join((*BAYER, *PATTERNS))}, or rows of letters such as RRGG/RRGG/GGBB/GGBB",
+            key="cfa",
         )
     return cfa.upper()[:2], cfa.upper()[2:]
 
@@ -150,7 +152,7 @@ def _planes(image: npt.NDArray[Any], names: Sequence[str] | None, **levels: Any)
         image = image[:, :, None]
     if image.ndim != 3 or not image.size or image.shape[2] > _MOST_PLANES:
         raise InvalidValueError(
-            f"an array of shape {image.shape} is no image; give (rows, cols) or (rows, cols, channels)"
+            f"an array of shape {image.shape} is no image; give (rows, cols) or (rows, cols, channels)", key="image"
         )
     names = names or _NAMES.get(image.shape[2]) or tuple(f"C{k + 1}" for k in range(image.shape[2]))
     if len(names) != image.shape[2]:
@@ -199,11 +201,11 @@ def decode(encoded: F64, gamma: float | str) -> F64:
     """
     if isinstance(gamma, str):
         if gamma.lower() != "srgb":
-            raise InvalidValueError(f"gamma {gamma!r}: give srgb or an exponent such as 2.2")
+            raise InvalidValueError(f"{gamma!r}; give srgb or an exponent such as 2.2", key="gamma")
         linear: F64 = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
         return linear
     if not 0.1 <= gamma <= 10.0:
-        raise InvalidValueError(f"gamma {gamma:g}: give srgb or an exponent between 0.1 and 10, such as 2.2")
+        raise InvalidValueError(f"{gamma:g}; give srgb or an exponent between 0.1 and 10, such as 2.2", key="gamma")
     power: F64 = np.sign(encoded) * np.abs(encoded) ** gamma
     return power
 
@@ -266,7 +268,7 @@ def _read_exr(source: _Source) -> Picture:
         layers.setdefault(folder, {})[last] = pixels
     chosen = source.layer if source.layer is not None else "noisy" if "noisy" in layers else next(iter(layers))
     if chosen not in layers:
-        raise InvalidValueError(f"has no layer {chosen!r}; there are {', '.join(map(repr, layers))}")
+        raise InvalidValueError(f"{chosen!r} is not in it; there are {', '.join(map(repr, layers))}", key="layer")
     here = layers[chosen]
     first = next(iter(here.values()))
     if source.product == "electrons" or (len(here) == 1 and source.cfa is not None):
@@ -289,7 +291,7 @@ def _read_npz(source: _Source) -> Picture:
             raise InputError("it holds no array")
         chosen = source.layer or ("mosaic" if "mosaic" in names else names[0])
         if chosen not in names:
-            raise InvalidValueError(f"has no array {chosen!r}; there are {', '.join(names)}")
+            raise InvalidValueError(f"{chosen!r} is not in it; there are {', '.join(names)}", key="layer")
         image = archive.array(chosen)
     planes = _grey_or_planes(image, source, chosen, **_levels(image, source, chosen))
     return _picture(source, planes, image.shape)

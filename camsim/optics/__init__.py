@@ -12,9 +12,10 @@ from camsim.optics.photosite import (
     RoundedPhotosite,
     SquarePhotosite,
 )
+from camsim.optics.protocols import Lens, OpticalStage, PhotositeShape, RoundLens
 from camsim.optics.pupil import Pupil
 from camsim.optics.radial import RadialOtf
-from camsim.optics.system import Lens, OpticalStage, OpticalSystem, PhotositeShape
+from camsim.optics.system import OpticalSystem
 from camsim.optics.wavefront import Wavefront
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "Pupil",
     "RadialOtf",
     "RectangularPhotosite",
+    "RoundLens",
     "RoundedPhotosite",
     "SquarePhotosite",
     "Wavefront",

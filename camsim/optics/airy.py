@@ -10,8 +10,9 @@ import numpy as np
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.spectra.curve import Spectrum
+from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
+from camsim.spectra.curve import Transmission
+from camsim.typed import Positive, judge
 
 NM_PER_UM = 1e3
 
@@ -57,12 +58,11 @@ class Airy:
 
     place: ClassVar[str] = "lens"
 
-    f_number: float
-    transmission: Spectrum = 1.0
+    f_number: Positive
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+        judge(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""
@@ -71,6 +71,10 @@ class Airy:
     def cutoff_per_um(self, wavelength_nm: float) -> float:
         """The frequency beyond which nothing passes, 1/(λN), cycles/µm."""
         return 1.0 / self.blur_um(wavelength_nm)
+
+    def pattern(self) -> Pattern:
+        """What the boundary engine knows of it."""
+        return AIRY
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
         """Return a radius beyond which at most ``lost_fraction`` of the light falls, µm.
@@ -96,3 +100,18 @@ class Airy:
     def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
         """Fraction of the light within ``r_um`` (µm) of the centre."""
         return airy_encircled_energy(r_um, f_number=self.f_number, wavelength_nm=wavelength_nm)
+
+
+_ENERGY, _OTF = of_unit(Airy(f_number=1.0))
+AIRY = Pattern(
+    energy=_ENERGY,
+    core=math.pi**2 / 4.0,
+    otf=_OTF,
+    breaks=(1.0,),
+    powers=POWERS,  # DLMF 10.18.17
+    rings=((1.0, RING, 2.5),),
+    airy=True,
+    signed=False,
+    quiet=lambda allowed: max(5.0, (SEVENTH / allowed) ** (1.0 / 7.0)),
+    finest=1e-9,
+)

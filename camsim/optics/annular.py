@@ -5,15 +5,17 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from annotated_types import Ge, Le
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.optics.airy import NM_PER_UM, airy_otf
-from camsim.spectra.curve import Spectrum
+from camsim.optics.airy import AIRY, NM_PER_UM, airy_otf
+from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
+from camsim.spectra.curve import Transmission
+from camsim.typed import Positive, judge
 
 LARGEST_OBSTRUCTION = 0.95
 PANEL = 0.5  # of the tabulated integral, in x: 12 Gauss nodes on it are exact
@@ -37,17 +39,12 @@ class AnnularAiry:
 
     place: ClassVar[str] = "lens"
 
-    f_number: float
-    obstruction: float
-    transmission: Spectrum = 1.0
+    f_number: Positive
+    obstruction: Annotated[float, Ge(0), Le(LARGEST_OBSTRUCTION)]
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
-        if not 0.0 <= self.obstruction <= LARGEST_OBSTRUCTION:
-            raise InvalidValueError(
-                f"obstruction: {self.obstruction!r} is outside 0 … {LARGEST_OBSTRUCTION} (a fraction of the diameter)"
-            )
+        judge(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: λN."""
@@ -56,6 +53,10 @@ class AnnularAiry:
     def cutoff_per_um(self, wavelength_nm: float) -> float:
         """The frequency beyond which nothing passes, 1/(λN), cycles/µm."""
         return 1.0 / self.blur_um(wavelength_nm)
+
+    def pattern(self) -> Pattern:
+        """What the boundary engine knows of it."""
+        return _pattern(self.obstruction) if self.obstruction > 0.0 else AIRY
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
         """Return a radius beyond which at most ``lost_fraction`` of the light falls, µm.
@@ -168,3 +169,37 @@ def _asymptotic(x: F64, e: float) -> F64:
             total += factor * np.exp(1j * (omega * x + phase)) * x ** (-n) * (-1.0 / (1j * omega)) * series
     values: F64 = total.real / (math.pi * math.sqrt(e))
     return values
+
+
+@functools.cache
+def _pattern(e: float) -> Pattern:
+    """Return the pattern of a pupil whose middle is covered to a fraction e of its diameter.
+
+    (1 − e²)(1 − E) = A(ρ) + e²·A(eρ) − 4e·∫_x^∞ J1(t)·J1(et)/t dt with A = 1 − E of an Airy pattern: two Airy patterns,
+    whose powers and rings add up, and a cross term whose phases (1 ± e)t make rings of the frequencies (1 ± e)/2.
+    The small disc's powers hold from e·ρ on as the large one's do from ρ on: next comes e²·c7/(eρ)⁷.
+    """
+    energy, otf = of_unit(AnnularAiry(f_number=1.0, obstruction=e))
+    share = 1.0 / (1.0 - e * e)
+
+    def cross(sign: float) -> tuple[float, float, float]:
+        u = 0.5 * (1.0 + sign * e)
+        return u, share * 4.0 * math.sqrt(e) / (1.0 + sign * e) * RING / math.sqrt(u), 2.5
+
+    rings = (cross(-1.0), (e, share / math.sqrt(e) * RING, 2.5), cross(1.0), (1.0, share * RING, 2.5))
+    return Pattern(
+        energy=energy,
+        core=math.pi**2 / 4.0 * (1.0 - e * e),
+        otf=otf,
+        breaks=tuple(sorted(u for u, _, _ in rings)),
+        powers=(
+            POWERS[0] * share * (1.0 + e),
+            POWERS[1] * share * (1.0 + 1.0 / e),
+            POWERS[2] * share * (1.0 + e**-3.0),
+        ),
+        rings=rings,
+        airy=False,
+        signed=False,
+        quiet=lambda allowed: max(5.0, 5.0 / (1.0 - e), (share * (1.0 + e**-5.0) * SEVENTH / allowed) ** (1.0 / 7.0)),
+        finest=1e-7,
+    )

@@ -9,8 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.spectra.curve import Spectrum
+from camsim.optics.pattern import Pattern, of_unit
+from camsim.spectra.curve import Spectrum, Transmission
+from camsim.typed import Positive, check, judge, refusal
 
 HIGHEST = 1.37  # cycles per σ: exp(−2π²·1.37²) is 8e-17
 
@@ -31,19 +32,17 @@ class Gaussian:
     place: ClassVar[str] = "lens"
     chromatic: ClassVar[bool] = False
 
-    sigma_um: float
-    f_number: float = 8.0
-    transmission: Spectrum = 1.0
+    sigma_um: Positive
+    f_number: Positive = 8.0
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.sigma_um) and self.sigma_um > 0):
-            raise InvalidValueError(f"sigma_um: {self.sigma_um!r} is not a standard deviation; give µm above 0")
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+        judge(self)
 
     @classmethod
     def from_mtf50(cls, mtf50_per_um: float) -> Gaussian:
         """Return the Gaussian whose transfer is one half at ``mtf50_per_um`` cycles/µm."""
+        check(mtf50_per_um, Positive, "mtf50_per_um", cls.__name__)
         return cls(sigma_um=math.sqrt(math.log(2.0) / 2.0) / (math.pi * mtf50_per_um))
 
     def blur_um(self, wavelength_nm: float) -> float:
@@ -57,6 +56,10 @@ class Gaussian:
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
         """Return the radius beyond which ``lost_fraction`` of the light falls, µm."""
         return self.sigma_um * math.sqrt(-2.0 * math.log(lost_fraction))
+
+    def pattern(self) -> Pattern:
+        """What the boundary engine knows of it."""
+        return _PATTERN
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²."""
@@ -94,20 +97,15 @@ class EllipticalGaussian:
     fades: ClassVar[bool] = True
 
     covariance_um2: tuple[tuple[float, float], tuple[float, float]]
-    f_number: float = 8.0
-    transmission: Spectrum = 1.0
+    f_number: Positive = 8.0
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        rows = tuple(tuple(float(value) for value in row) for row in self.covariance_um2)
-        object.__setattr__(self, "covariance_um2", rows)
+        judge(self)
         (xx, xy), (yx, yy) = self.covariance_um2
-        if not all(math.isfinite(value) for value in (xx, xy, yx, yy)) or xy != yx or xx <= 0 or xx * yy <= xy * xy:
-            raise InvalidValueError(
-                f"covariance_um2: {self.covariance_um2!r} is not a covariance; give ((xx, xy), (xy, yy)) in µm² with "
-                "xx and yy above 0 and xy² below xx·yy"
-            )
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+        if xy != yx or xx <= 0 or xx * yy <= xy * xy:
+            message = "must be ((xx, xy), (xy, yy)) in µm² with xx and yy above 0 and xy² below xx·yy"
+            raise refusal(self, "covariance_um2", f"{message}, not {self.covariance_um2!r}")
 
     @classmethod
     def from_axes(
@@ -120,11 +118,9 @@ class EllipticalGaussian:
         transmission: Spectrum = 1.0,
     ) -> EllipticalGaussian:
         """Return the Gaussian with standard deviations along two axes, the first turned clockwise from x."""
-        for name, sigma in (("sigma_um", sigma_um), ("sigma_across_um", sigma_across_um)):
-            if not (math.isfinite(sigma) and sigma > 0):
-                raise InvalidValueError(f"{name}: {sigma!r} is not a standard deviation; give µm above 0")
-        if not math.isfinite(rotate_deg):
-            raise InvalidValueError(f"rotate_deg: {rotate_deg!r} is not finite; give ordinary numbers")
+        sigma_um = check(sigma_um, Positive, "sigma_um", cls.__name__)
+        sigma_across_um = check(sigma_across_um, Positive, "sigma_across_um", cls.__name__)
+        rotate_deg = check(rotate_deg, float, "rotate_deg", cls.__name__)
         cos, sin = math.cos(math.radians(rotate_deg)), math.sin(math.radians(rotate_deg))
         a, b = sigma_um**2, sigma_across_um**2
         across = (a - b) * cos * sin
@@ -160,3 +156,18 @@ class EllipticalGaussian:
         form = xx * np.square(fx_per_um) + 2.0 * xy * np.multiply(fx_per_um, fy_per_um) + yy * np.square(fy_per_um)
         otf: F64 = np.exp(-2.0 * math.pi**2 * form)
         return otf
+
+
+_ENERGY, _OTF = of_unit(Gaussian(sigma_um=1.0))
+_PATTERN = Pattern(
+    energy=_ENERGY,
+    core=0.5,
+    otf=_OTF,
+    breaks=(1.37,),
+    powers=(0.0, 0.0, 0.0),
+    rings=(),
+    airy=False,
+    signed=False,
+    quiet=lambda allowed: math.sqrt(2.0 * math.log(1.0 / allowed)),
+    finest=1e-9,
+)

@@ -14,7 +14,8 @@ from scipy import special
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.spectra.curve import Spectrum
+from camsim.spectra.curve import Spectrum, Transmission
+from camsim.typed import Positive, Several, check, judge, refusal
 
 MOST_SAMPLES = 256  # along a side: the description in every file holds them all
 PASSES, ENDS = 0.4, 0.6  # cycles per sample: all passes, nothing does
@@ -45,28 +46,21 @@ class MeasuredPsf:
     chromatic: ClassVar[bool] = False
     fades: ClassVar[bool] = True
 
-    irradiance: tuple[tuple[float, ...], ...]
-    spacing_um: float
-    f_number: float = 8.0
-    transmission: Spectrum = 1.0
+    irradiance: Several[Several[float]]
+    spacing_um: Positive
+    f_number: Positive = 8.0
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        rows = tuple(tuple(float(value) for value in row) for row in self.irradiance)
-        object.__setattr__(self, "irradiance", rows)
-        if not rows or not rows[0] or any(len(row) != len(rows[0]) for row in rows):
-            raise InvalidValueError("irradiance: the rows are not all equally long; give a rectangle of samples")
+        judge(self)
+        rows = self.irradiance
+        if len({len(row) for row in rows}) != 1 or not len(rows[0]):
+            raise refusal(self, "irradiance", "the rows are not all equally long; give a rectangle of samples")
         if max(len(rows), len(rows[0])) > MOST_SAMPLES:
-            raise InvalidValueError(
-                f"irradiance: {len(rows)} × {len(rows[0])} samples; give at most {MOST_SAMPLES} along a side"
-            )
-        if not all(math.isfinite(value) for row in rows for value in row):
-            raise InvalidValueError("irradiance: not all samples are finite; give ordinary numbers")
+            message = f"{len(rows)} × {len(rows[0])} samples; give at most {MOST_SAMPLES} along a side"
+            raise refusal(self, "irradiance", message)
         if not sum(value for row in rows for value in row) > 0.0:
-            raise InvalidValueError("irradiance: the samples add up to no light; give some above 0")
-        if not (math.isfinite(self.spacing_um) and self.spacing_um > 0):
-            raise InvalidValueError(f"spacing_um: {self.spacing_um!r} is not a distance; give µm above 0")
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            raise refusal(self, "irradiance", "the samples add up to no light; give some above 0")
 
     @classmethod
     def from_otf(
@@ -85,21 +79,30 @@ class MeasuredPsf:
         """
         array = np.asarray(values)
         if array.ndim != 2 or array.shape[0] != array.shape[1] or array.shape[0] % 2 == 0:
-            raise InvalidValueError(f"values: a table of {array.shape}; give as many rows as columns, an odd number")
+            raise InvalidValueError(
+                f"a table of {array.shape}; give as many rows as columns, an odd number", key="values"
+            )
         if not np.isfinite(array).all():
-            raise InvalidValueError("values: not all of them are finite; give ordinary numbers")
-        if not (math.isfinite(spacing_per_um) and spacing_per_um > 0):
-            raise InvalidValueError(f"spacing_per_um: {spacing_per_um!r} is no step; give cycles/µm above 0")
+            raise InvalidValueError(
+                "not all of them are finite; give ordinary numbers", key="values", stage=cls.__name__
+            )
+        check(spacing_per_um, Positive, "spacing_per_um", cls.__name__)
         half = array.shape[0] // 2
         if not array[half, half].real > 0.0:
-            raise InvalidValueError("values: the middle, where the frequency is 0, is not above 0")
+            raise InvalidValueError(
+                "the middle, where the frequency is 0, is not above 0", key="values", stage=cls.__name__
+            )
         array = array / array[half, half].real
         if np.abs(array - array[::-1, ::-1].conj()).max() > 1e-6:
-            raise InvalidValueError("values: opposite frequencies are not conjugate; no pattern has such a transfer")
+            raise InvalidValueError(
+                "opposite frequencies are not conjugate; no pattern has such a transfer", key="values"
+            )
         place = np.abs(np.arange(-half, half + 1)) > 2.0 * PASSES * half
         if max(np.abs(array[place]).max(), np.abs(array[:, place]).max()) > 0.01:
             raise InvalidValueError(
-                "values: the transfer has not died away in the outer fifth of the table; measure to higher frequencies"
+                "the transfer has not died away in the outer fifth of the table; measure to higher frequencies",
+                key="values",
+                stage=cls.__name__,
             )
         pattern = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(array)).real)
         return cls(

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.typed import NonNegative, judge, refusal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,22 +32,14 @@ class FourSpotOlpf:
 
     place: ClassVar[str] = "olpf"
 
-    split_um: float
-    split_y_um: float | None = None
+    split_um: NonNegative
+    split_y_um: NonNegative | None = None
     rotate_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, split in (("split_um", self.split_um), ("split_y_um", self.split_down_um)):
-            if not (math.isfinite(split) and split >= 0):
-                raise InvalidValueError(
-                    f"{name}: {split!r} is not a distance between spots; give µm above 0, or 0 for no split along it"
-                )
+        judge(self)
         if self.split_um == 0.0 and self.split_down_um == 0.0:
-            raise InvalidValueError(
-                f"split_um: {self.split_um!r} is not a distance between spots; give µm above 0, or leave the OLPF out"
-            )
-        if not math.isfinite(self.rotate_deg):
-            raise InvalidValueError(f"rotate_deg: {self.rotate_deg!r} is not finite; give ordinary numbers")
+            raise refusal(self, "split_um", "must be a number above 0, not 0; leave the OLPF out for no split at all")
 
     @property
     def split_down_um(self) -> float:

@@ -5,19 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from annotated_types import Gt, Le
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-
-
-def check_side(name: str, value: float, least: str = "above 0") -> None:
-    """Refuse a length that no photosite has; ``least``: "above 0", or "0 or above" where a point may be meant."""
-    if not (math.isfinite(value) and (value > 0 or (value == 0 and least != "above 0"))):
-        raise InvalidValueError(f"{name}: {value!r} is not the side of a photosite; give µm, {least}")
+from camsim.typed import Corners, NonNegative, Positive, check, judge, refusal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,18 +26,16 @@ class SquarePhotosite:
     place: ClassVar[str] = "photosite"
     separable: ClassVar[bool] = True
 
-    side_um: float
+    side_um: NonNegative
 
     def __post_init__(self) -> None:
-        check_side("side_um", self.side_um, "0 or above")
+        judge(self)
 
     @classmethod
     def from_fill_factor(cls, *, pitch_um: float, fill_factor: float) -> SquarePhotosite:
         """Return the square whose area is ``fill_factor`` (0..1) of the pitch squared."""
-        if not 0.0 < fill_factor <= 1.0:
-            raise InvalidValueError(
-                f"fill_factor: {fill_factor!r} is outside 0..1 (a fraction of the pitch's area; 0.6 means 60 %)"
-            )
+        pitch_um = check(pitch_um, Positive, "pitch_um", cls.__name__)
+        fill_factor = check(fill_factor, Annotated[float, Gt(0), Le(1)], "fill_factor", cls.__name__)
         return cls(side_um=pitch_um * math.sqrt(fill_factor))
 
     @property
@@ -77,12 +70,11 @@ class RectangularPhotosite:
     place: ClassVar[str] = "photosite"
     separable: ClassVar[bool] = True
 
-    width_um: float
-    height_um: float
+    width_um: Positive
+    height_um: Positive
 
     def __post_init__(self) -> None:
-        check_side("width_um", self.width_um)
-        check_side("height_um", self.height_um)
+        judge(self)
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
@@ -116,10 +108,10 @@ class CircularPhotosite:
 
     place: ClassVar[str] = "photosite"
 
-    diameter_um: float
+    diameter_um: Positive
 
     def __post_init__(self) -> None:
-        check_side("diameter_um", self.diameter_um)
+        judge(self)
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
@@ -152,18 +144,16 @@ class RoundedPhotosite:
 
     place: ClassVar[str] = "photosite"
 
-    width_um: float
-    height_um: float
-    radius_um: float
+    width_um: Positive
+    height_um: Positive
+    radius_um: NonNegative
 
     def __post_init__(self) -> None:
-        check_side("width_um", self.width_um)
-        check_side("height_um", self.height_um)
+        judge(self)
         most = 0.5 * min(self.width_um, self.height_um)
-        if not 0.0 <= self.radius_um <= most:
-            raise InvalidValueError(
-                f"radius_um: {self.radius_um!r} is outside 0 … {most:g} µm, half the photosite's shorter side"
-            )
+        if self.radius_um > most:
+            message = f"must be at most {most:g}, half the photosite's shorter side, not {self.radius_um!r}"
+            raise refusal(self, "radius_um", message)
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
@@ -212,22 +202,20 @@ class PolygonPhotosite:
 
     place: ClassVar[str] = "photosite"
 
-    points_um: tuple[tuple[float, float], ...]
+    points_um: Corners
 
     def __post_init__(self) -> None:
-        points = tuple((float(x), float(y)) for x, y in self.points_um)
-        if any(not math.isfinite(value) for point in points for value in point):
-            raise InvalidValueError("points_um: not all of them are finite; give ordinary numbers in µm")
-        if len(set(points)) < 3:
-            raise InvalidValueError(f"points_um: {len(set(points))} different points make no polygon; give at least 3")
-        crossing = _crossing(np.array(points))
+        judge(self)
+        points = np.array(self.points_um)
+        if len(set(self.points_um)) < 3:
+            message = f"{len(set(self.points_um))} different points make no polygon; give at least 3"
+            raise refusal(self, "points_um", message)
+        crossing = _crossing(points)
         if crossing is not None:
-            raise InvalidValueError(
-                f"points_um: sides {crossing[0]} and {crossing[1]} cross; list the corners in order round the shape"
-            )
-        object.__setattr__(self, "points_um", points)
-        if abs(_doubled_area(np.array(points))) < 1e-12 * max(abs(v) for p in points for v in p) ** 2:
-            raise InvalidValueError("points_um: the polygon has no area; give corners that are not on one line")
+            message = f"sides {crossing[0]} and {crossing[1]} cross; list the corners in order round the shape"
+            raise refusal(self, "points_um", message)
+        if abs(_doubled_area(points)) < 1e-12 * np.abs(points).max() ** 2:
+            raise refusal(self, "points_um", "the polygon has no area; give corners that are not on one line")
 
     @property
     def half_extent_um(self) -> tuple[float, float]:

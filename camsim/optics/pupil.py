@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge, Le
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.typed import judge, refusal
 
 MOST_BLADES = 64
 
@@ -36,24 +37,21 @@ class Pupil:
     """
 
     shape: Literal["circular", "square", "bladed"] = "circular"
-    obstruction: float = 0.0
-    blades: int = 0
+    obstruction: Annotated[float, Ge(0), Le(0.95)] = 0.0
+    blades: Annotated[int, Ge(0), Le(MOST_BLADES)] = 0
     rotate_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.shape not in ("circular", "square", "bladed"):
-            raise InvalidValueError(f"shape: {self.shape!r} is not a pupil; give circular, square or bladed")
-        if self.shape == "bladed" and not 3 <= self.blades <= MOST_BLADES:
-            raise InvalidValueError(f"blades: {self.blades!r} make no iris; give 3 to {MOST_BLADES}")
+        judge(self)
+        if self.shape == "bladed" and self.blades < 3:
+            raise refusal(self, "blades", f"must be 3 to {MOST_BLADES} of an iris, not {self.blades}")
         if self.shape != "bladed" and self.blades:
-            raise InvalidValueError(f"blades: a {self.shape} pupil has none; leave them out, or make the shape bladed")
-        if not math.isfinite(self.rotate_deg):
-            raise InvalidValueError(f"rotate_deg: {self.rotate_deg!r} is not finite; give ordinary numbers")
+            message = f"a {self.shape} pupil has none; leave them out, or make the shape bladed"
+            raise refusal(self, "blades", message)
         most = 0.95 * self.inner_radius
-        if not 0.0 <= self.obstruction <= most:
-            raise InvalidValueError(
-                f"obstruction: {self.obstruction!r} is outside 0 … {most:.3g}, what leaves an opening of this shape"
-            )
+        if self.obstruction > most:
+            message = f"must be at most {most:.3g}, what leaves an opening of this shape, not {self.obstruction!r}"
+            raise refusal(self, "obstruction", message)
 
     @property
     def corners(self) -> F64:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
+from annotated_types import Ge, Le
 from scipy import special
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.spectra.curve import Spectrum
+from camsim.optics.pattern import UNIT_NM, Pattern
+from camsim.spectra.curve import Transmission
+from camsim.typed import NonNegative, Positive, Several, judge, refusal
 
 if TYPE_CHECKING:
     from scipy import interpolate
@@ -40,35 +43,30 @@ class RadialOtf:
     place: ClassVar[str] = "lens"
     chromatic: ClassVar[bool] = False
 
-    freq_per_um: tuple[float, ...]
-    values: tuple[float, ...]
-    f_number: float = 8.0
-    transmission: Spectrum = 1.0
+    freq_per_um: Several[NonNegative]
+    values: Several[Annotated[float, Ge(-1), Le(1)]]
+    f_number: Positive = 8.0
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "freq_per_um", tuple(float(f) for f in self.freq_per_um))
-        object.__setattr__(self, "values", tuple(float(v) for v in self.values))
+        judge(self)
         frequency, values = self.freq_per_um, self.values
         if len(frequency) != len(values):
-            raise InvalidValueError(
-                f"values: there are {len(values)} for {len(frequency)} frequencies; every point has one of each"
-            )
+            message = f"there are {len(values)} for {len(frequency)} frequencies; every point has one of each"
+            raise refusal(self, "values", message)
         if len(values) < 3:
-            raise InvalidValueError(f"values: {len(values)} points make no curve; give at least 3")
-        if not all(math.isfinite(v) for v in (*frequency, *values)):
-            raise InvalidValueError("values: not all points are finite; give ordinary numbers")
+            raise refusal(self, "values", f"{len(values)} points make no curve; give at least 3")
         if frequency[0] != 0.0 or any(after <= before for before, after in pairwise(frequency)):
-            raise InvalidValueError("freq_per_um: must start at 0 and increase, each frequency given once")
+            raise refusal(self, "freq_per_um", "must start at 0 and increase, each frequency given once")
         if values[0] != 1.0:
-            raise InvalidValueError(f"values: the first is {values[0]!r}; a lens passes 1 at frequency 0")
+            raise refusal(self, "values", f"the first is {values[0]!r}; a lens passes 1 at frequency 0")
         if values[-1] != 0.0:
-            raise InvalidValueError(
-                f"values: the last is {values[-1]!r}; go on to the frequency where nothing passes, and give 0 there"
-            )
-        if max(abs(v) for v in values) > 1.0:
-            raise InvalidValueError("values: a lens amplifies no frequency; give −1 to 1")
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
+            message = f"the last is {values[-1]!r}; go on to the frequency where nothing passes, and give 0 there"
+            raise refusal(self, "values", message)
+
+    def pattern(self) -> Pattern:
+        """What the boundary engine knows of it."""
+        return _pattern(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: the inverse of the last frequency."""
@@ -128,3 +126,36 @@ class RadialOtf:
             start = stop
         values: F64 = out.reshape(r.shape)
         return values
+
+
+@functools.cache
+def _pattern(lens: RadialOtf) -> Pattern:
+    """Return the pattern of a transfer that is a cubic between its knots; the blur is the inverse of the last one.
+
+    A power uⁿ of the transfer at 0 makes 2πρ·∫uⁿ·J1(2πuρ) du = 1/(2πρ) of E for n = 1, −3/(2πρ)³ for n = 3, and nothing
+    for n even. A jump J of the m-th derivative at u makes J/(π√(uρ)·(2πρ)^m) of oscillation there, and an edge's end
+    met square on 1/(4π√(uρ)) of that.
+    """
+    last = lens.freq_per_um[-1]
+    cubic = lens.curve()
+    knots = cubic.x / last
+    at_zero = cubic.c[::-1, 0] * last ** np.arange(4)
+    rings = []
+    for order in (1, 2, 3):
+        slope = cubic.derivative(order)
+        jumps = np.append(slope.c[-1, 1:], 0.0) - slope(cubic.x[1:] * (1.0 - 1e-12))
+        for u, jump in zip(knots[1:], np.abs(jumps) * last**order, strict=True):
+            if jump > 1e-9:
+                rings.append((float(u), float(jump / (4.0 * math.pi**2 * u * (2.0 * math.pi) ** order)), order + 1.0))
+    return Pattern(
+        energy=lambda rho: lens.encircled_energy(rho / last, UNIT_NM),
+        core=math.pi * float(lens.point_spread(np.zeros(1), UNIT_NM)[0]) / last**2,
+        otf=lambda u: lens.otf(u * last, np.zeros(1), UNIT_NM),
+        breaks=tuple(float(u) for u in knots[1:]),
+        powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
+        rings=tuple(rings),
+        airy=False,
+        signed=True,
+        quiet=lambda allowed: max(5.0, 2.0 / float(knots[1])),
+        finest=1e-7,
+    )

@@ -5,69 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol
+from typing import Any
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics.photosite import SquarePhotosite
-from camsim.spectra.curve import Spectrum
+from camsim.optics.protocols import (
+    KnowsBlur,
+    KnowsCutoff,
+    KnowsSize,
+    KnowsWavelengths,
+    LowPass,
+    OpticalStage,
+    PhotositeShape,
+)
+from camsim.typed import check
 
-PLACES = {"lens": "otf", "olpf": "spots_um", "photosite": "half_extent_um"}
-"""What a stage can stand for, and what it must know for that; one that knows less is a blur besides the others."""
-
-
-class OpticalStage(Protocol):
-    """Anything with a transfer function: a stage of the user's own needs no more than this.
-
-    A stage says by ``place`` ("lens", "olpf" or "photosite") what it stands for. One without a place is a blur of its
-    own besides these, or the lens when there is no other.
-    """
-
-    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function at (fx, fy) cycles/µm: the transform of the point image with exp(−2πi f·x).
-
-        Real or complex, OTF(−f) the conjugate of OTF(f), 1 at zero.
-        """
-        ...
-
-
-class Lens(OpticalStage, Protocol):
-    """A lens that a camera can carry: a frozen dataclass with these fields, and ``place`` "lens".
-
-    What else a lens knows makes it quicker or more exact, and is used where it is there: ``blur_um`` and
-    ``cutoff_per_um`` (the pattern's own length, the end of its transfer) by wavelength; ``reach_um(lost_fraction,
-    wavelength_nm)``, a radius that holds all of the light but so much; ``point_spread(r_um, wavelength_nm)`` of a
-    round pattern, or ``point_spread_on(x_um, y_um, wavelength_nm, precision)`` on a lattice; ``fades``, for a
-    pattern that is nothing beyond ``reach_um``; ``chromatic`` False where all wavelengths have the same.
-    """
-
-    __dataclass_fields__: ClassVar[dict[str, Any]]
-
-    @property
-    def f_number(self) -> float:
-        """Focal length over aperture diameter."""
-        ...
-
-    @property
-    def transmission(self) -> Spectrum:
-        """Fraction of the light that passes."""
-        ...
-
-
-class PhotositeShape(OpticalStage, Protocol):
-    """The area of a pixel that collects light."""
-
-    @property
-    def area_um2(self) -> float:
-        """Light-collecting area, µm²."""
-        ...
-
-    @property
-    def half_extent_um(self) -> tuple[float, float]:
-        """How far it reaches from its centre along x and y, µm."""
-        ...
+PLACES: dict[str, type] = {"lens": object, "olpf": LowPass, "photosite": PhotositeShape}
+"""What a stage can stand for, and what it must be for that; one that knows less is a blur besides the others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,37 +37,38 @@ class OpticalSystem:
     1.0
     """
 
-    lens: Any
-    olpf: Any = None
-    photosite: Any = field(default_factory=lambda: SquarePhotosite(side_um=0.0))
+    lens: OpticalStage
+    olpf: LowPass | None = None
+    photosite: PhotositeShape = field(default_factory=lambda: SquarePhotosite(side_um=0.0))
     more: tuple[OpticalStage, ...] = ()
 
     @classmethod
     def of(cls, stages: Sequence[OpticalStage]) -> OpticalSystem:
         """Sort a list of stages into their places; each place holds one at the most."""
-        places: dict[str, OpticalStage] = {}
+        stages = check(stages, tuple[Any, ...], "optics")
+        places: dict[str, Any] = {}
         more: list[OpticalStage] = []
         for stage in stages:
             if not callable(getattr(stage, "otf", None)):
                 raise UnsupportedError(
-                    f"optics: {type(stage).__name__} has no otf(fx_per_um, fy_per_um, wavelength_nm); "
-                    "a stage needs that much"
+                    f"{type(stage).__name__} has no otf(fx_per_um, fy_per_um, wavelength_nm); a stage needs that much",
+                    key="optics",
                 )
             place = getattr(stage, "place", None)
             if place is not None and place not in PLACES:
                 raise UnsupportedError(
-                    f"optics: {type(stage).__name__}.place is {place!r}; it is one of {', '.join(PLACES)}"
+                    f"{type(stage).__name__}.place is {place!r}; it is one of {', '.join(PLACES)}", key="optics"
                 )
-            if place is None or not hasattr(stage, PLACES[place]):
+            if place is None or not isinstance(stage, PLACES[place]):
                 more.append(stage)
                 continue
             if place in places:
-                raise UnsupportedError(f"optics: two stages for the {place}; give one")
+                raise UnsupportedError(f"two stages for the {place}; give one", key="optics")
             places[place] = stage
         if "lens" not in places and more:
             places["lens"] = more.pop(0)
         if "lens" not in places:
-            raise UnsupportedError("optics: no lens; add camsim.Airy(f_number=…)")
+            raise UnsupportedError("no lens; add camsim.Airy(f_number=…)", key="optics")
         return cls(**places, more=tuple(more))
 
     @property
@@ -140,11 +98,9 @@ class OpticalSystem:
     def point_otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
         """Size of ``point_otf`` at frequencies along a unit vector, as well as a bound needs it."""
         fx, fy = frequency_per_um * direction[0], frequency_per_um * direction[1]
-        of_lens = getattr(self.lens, "otf_size", None)
-        if of_lens is None or self.more:
-            return np.abs(self.point_otf(fx, fy, wavelength_nm))
-        size: F64 = of_lens(frequency_per_um, direction, wavelength_nm)
-        return size
+        if isinstance(self.lens, KnowsSize) and not self.more:
+            return self.lens.otf_size(frequency_per_um, direction, wavelength_nm)
+        return np.abs(self.point_otf(fx, fy, wavelength_nm))
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """OTF of the whole system."""
@@ -154,17 +110,25 @@ class OpticalSystem:
     @property
     def chromatic(self) -> bool:
         """Whether the transfer may change with the wavelength."""
-        return bool(self.more) or getattr(self.lens, "chromatic", True)
+        return bool(self.more) or not isinstance(self.lens, KnowsWavelengths) or self.lens.chromatic
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
         """The frequency beyond which nothing passes the lens, cycles/µm; looked for where the lens does not say."""
-        known = getattr(self.lens, "cutoff_per_um", None)
-        return float(known(wavelength_nm)) if known is not None else _cutoff(self.lens, wavelength_nm)
+        if isinstance(self.lens, KnowsCutoff):
+            return float(self.lens.cutoff_per_um(wavelength_nm))
+        return _cutoff(self.lens, wavelength_nm)
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The lens pattern's own length, µm; the inverse of the cut-off where the lens does not say."""
-        known = getattr(self.lens, "blur_um", None)
-        return float(known(wavelength_nm)) if known is not None else 1.0 / self.cutoff_per_um(wavelength_nm)
+        if isinstance(self.lens, KnowsBlur):
+            return float(self.lens.blur_um(wavelength_nm))
+        return 1.0 / self.cutoff_per_um(wavelength_nm)
+
+    def blurs_um(self, wavelength_nm: F64) -> F64:
+        """The same at many wavelengths; what the lens can is asked once, because that is slow."""
+        lens = self.lens
+        of = lens.blur_um if isinstance(lens, KnowsBlur) else self.blur_um
+        return np.array([of(float(w)) for w in wavelength_nm])
 
 
 NOTHING = 1e-14  # a transfer that rounding hides
@@ -184,8 +148,9 @@ def _cutoff(lens: OpticalStage, wavelength_nm: float) -> float:
     high = HIGHEST_PER_UM
     if passes(np.array([high])):
         raise UnsupportedError(
-            f"optics: the transfer of {type(lens).__name__} does not end by {high:g} cycles/µm; "
-            "give the stage a cutoff_per_um(wavelength_nm), or put a lens before it"
+            f"the transfer of {type(lens).__name__} does not end by {high:g} cycles/µm; "
+            "give the stage a cutoff_per_um(wavelength_nm), or put a lens before it",
+            key="optics",
         )
     while high > 1.0 / HIGHEST_PER_UM and not passes(np.linspace(0.5 * high, high, 64)):
         high *= 0.5

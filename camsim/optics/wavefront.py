@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
+from annotated_types import Ge, Le
 from scipy import fft
 
 from camsim.arrays import C128, F64
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.errors import UnsupportedError
+from camsim.marks import Before, Called
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
-from camsim.spectra.curve import Spectrum
+from camsim.spectra.curve import Transmission
+from camsim.typed import Positive, judge, refusal
 
 MOST_WAVES = 50.0
 COARSE = 1e-9  # a non-uniform FFT to this precision may use a grid of less than half the size
@@ -28,13 +32,27 @@ MOST_POINTS = 1 << 13  # along a ray
 MOST_NODES = 5e7  # of the pupil's rule: 2 GB
 
 
+def _as_pairs(given: Any) -> Any:
+    return tuple(given.items()) if isinstance(given, Mapping) else given
+
+
+_Index: TypeAlias = Annotated[int, Ge(0), Le(LARGEST_INDEX)]
+_Waves: TypeAlias = Annotated[float, Ge(-MOST_WAVES), Le(MOST_WAVES)]
+if TYPE_CHECKING:
+    Zernikes: TypeAlias = Mapping[int, float] | Sequence[tuple[int, float] | Sequence[float]] | npt.NDArray[Any]
+else:
+    Zernikes = Annotated[
+        tuple[tuple[_Index, _Waves], ...], Called("pairs of index and waves, such as {4: 0.1}"), Before(_as_pairs)
+    ]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wavefront:
     """A lens whose wavefront is not a sphere.
 
     f_number      : focal length over the pupil's diameter D
-    zernike_waves : (OSA/ANSI index, coefficient) pairs; coefficients are waves at ``reference_nm``, root mean square
-                    over the circle of diameter D
+    zernike_waves : (OSA/ANSI index, coefficient) pairs, or a mapping of these; coefficients are waves at
+                    ``reference_nm``, root mean square over the circle of diameter D
     reference_nm  : wavelength of those waves: the path differences are the same lengths at every wavelength
     defocus_um    : focus shift δ in µm, a path difference δ/(8N²)·r², which adds to Zernike 4 with its sign
     pupil         : the opening
@@ -51,33 +69,17 @@ class Wavefront:
 
     place: ClassVar[str] = "lens"
 
-    f_number: float
-    zernike_waves: tuple[tuple[int, float], ...] = ()
-    reference_nm: float = 550.0
+    f_number: Positive
+    zernike_waves: Zernikes = ()
+    reference_nm: Positive = 550.0
     defocus_um: float = 0.0
     pupil: Pupil = field(default_factory=Pupil)
-    transmission: Spectrum = 1.0
+    transmission: Transmission = 1.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.f_number) and self.f_number > 0):
-            raise InvalidValueError(f"f_number: {self.f_number!r} is not a lens; give a finite number above 0")
-        if not (math.isfinite(self.reference_nm) and self.reference_nm > 0):
-            raise InvalidValueError(f"reference_nm: {self.reference_nm!r} is not a wavelength; give nm above 0")
-        if not math.isfinite(self.defocus_um):
-            raise InvalidValueError(f"defocus_um: {self.defocus_um!r} is not finite; give ordinary numbers in µm")
-        pairs = tuple((int(j), float(c)) for j, c in self.zernike_waves)
-        object.__setattr__(self, "zernike_waves", pairs)
-        for index, waves in pairs:
-            if not 0 <= index <= LARGEST_INDEX:
-                raise InvalidValueError(
-                    f"zernike_waves: index {index} is outside 0 … {LARGEST_INDEX} (OSA/ANSI, up to order 20)"
-                )
-            if not (math.isfinite(waves) and abs(waves) <= MOST_WAVES):
-                raise InvalidValueError(
-                    f"zernike_waves: {waves!r} waves of index {index}; give finite numbers up to {MOST_WAVES:g}"
-                )
-        if len({index for index, _ in pairs}) < len(pairs):
-            raise InvalidValueError("zernike_waves: an index is given twice; add the two up")
+        judge(self)
+        if len({index for index, _ in self._pairs}) < len(self._pairs):
+            raise refusal(self, "zernike_waves", "an index is given twice; add the two up")
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The length of the pattern without aberrations, µm: λN."""
@@ -91,7 +93,7 @@ class Wavefront:
         """Return the path difference in waves at (x, y), in units of D/2."""
         ratio = self.reference_nm / wavelength_nm
         total: F64 = (self.defocus_um * NM_PER_UM / (8.0 * self.f_number**2 * wavelength_nm)) * (x * x + y * y)
-        for index, coefficient in self.zernike_waves:
+        for index, coefficient in self._pairs:
             total = total + coefficient * ratio * zernike(index, x, y)
         return total
 
@@ -128,10 +130,16 @@ class Wavefront:
         return sizes
 
     @property
+    def _pairs(self) -> tuple[tuple[int, float], ...]:
+        """The pairs, as they are kept whatever was given."""
+        pairs: Any = self.zernike_waves
+        return tuple(pairs)
+
+    @property
     def _symmetric(self) -> bool:
         """Whether the pattern stays the same when turned by 180°, so that its transfer is real."""
         even_pupil = self.pupil.shape != "bladed" or self.pupil.blades % 2 == 0
-        return even_pupil and all(orders(index)[0] % 2 == 0 for index, _ in self.zernike_waves)
+        return even_pupil and all(orders(index)[0] % 2 == 0 for index, _ in self._pairs)
 
     def _transfer(self, shift: float, angle: float, wavelength_nm: float) -> complex:
         """Return the transfer for pupils ``shift`` half diameters apart."""
@@ -197,8 +205,9 @@ class Wavefront:
         radial, angular, sides = self._orders(self._degrees(wavelength_nm), turns)
         if radial * angular * sides > MOST_NODES:
             raise UnsupportedError(
-                f"zernike_waves: this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
-                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene"
+                f"this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
+                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene",
+                key="zernike_waves",
             )
         return self.pupil.rule(radial, angular)
 
@@ -249,8 +258,9 @@ class Wavefront:
                 return along, round_about
             points *= 2
         raise UnsupportedError(
-            f"zernike_waves: the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
-            f"({MOST_POINTS} points do not follow it); give smaller coefficients"
+            f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
+            f"({MOST_POINTS} points do not follow it); give smaller coefficients",
+            key="zernike_waves",
         )
 
     def _phase_factor(self, x: F64, y: F64, wavelength_nm: float) -> C128:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -63,16 +62,17 @@ def radiance_cube(
     """
     if light.at == "sensor":
         raise UnsupportedError(
-            "spectral: the light's level is given on the sensor, so the scene has no radiance; give it on the scene"
+            "the light's level is given on the sensor, so the scene has no radiance; give it on the scene",
+            key="spectral",
         )
     line_nm = light.ends_nm[:1] if light.is_one_line else None
     if wavelength_nm is None:
         nodes = line_nm or USUAL_NM
     else:
-        nodes = _checked(wavelength_nm)
+        nodes = tuple(wavelength_nm)
         if line_nm and nodes != line_nm:
             raise InvalidValueError(
-                f"spectral_nm: the light has one wavelength, {line_nm[0]:g} nm; leave spectral_nm out"
+                f"the light has one wavelength, {line_nm[0]:g} nm; leave spectral_nm out", key="spectral_nm"
             )
     irradiance = light.irradiance_at(np.array(nodes))
     everywhere = np.broadcast_to(np.uint8(0), (grid.rows, grid.cols))
@@ -99,12 +99,3 @@ def radiance_cube(
         return rendering.error_estimate
 
     return SpectralCube(nodes, "W.m^-2.sr^-1" if line_nm else "W.m^-2.sr^-1.nm^-1", bands)
-
-
-def _checked(wavelength_nm: Sequence[float]) -> tuple[float, ...]:
-    nodes = tuple(float(w) for w in wavelength_nm)
-    if not 1 <= len(nodes) <= MOST_PLANES:
-        raise InvalidValueError(f"spectral_nm: {len(nodes)} wavelengths; give 1 to {MOST_PLANES}")
-    if any(not (math.isfinite(w) and w > 0.0) for w in nodes) or any(b <= a for a, b in pairwise(nodes)):
-        raise InvalidValueError("spectral_nm: wavelengths must be above 0 and increasing, nm")
-    return nodes

@@ -10,7 +10,8 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.rendering.quadrature import gauss_error, gauss_legendre
+from camsim.optics.protocols import Rectangular
+from camsim.quadrature import gauss_error, gauss_legendre
 
 BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out
 _SAME = 1e-9  # pitches: offsets this close are one
@@ -45,17 +46,18 @@ class Footprint:
     @classmethod
     def of(cls, system: OpticalSystem, pitch_um: float) -> Footprint:
         """Measure the system's footprint in pitches; a 9-point Gauss rule is exact for every moment used."""
-        sides_um = getattr(system.photosite, "sides_um", None)
-        if sides_um is None:
+        if not isinstance(system.photosite, Rectangular):
             raise UnsupportedError(
-                f"photosite: the boundary engine knows rectangles, not {type(system.photosite).__name__}; use fourier"
+                f"the boundary engine knows rectangles, not {type(system.photosite).__name__}; use fourier",
+                key="photosite",
             )
         if system.more:
             raise UnsupportedError(
-                f"optics: the boundary engine takes a lens, an OLPF and a photosite, not "
-                f"{type(system.more[0]).__name__} besides; use fourier"
+                f"the boundary engine takes a lens, an OLPF and a photosite, not "
+                f"{type(system.more[0]).__name__} besides; use fourier",
+                key="optics",
             )
-        width, height = (side / pitch_um for side in sides_um)
+        width, height = (side / pitch_um for side in system.photosite.sides_um)
         spots = system.spots_um() / pitch_um
         zeta, weight = footprint_rule(width, height, spots, 9)
         z = zeta[:, 0] + 1j * zeta[:, 1]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from camsim.errors import InvalidValueError
+from camsim.typed import Count, Positive, judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,18 +20,14 @@ class Grid:
     (-222.5, -222.5)
     """
 
-    rows: int
-    cols: int
-    pitch_um: float
+    rows: Count
+    cols: Count
+    pitch_um: Positive
     origin: tuple[int, int] = (0, 0)
-    frame: tuple[int, int] | None = None
+    frame: tuple[Count, Count] | None = None
 
     def __post_init__(self) -> None:
-        for name, count in (("rows", self.rows), ("cols", self.cols)):
-            if count < 1:
-                raise InvalidValueError(f"{name}: {count!r} photosites make no grid; give 1 or more")
-        if not (math.isfinite(self.pitch_um) and self.pitch_um > 0):
-            raise InvalidValueError(f"pitch_um: {self.pitch_um!r} is not a pitch; give µm above 0")
+        judge(self)
 
     @property
     def first_centre(self) -> tuple[float, float]:

@@ -10,12 +10,12 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
-from camsim.optics import OpticalSystem
+from camsim.optics import OpticalStage, OpticalSystem, RoundLens
+from camsim.optics.pattern import Pattern
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
-from camsim.rendering.patterns import Pattern, pattern_of
 from camsim.rendering.prune import equal_sides, far_outlines
 from camsim.rendering.spectral import Signals, blur_of, fuse
 from camsim.scene import Scene
@@ -98,7 +98,7 @@ class Job:
         """Resolve a scene and its arrangement (``outlines.arranged``); the rest as in ``render_channels``."""
         pattern, footprint, unknown = None, None, ""
         try:
-            pattern, footprint = pattern_of(system.lens), Footprint.of(system, grid.pitch_um)
+            pattern, footprint = _pattern_of(system.lens), Footprint.of(system, grid.pitch_um)
         except UnsupportedError as error:
             unknown = str(error)
         budget = ErrorBudget(tolerance)
@@ -209,3 +209,13 @@ def _paired(edges: Edges) -> _Paired:
     """Return the fields of a job that its edges make."""
     sides, pair = edges.pairs()
     return {"edges": edges, "sides": sides, "pair": pair}
+
+
+def _pattern_of(lens: OpticalStage) -> Pattern:
+    if not isinstance(lens, RoundLens):
+        raise UnsupportedError(
+            "the boundary engine knows Airy, AnnularAiry, Gaussian, RadialOtf and what tells its pattern, not "
+            f"{type(lens).__name__}; use fourier",
+            key="lens",
+        )
+    return lens.pattern()

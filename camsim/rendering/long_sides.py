@@ -21,11 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import UnsupportedError
-from camsim.optics import OpticalSystem
+from camsim.optics import OpticalSystem, RoundLens
+from camsim.optics.pattern import Pattern
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
-from camsim.rendering.patterns import Pattern, pattern_of
 from camsim.scene import Disc
 
 MOST_TURN = 2.0 * math.pi / 64.0  # of a side, radians
@@ -77,10 +76,7 @@ class LongSides:
         blur_um     : of the lens, shortest and longest;  line_per_um: peak of its line spread
         """
         allowed = budget.allowed("outlines")
-        try:
-            pattern = None if system.more else pattern_of(system.lens)
-        except UnsupportedError:
-            pattern = None
+        pattern = system.lens.pattern() if isinstance(system.lens, RoundLens) and not system.more else None
         half, area = system.photosite.half_extent_um, system.photosite.area_um2
         across = 2.0 * math.hypot(*half)
         low = np.array(grid.first_centre) * grid.pitch_um

@@ -8,10 +8,10 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
+from camsim.quadrature import gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.long_sides import LongSides
-from camsim.rendering.quadrature import gauss_legendre
 from camsim.scene import Disc, Scene, arrange
 from camsim.scene.arrange import Arrangement
 

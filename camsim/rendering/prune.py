@@ -7,9 +7,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from camsim.arrays import F64, I64
+from camsim.optics.pattern import Pattern
 from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid
-from camsim.rendering.patterns import Pattern
 
 
 def equal_sides(edges: Edges, density: F64) -> np.ndarray:

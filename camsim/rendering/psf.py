@@ -12,7 +12,8 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.optics.protocols import OnLattice
+from camsim.quadrature import gauss_legendre
 
 SPARE = 40  # nodes beyond what the fastest wave takes
 
@@ -24,10 +25,9 @@ def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: 
     precision  : relative, of all of the light
     """
     lens = system.lens
-    if hasattr(lens, "point_spread_on") and not system.more:
+    if isinstance(lens, OnLattice) and not system.more:
         # All of the light is wrong by less than a hundredth of what the largest amplitude is wrong by (measured).
-        values: F64 = lens.point_spread_on(x_um, y_um, wavelength_nm, 30.0 * precision)
-        return values
+        return lens.point_spread_on(x_um, y_um, wavelength_nm, 30.0 * precision)
     import finufft
 
     cutoff = system.cutoff_per_um(wavelength_nm)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -9,16 +10,16 @@ from typing import Literal, TypeAlias
 import numpy as np
 from scipy import optimize
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
+from camsim.optics.pattern import Pattern
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.patterns import Pattern
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 NEAREST = 5.0  # blurs: where the search for quiet begins
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Waves:
     """A spectrum's rings as a footprint takes them.
 
@@ -60,10 +61,21 @@ class Waves:
         distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
         loudest = np.zeros_like(distance)
         for (u, _, power), phasor in zip(rings, phasors, strict=True):
-            wave = np.exp(2j * np.pi * u * distance[:, None] / self.blur)
-            loudest += DULL * np.abs(wave @ phasor.T).max(axis=1) * distance**-power
+            loudest += DULL * np.abs(self._wave(u, distance) @ phasor.T).max(axis=1) * distance**-power
         loud = np.flatnonzero(loudest > allowed)
         return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
+
+    def _wave(self, u: float, distance: F64) -> C128:
+        """Return (n, j) the turns of a ring at distances; those of one search are the beginning of a longer one's."""
+        known = self._waves.get(u, np.empty((0, self.blur.size), complex))
+        if len(known) < distance.size:
+            more = np.exp(2j * np.pi * u * distance[len(known) :, None] / self.blur)
+            known = self._waves[u] = np.concatenate([known, more])
+        return known[: distance.size]
+
+    @functools.cached_property
+    def _waves(self) -> dict[float, C128]:
+        return {}
 
 
 def _at(front: Front, ring: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -163,7 +163,7 @@ def plan_render(
     check_method(method)
     _check(wavelength_nm, tolerance)
     if not np.isfinite(response).all():
-        raise InvalidValueError("response: not all of it is finite; give less light, or a shorter exposure")
+        raise InvalidValueError("not all of it is finite; give less light, or a shorter exposure", key="response")
     if arrangement is None:
         seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
         arrangement = arranged(scene, system, grid, seen_nm, ErrorBudget(tolerance))
@@ -186,7 +186,7 @@ def kernels_compiled() -> bool:
 
 def _check(wavelength_nm: F64, tolerance: float) -> None:
     if not 0.0 < tolerance <= LOOSEST:
-        raise InvalidValueError(f"tolerance: {tolerance!r} is no error to keep below; give 1e-2 … 1e-11")
+        raise InvalidValueError(f"{tolerance!r} is no error to keep below; give 1e-2 … 1e-11", key="tolerance")
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
-            raise InvalidValueError(f"wavelength_nm: {float(w)!r} is not a wavelength; give nm above 0")
+            raise InvalidValueError(f"{float(w)!r} is not a wavelength; give nm above 0", key="wavelength_nm")

@@ -9,7 +9,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.quadrature import gauss_legendre
 from camsim.scene import Arrangement
 from camsim.spectra.curve import spectrum_at
 from camsim.spectra.integral import lagrange, lumped, whole_nanometres
@@ -56,8 +56,7 @@ class Signals:
 
 def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
     """Return the lens's own length at each wavelength, in pitches."""
-    values: F64 = np.array([system.blur_um(float(w)) for w in wavelength_nm]) / pitch_um
-    return values
+    return system.blurs_um(wavelength_nm) / pitch_um
 
 
 def fuse(signals: Signals, *, phase: float, allowed: float) -> tuple[F64, F64]:

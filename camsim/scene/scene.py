@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from camsim.scene.shapes import Shape, check_reflectance
-from camsim.spectra.curve import Spectrum
+from camsim.scene.shapes import Shape
+from camsim.spectra.curve import Reflectance
+from camsim.typed import judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,9 +18,8 @@ class Scene:
     shapes     : later ones cover earlier ones
     """
 
-    background: Spectrum
+    background: Reflectance
     shapes: Sequence[Shape] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "shapes", tuple(self.shapes))
-        check_reflectance(self.background, "background")
+        judge(self)

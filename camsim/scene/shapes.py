@@ -4,43 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.spectra.curve import Curve, Spectrum
+from camsim.spectra.curve import Reflectance
+from camsim.typed import Corners, Point, Positive, judge, refusal
 
-Point: TypeAlias = tuple[float, float]
+Place: TypeAlias = tuple[float, float]
 Longer: TypeAlias = Callable[[tuple[float, float, float]], tuple[F64, F64]]
-FARTHEST_UM = 1e15  # farther than the moon; products of such numbers are far from overflow
-
-
-def check_reflectance(reflectance: Spectrum, name: str = "reflectance") -> None:
-    """Refuse what no surface in this model can do: reflect less than nothing, or a number that is none."""
-    values = reflectance.values if isinstance(reflectance, Curve) else (reflectance,)
-    for value in values:
-        if not (math.isfinite(value) and value >= 0.0):
-            raise InvalidValueError(f"{name}: {value!r} is not a reflectance; give finite numbers, 0 or above")
-
-
-def check_finite(name: str, values: Iterable[float]) -> None:
-    """Refuse NaN and infinity by name and value."""
-    for value in values:
-        if not math.isfinite(value):
-            raise InvalidValueError(f"{name}: {value!r} is not finite; give ordinary numbers")
-
-
-def check_place(name: str, values: Iterable[float]) -> None:
-    """Refuse coordinates that are no numbers, or that arithmetic could not follow."""
-    for value in values:
-        if not math.isfinite(value):
-            raise InvalidValueError(f"{name}: {value!r} is not finite; give ordinary numbers in µm")
-        if abs(value) > FARTHEST_UM:
-            raise InvalidValueError(f"{name}: {value!r} lies farther out than {FARTHEST_UM:g} µm; give less")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,25 +27,22 @@ class Polygon:
     >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    camsim.errors.InvalidValueError: points: the outline crosses itself at (1, 1); list ...
+    camsim.errors.InvalidValueError: Polygon.points_um: the outline crosses itself at (1, 1); list ...
     """
 
-    points_um: tuple[Point, ...]
-    reflectance: Spectrum
+    points_um: Corners
+    reflectance: Reflectance
 
     def __post_init__(self) -> None:
-        points = tuple((float(x), float(y)) for x, y in self.points_um)
-        object.__setattr__(self, "points_um", points)
-        check_reflectance(self.reflectance)
-        check_place("points", (v for point in points for v in point))
-        if len(set(points)) < 3:
-            raise InvalidValueError(f"points: {len(set(points))} different points make no polygon; give at least 3")
-        crossing = _self_crossing(points)
+        judge(self)
+        corners = len(set(self.points_um))
+        if corners < 3:
+            raise refusal(self, "points_um", f"{corners} different points make no polygon; give at least 3")
+        crossing = _self_crossing(self.points_um)
         if crossing is not None:
-            raise InvalidValueError(
-                f"points: the outline crosses itself at ({crossing[0]:.6g}, {crossing[1]:.6g}); "
-                "list the corners in order round the shape"
-            )
+            where = f"({crossing[0]:.6g}, {crossing[1]:.6g})"
+            message = f"the outline crosses itself at {where}; list the corners in order round the shape"
+            raise refusal(self, "points_um", message)
 
     @property
     def circle_um(self) -> tuple[float, float, float] | None:
@@ -92,21 +64,14 @@ class Polygon:
 class Rectangle:
     """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down)."""
 
-    width_um: float
-    height_um: float
+    width_um: Positive
+    height_um: Positive
     centre_um: Point = (0.0, 0.0)
     rotate_deg: float = 0.0
-    reflectance: Spectrum
+    reflectance: Reflectance
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre_um", (float(self.centre_um[0]), float(self.centre_um[1])))
-        check_reflectance(self.reflectance)
-        check_place("centre", self.centre_um)
-        check_finite("rotate_deg", (self.rotate_deg,))
-        for name, side in (("width", self.width_um), ("height", self.height_um)):
-            if not (math.isfinite(side) and side > 0):
-                raise InvalidValueError(f"{name}: {side!r} is not a side; give a finite number above 0")
-            check_place(name, (side,))
+        judge(self)
 
     @property
     def circle_um(self) -> tuple[float, float, float] | None:
@@ -134,17 +99,12 @@ class Rectangle:
 class Disc:
     """A round disc; rendered as a polygon of the same area with sides short enough for the tolerance."""
 
-    radius_um: float
+    radius_um: Positive
     centre_um: Point = (0.0, 0.0)
-    reflectance: Spectrum
+    reflectance: Reflectance
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre_um", (float(self.centre_um[0]), float(self.centre_um[1])))
-        check_reflectance(self.reflectance)
-        check_place("centre", self.centre_um)
-        if not (math.isfinite(self.radius_um) and self.radius_um > 0):
-            raise InvalidValueError(f"radius: {self.radius_um!r} is not a radius; give a finite number above 0")
-        check_place("radius", (self.radius_um,))
+        judge(self)
 
     @property
     def circle_um(self) -> tuple[float, float, float]:
@@ -197,7 +157,7 @@ class Disc:
 Shape: TypeAlias = Polygon | Rectangle | Disc
 
 
-def _self_crossing(points: tuple[Point, ...]) -> Point | None:
+def _self_crossing(points: Corners) -> Place | None:
     """Return a point where the outline touches or crosses itself, None for a simple outline."""
     import shapely
     from shapely.validation import explain_validity
@@ -206,4 +166,4 @@ def _self_crossing(points: tuple[Point, ...]) -> Point | None:
     if polygon.is_valid:
         return None
     where = re.search(r"\[(\S+) (\S+)\]", explain_validity(polygon))
-    return (float(where[1]), float(where[2])) if where else points[0]
+    return (float(where[1]), float(where[2])) if where else (points[0][0], points[0][1])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.arrays import F64, U16
-from camsim.errors import InvalidValueError
+from camsim.typed import Index, Positive, Several, judge, refusal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,33 +30,23 @@ class Adc:
     array([131], dtype=uint16)
     """
 
-    bit_depth: int
-    black_level_dn: int
-    electrons_per_dn: float
-    base_iso: float
-    black_offsets_dn: tuple[tuple[int, ...], ...] = ((0,),)
+    bit_depth: Annotated[int, Ge(1), Le(16)]
+    black_level_dn: Index
+    electrons_per_dn: Positive
+    base_iso: Positive
+    black_offsets_dn: Several[Several[int]] = ((0,),)
 
     def __post_init__(self) -> None:
-        if not 1 <= self.bit_depth <= 16:
-            raise InvalidValueError(f"adc: bit_depth {self.bit_depth}; must be 1..16")
-        if not 0 <= self.black_level_dn < self.largest_dn:
-            raise InvalidValueError(
-                f"adc: black_level_dn {self.black_level_dn}; must be 0..{self.largest_dn - 1}, "
-                f"below the largest code of {self.bit_depth} bits"
-            )
-        if not (math.isfinite(self.electrons_per_dn) and self.electrons_per_dn > 0.0):
-            raise InvalidValueError(f"adc: electrons_per_dn {self.electrons_per_dn}; must be above 0 and finite")
-        if not (math.isfinite(self.base_iso) and self.base_iso > 0.0):
-            raise InvalidValueError(f"adc: base_iso {self.base_iso}; must be above 0 and finite")
-        object.__setattr__(self, "black_offsets_dn", tuple(tuple(row) for row in self.black_offsets_dn))
+        judge(self)
+        if self.black_level_dn >= self.largest_dn:
+            most = f"{self.largest_dn - 1}, below the largest code of {self.bit_depth} bits"
+            raise refusal(self, "black_level_dn", f"must be at most {most}, not {self.black_level_dn}")
         offsets = [offset for row in self.black_offsets_dn for offset in row]
         if not offsets or len({len(row) for row in self.black_offsets_dn}) > 1:
-            raise InvalidValueError("adc: black_offsets_dn; give rows of equal length, such as [[0, 2], [1, -1]]")
+            raise refusal(self, "black_offsets_dn", "give rows of equal length, such as [[0, 2], [1, -1]]")
         if not all(0 <= self.black_level_dn + offset < self.largest_dn for offset in offsets):
-            raise InvalidValueError(
-                f"adc: black_offsets_dn {min(offsets)}..{max(offsets)} lead from a black level of "
-                f"{self.black_level_dn} beyond 0..{self.largest_dn - 1}"
-            )
+            lead = f"{min(offsets)}..{max(offsets)} lead from a black level of {self.black_level_dn}"
+            raise refusal(self, "black_offsets_dn", f"{lead} beyond 0..{self.largest_dn - 1}")
 
     @property
     def largest_dn(self) -> int:

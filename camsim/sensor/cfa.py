@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.arrays import U8
 from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.marks import Called
+from camsim.typed import Several, check, judge, refusal
 
 _FIRST = "RGB"
 
@@ -43,24 +47,24 @@ class Cfa:
            [2, 1, 2, 1]], dtype=uint8)
     """
 
-    pattern: tuple[str, ...]
+    pattern: Annotated[Several[str], Called("a list of rows such as ('RG', 'GB')", "Cfa.bayer('RGGB') makes one")]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "pattern", tuple(self.pattern))
+        judge(self)
         if not self.pattern or not self.pattern[0]:
-            raise InvalidValueError("cfa: the pattern is empty; give one string of letters per row, such as RG, GB")
-        widths = {len(row) for row in self.pattern}
+            raise refusal(self, "pattern", "is empty; give one text of letters per row, such as ('RG', 'GB')")
+        widths = sorted({len(row) for row in self.pattern})
         if len(widths) > 1:
-            raise InvalidValueError(f"cfa: rows of {sorted(widths)} letters; all rows of a pattern are equally long")
-        strange = sorted({c for row in self.pattern for c in row if not c.isalpha()})
+            raise refusal(self, "pattern", f"rows of {widths} letters; all rows of a pattern are equally long")
+        strange = sorted({c for row in self.pattern for c in row if not (c.isascii() and c.isalpha())})
         if strange:
-            raise InvalidValueError(f"cfa: {', '.join(map(repr, strange))} in the pattern; only letters name channels")
+            raise refusal(self, "pattern", f"{', '.join(map(repr, strange))}; only letters A to Z name channels")
 
     @classmethod
     def bayer(cls, pattern: str = "RGGB") -> Cfa:
         """Return a Bayer array from the letters of (0,0) (0,1) (1,0) (1,1)."""
         if pattern not in BAYER:
-            raise InvalidValueError(f"cfa: Bayer pattern {pattern!r}; must be one of {', '.join(BAYER)}")
+            raise InvalidValueError(f"must be one of {', '.join(BAYER)}, not {pattern!r}", key="pattern", stage="Cfa")
         return cls((pattern[:2], pattern[2:]))
 
     @classmethod
@@ -70,15 +74,14 @@ class Cfa:
         >>> Cfa.quad_bayer("RGGB").pattern
         ('RRGG', 'RRGG', 'GGBB', 'GGBB')
         """
-        if not 1 <= group <= 16:
-            raise InvalidValueError(f"cfa: group {group}; must be 1..16 photosites")
+        check(group, Annotated[int, Ge(2), Le(16)], "group", "Cfa")
         return cls(tuple("".join(c * group for c in row) for row in cls.bayer(pattern).pattern for _ in range(group)))
 
     @classmethod
     def named(cls, name: str) -> Cfa:
         """Return an array that goes by a name: x-trans, rgbw, ryyb, cygm, mono."""
         if name not in PATTERNS:
-            raise UnknownNameError("cfa", name, PATTERNS)
+            raise UnknownNameError("cfa", name, PATTERNS, key="name", stage="Cfa")
         return cls(PATTERNS[name])
 
     @classmethod

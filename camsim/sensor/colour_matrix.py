@@ -133,7 +133,9 @@ def as_shot_neutral(response: ColourResponse) -> F64:
     neutral = electrons.sum(axis=1)
     largest = float(neutral.max())
     if not largest > 0:
-        raise InvalidValueError("no channel of the camera responds to the scene's light: there is no white balance")
+        raise InvalidValueError(
+            "no channel of the camera responds to the scene's light: there is no white balance", key="light"
+        )
     balanced: F64 = np.maximum(neutral / largest, _DARKEST_NEUTRAL)
     return balanced
 
@@ -203,7 +205,8 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
     if not spread[-1] > _LEAST_RANK * spread[0]:
         raise UnsupportedError(
             f"the camera's {count} channels are not independent of one another {under}, "
-            f"so no colour matrix exists; {way_out}"
+            f"so no colour matrix exists; {way_out}",
+            key="colour_matrix",
         )
     inverse = np.linalg.inv(camera.T @ camera)
     free = inverse @ camera.T @ xyz

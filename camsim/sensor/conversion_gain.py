@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from camsim.errors import InvalidValueError
-from camsim.sensor.checked import check_number, check_positive
+from camsim.typed import NonNegative, Positive, judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,14 +18,9 @@ class DualGain:
     ``Adc.electrons_per_dn`` goes on in proportion to ISO: makers calibrate their settings across the switch.
     """
 
-    from_iso: float
-    capacity_e: float | None = None
-    read_noise_e: float | None = None
+    from_iso: Positive
+    capacity_e: Positive | None = None
+    read_noise_e: NonNegative | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.from_iso) and self.from_iso > 0.0):
-            raise InvalidValueError(f"dual_gain: from_iso {self.from_iso}; must be above 0 and finite")
-        if self.capacity_e is not None:
-            check_positive("dual_gain", "capacity_e", self.capacity_e)
-        if self.read_noise_e is not None:
-            check_number("dual_gain", "read_noise_e", self.read_noise_e)
+        judge(self)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 from camsim.errors import InvalidValueError
+from camsim.marks import Called
 from camsim.sensor.stage import OWN_STREAMS, ElectronicStage, Phase
 from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
@@ -23,6 +24,9 @@ from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.sensor.stages.reset_noise import ResetNoise
 from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
+from camsim.typed import Several, judge
+
+_Own: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,19 +51,19 @@ class Electronics:
     column_noise: ColumnNoise | None = None
     dsnu: Dsnu | None = None
     output_noise: OutputNoise | None = None
-    extra_stages: tuple[ElectronicStage, ...] = dataclasses.field(default=(), metadata={"described": "if any"})
+    extra_stages: Several[_Own] = dataclasses.field(default=(), metadata={"described": "if any"})
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "extra_stages", tuple(self.extra_stages))
+        judge(self)
         for stage in self.extra_stages:
             _check_own(stage)
         drawing = [stage.stream for stage in self.extra_stages if stage.stream is not None]
         if len(set(drawing)) < len(drawing):
-            raise InvalidValueError(f"extra_stages: streams {drawing}; each stage needs one of its own")
+            raise InvalidValueError(f"streams {drawing}; each stage needs one of its own", key="extra_stages")
         stages = self.stages
         for stage in stages:
             if missing := stage.lacks(stages):
-                raise InvalidValueError(f"{stage.name}: {missing}")
+                raise InvalidValueError(missing, key=stage.name)
 
     @property
     def stages(self) -> tuple[ElectronicStage, ...]:
@@ -78,10 +82,18 @@ def _check_own(stage: ElectronicStage) -> None:
     """Refuse a stage of one's own that files could not describe, or whose draws would not be its own."""
     kind = type(stage).__name__
     if not (isinstance(stage, ElectronicStage) and dataclasses.is_dataclass(stage)):
-        raise InvalidValueError(f"extra_stages: {kind}; must be a dataclass that inherits from camsim.ElectronicStage")
+        raise InvalidValueError(
+            f"{kind}; must be a dataclass that inherits from camsim.ElectronicStage", key="extra_stages"
+        )
     if stage.stream is not None and stage.stream < OWN_STREAMS:
-        raise InvalidValueError(f"extra_stages: {kind}: stream {stage.stream}; those below {OWN_STREAMS} are camsim's")
+        raise InvalidValueError(
+            f"{kind}: stream {stage.stream}; those below {OWN_STREAMS} are camsim's", key="extra_stages"
+        )
     if stage.margin:
-        raise InvalidValueError(f"extra_stages: {kind}: margin {stage.margin}; only crosstalk sees beyond the window")
+        raise InvalidValueError(
+            f"{kind}: margin {stage.margin}; only crosstalk sees beyond the window", key="extra_stages"
+        )
     if stage.temporal and Phase.LIGHT in stage.phases:
-        raise InvalidValueError(f"extra_stages: {kind}: in phase LIGHT only patterns of the sensor act; take CHARGE")
+        raise InvalidValueError(
+            f"{kind}: in phase LIGHT only patterns of the sensor act; take CHARGE", key="extra_stages"
+        )

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.sensor.checked import check_temperature
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
+from camsim.typed import Celsius, Positive, judge, refusal
 
 # Where "auto" puts a perfect diffuser: the brightest surface without a highlight keeps a quarter of headroom.
 AUTO_LEVEL = 0.8
@@ -32,26 +32,18 @@ class Exposure:
     temperature_c : of the sensor, °C; None: the temperature that its dark current is given for
     """
 
-    time_s: float | Literal["auto"]
-    iso: float
+    time_s: Positive | Literal["auto"]
+    iso: Annotated[float, Ge(LEAST_ISO), Le(MOST_ISO)]
     datetime: str = "2000-01-01 00:00:00"
-    temperature_c: float | None = None
+    temperature_c: Celsius | None = None
 
     def __post_init__(self) -> None:
-        if self.time_s != "auto" and not (
-            isinstance(self.time_s, (int, float)) and math.isfinite(self.time_s) and self.time_s > 0.0
-        ):
-            raise InvalidValueError(f"exposure: time_s {self.time_s}; must be above 0 and finite, or 'auto'")
-        if not LEAST_ISO <= self.iso <= MOST_ISO:
-            raise InvalidValueError(f"exposure: iso {self.iso:g}; must be {LEAST_ISO:g} … {MOST_ISO:g}")
-        if self.temperature_c is not None:
-            check_temperature("exposure", "temperature_c", self.temperature_c)
+        judge(self)
         try:
             datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")
         except ValueError:
-            raise InvalidValueError(
-                f"exposure: datetime {self.datetime!r}; must be a date and time such as '2000-01-31 23:59:59'"
-            ) from None
+            message = f"must be a date and time such as '2000-01-31 23:59:59', not {self.datetime!r}"
+            raise refusal(self, "datetime", message) from None
 
 
 def sensor_irradiance_w_per_m2_nm(samples: LightSamples, *, f_number: float, transmission: Spectrum) -> F64:
@@ -117,5 +109,7 @@ def auto_time_s(diffuser_e_per_s: F64, *, saturation_e: float) -> float:
     """
     brightest = float(np.max(diffuser_e_per_s))
     if not brightest > 0.0:
-        raise InvalidValueError("exposure: time_s auto, but no channel of the sensor responds to this light")
+        raise InvalidValueError(
+            "auto, but no channel of the sensor responds to this light", key="time_s", stage="Exposure"
+        )
     return AUTO_LEVEL * saturation_e / brightest

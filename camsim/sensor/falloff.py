@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.sensor.checked import check_number, check_positive
+from camsim.typed import Fraction, NonNegative, Positive, Several, check, judge, refusal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,10 +24,10 @@ class Cos4Falloff:
     array([1.  , 0.25])
     """
 
-    exit_pupil_mm: float
+    exit_pupil_mm: Positive
 
     def __post_init__(self) -> None:
-        check_positive("falloff", "exit_pupil_mm", self.exit_pupil_mm)
+        judge(self)
 
     def relative(self, radius_mm: F64) -> F64:
         """Return the light at a distance from the axis, relative to that on the axis."""
@@ -45,24 +44,18 @@ class RadialFalloff:
     values    : (n,) light there relative to the axis, fractions; the first is 1
     """
 
-    radius_mm: tuple[float, ...]
-    values: tuple[float, ...]
+    radius_mm: Several[NonNegative]
+    values: Several[Fraction]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius_mm", tuple(float(r) for r in self.radius_mm))
-        object.__setattr__(self, "values", tuple(float(v) for v in self.values))
+        judge(self)
         if len(self.radius_mm) != len(self.values) or len(self.values) < 2:
-            raise InvalidValueError(
-                f"falloff: {len(self.radius_mm)} radius_mm and {len(self.values)} values; give two or more of each"
-            )
-        for radius in self.radius_mm:
-            check_number("falloff", "radius_mm", radius)
+            message = f"{len(self.values)} for {len(self.radius_mm)} of radius_mm; give two or more of each"
+            raise refusal(self, "values", message)
         if self.radius_mm[0] != 0.0 or any(after <= before for before, after in pairwise(self.radius_mm)):
-            raise InvalidValueError(f"falloff: radius_mm {list(self.radius_mm)}; must begin at 0 and increase")
-        for value in self.values:
-            check_number("falloff", "values", value, largest=1.0)
+            raise refusal(self, "radius_mm", f"{list(self.radius_mm)}; must begin at 0 and increase")
         if self.values[0] != 1.0:
-            raise InvalidValueError(f"falloff: values {list(self.values)}; must begin with 1, the light on the axis")
+            raise refusal(self, "values", f"{list(self.values)}; must begin with 1, the light on the axis")
 
     def relative(self, radius_mm: F64) -> F64:
         """Return the light at a distance from the axis, relative to that on the axis."""
@@ -71,6 +64,9 @@ class RadialFalloff:
 
 
 Falloff: TypeAlias = Cos4Falloff | RadialFalloff
+
+Magnification: TypeAlias = Annotated[float, Ge(0), Le(100)]
+"""Image size over object size; 0: far away."""
 
 
 def falloff_at(falloff: Falloff, *, shape: tuple[int, int], first_centre: tuple[float, float], pitch_um: float) -> F64:
@@ -91,6 +87,5 @@ def working_f_number(f_number: float, magnification: float) -> float:
     >>> working_f_number(4.0, 1.0)
     8.0
     """
-    if not (math.isfinite(magnification) and 0.0 <= magnification <= 100.0):
-        raise InvalidValueError(f"magnification {magnification}; must be 0 (far away) to 100")
+    check(magnification, Magnification, "magnification")
     return f_number * (1.0 + magnification)

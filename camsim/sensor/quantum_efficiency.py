@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Gt, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.marks import Called
 from camsim.spectra.curve import Curve
 from camsim.spectra.named import sensitivities
+from camsim.typed import judge, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,36 +38,29 @@ class QuantumEfficiency:
     array([[0.6, 0.6]])
     """
 
-    curves: tuple[tuple[str, Curve], ...]
+    curves: Annotated[Sequence[tuple[str, Curve]], Called("a list of (letter, Curve)")]
     per: Literal["energy", "photon"]
-    peak: float
+    peak: Annotated[float, Gt(0), Le(1)]
     source: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "curves", tuple((letter, curve) for letter, curve in self.curves))
+        judge(self)
         if not self.curves:
-            raise InvalidValueError("quantum_efficiency: no curves; every channel needs one")
-        for letter, _ in self.curves:
-            if not (len(letter) == 1 and letter.isalpha()):
-                raise InvalidValueError(f"quantum_efficiency: channel {letter!r}; a channel is one letter, such as 'R'")
+            raise refusal(self, "curves", "no curves; every channel needs one")
+        for letter in self.channels:
+            if not (len(letter) == 1 and letter.isascii() and letter.isalpha()):
+                raise refusal(self, "curves", f"channel {letter!r}; a channel is one letter, such as 'R'")
         if len(set(self.channels)) != len(self.channels):
-            raise InvalidValueError(f"quantum_efficiency: channels {''.join(self.channels)} name a letter twice")
-        if self.per not in ("energy", "photon"):
-            raise InvalidValueError(f"quantum_efficiency: per {self.per!r}; must be 'energy' or 'photon'")
-        if not 0.0 < self.peak <= 1.0:
-            raise InvalidValueError(
-                f"quantum_efficiency: peak {self.peak}; must be above 0 and at most 1 electron per photon "
-                "(a fraction: 0.6 means 60 %)"
-            )
+            raise refusal(self, "curves", f"channels {''.join(self.channels)} name a letter twice")
         held = [letter for letter, curve in self.curves if curve.outside == "hold"]
         if held and self.per == "energy":
-            raise InvalidValueError(
-                f"quantum_efficiency: the curve of {', '.join(held)} is held beyond its table; a response "
-                "per energy that goes on to shorter wavelengths has no peak: use outside 'zero', or "
-                "curves per photon"
+            message = (
+                f"the curve of {', '.join(held)} is held beyond its table; a response per energy that goes on to "
+                "shorter wavelengths has no peak: use outside 'zero', or curves per photon"
             )
+            raise refusal(self, "curves", message)
         if _highest(self) == 0.0:
-            raise InvalidValueError("quantum_efficiency: all curves are zero; nothing can be seen")
+            raise refusal(self, "curves", "all curves are zero; nothing can be seen")
 
     @classmethod
     def named(cls, name: str, *, peak: float, source: str = "") -> QuantumEfficiency:
@@ -82,7 +78,9 @@ class QuantumEfficiency:
         missing = [letter for letter in channels if letter not in known]
         if missing:
             raise InvalidValueError(
-                f"quantum_efficiency: no curve for {', '.join(missing)}; there are {', '.join(known)}"
+                f"no curve for {', '.join(missing)}; there are {', '.join(known)}",
+                key="curves",
+                stage="QuantumEfficiency",
             )
         chosen = tuple((letter, known[letter]) for letter in channels)
         part = _highest_of(chosen, self.per)
@@ -101,17 +99,18 @@ def _highest(quantum_efficiency: QuantumEfficiency) -> float:
     return _highest_of(quantum_efficiency.curves, quantum_efficiency.per)
 
 
-def _highest_of(curves: tuple[tuple[str, Curve], ...], per: str) -> float:
+def _highest_of(curves: Sequence[tuple[str, Curve]], per: str) -> float:
     """Return the highest response per photon.
 
     On each straight piece a + bλ the response per photon is a + bλ or a/λ + b: monotone, so the highest
     point of the whole curve is one of the table's.
     """
-    return max(
+    highest: float = max(
         value / wavelength if per == "energy" else value
         for _, curve in curves
         for wavelength, value in zip(curve.wavelength_nm, curve.values, strict=True)
     )
+    return highest
 
 
 def _in_order(curves: Mapping[str, Curve]) -> tuple[tuple[str, Curve], ...]:

@@ -24,7 +24,7 @@ def generator(seed: int, stream: int, *, block: int, frame_number: int = 0) -> n
     True
     """
     if not 0 <= seed < 2**63:
-        raise InvalidValueError(f"seed {seed}; must be a whole number from 0 to 2^63 − 1")
+        raise InvalidValueError(f"{seed}; must be a whole number from 0 to 2^63 − 1", key="seed")
     words = [int(seed), int(stream), int(frame_number), int(block)]
     return np.random.Generator(np.random.Philox(np.random.SeedSequence(words)))
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import math
+import dataclasses
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.marks import After
+from camsim.typed import Fraction, NonNegative, Positive, Several, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,50 +22,76 @@ class Curve:
     wavelength_nm : (n,) strictly increasing, at least two
     values        : (n,) finite, not negative; the unit is the user's affair (a reflectance, W/m²/nm, …)
     name          : what to call it in reports; two curves that differ in name only are not equal
-    outside       : "zero", or "hold" to keep the first and the last value beyond the table
+    outside       : beyond the table: "zero", or "hold" to keep the first and the last value. None goes by what the
+                    curve is of: reflectances and transmissions of a lens are held, lights are dark, and filters and
+                    quantum efficiencies must say it when light lies there
 
     >>> red = Curve((600.0, 700.0), (0.1, 0.8), outside="hold")
     >>> red.at(np.array([500.0, 650.0, 900.0]))
     array([0.1 , 0.45, 0.8 ])
     """
 
-    wavelength_nm: tuple[float, ...]
-    values: tuple[float, ...]
+    wavelength_nm: Several[Positive]
+    values: Several[NonNegative]
     name: str = ""
-    outside: Literal["zero", "hold"] = "zero"
+    outside: Literal["zero", "hold"] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "wavelength_nm", tuple(float(w) for w in self.wavelength_nm))
-        object.__setattr__(self, "values", tuple(float(v) for v in self.values))
-        what = f"curve {self.name!r}" if self.name else "curve"
+        judge(self)
+        what = f"Curve {self.name!r}" if self.name else "Curve"
         if len(self.wavelength_nm) != len(self.values):
             raise InvalidValueError(
-                f"{what}: {len(self.wavelength_nm)} wavelengths but {len(self.values)} values; "
-                "every point has one of each"
+                f"{len(self.values)} for {len(self.wavelength_nm)} wavelengths; every point has one of each",
+                key="values",
+                stage=what,
             )
         if len(self.values) < 2:
-            raise InvalidValueError(f"{what}: a curve needs at least 2 points; write a number for a flat one")
-        for wavelength, value in zip(self.wavelength_nm, self.values, strict=True):
-            if not (math.isfinite(wavelength) and wavelength > 0.0):
-                raise InvalidValueError(f"{what}: wavelength {wavelength} nm; must be above 0 and finite")
-            if not (math.isfinite(value) and value >= 0.0):
-                raise InvalidValueError(f"{what}: value {value} at {wavelength:g} nm; must be finite and not negative")
+            raise InvalidValueError(
+                "a curve needs at least 2 points; write a number for a flat one", key="values", stage=what
+            )
         for before, after in pairwise(self.wavelength_nm):
             if after <= before:
                 raise InvalidValueError(
-                    f"{what}: {after:g} nm follows {before:g} nm; wavelengths must increase, each given once"
+                    f"{after:g} nm follows {before:g} nm; wavelengths must increase, each given once",
+                    key="wavelength_nm",
+                    stage=what,
                 )
-        if self.outside not in ("zero", "hold"):
-            raise InvalidValueError(f"{what}: outside {self.outside!r}; must be 'zero' or 'hold'")
 
     def at(self, wavelength_nm: F64) -> F64:
         """Return the values at ``wavelength_nm`` (any shape)."""
-        beyond = 0.0 if self.outside == "zero" else None
+        beyond = None if self.outside == "hold" else 0.0
         values: F64 = np.interp(wavelength_nm, self.wavelength_nm, self.values, left=beyond, right=beyond)
         return values
 
+    def going_on(self, outside: Literal["zero", "hold"]) -> Curve:
+        """Return the curve that says what lies beyond its table; this one where it says so itself."""
+        return self if self.outside is not None else dataclasses.replace(self, outside=outside)
+
 
 Spectrum: TypeAlias = float | Curve
+
+
+def _of_fractions(curve: Curve) -> Curve:
+    """Refuse a curve that is more than 1 somewhere: more light than there is."""
+    highest = max(curve.values)
+    if highest > 1.0:
+        where = curve.wavelength_nm[int(np.argmax(curve.values))]
+        raise InvalidValueError(f"the curve is {highest:g} at {where:g} nm; must be fractions from 0 to 1")
+    return curve
+
+
+def _held(curve: Curve) -> Curve:
+    return curve.going_on("hold")
+
+
+Filter: TypeAlias = Fraction | Annotated[Curve, After(_of_fractions)]
+"""The fraction that passes."""
+
+Reflectance: TypeAlias = Fraction | Annotated[Curve, After(_of_fractions), After(_held)]
+"""The fraction that comes back from a surface; it goes on beyond its table as it ends."""
+
+Transmission: TypeAlias = Reflectance
+"""The fraction that a lens lets through."""
 
 
 def spectrum_at(spectrum: Spectrum, wavelength_nm: F64) -> F64:

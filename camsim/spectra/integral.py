@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.quadrature import barycentric
 
 # What varies smoothly and is no table (a thermal radiator, and the optics) is met by six nodes in 5 nm, in panels of at
 # most 8 nm. With five, a plan for 1e-9 saw waves that are not there, and asked for 400 wavelengths in place of 136.
@@ -99,15 +100,10 @@ def lagrange(at: F64, nodes: F64, x: F64, gauss_w: F64) -> F64:
 
     nodes : those of a Gauss–Legendre rule, x and its weights gauss_w on −1 … 1, moved to where they are wanted
 
-    Barycentric, with the weights (−1)^j·√((1 − x²)·w) of Wang & Xiang (2012).
+    With the barycentric weights (−1)^j·√((1 − x²)·w) of Wang & Xiang (2012).
     """
-    barycentric = (-1.0) ** np.arange(x.size) * np.sqrt((1.0 - x * x) * gauss_w)
-    gap = at[:, None] - nodes
-    hit = gap == 0.0
-    terms = barycentric / np.where(hit, 1.0, gap)
-    basis: F64 = terms / terms.sum(axis=1, keepdims=True)
-    basis[hit.any(axis=1)] = hit[hit.any(axis=1)]
-    return basis
+    weights = (-1.0) ** np.arange(x.size) * np.sqrt((1.0 - x * x) * gauss_w)
+    return barycentric(nodes, weights, at)
 
 
 @functools.cache

@@ -6,15 +6,19 @@ import functools
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.marks import After
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer
+from camsim.typed import NonNegative, Positive, judge, refusal
+from camsim.words import either
 
 # CODATA 2018; all three are exact in the SI of 2019.
 PLANCK_J_S = 6.62607015e-34
@@ -33,6 +37,11 @@ _LINE_SIGMAS, _LINE_PANELS, _LEAST_WIDTH_NM = 6.0, 8, 1e-6
 _LINE_DEGREE, _PLANCK_DEGREE = 10, 6
 # Straight between the points of a table, and the photons of a joule are in proportion to the wavelength.
 _TABLE_DEGREE, _PHOTONS_DEGREE = 1, 1
+
+_Spectrum: TypeAlias = Annotated[Curve, After(lambda curve: curve.going_on("zero"))]
+
+# Less light than this outside a table is nobody's concern.
+_NEGLIGIBLE = 1e-3
 
 _SPECTRA = ("spectrum", "line_nm", "blackbody_k")
 _LEVELS = ("illuminance_lux", "irradiance_w_per_m2", "luminance_cd_per_m2")
@@ -83,45 +92,47 @@ class Light:
     array([0.2])
     """
 
-    spectrum: str | Curve | None = None
-    line_nm: float | None = field(default=None, kw_only=True)
-    width_nm: float = field(default=0.0, kw_only=True)
-    blackbody_k: float | None = field(default=None, kw_only=True)
-    illuminance_lux: float | None = field(default=None, kw_only=True)
-    irradiance_w_per_m2: float | None = field(default=None, kw_only=True)
-    luminance_cd_per_m2: float | None = field(default=None, kw_only=True)
+    spectrum: str | _Spectrum | None = None
+    line_nm: Positive | None = field(default=None, kw_only=True)
+    width_nm: NonNegative = field(default=0.0, kw_only=True)
+    blackbody_k: Annotated[float, Ge(500), Le(1e6)] | None = field(default=None, kw_only=True)
+    illuminance_lux: Positive | None = field(default=None, kw_only=True)
+    irradiance_w_per_m2: Positive | None = field(default=None, kw_only=True)
+    luminance_cd_per_m2: Positive | None = field(default=None, kw_only=True)
     at: Literal["scene", "sensor"] = field(default="scene", kw_only=True)
 
     def __post_init__(self) -> None:
-        if sum(getattr(self, key) is not None for key in _SPECTRA) != 1:
-            raise InvalidValueError("a light is a spectrum, a line_nm or a blackbody_k: give exactly one of them")
-        if sum(getattr(self, key) is not None for key in _LEVELS) != 1:
-            raise InvalidValueError(f"a light has one level: give exactly one of {', '.join(_LEVELS)}")
-        for key in _LEVELS:
-            level = getattr(self, key)
-            if level is not None and not (math.isfinite(level) and level > 0.0):
-                raise InvalidValueError(f"{key} {level}; must be above 0 and finite")
+        judge(self)
+        for keys, what in ((_SPECTRA, "spectrum"), (_LEVELS, "level")):
+            given = [key for key in keys if getattr(self, key) is not None]
+            if not given:
+                raise refusal(self, keys[0], f"missing; a light has a {what}: give {either(keys)}")
+            if len(given) > 1:
+                message = f"given together with {given[0]}; a light has one {what}, leave one of the two out"
+                raise refusal(self, given[1], message)
+        if isinstance(self.spectrum, str):
+            try:
+                illuminant(self.spectrum)
+            except UnknownNameError as error:
+                raise UnknownNameError(error.kind, error.name, error.known, key="spectrum", stage="Light") from None
         if self.line_nm is not None:
             self._check_line(self.line_nm)
         elif self.width_nm != 0.0:
-            raise InvalidValueError("width_nm is a line's width; this light is no line")
-        if self.blackbody_k is not None and not 500.0 <= self.blackbody_k <= 1e6:
-            raise InvalidValueError(f"blackbody_k {self.blackbody_k}; must be 500..1000000 K")
-        if self.at not in ("scene", "sensor"):
-            raise InvalidValueError(f"at {self.at!r}; must be 'scene' or 'sensor'")
+            raise refusal(self, "width_nm", "is a line's width; this light is no line")
         if self.at == "sensor" and self.luminance_cd_per_m2 is not None:
-            raise InvalidValueError(
-                "luminance_cd_per_m2 is a surface's in the scene; on the sensor give illuminance_lux"
-            )
+            raise refusal(self, "luminance_cd_per_m2", "belongs to the scene; on the sensor give illuminance_lux")
+        _level_per_power(self)  # refuses what is dark
 
     def _check_line(self, line_nm: float) -> None:
         visible = self.irradiance_w_per_m2 is None
         low, high = VISIBLE_NM if visible else (100.0, 20_000.0)
         if not low <= line_nm <= high:
             why = ", because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
-            raise InvalidValueError(f"line_nm {line_nm}; must be {low:g}..{high:g} nm{why if visible else ''}")
-        if not (math.isfinite(self.width_nm) and 0.0 <= self.width_nm <= 0.2 * line_nm):
-            raise InvalidValueError(f"width_nm {self.width_nm}; must be 0..{0.2 * line_nm:g}, a fifth of line_nm")
+            message = f"must be a number from {low:g} to {high:g}, not {line_nm:g}{why if visible else ''}"
+            raise refusal(self, "line_nm", message)
+        if self.width_nm > 0.2 * line_nm:
+            message = f"must be at most {0.2 * line_nm:g} nm, a fifth of line_nm, not {self.width_nm:g}"
+            raise refusal(self, "width_nm", message)
 
     @property
     def name(self) -> str:
@@ -174,6 +185,26 @@ class Light:
         nodes, weights = _nodes(self, stages)
         return LightSamples(nodes, weights, self.irradiance_at(nodes), self.at == "sensor")
 
+    def beyond(self, curve: Curve) -> str:
+        """Return which of its wavelengths lie outside a curve's table and how much they hold; empty if next to nothing.
+
+        >>> Light("D55", illuminance_lux=1.0).beyond(Curve((300.0, 700.0), (1.0, 1.0)))
+        '700..830 nm is missing, with 30 % of the photons of D55'
+        """
+        first_nm, last_nm = curve.wavelength_nm[0], curve.wavelength_nm[-1]
+        samples = self.samples([Curve((first_nm, last_nm), (1.0, 1.0))])
+        photons, lit_nm, parts = samples.weight_nm * samples.photons_per_um2_s_nm, self.ends_nm, []
+        for outside, ends in (
+            (samples.wavelength_nm < first_nm, (lit_nm[0], first_nm)),
+            (samples.wavelength_nm > last_nm, (last_nm, lit_nm[1])),
+        ):
+            share = float(photons[outside].sum() / photons.sum())
+            if share > 0.5 * _NEGLIGIBLE:
+                words = f"{ends[0]:g}..{ends[1]:g} nm is missing, with {100.0 * share:.2g} % of the photons"
+                parts.append((share, words))
+        missing = " and ".join(words for _, words in parts)
+        return f"{missing} of {self.name}" if sum(share for share, _ in parts) > _NEGLIGIBLE else ""
+
 
 def photons_per_um2_per_j_m2(wavelength_nm: F64) -> F64:
     """Return how many photons per µm² make one J/m²: λ/hc, and 1e-12 m²/µm².
@@ -223,7 +254,7 @@ def _shape(light: Light) -> _Shape:
         return _Shape(_SILICON_NM, lambda nm: planck(nm, kelvin), _PLANCK_DEGREE)
     assert light.spectrum is not None
     curve = light.spectrum if isinstance(light.spectrum, Curve) else illuminant(light.spectrum)
-    kinks_nm = curve.wavelength_nm
+    kinks_nm = tuple(curve.wavelength_nm)
     if curve.outside == "hold":
         # All the visible, at least.
         kinks_nm = tuple(sorted({*kinks_nm, min(kinks_nm[0], VISIBLE_NM[0]), max(kinks_nm[-1], VISIBLE_NM[1])}))
@@ -254,14 +285,16 @@ def _level_per_power(light: Light) -> float:
     if eye is None:
         whole = float(np.sum(power))
         if not whole > 0.0:
-            raise InvalidValueError(f"light {light.name!r} is dark: all of its values are 0")
+            raise InvalidValueError(f"{light.name!r} is dark: all of its values are 0", key="spectrum", stage="Light")
         return (light.irradiance_w_per_m2 or 0.0) / whole
     lux = LUMINOUS_EFFICACY_LM_PER_W * float(power @ eye.at(nodes))
     if lux <= 0.0:
         raise InvalidValueError(
-            f"light {light.name!r} holds nothing that the eye sees "
+            f"{light.name!r} holds nothing that the eye sees "
             f"({VISIBLE_NM[0]:g}..{VISIBLE_NM[1]:g} nm), so it cannot be scaled to an illuminance; "
-            "give irradiance_w_per_m2"
+            "give irradiance_w_per_m2",
+            key="spectrum",
+            stage="Light",
         )
     wanted_lux = light.illuminance_lux or math.pi * (light.luminance_cd_per_m2 or 0.0)
     return wanted_lux / lux

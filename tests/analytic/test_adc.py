@@ -102,13 +102,13 @@ def test_a_converter_of_one_bit_and_tiny_figures_rounds_like_any() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"bit_depth": 0}, "must be 1..16"),
-        ({"bit_depth": 17}, "must be 1..16"),
-        ({"black_level_dn": -1}, "must be 0..4094"),
-        ({"black_level_dn": 4095}, "must be 0..4094"),
-        ({"electrons_per_dn": 0.0}, "electrons_per_dn 0.0"),
-        ({"electrons_per_dn": float("nan")}, "electrons_per_dn nan"),
-        ({"base_iso": -1.0}, "base_iso -1.0"),
+        ({"bit_depth": 0}, "must be a whole number from 1 to 16"),
+        ({"bit_depth": 17}, "must be a whole number from 1 to 16"),
+        ({"black_level_dn": -1}, "must be a whole number of 0 or more"),
+        ({"black_level_dn": 4095}, "must be at most 4094, below the largest code of 12 bits"),
+        ({"electrons_per_dn": 0.0}, r"electrons_per_dn: must be a number above 0, not 0.0"),
+        ({"electrons_per_dn": float("nan")}, r"electrons_per_dn: .* not nan"),
+        ({"base_iso": -1.0}, r"base_iso: .* not -1.0"),
     ],
 )
 def test_an_impossible_converter_is_refused(change: dict[str, Any], message: str) -> None:

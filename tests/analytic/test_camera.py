@@ -197,6 +197,8 @@ def test_more_frames_share_patterns_and_nothing_else() -> None:
     how: dict[str, Any] = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-3, "seed": 5}
     frames = list(camsim.Capture(camera=camera, scene=camsim.Scene(background=0.9), **how).frames(3))
     assert [frame.frame_number for frame in frames] == [0, 1, 2]
+    assert set(frames[0].report.seconds) == {"light", "render", "noise", "adc"}
+    assert set(frames[1].report.seconds) == {"noise", "adc"}  # a frame's seconds are its own
     alone = camera.expose(camsim.Scene(background=0.9), frame_number=2, **how)
     np.testing.assert_array_equal(alone.mosaic, frames[2].mosaic)
     assert alone.description == frames[2].description
@@ -290,11 +292,11 @@ def test_every_stage_is_described_and_comes_back() -> None:
     how: dict[str, Any] = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-3, "seed": 3, "frame_number": 4}
     frame = camera.expose(SCENE, **how)
     parts = revive(frame.description)
-    assert parts["camera"] == camera
+    assert parts["camera"] == camera.with_ends(LIGHT)
     again = parts.pop("camera").expose(parts.pop("scene"), **parts)
     np.testing.assert_array_equal(again.mosaic, frame.mosaic)
     table = camera.replace(nonlinearity=camsim.ResponseTable((0.0, 9e3), (0.0, 8e3)))
-    assert revive(exposed(table).description)["camera"] == table
+    assert revive(exposed(table).description)["camera"] == table.with_ends(LIGHT)
 
 
 @pytest.mark.parametrize(

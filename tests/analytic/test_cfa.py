@@ -63,7 +63,7 @@ def test_channels_come_in_a_fixed_order() -> None:
         ((), "empty"),
         (("",), "empty"),
         (("RG", "B"), "equally long"),
-        (("R1", "GB"), "'1' in the pattern"),
+        (("R1", "GB"), "'1'; only letters A to Z"),
     ],
 )
 def test_an_impossible_pattern_is_refused(pattern: tuple[str, ...], message: str) -> None:

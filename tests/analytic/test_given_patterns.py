@@ -111,7 +111,7 @@ def test_a_measured_transfer_passes_what_was_measured(rng):
         ),
         (
             lambda: camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 1.5, 0.0)),
-            "values: a lens amplifies no frequency; give −1 to 1",
+            "values: item 1 must be a number from -1 to 1, not 1.5",
         ),
         (lambda: camsim.MeasuredPsf(irradiance=((0.0, 0.0),), spacing_um=1.0), "irradiance: the samples add up to no"),
         (
@@ -132,12 +132,15 @@ def test_a_measured_transfer_passes_what_was_measured(rng):
         ),
         (
             lambda: camsim.EllipticalGaussian(covariance_um2=((1.0, 2.0), (2.0, 1.0))),
-            "covariance_um2: .* is not a covariance; give .* and xy² below xx·yy",
+            "covariance_um2: must be .* and xy² below xx·yy",
         ),
         (lambda: camsim.PolygonPhotosite(points_um=((0, 0), (1, 1), (2, 2))), "points_um: the polygon has no area"),
-        (lambda: camsim.CircularPhotosite(diameter_um=math.nan), "diameter_um: nan is not the side of a photosite"),
-        (lambda: camsim.FourSpotOlpf(split_um=0.0), "split_um: 0.0 is not a distance between spots"),
-        (lambda: camsim.FourSpotOlpf(split_um=1.0, split_y_um=-1.0), "split_y_um: -1.0 is not a distance"),
+        (
+            lambda: camsim.CircularPhotosite(diameter_um=math.nan),
+            "diameter_um: must be a finite number above 0, not nan",
+        ),
+        (lambda: camsim.FourSpotOlpf(split_um=0.0), "split_um: must be a number above 0, not 0; leave"),
+        (lambda: camsim.FourSpotOlpf(split_um=1.0, split_y_um=-1.0), "split_y_um: .* not -1.0"),
     ],
 )
 def test_numbers_that_make_no_stage_are_refused(make, message):

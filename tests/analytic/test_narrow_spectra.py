@@ -276,7 +276,9 @@ def measured_finely() -> camsim.Curve:
     """A reflectance of 10 000 points: 0.04 nm apart, noisy."""
     rng = np.random.default_rng(1)
     nm = np.linspace(380.0, 780.0, 10_000)
-    return camsim.Curve(tuple(nm), tuple(0.5 + 0.3 * np.sin(nm / 7.0) + 0.1 * rng.uniform(-1, 1, nm.size)))
+    return camsim.Curve(
+        tuple(nm), tuple(0.5 + 0.3 * np.sin(nm / 7.0) + 0.1 * rng.uniform(-1, 1, nm.size)), outside="zero"
+    )
 
 
 def test_ten_thousand_points_are_lumped_to_six_a_nanometre_with_all_their_moments() -> None:

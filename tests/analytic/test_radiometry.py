@@ -218,13 +218,13 @@ def test_auto_without_any_signal_is_refused() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"time_s": 0.0, "iso": 100.0}, "time_s 0.0; must be above 0"),
-        ({"time_s": float("nan"), "iso": 100.0}, "time_s nan"),
+        ({"time_s": 0.0, "iso": 100.0}, "time_s: must be a number above 0 or 'auto', not 0.0"),
+        ({"time_s": float("nan"), "iso": 100.0}, "time_s: .* not nan"),
         ({"time_s": "fast", "iso": 100.0}, "or 'auto'"),
-        ({"time_s": 1.0, "iso": -100.0}, "iso -100; must be 0.001"),
-        ({"time_s": "auto", "iso": 5e-324}, "iso 4.94066e-324; must be 0.001"),
-        ({"time_s": 1.0, "iso": float("inf")}, "iso inf; must be 0.001"),
-        ({"time_s": 1.0, "iso": 100.0, "datetime": "yesterday"}, "datetime 'yesterday'"),
+        ({"time_s": 1.0, "iso": -100.0}, "iso: must be a number from 0.001 to .* not -100"),
+        ({"time_s": "auto", "iso": 5e-324}, "iso: .* not 5e-324"),
+        ({"time_s": 1.0, "iso": float("inf")}, "iso: .* not inf"),
+        ({"time_s": 1.0, "iso": 100.0, "datetime": "yesterday"}, "datetime: .* not 'yesterday'"),
     ],
 )
 def test_an_impossible_exposure_is_refused(arguments: dict[str, Any], message: str) -> None:
@@ -235,18 +235,18 @@ def test_an_impossible_exposure_is_refused(arguments: dict[str, Any], message: s
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"illuminance_lux": 1.0}, "exactly one"),
-        ({"spectrum": "D55"}, "one level"),
+        ({"illuminance_lux": 1.0}, "give spectrum, line_nm or blackbody_k"),
+        ({"spectrum": "D55"}, "a light has a level: give illuminance_lux, "),
         ({"spectrum": "D55", "illuminance_lux": 1.0, "irradiance_w_per_m2": 1.0}, "one level"),
-        ({"spectrum": "D55", "blackbody_k": 3000.0, "illuminance_lux": 1.0}, "exactly one"),
-        ({"blackbody_k": -5.0, "illuminance_lux": 1.0}, "blackbody_k -5.0; must be 500"),
+        ({"spectrum": "D55", "blackbody_k": 3000.0, "illuminance_lux": 1.0}, "a light has one spectrum"),
+        ({"blackbody_k": -5.0, "illuminance_lux": 1.0}, "blackbody_k: must be a number from 500"),
         ({"spectrum": "D55", "width_nm": 2.0, "illuminance_lux": 1.0}, "this light is no line"),
         ({"line_nm": 550.0, "width_nm": 300.0, "illuminance_lux": 1.0}, "a fifth of line_nm"),
-        ({"line_nm": 5.0, "irradiance_w_per_m2": 1.0}, "line_nm 5.0; must be 100..20000 nm"),
+        ({"line_nm": 5.0, "irradiance_w_per_m2": 1.0}, "line_nm: must be a number from 100 to 20000, not 5"),
         ({"spectrum": "D55", "luminance_cd_per_m2": 1.0, "at": "sensor"}, "on the sensor give illuminance_lux"),
-        ({"spectrum": "D55", "line_nm": 550.0, "illuminance_lux": 1.0}, "exactly one"),
-        ({"spectrum": "D55", "illuminance_lux": 0.0}, "illuminance_lux 0.0"),
-        ({"spectrum": "D55", "illuminance_lux": float("inf")}, "illuminance_lux inf"),
+        ({"spectrum": "D55", "line_nm": 550.0, "illuminance_lux": 1.0}, "a light has one spectrum"),
+        ({"spectrum": "D55", "illuminance_lux": 0.0}, "illuminance_lux: .* not 0.0"),
+        ({"spectrum": "D55", "illuminance_lux": float("inf")}, "illuminance_lux: .* not inf"),
         ({"line_nm": 1064.0, "illuminance_lux": 1.0}, "does not see has no illuminance"),
     ],
 )
@@ -337,5 +337,5 @@ def test_a_table_that_is_held_lights_all_that_the_eye_sees() -> None:
 def test_the_coolest_blackbody_and_none_below() -> None:
     samples = Light(blackbody_k=500.0, irradiance_w_per_m2=1.0).samples()
     assert samples.wavelength_nm[-1] == pytest.approx(1100.0, abs=0.6)
-    with pytest.raises(InvalidValueError, match=r"blackbody_k 499.0; must be 500..1000000 K"):
+    with pytest.raises(InvalidValueError, match=r"blackbody_k: must be a number from 500 .* not 499.0"):
         Light(blackbody_k=499.0, irradiance_w_per_m2=1.0)

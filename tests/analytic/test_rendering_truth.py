@@ -9,11 +9,11 @@ import shapely
 from scipy import special
 
 import camsim
+from camsim.optics.pattern import SEVENTH
+from camsim.quadrature import gauss_error
 from camsim.rendering.boundary.far import Moments, far_edge, far_moments
 from camsim.rendering.boundary.tables import LONG, _filtered
 from camsim.rendering.check.pattern import table_of
-from camsim.rendering.patterns import SEVENTH, pattern_of
-from camsim.rendering.quadrature import gauss_error
 from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
@@ -90,7 +90,7 @@ def test_sharp_limit_is_the_clipped_area():
 def test_far_form_with_moments_equals_the_averaged_smooth_integral(h, s1, s2, turn, width, height, spots):
     """Average the non-oscillating 1/r, 1/r³, 1/r⁵ series over a turned footprint by quadrature."""
     lambda_n = 0.8
-    far = far_moments(pattern_of(camsim.Airy(f_number=8.0)), np.array([lambda_n]), np.ones((1, 1)))[0]
+    far = far_moments(camsim.Airy(f_number=8.0).pattern(), np.array([lambda_n]), np.ones((1, 1)))[0]
     x, w = np.polynomial.legendre.leggauss(8)
     along_x, along_w = np.polynomial.legendre.leggauss(400)
     s = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * along_x

@@ -330,16 +330,25 @@ def test_the_engine_makes_the_image_that_the_pattern_makes():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Wavefront(f_number=0.0), "f_number: 0.0 is not a lens"),
-        (lambda: Wavefront(f_number=8.0, zernike_waves=((231, 0.1),)), "index 231 is outside 0 … 230"),
-        (lambda: Wavefront(f_number=8.0, zernike_waves=((4, 51.0),)), "51.0 waves of index 4; give finite numbers"),
+        (lambda: Wavefront(f_number=0.0), "f_number: must be a number above 0, not 0.0"),
+        (
+            lambda: Wavefront(f_number=8.0, zernike_waves=((231, 0.1),)),
+            "item 0.0 must be a whole number from 0 to 230, not 231",
+        ),
+        (
+            lambda: Wavefront(f_number=8.0, zernike_waves=((4, 51.0),)),
+            "item 0.1 must be a number from -50 to 50, not 51.0",
+        ),
         (lambda: Wavefront(f_number=8.0, zernike_waves=((4, 0.1), (4, 0.2))), "an index is given twice"),
-        (lambda: Wavefront(f_number=8.0, defocus_um=math.inf), "defocus_um: inf is not finite"),
-        (lambda: Pupil(shape="round"), "shape: 'round' is not a pupil; give circular, square or bladed"),
-        (lambda: Pupil(shape="bladed", blades=2), "blades: 2 make no iris; give 3 to 64"),
+        (lambda: Wavefront(f_number=8.0, defocus_um=math.inf), "defocus_um: must be a finite number, not inf"),
+        (lambda: Pupil(shape="round"), "shape: must be 'circular', 'square' or 'bladed', not 'round'"),
+        (lambda: Pupil(shape="bladed", blades=2), "blades: must be 3 to 64 of an iris, not 2"),
         (lambda: Pupil(blades=6), "blades: a circular pupil has none"),
-        (lambda: Pupil(obstruction=1.0), "obstruction: 1.0 is outside 0 … 0.95"),
-        (lambda: camsim.AnnularAiry(f_number=8.0, obstruction=1.0), "obstruction: 1.0 is outside 0 … 0.95"),
+        (lambda: Pupil(obstruction=1.0), "obstruction: must be a number from 0 to 0.95, not 1.0"),
+        (
+            lambda: camsim.AnnularAiry(f_number=8.0, obstruction=1.0),
+            "obstruction: must be a number from 0 to 0.95, not 1.0",
+        ),
     ],
 )
 def test_what_is_no_lens_is_refused(make, message):

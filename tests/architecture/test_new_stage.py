@@ -92,7 +92,7 @@ def run(folder, *arguments):
 def test_it_takes_the_files_that_the_page_names(copy):
     _, touched = copy
     assert touched == [
-        "camsim/__init__.py",
+        "camsim/__init__.pyi",
         "camsim/config/schema/electronics.py",
         "camsim/sensor/electronics.py",
         "camsim/sensor/stages/popcorn.py",

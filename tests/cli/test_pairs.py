@@ -79,8 +79,8 @@ def test_a_pair_can_be_captured_again(folder: Path, camsim: Run) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--levels", "1"), "--levels is of --pairs: name a folder with --pairs FOLDER"),
-        (("--pairs", "out", "-o", "a.dng"), "--pairs names its files itself: leave out -o, --frames and --json"),
+        (("--levels", "1"), "--levels: is of --pairs; name a folder with --pairs FOLDER"),
+        (("--pairs", "out", "-o", "a.dng"), "--pairs: names its files itself; leave out -o, --frames and --json"),
         (("--pairs", "out", "--levels", "x"), "--levels: 'x'; give numbers such as 1,0.25,0.0625"),
         (("--pairs", "out", "--levels", "1,0"), "--levels: '1,0'; give different numbers above 0"),
         (("--pairs", "out", "--levels", "1,1"), "--levels: '1,1'; give different numbers above 0"),

@@ -8,11 +8,16 @@ from pathlib import Path
 
 import pytest
 
-README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def blocks(language):
-    return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
+def blocks(language, text=README):
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
+
+
+PAGES = {path.name: blocks("python", path.read_text(encoding="utf-8")) for path in sorted((ROOT / "docs").glob("*.md"))}
+EXAMPLES = [(page, number) for page, examples in PAGES.items() for number in range(len(examples))]
 
 
 def camsim(arguments, folder):
@@ -46,6 +51,19 @@ def test_the_yaml_is_a_scene(tmp_path):
 def test_python_examples_run(number, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     exec(compile(blocks("python")[number], f"README.md, example {number}", "exec"), {"__name__": "readme"})
+
+
+@pytest.mark.parametrize(("page", "number"), EXAMPLES)
+def test_examples_of_the_pages_run(page, number, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if page == "mtf.md":  # it measures what the commands above it have captured
+        ran = camsim(["capture", "knife-edge"], tmp_path)
+        assert ran.returncode == 0, ran.stderr
+    exec(compile(PAGES[page][number], f"docs/{page}, example {number}", "exec"), {"__name__": "page"})
+
+
+def test_the_pages_have_examples():
+    assert {page for page, _ in EXAMPLES} >= {"bench.md", "developers.md", "limits.md", "mtf.md"}
 
 
 def test_files_it_links_to_are_there():

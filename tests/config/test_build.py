@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import types
 from collections.abc import Callable
 from pathlib import Path
 
@@ -120,11 +121,12 @@ def test_every_product_takes_memory() -> None:
 
 def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) -> None:
     files = {
-        "/proc/meminfo": "MemTotal: 9 kB\nMemAvailable:    4000 kB\n",
         "/sys/fs/cgroup/memory.max": "3000000\n",
         "/sys/fs/cgroup/memory.current": "1000000\n",
     }
+    machine = types.SimpleNamespace(available=4_096_000)
     monkeypatch.setattr(memory, "_text", lambda path: files.get(path, ""))
+    monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: machine)
     assert memory.available_bytes() == 2_000_000
     files["/sys/fs/cgroup/memory.max"] = "max\n"
     assert memory.available_bytes() == 4_096_000
@@ -133,5 +135,5 @@ def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) ->
     files["/sys/fs/cgroup/memory/memory.limit_in_bytes"] = "5000000\n"
     files["/sys/fs/cgroup/memory/memory.usage_in_bytes"] = "2000000\n"
     assert memory.available_bytes() == 3_000_000
-    files.clear()
+    monkeypatch.undo()
     assert memory.available_bytes() > 2**20

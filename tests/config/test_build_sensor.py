@@ -96,7 +96,7 @@ def test_what_is_before_the_sensor() -> None:
     )
     camera = setup.camera
     assert (camera.magnification, camera.working_f_number) == (0.5, 12.0)
-    assert camera.filters == (0.5, camsim.Curve((300.0, 1100.0), (1.0, 1.0)), 0.25)
+    assert camera.filters == (0.5, camsim.Curve((300.0, 1100.0), (1.0, 1.0), outside="zero"), 0.25)
     assert camera.falloff == camsim.Cos4Falloff(exit_pupil_mm=50.0)
     assert (setup.exposure.temperature_c, setup.frame_number) == (-10.0, 3)
     radial = "lens.falloff={kind: radial, radius_mm: [0, 10], values: [1, 0.5]}"
@@ -145,7 +145,7 @@ def test_every_light(light: str, expected: camsim.Light) -> None:
         (["light.width_nm=3"], "--set light.width_nm: is a line's; there is no line_nm here"),
         (
             ["light={table: {wavelength_nm: [500, 400], values: [1, 1]}, illuminance_lux: 1}"],
-            "--set light: light.table: 400 nm follows 500 nm; wavelengths must increase, each given once",
+            "--set light: light.table.wavelength_nm: 400 nm follows 500 nm; wavelengths must increase, each given once",
         ),
         (
             ["exposure.temperature_c=-300"],
@@ -168,17 +168,16 @@ def test_every_light(light: str, expected: camsim.Light) -> None:
         ),
         (
             ["sensor.charge.crosstalk=[[0, 0.1, 0], [0.1, 0.9, 0.1], [0, 0.1, 0]]"],
-            "--set sensor.charge.crosstalk: kernel adds up to 1.3; a photosite cannot give away more than it gets, "
-            "at most 1",
+            "--set sensor.charge.crosstalk: adds up to 1.3; a photosite cannot give away more than it gets, at most 1",
         ),
         (
             ["sensor.charge.nonlinearity={kind: polynomial, coefficients: [-0.9], scale_e: 20000}"],
-            "--set sensor.charge.nonlinearity: charge.nonlinearity.coefficients: is [-0.9]; more charge must give more "
+            "--set sensor.charge.nonlinearity: charge.nonlinearity.coefficients: [-0.9]; more charge must give more "
             "signal up to scale_e, but the response falls at 20000 e⁻",
         ),
         (
             ["sensor.cfa={kind: letters, pattern: [RG, B]}"],
-            "--set sensor.cfa: rows of [1, 2] letters; all rows of a pattern are equally long",
+            "--set sensor.cfa: cfa.pattern: rows of [1, 2] letters; all rows of a pattern are equally long",
         ),
         (
             ["sensor.cfa={kind: letters, pattern: [RG, GX]}"],
@@ -190,7 +189,7 @@ def test_every_light(light: str, expected: camsim.Light) -> None:
         ),
         (
             ["lens.falloff={kind: radial, radius_mm: [1, 2], values: [1, 0.5]}"],
-            "--set lens.falloff: lens.falloff.radius_mm: is [1.0, 2.0]; must begin at 0 and increase",
+            "--set lens.falloff: lens.falloff.radius_mm: [1.0, 2.0]; must begin at 0 and increase",
         ),
     ],
 )

@@ -77,7 +77,7 @@ FAULTS = {
     "black above white": (
         "black_level_dn: 100",
         "black_level_dn: 4095",
-        ["my.yaml:13:42: readout.black_level_dn: is 4095; must be 0..4094, below the largest code of 12 bits"],
+        ["my.yaml:13:42: readout.black_level_dn: must be at most 4094, below the largest code of 12 bits, not 4095"],
     ),
     "a black level that no code is": (
         "black_level_dn: 100",

@@ -109,7 +109,7 @@ FAULTS = {
         "illuminant: D55",
         "line_nm: 1064",
         [
-            "scene.yaml:4:18: light.line_nm: is 1064.0; must be 360..830 nm, "
+            "scene.yaml:4:18: light.line_nm: must be a number from 360 to 830, not 1064, "
             "because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
         ],
     ),
@@ -149,13 +149,13 @@ FAULTS = {
     "wavelengths and values of two lengths": (
         "[0.1, 0.8]",
         "[0.1, 0.8, 0.9]",
-        ["scene.yaml:15:44: scene.shapes.2.reflectance: 2 wavelengths but 3 values; every point has one of each"],
+        ["scene.yaml:15:80: scene.shapes.2.reflectance.values: 3 for 2 wavelengths; every point has one of each"],
     ),
     "wavelengths out of order": (
         "[400, 700]",
         "[700, 400]",
         [
-            "scene.yaml:15:44: scene.shapes.2.reflectance: 400 nm follows 700 nm; "
+            "scene.yaml:15:60: scene.shapes.2.reflectance.wavelength_nm: 400 nm follows 700 nm; "
             "wavelengths must increase, each given once"
         ],
     ),

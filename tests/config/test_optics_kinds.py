@@ -177,15 +177,18 @@ FAULTS = {
     ),
     "two blades": (
         "{kind: wavefront, f_number: 8, pupil: {shape: bladed, blades: 2}}",
-        ["scene.yaml:3:69: lens.pupil.blades: 2 make no iris; give 3 to 64"],
+        ["scene.yaml:3:69: lens.pupil.blades: must be 3 to 64 of an iris, not 2"],
     ),
     "too large an obstruction": (
         "{kind: wavefront, f_number: 8, pupil: {shape: bladed, blades: 4, obstruction: 0.7}}",
-        ["scene.yaml:3:85: lens.pupil.obstruction: 0.7 is outside 0 … 0.672, what leaves an opening of this shape"],
+        [
+            "scene.yaml:3:85: lens.pupil.obstruction: must be at most 0.672, "
+            "what leaves an opening of this shape, not 0.7"
+        ],
     ),
     "an index that is none": (
         "{kind: wavefront, f_number: 8, zernike_waves: [[-1, 0.1]]}",
-        ["scene.yaml:3:53: lens.zernike_waves: index -1 is outside 0 … 230 (OSA/ANSI, up to order 20)"],
+        ["scene.yaml:3:53: lens.zernike_waves: item 0.0 must be a whole number from 0 to 230, not -1"],
     ),
     "an index twice": (
         "{kind: wavefront, f_number: 8, zernike_waves: [[4, 0.1], [4, 0.2]]}",
@@ -251,7 +254,7 @@ SENSOR_FAULTS = {
     "too round": (
         GOOD_PHOTOSITE,
         "photosite: {kind: rounded, width_um: 4, height_um: 3, radius_um: 2}",
-        ["my.yaml:5:66: photosite.radius_um: 2.0 is outside 0 … 1.5 µm, half the photosite's shorter side"],
+        ["my.yaml:5:66: photosite.radius_um: must be at most 1.5, half the photosite's shorter side, not 2.0"],
     ),
     "a crossing outline": (
         GOOD_PHOTOSITE,

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from camsim import Airy, FourSpotOlpf, Grid, Polygon, Scene, SquarePhotosite, render
-from camsim.bench.windows import Lens, window_truths
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
+from tests.truth.lattice import Lens, window_truths
 
 PITCH_UM, WAVELENGTH_NM = 4.88, 550.0
 

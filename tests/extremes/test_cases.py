@@ -1,10 +1,10 @@
-"""The list of stiff and extreme cases (camsim/bench/extreme_cases.py): what is quick of it, right or refused."""
+"""The list of stiff and extreme cases (bench/extremes/rendering_cases.py): what is quick of it, right or refused."""
 
 import re
 
 import pytest
 
-from camsim.bench.extremes import cases
+from bench.extremes.judging import cases
 
 # Each takes seconds: plain quadrature on sharp patterns, the other engine on sharp photosites or thousands of tiles.
 SLOW = {

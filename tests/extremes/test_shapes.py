@@ -140,7 +140,7 @@ def test_corners_on_the_border_of_the_frame(optics):
     assert worst(image, beside) <= METHOD * TOLERANCE
 
 
-@pytest.mark.parametrize("offset", [(1e6, 1e6), (-1e6, 3), (123457, -999999)])
+@pytest.mark.parametrize("offset", [(1_000_000, 1_000_000), (-1_000_000, 3), (123457, -999999)])
 def test_a_million_pitches_from_the_axis(optics, offset):
     """A window far out on a huge frame, with the scene there: 1e6 pitches leave 1e-10 of a pitch in a float64."""
     col, row = offset
@@ -194,9 +194,9 @@ def test_corners_nearer_than_a_float_can_tell(points):
 
 @pytest.mark.parametrize("number", [1e160, 1e300, -1e155, 1e16])
 def test_what_lies_beyond_any_scene_is_refused(number):
-    with pytest.raises(camsim.CamsimError, match="farther"):
+    with pytest.raises(camsim.CamsimError, match="at most"):
         camsim.Polygon(points_um=[(0, 0), (number, 0), (0, 1)], reflectance=0.5)
-    with pytest.raises(camsim.CamsimError, match="farther"):
+    with pytest.raises(camsim.CamsimError, match="at most"):
         camsim.Disc(radius_um=1.0, centre_um=(0.0, number), reflectance=0.5)
-    with pytest.raises(camsim.CamsimError, match="farther"):
+    with pytest.raises(camsim.CamsimError, match="at most"):
         camsim.Rectangle(width_um=abs(number), height_um=1.0, reflectance=0.5)

@@ -148,10 +148,10 @@ def test_wavelengths_of_four_digits_are_in_their_place(tmp_path: Path) -> None:
     ("nodes", "message"),
     [
         ((), "0 wavelengths; give 1 to 1000"),
-        ((500.0, 500.0), "must be above 0 and increasing"),
-        ((600.0, 500.0), "must be above 0 and increasing"),
-        ((0.0, 500.0), "must be above 0 and increasing"),
-        ((500.0, float("nan")), "must be above 0 and increasing"),
+        ((500.0, 500.0), "must increase, each given once"),
+        ((600.0, 500.0), "must increase, each given once"),
+        ((0.0, 500.0), "item 0 must be a number above 0, not 0.0"),
+        ((500.0, float("nan")), "item 1 must be a finite number above 0, not nan"),
     ],
 )
 def test_mistakes_in_the_wavelengths(nodes: tuple[float, ...], message: str) -> None:

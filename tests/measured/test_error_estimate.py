@@ -10,8 +10,8 @@ import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.optics import OpticalSystem
-from camsim.rendering import footprint, job, outlines, patterns, quiet
+from camsim.optics import OpticalSystem, airy
+from camsim.rendering import footprint, job, outlines, quiet
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import settings, tables
@@ -288,16 +288,16 @@ CORRUPTIONS = {
         {"optics": WIDE},
     ),
     # constants, wherever they are used
-    "c1 of the pattern": (patterns, "AIRY", pattern(powers=lambda c: (1.05 * c[0], *c[1:])), {"optics": WIDE}),
-    "c3 of the pattern": (patterns, "AIRY", pattern(powers=lambda c: (c[0], 3e3 * c[1], c[2])), {"optics": SHARP}),
+    "c1 of the pattern": (airy, "AIRY", pattern(powers=lambda c: (1.05 * c[0], *c[1:])), {"optics": WIDE}),
+    "c3 of the pattern": (airy, "AIRY", pattern(powers=lambda c: (c[0], 3e3 * c[1], c[2])), {"optics": SHARP}),
     "rings thirty times too faint": (
-        patterns,
+        airy,
         "AIRY",
         pattern(rings=lambda r: tuple((u, a / 300, n) for u, a, n in r)),
         {"optics": SHARP},
     ),
-    "the pattern's energy": (patterns, "AIRY", pattern(energy=lambda f: lambda rho: f(1.01 * rho)), {}),
-    "the pattern's transfer": (patterns, "AIRY", pattern(otf=lambda f: lambda u: f(1.01 * u)), {"optics": WIDE}),
+    "the pattern's energy": (airy, "AIRY", pattern(energy=lambda f: lambda rho: f(1.01 * rho)), {}),
+    "the pattern's transfer": (airy, "AIRY", pattern(otf=lambda f: lambda u: f(1.01 * u)), {"optics": WIDE}),
     "quiet too soon": (quiet.Waves, "quiet_distance", lambda f: scaled(f, 0.2), {"optics": SHARP}),
     "moments end too soon": (settings, "_moment_distance", lambda f: scaled(f, 0.3), {"optics": WIDE}),
     "rings in the centre of a disc are left out": (

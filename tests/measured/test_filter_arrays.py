@@ -30,7 +30,8 @@ def camera_of(cfa: camsim.Cfa) -> camsim.Camera:
     nodes = tuple(nm + d for nm in (450.0, 550.0, 650.0) for d in (-20.0, -19.0, 19.0, 20.0))
 
     def curve(letter: str) -> camsim.Curve:
-        return camsim.Curve(nodes, tuple(v for line in "bgr" for v in np.multiply((0, 1, 1, 0), line in SEES[letter])))
+        seen = tuple(v for line in "bgr" for v in np.multiply((0, 1, 1, 0), line in SEES[letter]))
+        return camsim.Curve(nodes, seen, outside="zero")
 
     return camsim.Camera(
         rows=50,

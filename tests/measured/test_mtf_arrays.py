@@ -170,7 +170,7 @@ def test_the_array_of_a_file_that_does_not_say_it(tmp_path):
     for said in ("x-trans", rows, rows.lower()):
         picture = read_picture(tmp_path / "a.npy", cfa=said)
         assert [channel.name for channel in picture.select("all")] == ["R", "G", "B"]
-    with pytest.raises(InvalidValueError, match=r"cfa 'RGBX': give one of RGGB, .* x-trans, .* RRGG/RRGG/GGBB/GGBB"):
+    with pytest.raises(InvalidValueError, match=r"cfa: 'RGBX'; give one of RGGB, .* x-trans, .* RRGG/RRGG/GGBB/GGBB"):
         read_picture(tmp_path / "a.npy", cfa="RGBX")
 
 

@@ -10,8 +10,8 @@ import camsim
 from camsim.errors import AccuracyError
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.check.judge import WINDOW
+from camsim.rendering.check.outlines import outlines_of
 from camsim.rendering.check.places import _tile_corner, windows
-from camsim.rendering.check.scenery import outlines_of
 from camsim.rendering.engine import Marks
 
 

@@ -12,7 +12,6 @@ from camsim.exposing import Capture
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.edges import Edges
-from camsim.rendering.patterns import pattern_of
 from camsim.rendering.prune import far_outlines
 
 # Ten pitches wide, far outside a window of twenty.
@@ -61,7 +60,7 @@ SAME_BACKGROUND = [*PICTURE[:2], (PICTURE[2][0], 0.3)]
 MONO = {
     "cfa": camsim.Cfa.mono(),
     "quantum_efficiency": camsim.QuantumEfficiency(
-        (("Y", camsim.Curve((400.0, 700.0), (0.4, 0.4))),), per="photon", peak=0.4
+        (("Y", camsim.Curve((400.0, 700.0), (0.4, 0.4), outside="zero")),), per="photon", peak=0.4
     ),
 }
 
@@ -177,7 +176,7 @@ def test_the_bound_is_one(rng):
         dropped, bound = far_outlines(
             Edges(start=square, end=following, left=np.ones(4, np.int64), right=np.zeros(4, np.int64)),
             density=np.array([[[0.0]], [[1.0]]]),
-            pattern=pattern_of(camsim.Airy(f_number=8.0)),
+            pattern=camsim.Airy(f_number=8.0).pattern(),
             longest=1.0,
             extent=0.75,
             grid=grid_of(20, 20),

@@ -1,5 +1,7 @@
 """Laws of rendering: what OLPF, photosite and wavelength do, from renderings without them."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from examples import (
@@ -239,3 +241,41 @@ def test_wavelengths_without_light_do_not_count():
     alone = channels_rendered(PICTURE, np.array([WAVELENGTH_NM]), np.array([[1.0]]), channel).image
     beside = channels_rendered(PICTURE, np.array([1.0, WAVELENGTH_NM, 1e6]), np.array([[0.0, 1.0, 0.0]]), channel).image
     assert worst(alone, beside) <= ROUNDING
+
+
+@dataclasses.dataclass(frozen=True)
+class OwnRound:
+    """A round lens of the user's own that tells its pattern: f/8, as Airy has it."""
+
+    place = "lens"
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return AIRY_8.otf(fx_per_um, fy_per_um, wavelength_nm)
+
+    def blur_um(self, wavelength_nm):
+        return AIRY_8.blur_um(wavelength_nm)
+
+    def encircled_energy(self, r_um, wavelength_nm):
+        return AIRY_8.encircled_energy(r_um, wavelength_nm)
+
+    def pattern(self):
+        return AIRY_8.pattern()
+
+
+AIRY_8 = camsim.Airy(f_number=8.0)
+
+
+def test_a_round_lens_of_the_users_own_reaches_the_boundary_engine():
+    images = [
+        camsim.render(
+            scene_of(PICTURE),
+            [lens, camsim.SquarePhotosite(side_um=4.0)],
+            grid_of(20, 24),
+            wavelength_nm=WAVELENGTH_NM,
+            tolerance=TOLERANCE,
+        )
+        for lens in (OwnRound(), AIRY_8)
+    ]
+    assert {found.method for found in images} == {"boundary"}
+    np.testing.assert_array_equal(*(found.image for found in images))
+    assert images[0].error_estimate <= TOLERANCE

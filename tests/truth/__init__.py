@@ -9,5 +9,6 @@ waves         : all photosites of any lens, by Fourier sums
 pupils, round_lenses, photosites : what lenses and photosites are, from their definitions
 closed_forms  : what has a closed form or takes a single integral
 electrons     : electrons of a surface in a light, from published tables
-rays, lattice : two more roads to the same, for polygons under an Airy pattern
+rays, quadrature : two more roads to photosites of a polygon under an Airy pattern, ray by ray and edge by edge
+lattice       : all photosites of a polygon, at several wavelengths, places and footprints at once
 """

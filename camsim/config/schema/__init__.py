@@ -3,7 +3,7 @@
 Every field says what it means and in which unit: messages, reference and JSON Schema are made of that.
 """
 
-from camsim.config.schema.base import Called, Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table
+from camsim.config.schema.base import Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.config.schema.lens import (
     AiryLens,
@@ -48,6 +48,7 @@ from camsim.config.schema.sensor import (
     SquarePhotosite,
     TwoSpotOlpf,
 )
+from camsim.marks import Called
 
 __all__ = [
     "AiryLens",

@@ -8,6 +8,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
+from camsim.marks import Called
+from camsim.typed import Fraction, NonNegative, Positive
+
 
 class Table(BaseModel):
     """A YAML table: every key is known, every value has its own type, none is NaN or infinite."""
@@ -20,13 +23,6 @@ class Table(BaseModel):
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         """Yield (key, message) for keys that do not go together; types and ranges need not be right yet."""
         yield from ()
-
-
-@dataclass(frozen=True, slots=True)
-class Called:
-    """What messages call a type, where its own name would say too little."""
-
-    words: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +47,6 @@ def _form(value: Any) -> str:
 
 by_form = Discriminator(_form)
 
-NonNegative: TypeAlias = Annotated[float, Field(ge=0)]
-Positive: TypeAlias = Annotated[float, Field(gt=0)]
-Fraction: TypeAlias = Annotated[float, Field(ge=0, le=1)]
 Letter: TypeAlias = Annotated[str, Field(pattern="^[A-Za-z]$", description="a channel, one letter")]
 
 

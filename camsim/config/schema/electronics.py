@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from camsim.config.schema.base import Called, Fraction, Makes, NonNegative, Table
+from camsim.config.schema.base import Makes, Table
+from camsim.marks import Called
 from camsim.sensor import conversion_gain
 from camsim.sensor.stages import defects, flicker_rows, nonlinearity
 from camsim.sensor.stages.blooming import Blooming
@@ -22,6 +23,7 @@ from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.sensor.stages.reset_noise import ResetNoise
 from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
+from camsim.typed import Fraction, NonNegative
 
 Place: TypeAlias = Annotated[int, Field(ge=0)]
 

@@ -7,15 +7,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from camsim.config.schema.base import (
-    Called,
-    Filter,
-    Fraction,
-    Name,
-    NonNegative,
-    Table,
-    Transmission,
-)
+from camsim.config.schema.base import Filter, Name, Table, Transmission
+from camsim.marks import Called
+from camsim.typed import Fraction, NonNegative
 
 
 class Cos4Falloff(Table):

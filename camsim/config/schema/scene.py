@@ -9,16 +9,10 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, Field, Tag
 from pydantic_core import PydanticCustomError
 
-from camsim.config.schema.base import (
-    Called,
-    LightTable,
-    Name,
-    Positive,
-    Reflectance,
-    Table,
-    by_form,
-)
+from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_form
 from camsim.config.schema.lens import Lens
+from camsim.marks import Called
+from camsim.typed import Positive
 
 
 class Light(Table):

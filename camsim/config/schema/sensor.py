@@ -6,16 +6,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
-from camsim.config.schema.base import (
-    Called,
-    Curve,
-    Filter,
-    Letter,
-    Name,
-    Table,
-    by_form,
-)
+from camsim.config.schema.base import Curve, Filter, Letter, Name, Table, by_form
 from camsim.config.schema.electronics import Charge, Readout
+from camsim.marks import Called
 
 
 class SensorFrame(Table):
@@ -109,7 +102,7 @@ class QuadBayerCfa(Table):
 
     kind: Literal["quad-bayer"] = Field(description="which colour filter array")
     pattern: Literal["RGGB", "BGGR", "GRBG", "GBRG"] = Field(description="letters of the squares, row by row")
-    group: Literal[2, 4] = Field(default=2, description="photosites along a side of a square")
+    group: int = Field(default=2, ge=2, le=16, description="photosites along a side of a square")
 
 
 class NamedCfa(Table):

@@ -21,8 +21,8 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
+from camsim.quadrature import chebyshev, gauss_legendre
 from camsim.rendering.edges import Edges
-from camsim.rendering.quadrature import chebyshev, gauss_legendre
 
 FEWEST = 32  # edges of a cell: fewer are quicker one by one than its nodes
 FITS = 0.25  # an edge longer than this part of a cell stays with the next larger one, and so sticks out little

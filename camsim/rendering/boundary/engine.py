@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
 from camsim.rendering.boundary.image import boundary_bands
 from camsim.rendering.boundary.settings import Settings, plan_boundary
 from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.patterns import Pattern
 from camsim.rendering.work import Work
 
 
@@ -116,8 +116,9 @@ class BoundaryPlan:
         row, table_bytes = 0, 8.0 * self.counts.table_values
         if table_bytes > MEMORY_LIMIT_BYTES:
             raise InvalidValueError(
-                f"method: boundary would take {table_bytes / 1e9:.1f} GB for its tables, and its limit is "
-                f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; allow a larger tolerance, fewer colours, or use fourier"
+                f"boundary would take {table_bytes / 1e9:.1f} GB for its tables, and its limit is "
+                f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; allow a larger tolerance, fewer colours, or use fourier",
+                key="method",
             )
         for band in boundary_bands(
             self.job,
@@ -147,7 +148,7 @@ class Boundary:
     def plan(self, job: Job, samples: int | None = None) -> BoundaryPlan:
         """Choose settings and nodes; ``samples`` must be None."""
         if samples is not None:
-            raise UnsupportedError("samples: boundary takes none; only importance takes a number")
+            raise UnsupportedError("boundary takes none; only importance takes a number", key="samples")
         if job.pattern is None or job.footprint is None:
             raise UnsupportedError(job.unknown)
         settings = plan_boundary(job, job.pattern, job.footprint)

@@ -27,7 +27,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.kernels import kernel
-from camsim.rendering.patterns import Pattern
+from camsim.optics.pattern import Pattern
 
 TWO_PI = 2.0 * math.pi
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64, U8
 from camsim.kernels import ONE_AT_A_TIME
+from camsim.optics.pattern import Pattern
+from camsim.quadrature import chebyshev, gauss_by_length, interpolation
 from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.focus import ZONE, touching
@@ -21,8 +23,6 @@ from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.patterns import Pattern
-from camsim.rendering.quadrature import chebyshev, gauss_by_length, interpolation
 
 NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
 BAND_PHOTOSITES = 2_000_000

@@ -13,8 +13,8 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.kernels import kernel
-from camsim.rendering.patterns import Pattern
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.optics.pattern import Pattern
+from camsim.quadrature import gauss_legendre
 
 STEP_PER_BLUR = 1.0 / 32.0
 ORDER = 10  # points of the Lagrange rule; with the step above its error is below 1e-12
@@ -69,25 +69,32 @@ SCALE = lagrange_scale(ORDER)
 
 
 @kernel(inline="always")
-def at_radius(radial: F64, u: float, weights: F64) -> float:
-    """Look up an even function, given at 0, 1, 2 …, at u ≥ 0; ``weights`` is (ORDER,) scratch."""
-    cell = int(u)
-    lagrange_weights(u - cell, ORDER, SCALE, weights)
+def at_cell(radial: F64, cell: int, weights: F64) -> float:
+    """The same where the cell and the weights within it are known."""
     value = 0.0
     for m in range(ORDER):
         value += weights[m] * radial[abs(cell + 1 - ORDER // 2 + m)]
     return value
 
 
+@kernel(inline="always")
+def at_radius(radial: F64, u: float, weights: F64) -> float:
+    """Look up an even function, given at 0, 1, 2 …, at u ≥ 0; ``weights`` is (ORDER,) scratch."""
+    cell = int(u)
+    lagrange_weights(u - cell, ORDER, SCALE, weights)
+    return at_cell(radial, cell, weights)
+
+
 @kernel()
 def contract(phi: F64, blur: F64, weights: F64, step: float, count: int) -> F64:
     """Return Σ_j weights[k, j]·Φ(m·step/blur[j]) as (k, m): the potential of a polychromatic pattern."""
-    out = np.zeros((weights.shape[0], count))
+    sets = weights.shape[0]
+    out, of_wavelength = np.zeros((count, sets)), np.ascontiguousarray(weights.T)  # sets side by side: vectors
     scratch = np.empty(ORDER)
     for j in range(blur.size):
         scale = step / (blur[j] * STEP_PER_BLUR)
         for m in range(count):
             value = at_radius(phi, m * scale, scratch)
-            for k in range(weights.shape[0]):
-                out[k, m] += weights[k, j] * value
-    return out
+            for k in range(sets):
+                out[m, k] += of_wavelength[j, k] * value
+    return np.ascontiguousarray(out.T)

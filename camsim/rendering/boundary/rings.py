@@ -19,7 +19,7 @@ import numpy as np
 
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel
-from camsim.rendering.quadrature import gauss_legendre
+from camsim.quadrature import gauss_legendre
 
 RAY_NODES = 14
 RAY_DECAY = 16.0  # nepers along the ray

@@ -22,13 +22,13 @@ import numpy as np
 from scipy import optimize
 
 from camsim.errors import InvalidValueError
+from camsim.optics.pattern import Pattern
+from camsim.quadrature import gauss_error
 from camsim.rendering.boundary.focus import NO_FOCI, ZONE, Foci, distinct, foci, threes
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
-from camsim.rendering.patterns import Pattern
-from camsim.rendering.quadrature import gauss_error
 from camsim.rendering.quiet import Waves
 
 COARSEST = 1e-2
@@ -73,7 +73,8 @@ def check_tolerance(tolerance: float, pattern: Pattern) -> None:
     """Refuse what the engine cannot promise."""
     if not pattern.finest <= tolerance <= COARSEST:
         raise InvalidValueError(
-            f"tolerance: {tolerance:g} is outside {pattern.finest:g} … {COARSEST:g}, what this lens can be rendered to"
+            f"{tolerance:g} is outside {pattern.finest:g} … {COARSEST:g}, what this lens can be rendered to",
+            key="tolerance",
         )
 
 

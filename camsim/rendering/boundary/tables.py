@@ -15,11 +15,12 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.kernels import ONE_AT_A_TIME, kernel
 from camsim.optics import OpticalSystem
-from camsim.rendering.boundary.potential import ORDER, SCALE, at_radius, contract, lagrange_weights, potential
+from camsim.optics.pattern import Pattern
+from camsim.quadrature import gauss_legendre, quintic_cells
+from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.patterns import Pattern
-from camsim.rendering.quadrature import gauss_legendre, quintic_cells
 
+AT_ONCE = 16  # weight sets: where a radius falls is worked out once for so many
 LONG = 100  # taps: from here on an average runs
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
@@ -75,34 +76,43 @@ def _filtered(
     long = average.size > LONG
     changes = np.flatnonzero(np.abs(change) > 1e-15 * np.abs(average).max())
     slopes = np.flatnonzero(slope)
-    tables = np.empty((radial.shape[0], rows, rows))
-    for k in range(radial.shape[0]):
-        averaged = np.zeros((count, rows))
+    sets, columns = radial.shape[0], rows - margin + reach
+    tables = np.empty((sets, rows, rows))
+    for first in range(0, sets, AT_ONCE):
+        some = min(AT_ONCE, sets - first)
+        averaged = np.zeros((some, count, rows))
         for i in nb.prange(count):
-            scratch = np.empty(ORDER)
+            cells, weights = np.empty(columns, np.int64), np.empty((columns, ORDER))
+            for j in range(columns):
+                u = math.hypot(i, j) * samples_per_step
+                cells[j] = int(u)
+                lagrange_weights(u - cells[j], ORDER, SCALE, weights[j])
             line = np.empty(rows + 2 * reach)  # the grid's row i from −margin − reach on, mirrored at 0
-            for j in range(rows - margin + reach):
-                line[j + margin + reach] = at_radius(radial[k], math.hypot(i, j) * samples_per_step, scratch)
-            for j in range(margin + reach):
-                line[j] = line[2 * (margin + reach) - j]
-            if long:
-                for b in range(average.size):
-                    averaged[i, 0] += average[b] * line[b]
-                for tap in changes:
+            for k in range(some):
+                for j in range(columns):
+                    line[j + margin + reach] = at_cell(radial[first + k], cells[j], weights[j])
+                for j in range(margin + reach):
+                    line[j] = line[2 * (margin + reach) - j]
+                own = averaged[k, i]
+                if long:
+                    for b in range(average.size):
+                        own[0] += average[b] * line[b]
+                    for tap in changes:
+                        for c in range(1, rows):
+                            own[c] += change[tap] * line[c + tap - 1]
                     for c in range(1, rows):
-                        averaged[i, c] += change[tap] * line[c + tap - 1]
-                for c in range(1, rows):
-                    averaged[i, c] = averaged[i, c - 1] - averaged[i, c]
-            else:
-                for b in range(average.size):
-                    for c in range(rows):
-                        averaged[i, c] += average[b] * line[c + b]
+                        own[c] = own[c - 1] - own[c]
+                else:
+                    for b in range(average.size):
+                        for c in range(rows):
+                            own[c] += average[b] * line[c + b]
         for r in nb.prange(rows):
-            row = np.zeros(rows)
-            for a in slopes:
-                for c in range(rows):
-                    row[c] += slope[a] * averaged[abs(r - margin + a - lean), c]
-            tables[k, r] = row
+            for k in range(some):
+                row = tables[first + k, r]
+                row[:] = 0.0
+                for a in slopes:
+                    for c in range(rows):
+                        row[c] += slope[a] * averaged[k, abs(r - margin + a - lean), c]
     return tables
 
 

@@ -10,8 +10,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.optics import RoundLens
+from camsim.optics.protocols import Rectangular
+from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
-from camsim.rendering.check.round_lens import RoundLens
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities
 from camsim.rendering.edges import Edges
@@ -79,7 +81,7 @@ class Judge:
     """What recomputes photosites of a job.
 
     Of the job it takes what came in (scene, optics, grid, light, tolerance) and nothing that was made of it: outlines,
-    painter's order, spectra and wavelengths are its own. A round lens on rectangles is integrated (round_lens.py).
+    painter's order, spectra and wavelengths are its own. A round lens on rectangles is integrated (integrals.py).
     Any other is rendered in small windows by Fourier transforms, with another period, taper, band and other nodes, from
     the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for.
     """
@@ -109,14 +111,20 @@ class Judge:
         return job.pattern is not None and job.footprint is not None and job.tolerance >= job.pattern.finest
 
     @functools.cached_property
-    def lens(self) -> RoundLens:
+    def integrals(self) -> Integrals:
         """What integrates."""
         job = self.job
         pieces, wavelength_nm, density = self.seen
         sides, pair = np.unique(np.stack([pieces.left, pieces.right], axis=1), axis=0, return_inverse=True)
         x0, y0 = job.grid.first_centre
-        return RoundLens(
-            system=job.system,
+        lens, photosite = job.system.lens, job.system.photosite
+        assert isinstance(lens, RoundLens)
+        assert isinstance(photosite, Rectangular)
+        width_um, height_um = photosite.sides_um
+        return Integrals(
+            lens=lens,
+            sides=(width_um / job.grid.pitch_um, height_um / job.grid.pitch_um),
+            spots=job.system.spots_um() / job.grid.pitch_um,
             pitch_um=job.grid.pitch_um,
             pieces=pieces,
             pair=pair.ravel().astype(np.int64),
@@ -137,7 +145,7 @@ class Judge:
 
     def count(self, plan: Plan) -> int:
         """Return how many photosites are looked at."""
-        grid, each = self.job.grid, self.lens.seconds_each
+        grid, each = self.job.grid, self.integrals.seconds_each
         return how_many(grid.rows * grid.cols, render_seconds=plan.cost.seconds, check_seconds=each, fewest=plan.fewest)
 
     def seconds(self, plan: Plan) -> float:
@@ -145,7 +153,7 @@ class Judge:
         if not len(self.seen[0].left):
             return 0.0
         if self.integrates:
-            return self.count(plan) * self.lens.seconds_each
+            return self.count(plan) * self.integrals.seconds_each
         return sum(self._seconds(frame) for frame, _ in self._frames(*self.hardest(plan)))
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
@@ -175,7 +183,8 @@ class Judge:
             return self._in_windows(rows, cols, sets)
         x0, y0 = self.job.grid.first_centre
         points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
-        again: F64 = np.stack([self.lens.values(points, own) for own in sets.reshape(-1, rows.size).astype(np.int64)])
+        own = sets.reshape(-1, rows.size).astype(np.int64)
+        again: F64 = np.stack([self.integrals.values(points, one) for one in own])
         return base + again.reshape(sets.shape)
 
     @functools.cached_property

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.kernels import kernel
-from camsim.rendering.quadrature import quintic_cells
+from camsim.optics import RoundLens
+from camsim.quadrature import quintic_cells
 
 CELLS_PER_BLUR = 64  # a quintic then errs by 5e-12: 32 left 3e-10
 SLOPE_DEGREE, SLOPE_POINTS, SLOPE_FITS = 12, 64, 3e-14
@@ -47,7 +48,7 @@ class Table(NamedTuple):
         return rest
 
 
-def table_of(lens: Any, blur: F64, weights: F64, radius: float) -> Table:
+def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float) -> Table:
     """Tabulate a round lens out to ``radius`` (pitches) and a little; blur (j,), pitches; weights (k, j)."""
     step = float(blur.min()) / CELLS_PER_BLUR
     cells = math.ceil(radius / step) + 2 * CELLS_PER_BLUR
@@ -60,7 +61,7 @@ def table_of(lens: Any, blur: F64, weights: F64, radius: float) -> Table:
 
 
 @functools.lru_cache(maxsize=16)
-def _profile(lens: Any, cells: int) -> F64:
+def _profile(lens: RoundLens, cells: int) -> F64:
     """E/ρ² as a quintic per cell (cells, 6), even in ρ; ρ in blurs."""
     blur_um = lens.blur_um(REFERENCE_NM)
     rho = np.arange(-2, cells + 3) / CELLS_PER_BLUR
@@ -72,7 +73,7 @@ def _profile(lens: Any, cells: int) -> F64:
 
 
 @functools.lru_cache(maxsize=16)
-def _far_powers(lens: Any) -> tuple[float, float, float]:
+def _far_powers(lens: RoundLens) -> tuple[float, float, float]:
     """Return c1, c3, c5 of 1 − E = Σ c_n/ρⁿ + what oscillates.
 
     A term a·uⁿ of the transfer at 0 leaves a·M/(2πρ)ⁿ of E, M = ∫xⁿ·J1(x) dx = 1, −3, 45 for n = 1, 3, 5 (Abel's sense)
@@ -96,7 +97,8 @@ def _far_powers(lens: Any) -> tuple[float, float, float]:
 @kernel()
 def _contracted(profile: F64, blur: F64, weights: F64, step: float, cells: int) -> F64:
     """Σ_j w[k, j]·E/r² of λ_j at multiples −2 … cells + 2 of ``step``."""
-    values = np.zeros((weights.shape[0], cells + 5))
+    sets = weights.shape[0]
+    values, of_wavelength = np.zeros((cells + 5, sets)), np.ascontiguousarray(weights.T)  # sets side by side: vectors
     for j in range(blur.size):
         scale = step * CELLS_PER_BLUR / blur[j]
         inverse_square = 1.0 / (blur[j] * blur[j])
@@ -105,9 +107,9 @@ def _contracted(profile: F64, blur: F64, weights: F64, step: float, cells: int) 
             c = profile[int(u)]
             t = u - int(u)
             value = (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))) * inverse_square
-            for k in range(weights.shape[0]):
-                values[k, m] += weights[k, j] * value
-    return values
+            for k in range(sets):
+                values[m, k] += of_wavelength[j, k] * value
+    return np.ascontiguousarray(values.T)
 
 
 def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64) -> float:
@@ -128,8 +130,15 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
 
 @kernel()
 def _loudest(swing: F64, first: float, step: float, places: F64, ahead: F64, weights: F64) -> float:
-    loudest = 0.0
+    # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
+    most = np.empty(len(swing))
     for k in range(len(swing)):
+        most[k] = np.abs(swing[k]).max()
+    most *= np.abs(weights).sum()
+    loudest = 0.0
+    for k in np.argsort(-most):
+        if most[k] <= loudest:
+            break
         for d in range(len(ahead)):
             for place in places:
                 total = 0.0

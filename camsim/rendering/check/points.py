@@ -3,17 +3,44 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
-from camsim.rendering.check.scenery import Outlines
+from camsim.rendering.check.outlines import Outlines
 
 PANEL_NODES = 20
 PANEL_BLURS = 4.0
 FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
+
+
+class Tables(NamedTuple):
+    """What the check knows of the lens, for every pair of spectra and channel."""
+
+    cells: F64  # (pairs, channels, n, 6) E/r² as quintics
+    step: float  # pitches
+    far: F64  # (pairs, channels, 4) its smooth powers
+
+
+class Energy(NamedTuple):
+    """The same for one pair and channel."""
+
+    cells: F64  # (n, 6)
+    per_step: float
+    far: F64  # (4,)
+
+
+class Arc(NamedTuple):
+    """Part of a circle: its centre from the point, its radius, and the angles at which it begins and ends."""
+
+    dx: float
+    dy: float
+    big: float
+    begin: float
+    end: float
 
 
 @kernel(inline="always")
@@ -40,8 +67,9 @@ def _far_line(h: float, s1: float, s2: float, far: F64) -> float:
 
 
 @kernel(inline="always")
-def _value(r: float, inside: bool, cells: F64, per_step: float, far: F64) -> float:
+def _value(r: float, inside: bool, energy: Energy) -> float:
     """E/r² from the table, or its smooth powers."""
+    cells, per_step, far = energy
     if inside:
         u = r * per_step
         cell = min(int(u), len(cells) - 1)
@@ -56,10 +84,8 @@ def _value(r: float, inside: bool, cells: F64, per_step: float, far: F64) -> flo
 
 
 @kernel()
-def _straight(
-    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, cells: F64, per_step: float, far: F64, g: F64
-) -> float:
-    length = math.hypot(o.dx[e], o.dy[e])
+def _straight(x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, g: F64) -> float:
+    far, length = energy.far, math.hypot(o.dx[e], o.dy[e])
     tx, ty = o.dx[e] / length, o.dy[e] / length
     dx, dy = o.x[e] - x, o.y[e] - y
     h = dx * ty - dy * tx
@@ -81,27 +107,15 @@ def _straight(
         middle = low + half * (2 * p + 1)
         for q in range(g.shape[1]):
             s = middle + half * g[0, q]
-            inside += g[1, q] * _value(math.sqrt(h * h + s * s), True, cells, per_step, far)
+            inside += g[1, q] * _value(math.sqrt(h * h + s * s), True, energy)
     total += h * half * inside
     return total
 
 
 @kernel()
-def _arc(
-    dx: float,
-    dy: float,
-    big: float,
-    begin: float,
-    end: float,
-    start: float,
-    stop: float,
-    inside: bool,
-    cells: F64,
-    per_step: float,
-    far: F64,
-    g: F64,
-) -> float:
-    """One panel of the arc from angle ``begin`` to ``end``, from share ``start`` of it to ``stop``."""
+def _panel(arc: Arc, start: float, stop: float, inside: bool, energy: Energy, g: F64) -> float:
+    """One panel of an arc, from share ``start`` of it to ``stop``."""
+    dx, dy, big, begin, end = arc
     half = 0.5 * (end - begin) * (stop - start)
     centre = begin + 0.5 * (end - begin) * (start + stop)
     part = 0.0
@@ -110,14 +124,12 @@ def _arc(
         c, s = math.cos(angle), math.sin(angle)
         rx, ry = dx + big * c, dy + big * s
         r = math.sqrt(rx * rx + ry * ry)
-        part += g[1, q] * (rx * c + ry * s) * _value(r, inside, cells, per_step, far)
+        part += g[1, q] * (rx * c + ry * s) * _value(r, inside, energy)
     return part * half * big
 
 
 @kernel()
-def _round(
-    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, cells: F64, per_step: float, far: F64, g: F64
-) -> float:
+def _round(x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, g: F64) -> float:
     """One round piece: with d from the point to the centre and e(φ) to the rim, r × dr = (R² + R·d·e)dφ."""
     big = o.dx[e]
     dx, dy = o.x[e] - x, o.y[e] - y
@@ -149,7 +161,7 @@ def _round(
         if at < radius:
             panels = math.ceil((high - low) * big / panel)
             for p in range(panels):
-                total += _arc(dx, dy, big, low, high, p / panels, (p + 1) / panels, True, cells, per_step, far, g)
+                total += _panel(Arc(dx, dy, big, low, high), p / panels, (p + 1) / panels, True, energy, g)
             continue
         # From the nearer end on, panels as long as they are far away.
         at_low = math.hypot(dx + big * math.cos(low), dy + big * math.sin(low))
@@ -160,7 +172,7 @@ def _round(
             angle = near + done * (farther - near)
             r = math.hypot(dx + big * math.cos(angle), dy + big * math.sin(angle))
             stop = min(1.0, done + FAR_PANEL * r / (big * (high - low)))
-            part = _arc(dx, dy, big, near, farther, done, stop, False, cells, per_step, far, g)
+            part = _panel(Arc(dx, dy, big, near, farther), done, stop, False, energy, g)
             total += part if near == low else -part
             done = stop
     return total
@@ -174,9 +186,7 @@ def light_at_points(
     nodes: F64,
     o: Outlines,
     pair: I64,
-    cells: F64,
-    step: float,
-    far: F64,
+    tables: Tables,
     panel: float,
     gauss: F64,
 ) -> F64:
@@ -184,10 +194,9 @@ def light_at_points(
 
     sets   : (points,) channel of each;  radius: (points,) within which E is taken from the table
     pair   : (pieces,) which two spectra
-    cells  : (pairs, channels, n, 6), step: the table;  far: (pairs, channels, 4)
     panel  : longest that one rule integrates, pitches;  gauss: (2, q) nodes and weights
     """
-    count, per_step = len(nodes), 1.0 / step
+    count, per_step = len(nodes), 1.0 / tables.step
     light = np.zeros((len(points), count))
     for job in nb.prange(len(points) * count):
         point, node = job // count, job % count
@@ -195,10 +204,10 @@ def light_at_points(
         channel, reach = sets[point], radius[point]
         total = 0.0
         for e in range(len(pair)):
-            table, powers = cells[pair[e], channel], far[pair[e], channel]
+            energy = Energy(tables.cells[pair[e], channel], per_step, tables.far[pair[e], channel])
             if o.turn_rad[e] == 0.0:
-                total += _straight(x, y, o, e, reach, panel, table, per_step, powers, gauss)
+                total += _straight(x, y, o, e, reach, panel, energy, gauss)
             else:
-                total += _round(x, y, o, e, reach, panel, table, per_step, powers, gauss)
+                total += _round(x, y, o, e, reach, panel, energy, gauss)
         light[point, node] = total / math.tau
     return light

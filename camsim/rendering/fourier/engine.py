@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
+from camsim.optics.airy import AIRY
 from camsim.rendering.engine import SET_UP_SECONDS, Cost, Decision, Marks, Progress
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.patterns import AIRY
 from camsim.rendering.quiet import Waves
 from camsim.rendering.work import Work
 
@@ -117,7 +117,7 @@ class Fourier:
     def plan(self, job: Job, samples: int | None = None) -> FourierPlan:
         """Choose nodes; ``samples`` must be None."""
         if samples is not None:
-            raise UnsupportedError("samples: fourier takes none; only importance takes a number")
+            raise UnsupportedError("fourier takes none; only importance takes a number", key="samples")
         check_tolerance(job.tolerance)
         return FourierPlan(job=job, nodes=_nodes(job))
 

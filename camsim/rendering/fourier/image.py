@@ -18,6 +18,7 @@ from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
 from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics import OpticalSystem
+from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
@@ -78,9 +79,10 @@ class FourierImage:
         plan = self._plan(edges, (channel.shape[-2], channel.shape[-1]))
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
-                f"method: fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
+                f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
                 f"is {self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, allow a larger tolerance, or use "
-                "boundary"
+                "boundary",
+                key="method",
             )
         for done, tile in enumerate(plan.tiles):
             part = (..., slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
@@ -157,8 +159,9 @@ class FourierImage:
         """
         # Filled here: threads that touch fresh pages at once wait for one another.
         total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
-        if self._kernel.round:
-            curves = round_curves(self.system, self._lit[0], contrast, self.pitch_um, self._kernel, tile, plan)
+        lens = self.system.lens
+        if self._kernel.round and isinstance(lens, Round):
+            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self._kernel, tile, plan)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 with ONE_AT_A_TIME:
@@ -189,7 +192,7 @@ def check_tolerance(tolerance: float) -> None:
     """Refuse what the engine cannot promise."""
     if not FINEST <= tolerance <= COARSEST:
         raise InvalidValueError(
-            f"tolerance: {tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to"
+            f"{tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to", key="tolerance"
         )
 
 

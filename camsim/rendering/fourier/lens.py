@@ -7,7 +7,6 @@ tapered pattern is band-limited. Any other lens is sampled on a lattice and tran
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Callable
 
@@ -16,17 +15,16 @@ import numpy as np
 from scipy import fft
 
 from camsim.arrays import C128, F64
-from camsim.errors import UnsupportedError
 from camsim.kernels import ONE_AT_A_TIME, kernel
-from camsim.optics import OpticalSystem
+from camsim.optics import OpticalSystem, RoundLens
+from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, Round, Separable
+from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Curves, Factors
 from camsim.rendering.fourier.plan import Kernel, Sizes
 from camsim.rendering.fourier.taper import taper, tapered
-from camsim.rendering.patterns import pattern_of
 from camsim.rendering.psf import point_spread_of
-from camsim.rendering.quadrature import chebyshev, interpolation
 
 SAMPLES, CELLS = 20, 4  # points of a pattern on its own length: 7e-15; it is interpolated on quarters of that:
 DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
@@ -38,20 +36,19 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     """Return what the plan has to know of the lens at these wavelengths."""
     lens, more = system.lens, system.more
     cutoff = max(system.cutoff_per_um(float(w)) for w in wavelength_nm) * pitch_um
-    blur = min(system.blur_um(float(w)) for w in wavelength_nm) / pitch_um
+    blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
     reach = math.inf
-    within = getattr(lens, "reach_um", None)
-    if within is not None and not more:
-        reach = max(float(within(ErrorBudget(tolerance).allowed("reach"), float(w))) for w in wavelength_nm) / pitch_um
-    is_round = hasattr(lens, "point_spread") and not more
-    faint = getattr(lens, "fades", False) and not more
+    if isinstance(lens, KnowsReach) and not more:
+        lost = ErrorBudget(tolerance).allowed("reach")
+        reach = max(float(lens.reach_um(lost, float(w))) for w in wavelength_nm) / pitch_um
+    is_round = isinstance(lens, Round) and not more
+    faint = isinstance(lens, Fading) and lens.fades and not more
     rings: tuple[tuple[float, float], ...] = ()
-    if is_round and not faint:
-        longest = max(system.blur_um(float(w)) for w in wavelength_nm) / pitch_um
-        with contextlib.suppress(UnsupportedError):  # a round lens of somebody else's
-            # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
-            # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
-            rings = tuple((16.0 * a * longest**n, n) for _, a, n in pattern_of(lens).rings)
+    if is_round and not faint and isinstance(lens, RoundLens):
+        longest = float(system.blurs_um(wavelength_nm).max()) / pitch_um
+        # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
+        # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
+        rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
     return Kernel(
         cutoff=cutoff,
         blur=blur,
@@ -66,11 +63,11 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
 
 def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
     """Return what tells how many nodes the patterns at all wavelengths take out to a distance in pitches."""
-    of_lens = getattr(system.lens, "pupil_nodes", None)
-    if of_lens is None or system.more:
+    lens = system.lens
+    if not isinstance(lens, KnowsNodes) or system.more:
         shortest = [system.blur_um(float(w)) / pitch_um for w in wavelength_nm]
         return lambda distance: sum(3.0 * (distance / blur) ** 2 for blur in shortest)
-    each = [of_lens(float(w)) for w in wavelength_nm]
+    each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
     return lambda distance: sum(nodes(distance * pitch_um) for nodes in each)
 
 
@@ -80,9 +77,10 @@ def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) ->
     A pattern may have dark rings, and a radial curve negative ones: what lies beyond is looked for farther out too, and
     taken twice.
     """
-    energy = getattr(system.lens, "encircled_energy", None)
-    if energy is None or system.more:
+    lens = system.lens
+    if not isinstance(lens, KnowsEnergy) or system.more:
         return lambda distance: 1.0
+    energy = lens.encircled_energy
     ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
     farther = np.linspace(1.0, 1.5, 33)
 
@@ -119,7 +117,7 @@ def _projections(cells: F64, cells_per_length: float, outer: float, step_x: floa
 
 
 def round_curves(
-    system: OpticalSystem,
+    lens: Round,
     wavelength_nm: F64,
     weights: F64,
     pitch_um: float,
@@ -139,7 +137,7 @@ def round_curves(
     radius = (np.arange(lengths)[:, None] + 0.5 * (1.0 + sampled)) * (outer / lengths)
     values = np.zeros((lengths, SAMPLES, len(flat)))
     for j, wavelength in enumerate(wavelength_nm):
-        pattern = system.lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
+        pattern = lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
         values += pattern[..., None] * flat[:, j]
     x = chebyshev(DEGREE + 1)
     within = (2.0 * np.arange(CELLS)[:, None] + 1.0 + x).ravel() / CELLS - 1.0
@@ -256,7 +254,7 @@ def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um
     for stage in (system.olpf, system.photosite):
         if stage is None:
             continue
-        if getattr(stage, "separable", False):
+        if isinstance(stage, Separable) and stage.separable:
             across *= stage.otf(fx, zero, 0.0)
             down *= stage.otf(zero, fy, 0.0)
         else:

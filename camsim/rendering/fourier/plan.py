@@ -16,10 +16,10 @@ import numpy as np
 from scipy import fft
 
 from camsim.arrays import F64
+from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Tile, count_blocks, count_strips
 from camsim.rendering.fourier.taper import taper_margin
-from camsim.rendering.quadrature import gauss_pieces
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache

@@ -9,11 +9,11 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import ONE_AT_A_TIME
+from camsim.quadrature import gauss_legendre, gauss_pieces
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
 from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
 from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, Sizes, spreading_precision
-from camsim.rendering.quadrature import gauss_legendre, gauss_pieces
 
 
 def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -> Edges:

@@ -117,7 +117,9 @@ class Paper:
         elif not turned:
             raise UnsupportedError(job.unknown)
         if job.signals.density.shape[1:] != (1, 1):
-            raise UnsupportedError(f"{self.method} renders one wavelength at a time: use boundary, or camsim.render")
+            raise UnsupportedError(
+                f"{self.method} renders one wavelength at a time: use boundary, or camsim.render", key="method"
+            )
         rule = rules.rule_of(
             self.method,
             job.system,

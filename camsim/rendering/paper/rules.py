@@ -31,7 +31,6 @@ from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.paper.kernels import Boxes, Steps, each_sample, strips, weighted
-from camsim.rendering.patterns import pattern_of
 
 GRID = 11
 IMPORTANCE_SAMPLES = 2025
@@ -95,16 +94,19 @@ def rule_of(method: str, system: OpticalSystem, *, blur: float, footprint: Footp
     """
     lens, spots = system.lens, footprint.spots
     if samples is not None and method != "importance":
-        raise UnsupportedError(f"samples: {method} has a fixed set of samples; only importance takes a number")
+        raise UnsupportedError(f"{method} has a fixed set of samples; only importance takes a number", key="samples")
     if method == "strips":
         if not isinstance(lens, Gaussian | EllipticalGaussian) or footprint.side > 0.0 or len(spots) > 1:
             raise UnsupportedError(
                 "strips needs a Gaussian lens and a point photosite (side_um 0, no OLPF); "
-                f"this is {type(lens).__name__} on {footprint.side:g} pitches: use boundary"
+                f"this is {type(lens).__name__} on {footprint.side:g} pitches: use boundary",
+                key="method",
             )
         return Rule(places=np.zeros((1, 2)), shares=np.ones(1), whiten=_whitening(lens, blur))
     if not isinstance(lens, Airy | Gaussian):
-        raise UnsupportedError(f"{method} knows Airy and Gaussian lenses; this is {type(lens).__name__}: use boundary")
+        raise UnsupportedError(
+            f"{method} knows Airy and Gaussian lenses; this is {type(lens).__name__}: use boundary", key="method"
+        )
     offsets, weights = SAMPLES[method](lens, blur, samples)
     return Rule(
         places=(offsets[:, None, :] + spots[None]).reshape(-1, 2),
@@ -152,7 +154,7 @@ def _weigh_grid(lens: Airy | Gaussian, blur: float, along: F64) -> tuple[F64, F6
 def _importance(lens: Airy | Gaussian, blur: float, samples: int | None, cut: float = AIRY_CUT) -> tuple[F64, F64]:
     count = IMPORTANCE_SAMPLES if samples is None else samples
     if count < 1:
-        raise InvalidValueError(f"samples: {count} samples show nothing; give 1 or more")
+        raise InvalidValueError(f"{count} samples show nothing; give 1 or more", key="samples")
     from scipy.stats import qmc  # half a second and 30 MB
 
     u = qmc.Halton(2, scramble=False).random(count + 1)[1:]  # its first point is the origin, which has no inverse
@@ -160,7 +162,7 @@ def _importance(lens: Airy | Gaussian, blur: float, samples: int | None, cut: fl
         offsets = blur * special.ndtri(u)
     else:
         rho = np.linspace(0.0, cut, 1 << 16)
-        energy = pattern_of(lens).energy(rho)
+        energy = lens.pattern().energy(rho)
         radius = blur * np.interp(u[:, 0] * energy[-1], energy, rho)
         offsets = radius[:, None] * np.stack([np.cos(2 * np.pi * u[:, 1]), np.sin(2 * np.pi * u[:, 1])], axis=1)
     return offsets, np.full(count, 1.0 / count)

@@ -10,9 +10,9 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.sensor.checked import check_number
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.full_well import FullWell
+from camsim.typed import Fraction, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,10 +29,10 @@ class Blooming(ElectronicStage):
     without_noise: ClassVar = True
     whole_window: ClassVar = True
 
-    spill: float = 1.0
+    spill: Fraction = 1.0
 
     def __post_init__(self) -> None:
-        check_number(self.name, "spill", self.spill, largest=1.0)
+        judge(self)
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
         """Blooming needs a full well."""
@@ -43,7 +43,7 @@ class Blooming(ElectronicStage):
         """Let what is above the sensor's full well run along the columns of the whole window."""
         well = context.other(FullWell)
         if well is None:
-            raise InvalidValueError(f"{self.name}: {self.lacks(())}")
+            raise InvalidValueError(self.lacks(()), key=self.name)
         return self.spilt(electrons, capacity_e=well.capacity_e)
 
     def spilt(self, electrons: F64, *, capacity_e: float) -> F64:

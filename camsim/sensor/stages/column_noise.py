@@ -9,8 +9,8 @@ import numpy as np
 
 from camsim.arrays import F32, F64
 from camsim.sensor import streams
-from camsim.sensor.checked import check_number
 from camsim.sensor.stage import Context, ElectronicStage
+from camsim.typed import NonNegative, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +23,10 @@ class ColumnNoise(ElectronicStage):
     name: ClassVar = "column_noise"
     stream: ClassVar = 8
 
-    sigma_e: float
+    sigma_e: NonNegative
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
+        judge(self)
 
     def over(self, context: Context) -> ElectronicStage:
         """Draw the numbers of all the frame's columns."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.marks import Called
 from camsim.sensor.cfa import Cfa
-from camsim.sensor.checked import check_number
 from camsim.sensor.stage import Context, ElectronicStage, Phase
+from camsim.typed import Fraction, Several, judge, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,20 +33,16 @@ class Crosstalk(ElectronicStage):
     without_noise: ClassVar = True
     margin: ClassVar = 1
 
-    kernel: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+    kernel: Annotated[Several[Several[Fraction]], Called("3 rows of 3 fractions")]
 
     def __post_init__(self) -> None:
-        kernel: object = tuple(tuple(float(f) for f in row) for row in self.kernel)
-        object.__setattr__(self, "kernel", kernel)
+        judge(self)
         if len(self.kernel) != 3 or any(len(row) != 3 for row in self.kernel):
-            raise InvalidValueError("crosstalk: kernel must be 3 rows of 3 fractions")
-        for fraction in (f for row in self.kernel for f in row):
-            check_number(self.name, "kernel", fraction, largest=1.0)
+            raise refusal(self, "kernel", "must be 3 rows of 3 fractions")
         total = math.fsum(f for row in self.kernel for f in row)
         if total > 1.0 + 1e-9:
-            raise InvalidValueError(
-                f"crosstalk: kernel adds up to {total:.6g}; a photosite cannot give away more than it gets, at most 1"
-            )
+            message = f"adds up to {total:.6g}; a photosite cannot give away more than it gets, at most 1"
+            raise refusal(self, "kernel", message)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Let each photosite's charge end where the kernel says."""

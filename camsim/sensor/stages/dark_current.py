@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
+
+from annotated_types import Ge, Le
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.sensor.checked import check_number, check_temperature
 from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
+from camsim.typed import Celsius, Fraction, NonNegative, check, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,17 +26,13 @@ class DarkCurrent(ElectronicStage):
     phases: ClassVar = (Phase.CHARGE,)
     stream: ClassVar = 5
 
-    e_per_s: float
-    nonuniformity: float = 0.0
-    at_c: float = 25.0
-    doubling_c: float = 7.0
+    e_per_s: NonNegative
+    nonuniformity: Fraction = 0.0
+    at_c: Celsius = 25.0
+    doubling_c: Annotated[float, Ge(1), Le(1000)] = 7.0
 
     def __post_init__(self) -> None:
-        check_number(self.name, "e_per_s", self.e_per_s)
-        check_number(self.name, "nonuniformity", self.nonuniformity, largest=1.0)
-        check_temperature(self.name, "at_c", self.at_c)
-        if not 1.0 <= self.doubling_c <= 1000.0:
-            raise InvalidValueError(f"dark_current: doubling_c {self.doubling_c}; must be 1..1000 °C (silicon: 5 to 9)")
+        judge(self)
 
     def warming(self, temperature_c: float | None) -> float:
         """Return how many times ``e_per_s`` the current is at a temperature (None: at ``at_c``).
@@ -45,7 +42,7 @@ class DarkCurrent(ElectronicStage):
         """
         if temperature_c is None:
             return 1.0
-        check_temperature(self.name, "temperature_c", temperature_c)
+        check(temperature_c, Celsius, "temperature_c", "Exposure")
         # Hotter than this no sensor is; the power of two stays finite.
         factor: float = 2.0 ** min((temperature_c - self.at_c) / self.doubling_c, 500.0)
         return factor

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
+from typing import Annotated, ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from camsim.arrays import F64, I64
-from camsim.errors import InvalidValueError
+from camsim.marks import Called
 from camsim.sensor import streams
-from camsim.sensor.checked import check_number
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.streams import BLOCK_ROWS
+from camsim.typed import Fraction, Index, NonNegative, Several, judge, refusal
 
 Places: TypeAlias = tuple[I64, I64]
 
@@ -34,25 +34,17 @@ class Defects(ElectronicStage):
     phases: ClassVar = (Phase.LIGHT, Phase.CHARGE)
     stream: ClassVar = 10
 
-    hot_fraction: float = 0.0
-    hot_e_per_s: float = 0.0
-    dead_fraction: float = 0.0
-    hot: tuple[tuple[int, int, float], ...] = ()
-    dead: tuple[tuple[int, int], ...] = ()
+    hot_fraction: Fraction = 0.0
+    hot_e_per_s: NonNegative = 0.0
+    dead_fraction: Fraction = 0.0
+    hot: Annotated[Several[tuple[Index, Index, NonNegative]], Called("a list of (row, col, e_per_s)")] = ()
+    dead: Annotated[Several[tuple[Index, Index]], Called("a list of (row, col)")] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hot", tuple((int(r), int(c), float(e)) for r, c, e in self.hot))
-        object.__setattr__(self, "dead", tuple((int(r), int(c)) for r, c in self.dead))
-        check_number(self.name, "hot_fraction", self.hot_fraction, largest=1.0)
-        check_number(self.name, "dead_fraction", self.dead_fraction, largest=1.0)
-        check_number(self.name, "hot_e_per_s", self.hot_e_per_s)
+        judge(self)
         if self.hot_fraction + self.dead_fraction > 1.0:
-            raise InvalidValueError("defects: hot_fraction and dead_fraction are more than 1 together")
-        for row, col, e_per_s in self.hot:
-            check_number(self.name, f"hot e_per_s of ({row}, {col})", e_per_s)
-        for row, col in (*((r, c) for r, c, _ in self.hot), *self.dead):
-            if row < 0 or col < 0:
-                raise InvalidValueError(f"defects: photosite ({row}, {col}); rows and columns count from 0")
+            message = f"{self.dead_fraction} and a hot_fraction of {self.hot_fraction} are more than 1 together"
+            raise refusal(self, "dead_fraction", message)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Take the light from dead photosites; later, with the dark current, give hot ones theirs."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.arrays import F64
-from camsim.sensor.checked import check_number
 from camsim.sensor.stage import Context, ElectronicStage
+from camsim.typed import NonNegative, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +26,11 @@ class FlickerRows(ElectronicStage):
     stream: ClassVar = 11
     temporal: ClassVar = True
 
-    sigma_e: float
-    exponent: float = 1.0
+    sigma_e: NonNegative
+    exponent: Annotated[float, Ge(0), Le(2)] = 1.0
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
-        check_number(self.name, "exponent", self.exponent, largest=2.0)
+        judge(self)
 
     def offsets_e(self, rows: int, rng: np.random.Generator) -> F64:
         """Return (rows,) offsets of one frame, mean 0.

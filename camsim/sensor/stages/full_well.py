@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.sensor.checked import check_positive
 from camsim.sensor.stage import Context, ElectronicStage, Phase
+from camsim.typed import Positive, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +23,10 @@ class FullWell(ElectronicStage):
     phases: ClassVar = (Phase.WELL,)
     without_noise: ClassVar = True
 
-    capacity_e: float
+    capacity_e: Positive
 
     def __post_init__(self) -> None:
-        check_positive(self.name, "capacity_e", self.capacity_e)
+        judge(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Cut the charge at the capacity."""

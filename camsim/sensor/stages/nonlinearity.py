@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar, TypeAlias
@@ -10,9 +9,8 @@ from typing import ClassVar, TypeAlias
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.sensor.checked import check_positive
 from camsim.sensor.stage import Context, ElectronicStage
+from camsim.typed import NonNegative, Positive, Several, judge, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,23 +29,19 @@ class PolynomialResponse(ElectronicStage):
     name: ClassVar = "nonlinearity"
     without_noise: ClassVar = True
 
-    coefficients: tuple[float, ...]
-    scale_e: float
+    coefficients: Several[float]
+    scale_e: Positive
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficients", tuple(float(a) for a in self.coefficients))
-        check_positive("nonlinearity", "scale_e", self.scale_e)
-        if not self.coefficients or not all(math.isfinite(a) for a in self.coefficients):
-            raise InvalidValueError(
-                f"nonlinearity: coefficients {list(self.coefficients)}; must be one or more finite numbers"
-            )
+        judge(self)
+        if not len(self.coefficients):
+            raise refusal(self, "coefficients", "must be one or more numbers, not none")
         u = np.linspace(0.0, 1.0, 1001)
         slope = np.polynomial.Polynomial(self._of_u).deriv()(u)
         if slope.min() <= 0.0:
-            raise InvalidValueError(
-                f"nonlinearity: coefficients {list(self.coefficients)}; more charge must give more signal "
-                f"up to scale_e, but the response falls at {u[slope.argmin()] * self.scale_e:g} e⁻"
-            )
+            falls = f"the response falls at {u[slope.argmin()] * self.scale_e:g} e⁻"
+            message = f"{list(self.coefficients)}; more charge must give more signal up to scale_e, but {falls}"
+            raise refusal(self, "coefficients", message)
 
     @property
     def _of_u(self) -> list[float]:
@@ -88,23 +82,22 @@ class ResponseTable(ElectronicStage):
     name: ClassVar = "nonlinearity"
     without_noise: ClassVar = True
 
-    electrons_in: tuple[float, ...]
-    electrons_out: tuple[float, ...]
+    electrons_in: Several[NonNegative]
+    electrons_out: Several[NonNegative]
 
     def __post_init__(self) -> None:
+        judge(self)
         for key in ("electrons_in", "electrons_out"):
-            values = tuple(float(v) for v in getattr(self, key))
-            object.__setattr__(self, key, values)
-            if len(values) < 2 or not all(math.isfinite(v) for v in values):
-                raise InvalidValueError(f"nonlinearity: {key} {list(values)}; must be two or more finite numbers")
+            values = getattr(self, key)
+            if len(values) < 2:
+                raise refusal(self, key, f"must be two or more numbers, not {len(values)}")
             if any(after <= before for before, after in pairwise(values)):
-                raise InvalidValueError(
-                    f"nonlinearity: {key} {list(values)}; must increase: more charge gives more signal"
-                )
+                raise refusal(self, key, f"{list(values)}; must increase: more charge gives more signal")
         if len(self.electrons_in) != len(self.electrons_out):
-            raise InvalidValueError(
-                f"nonlinearity: {len(self.electrons_in)} electrons_in but {len(self.electrons_out)} electrons_out"
+            message = (
+                f"{len(self.electrons_out)} for {len(self.electrons_in)} electrons_in; every point has one of each"
             )
+            raise refusal(self, "electrons_out", message)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Bend the signal."""

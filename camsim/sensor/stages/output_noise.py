@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.sensor.checked import check_number
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
+from camsim.typed import NonNegative, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,10 +23,10 @@ class OutputNoise(ElectronicStage):
     stream: ClassVar = 9
     temporal: ClassVar = True
 
-    sigma_dn: float
+    sigma_dn: NonNegative
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_dn", self.sigma_dn)
+        judge(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add normal noise, in electrons that stand for data numbers."""

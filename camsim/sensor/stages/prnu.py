@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from camsim.arrays import F64
-from camsim.sensor.checked import check_number
 from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
+from camsim.typed import Fraction, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +21,10 @@ class Prnu(ElectronicStage):
     phases: ClassVar = (Phase.LIGHT,)
     stream: ClassVar = 1
 
-    fraction: float
+    fraction: Fraction
 
     def __post_init__(self) -> None:
-        check_number(self.name, "fraction", self.fraction, largest=1.0)
+        judge(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Multiply the mean charge by each photosite's gain; one below 0 counts as 0."""

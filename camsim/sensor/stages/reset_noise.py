@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.sensor.checked import ABSOLUTE_ZERO_C, check_number, check_temperature
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
+from camsim.typed import Celsius, NonNegative, check, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,10 +24,10 @@ class ResetNoise(ElectronicStage):
     stream: ClassVar = 6
     temporal: ClassVar = True
 
-    sigma_e: float
+    sigma_e: NonNegative
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
+        judge(self)
 
     @classmethod
     def of_capacitance(cls, capacitance_ff: float, temperature_c: float = 25.0) -> ResetNoise:
@@ -36,9 +36,9 @@ class ResetNoise(ElectronicStage):
         >>> round(ResetNoise.of_capacitance(1.6).sigma_e, 1)
         16.0
         """
-        check_number(cls.name, "capacitance_ff", capacitance_ff)
-        check_temperature(cls.name, "temperature_c", temperature_c)
-        energy_j = 1.380649e-23 * (temperature_c - ABSOLUTE_ZERO_C)
+        check(capacitance_ff, NonNegative, "capacitance_ff", cls.__name__)
+        check(temperature_c, Celsius, "temperature_c", cls.__name__)
+        energy_j = 1.380649e-23 * (temperature_c + 273.15)
         return cls(math.sqrt(energy_j * capacitance_ff * 1e-15) / 1.602176634e-19)
 
     def apply(self, electrons: F64, context: Context) -> F64:

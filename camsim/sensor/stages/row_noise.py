@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from camsim.arrays import F64
-from camsim.sensor.checked import check_number
 from camsim.sensor.stage import Context, ElectronicStage
+from camsim.typed import NonNegative, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +21,10 @@ class RowNoise(ElectronicStage):
     stream: ClassVar = 7
     temporal: ClassVar = True
 
-    sigma_e: float
+    sigma_e: NonNegative
 
     def __post_init__(self) -> None:
-        check_number(self.name, "sigma_e", self.sigma_e)
+        judge(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add one number to each row (the first axis)."""

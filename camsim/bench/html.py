@@ -1,0 +1,93 @@
+"""Pages of tables and figures: one HTML file each, without a network."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+
+def document(title: str, parts: Sequence[str], marks: Mapping[str, str], *, heading: str | None = None) -> str:
+    """Return a page: ``parts`` below the heading, in order; ``marks`` is what each marker of its figures tells."""
+    css, script = (files("camsim.bench.page").joinpath(f"report.{suffix}").read_text("utf-8") for suffix in _SUFFIXES)
+    told = json.dumps(dict(marks), ensure_ascii=False).replace("<", "\\u003c")
+    whole = [
+        "<!doctype html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>",
+        "<meta name='viewport' content='width=device-width, initial-scale=1'>",
+        "<link rel='icon' href='data:,'>",
+        f"<title>{escape(title)}</title>\n<style>\n{css}</style>\n</head>\n<body>\n<h1>{escape(heading or title)}</h1>",
+        *parts,
+        "<p id='hover' role='status' hidden></p>",
+        f"<script type='application/json' id='words'>{told}</script>",
+        f"<script>\n{script}</script>\n</body>\n</html>\n",
+    ]
+    return "\n".join(part for part in whole if part)
+
+
+_SUFFIXES = ("css", "js")
+
+
+def section(title: str, body: str) -> str:
+    """Return a section, nothing when there is nothing in it."""
+    return f"<section><h2>{escape(title)}</h2>\n{body}</section>" if body else ""
+
+
+def paragraph(text: str, mark: str = "") -> str:
+    """Return a paragraph; ``mark`` is its class."""
+    return f"<p class='{mark}'>{escape(text)}</p>\n" if mark else f"<p>{escape(text)}</p>\n"
+
+
+def bullets(sentences: Sequence[str]) -> str:
+    """Return a list, nothing when there is nothing to say."""
+    items = "".join(f"<li>{escape(sentence)}</li>\n" for sentence in sentences)
+    return f"<ul>\n{items}</ul>\n" if items else ""
+
+
+def two_widths(wide: str, narrow: str, caption: str) -> str:
+    """Return a figure in two widths, of which the page shows the one that fits."""
+    return (
+        f"<figure><div class='wide'>{wide}</div><div class='narrow'>{narrow}</div>"
+        f"<figcaption>{escape(caption)}</figcaption></figure>\n"
+    )
+
+
+def shown(value: float) -> str:
+    """Return a number as people read it: three digits, powers of ten where they help.
+
+    >>> shown(0.01234), shown(1.235e-07), shown(446), shown(0.0), shown(2.0)
+    ('0.0123', '1.23e-7', '446', '0', '2')
+    """
+    if value == 0.0:
+        return "0"
+    if 1e-3 <= abs(value) < 1e5:
+        return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    mantissa, _, power = f"{value:.2e}".partition("e")
+    return f"{mantissa}e{int(power)}"
+
+
+def cell(value: Any, *, mark: str = "") -> str:
+    """Return one cell: numbers carry their own value, words are words, nothing stays empty."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return f'<td class="{mark}"></td>' if mark else "<td></td>"
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return f'<td data-v="{value!r}">{shown(float(value))}</td>'
+    return f'<td class="{mark or "words"}">{escape(str(value))}</td>'
+
+
+def table(
+    caption: str, heads: Sequence[str], rows: Sequence[Sequence[Any]], *, tall: bool = False, wide: Sequence[int] = ()
+) -> str:
+    """Return a sortable table in a box of its own that scrolls when it must."""
+    head = "".join(f'<th scope="col"><button type="button">{escape(h)}</button></th>' for h in heads)
+    body = "".join(
+        "<tr>" + "".join(cell(v, mark="wide" if k in wide else "") for k, v in enumerate(row)) + "</tr>\n"
+        for row in rows
+    )
+    box = "table tall" if tall else "table"
+    return (
+        f'<div class="{box}" tabindex="0"><table class="sortable"><caption>{escape(caption)}</caption>'
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>\n"
+    )

@@ -1,0 +1,88 @@
+"""The truth of a window: both exact engines at their finest, each checked directly at some photosites."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.bench.records import TruthLine
+from camsim.bench.settings import EXACT, Setting, power
+from camsim.bench.subject import Subject
+from camsim.errors import CamsimError, UnsupportedError
+
+FINEST = (1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # tried in turn
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Truth:
+    """One truth: its image (rows, cols) relative to full scale, and what is known of it."""
+
+    image: F64
+    line: TruthLine
+
+
+def truths_of(
+    subject: Subject, *, longest_s: float, tell: Callable[[str], None] = lambda words: None
+) -> dict[str, Truth]:
+    """Return the truth of each engine that has one, by its name; UnsupportedError when none has.
+
+    longest_s : what is expected to take longer, seconds of one core, is not tried
+    """
+    found: dict[str, Truth] = {}
+    without: dict[str, str] = {}
+    for engine in EXACT:
+        setting, why = _finest(subject, engine, longest_s)
+        if setting is None:
+            without[engine] = why
+            continue
+        tell(f"truth: {setting.label}")
+        rendering = subject.render(setting)
+        found[engine] = Truth(
+            image=subject.relative(rendering.image),
+            line=TruthLine(
+                engine=engine,
+                tolerance=setting.asked,
+                checked_to=rendering.error_estimate,
+                checked_photosites=rendering.checked_photosites,
+                believed_to=rendering.error_estimate,
+                seconds=rendering.seconds,
+            ),
+        )
+    if not found:
+        reasons = "; ".join(f"{engine}: {why}" for engine, why in without.items())
+        raise UnsupportedError(
+            f"no engine renders this window finely enough to judge the others by ({reasons})", key="method"
+        )
+    if len(found) == 2:
+        apart = float(np.abs(found["boundary"].image - found["fourier"].image).max())
+        coarser = max(found, key=lambda engine: (found[engine].line.tolerance, found[engine].line.checked_to))
+        for engine, truth in found.items():
+            # Direct checks are of some photosites; what else the two differ by is laid to the one that promises less.
+            believed_to = max(truth.line.checked_to, apart if engine == coarser else 0.0)
+            found[engine] = replace(truth, line=replace(truth.line, difference=apart, believed_to=believed_to))
+    return found
+
+
+def _finest(subject: Subject, engine: str, longest_s: float) -> tuple[Setting | None, str]:
+    """Return the finest setting that an engine can take in the time; None and the reason of the finest refused."""
+    reasons: list[str] = []
+    for tolerance in FINEST:
+        setting = Setting(method=engine, tolerance=tolerance)
+        try:
+            seconds = subject.expected_seconds(setting)
+        except CamsimError as error:
+            reasons.append(str(error))
+            continue
+        if seconds <= longest_s:
+            return setting, ""
+        reasons.append(f"at {power(tolerance)} it would take about {seconds:.0f} s; look at a smaller region")
+    return None, reasons[-1]
+
+
+def judge_of(truths: dict[str, Truth], engine: str) -> Truth:
+    """Return the truth for what an engine made: the other engine's where there is one; of two the better known."""
+    others: Sequence[Truth] = [truth for name, truth in truths.items() if name != engine] or list(truths.values())
+    return min(others, key=lambda truth: truth.line.believed_to)

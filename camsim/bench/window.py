@@ -1,0 +1,88 @@
+"""Which photosites a bench looks at: a window with as much outline in it as any."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.rendering import Grid
+from camsim.scene import Scene
+from camsim.window import Region
+
+SIDE = 128  # photosites: a second or two for every engine at its finest
+STEPS = 4  # places of the window along its own side
+MOST_POINTS = 200_000  # along all outlines: enough to tell much from little
+
+
+def busiest(scene: Scene, grid: Grid, side: int = SIDE) -> Region:
+    """Return a window of at most ``side`` photosites each way, with the most outline of all, nearest to the middle.
+
+    What one shape hides of another counts all the same: this chooses where to look and nothing else.
+    """
+    rows, cols = min(side, grid.rows), min(side, grid.cols)
+    places = along_outlines(scene, grid)
+    row_starts, col_starts = _starts(grid.rows, rows), _starts(grid.cols, cols)
+    found = np.zeros((row_starts.size, col_starts.size))
+    for i, first in enumerate(row_starts):
+        within = places[(places[:, 0] >= first) & (places[:, 0] < first + rows), 1]
+        ordered = np.sort(within)
+        found[i] = np.searchsorted(ordered, col_starts + cols) - np.searchsorted(ordered, col_starts)
+    off = np.hypot(
+        row_starts[:, None] + 0.5 * (rows - grid.rows),
+        col_starts[None, :] + 0.5 * (cols - grid.cols),
+    )
+    # A few points more are no reason to look elsewhere than in the middle.
+    good = found >= 0.95 * found.max()
+    row, col = np.unravel_index(int(np.argmin(np.where(good, off, np.inf))), off.shape)
+    origin = grid.origin[0] + int(row_starts[row]), grid.origin[1] + int(col_starts[col])
+    return Region(rows=rows, cols=cols, origin=origin)
+
+
+def along_outlines(scene: Scene, grid: Grid) -> F64:
+    """Return points (n, 2), row and col of the grid, spread evenly along what of the outlines lies within it."""
+    outlines = [shape.outline_um(64.0 * grid.pitch_um) / grid.pitch_um for shape in scene.shapes]
+    if not outlines:
+        return np.empty((0, 2))
+    starts = np.concatenate(outlines)
+    ends = np.concatenate([np.roll(outline, -1, axis=0) for outline in outlines])
+    x0, y0 = grid.first_centre
+    starts, ends = (points - np.array([x0 - 0.5, y0 - 0.5]) for points in (starts, ends))
+    starts, ends = _clipped(starts, ends, (float(grid.cols), float(grid.rows)))
+    lengths = np.hypot(*(ends - starts).T)
+    if not lengths.sum() > 0.0:
+        return np.empty((0, 2))
+    step = max(1.0, float(lengths.sum()) / MOST_POINTS)
+    # One point for every step along all of them, laid end to end.
+    passed = np.concatenate([[0.0], np.cumsum(lengths)])
+    at = np.arange(0.5 * step, passed[-1], step)
+    edge = np.minimum(np.searchsorted(passed, at, side="right") - 1, lengths.size - 1)
+    share = ((at - passed[edge]) / np.where(lengths[edge] > 0.0, lengths[edge], 1.0))[:, None]
+    points: F64 = (starts[edge] + share * (ends[edge] - starts[edge]))[:, ::-1]
+    return points
+
+
+def _clipped(starts: F64, ends: F64, size: tuple[float, float]) -> tuple[F64, F64]:
+    """Return what of the edges lies within (0, 0) … size (x, y), by Liang and Barsky."""
+    along = ends - starts
+    first, last = np.zeros(len(starts)), np.ones(len(starts))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for axis, most in enumerate(size):
+            a = -starts[:, axis] / along[:, axis]
+            b = (most - starts[:, axis]) / along[:, axis]
+            still = along[:, axis] == 0.0
+            inside = (starts[:, axis] >= 0.0) & (starts[:, axis] <= most)
+            low = np.where(still, np.where(inside, 0.0, 2.0), np.minimum(a, b))
+            high = np.where(still, 1.0, np.maximum(a, b))
+            first, last = np.maximum(first, low), np.minimum(last, high)
+    seen = first < last
+    begin = starts[seen] + first[seen, None] * along[seen]
+    end = starts[seen] + last[seen, None] * along[seen]
+    return begin, end
+
+
+def _starts(count: int, side: int) -> F64:
+    """Return first rows or columns of windows, the last of which ends with the frame, and the one in the middle."""
+    steps: Iterable[int] = (*range(0, count - side + 1, max(1, side // STEPS)), (count - side) // 2, count - side)
+    return np.unique(np.array(list(steps), float))

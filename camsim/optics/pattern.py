@@ -1,0 +1,98 @@
+"""What a round lens tells the boundary engine: its pattern, which depends on ρ = r/blur alone, as functions of ρ.
+
+``blur`` is the pattern's own length, one number per wavelength: λN of a diffraction pattern, σ of a Gaussian.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.quadrature import gauss_legendre
+
+MOMENT_NODES = 60  # of a bound: a per cent of it does not matter
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pattern:
+    """One pattern; lengths in blurs, frequencies in cycles per blur.
+
+    energy  : E(ρ), the light within ρ
+    core    : lim E/ρ² at ρ = 0
+    otf     : transfer at u
+    breaks  : where the transfer is not smooth, in rising order; it is 0 (or below 1e-16) past the last
+    powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + what oscillates
+    rings   : (u, a, n): an edge's end at distance R leaves oscillation of frequency u, at most a·R⁻ⁿ, in the far form
+    airy    : rings.py knows what oscillates; else it is kept out by distance
+    signed  : the pattern has negative rings, as no light has: a transfer that was measured or made up
+    quiet   : an error → ρ past which the smooth powers leave no more
+    finest  : the smallest tolerance
+    """
+
+    energy: Callable[[F64], F64]
+    core: float
+    otf: Callable[[F64], F64]
+    breaks: tuple[float, ...]
+    powers: tuple[float, float, float]
+    rings: tuple[tuple[float, float, float], ...]
+    airy: bool
+    signed: bool
+    quiet: Callable[[float], float]
+    finest: float
+
+    def beyond(self, rho: F64) -> F64:
+        """Return how much light may lie beyond ρ: with negative rings it comes and goes, and is looked for farther.
+
+        Of a signed pattern it is what a ray that enters and leaves an outline once may see.
+        """
+        if not self.signed:
+            return 1.0 - self.energy(rho)
+        farther = rho[:, None] * np.linspace(1.0, 1.5, 33)
+        light: F64 = 2.0 * np.abs(1.0 - self.energy(farther)).max(axis=1, initial=0.0)
+        return light
+
+    def moment(self, power: int) -> float:
+        """Return ∫|OTF|·u^power du: how much there is to follow."""
+        x, w = gauss_legendre(MOMENT_NODES)
+        top = self.breaks[-1]
+        u = 0.5 * top * (1.0 + x)
+        return float(np.abs(self.otf(u)) @ (u**power * w)) * 0.5 * top
+
+    def spread(self, rho: F64) -> F64:
+        """Return the most light per square blur at ρ and beyond, where the far form holds: its slope over 2πρ.
+
+        c/ρᵏ of it has the slope kc/ρ^{k+1}. An end's oscillation is 4π√(uρ) times less than its light's, and that has
+        2πu times its slope.
+        """
+        smooth = sum(k * abs(c) * rho ** -(k + 2.0) for k, c in zip((1, 3, 5), self.powers, strict=True))
+        swing = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
+        light: F64 = (smooth + swing + np.zeros_like(rho)) / (2.0 * math.pi)
+        return light
+
+
+UNIT_NM = 1e3  # at 1000 nm and f/1 a diffraction pattern's λN is 1 µm: lengths are blurs
+FAR = 2.0 / math.pi**2
+POWERS = (FAR, FAR / (8.0 * math.pi**2), -FAR * 9.0 / (128.0 * math.pi**4))  # (2/πx)(1 + 1/8x² − 9/128x⁴ + …), x = πρ
+# The next power, c7 = 2·0.2197/π⁸, as an edge's end met square on leaves it: times ∫cos⁷θ dθ/2π over a right angle.
+SEVENTH = 2.0 * 0.2197 / math.pi**8 * (16.0 / 35.0) / (2.0 * math.pi)
+# What oscillates in 1 − E is cos(2πuρ)·b/ρ² to leading order; the end of an edge met square on makes b/(4π√u) of it.
+RING = 1.0 / (4.0 * math.pi**4)
+
+
+class _Round(Protocol):
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64: ...
+
+    def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64: ...
+
+
+def of_unit(lens: _Round) -> tuple[Callable[[F64], F64], Callable[[F64], F64]]:
+    """Return energy and transfer of a lens whose blur is 1 µm."""
+    return (
+        lambda rho: lens.encircled_energy(rho, UNIT_NM),
+        lambda u: lens.otf(u, np.zeros(1), UNIT_NM),
+    )

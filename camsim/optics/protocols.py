@@ -1,0 +1,198 @@
+"""What an optical stage is, and what else one may know: a stage of the user's own needs ``otf`` and no more.
+
+The second half are abilities. A lens that has one is quicker, or more exact, and it is used wherever it is there:
+nothing asks what kind of lens it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar, Protocol, runtime_checkable
+
+from camsim.arrays import F64
+from camsim.optics.pattern import Pattern
+from camsim.spectra.curve import Spectrum
+
+
+class OpticalStage(Protocol):
+    """Anything with a transfer function.
+
+    A stage says by ``place`` ("lens", "olpf" or "photosite") what it stands for. One without a place is a blur of its
+    own besides these, or the lens when there is no other.
+    """
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer function at (fx, fy) cycles/µm: the transform of the point image with exp(−2πi f·x).
+
+        Real or complex, OTF(−f) the conjugate of OTF(f), 1 at zero.
+        """
+        ...
+
+
+class Lens(OpticalStage, Protocol):
+    """A lens that a camera can carry: a frozen dataclass with these fields, and ``place`` "lens"."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def f_number(self) -> float:
+        """Focal length over aperture diameter."""
+        ...
+
+    @property
+    def transmission(self) -> Spectrum:
+        """Fraction of the light that passes."""
+        ...
+
+
+@runtime_checkable
+class LowPass(OpticalStage, Protocol):
+    """A filter that makes several images of a point."""
+
+    def spots_um(self) -> F64:
+        """Offsets (n, 2) of the images, equal in light, µm."""
+        ...
+
+
+@runtime_checkable
+class PhotositeShape(OpticalStage, Protocol):
+    """The area of a pixel that collects light."""
+
+    @property
+    def area_um2(self) -> float:
+        """Light-collecting area, µm²."""
+        ...
+
+    @property
+    def half_extent_um(self) -> tuple[float, float]:
+        """How far it reaches from its centre along x and y, µm."""
+        ...
+
+
+@runtime_checkable
+class Rectangular(Protocol):
+    """A photosite that is a rectangle along the rows: the boundary engine takes it."""
+
+    @property
+    def sides_um(self) -> tuple[float, float]:
+        """Width and height, µm."""
+        ...
+
+
+@runtime_checkable
+class Separable(Protocol):
+    """A stage that may say that its transfer is a product of one along x and one along y."""
+
+    @property
+    def separable(self) -> bool:
+        """Whether it is."""
+        ...
+
+
+@runtime_checkable
+class KnowsBlur(Protocol):
+    """A lens that knows its pattern's own length."""
+
+    def blur_um(self, wavelength_nm: float) -> float:
+        """The length, µm."""
+        ...
+
+
+@runtime_checkable
+class KnowsCutoff(Protocol):
+    """A lens that knows the end of its transfer."""
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which nothing passes, cycles/µm."""
+        ...
+
+
+@runtime_checkable
+class KnowsReach(Protocol):
+    """A lens that knows how far its light goes."""
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
+        """Return a radius that holds all of the light but so much, µm."""
+        ...
+
+
+@runtime_checkable
+class Fading(Protocol):
+    """A lens that may say that its pattern is nothing beyond its reach, rounding apart."""
+
+    @property
+    def fades(self) -> bool:
+        """Whether it is."""
+        ...
+
+
+@runtime_checkable
+class KnowsWavelengths(Protocol):
+    """A lens that may say that all wavelengths have the same pattern."""
+
+    @property
+    def chromatic(self) -> bool:
+        """Whether they differ."""
+        ...
+
+
+@runtime_checkable
+class KnowsEnergy(Protocol):
+    """A round lens that knows its encircled energy."""
+
+    def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
+        """Fraction of the light within ``r_um`` of the centre."""
+        ...
+
+
+@runtime_checkable
+class Round(Protocol):
+    """A lens with a round pattern that it knows."""
+
+    def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
+        """Irradiance at ``r_um`` from a point of unit power, 1/µm²."""
+        ...
+
+
+@runtime_checkable
+class OnLattice(Protocol):
+    """A lens that computes its pattern on a lattice."""
+
+    def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
+        """Irradiance (y, x) per µm² of unit power, to a precision relative to its largest amplitude."""
+        ...
+
+
+@runtime_checkable
+class KnowsNodes(Protocol):
+    """A lens that tells how many nodes its pattern on a lattice is summed from."""
+
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
+        """Return what tells the number out to a distance in µm."""
+        ...
+
+
+@runtime_checkable
+class KnowsSize(Protocol):
+    """A lens that tells the size of its transfer quicker than its transfer, as well as a bound needs it."""
+
+    def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
+        """Return the size at frequencies along a unit vector."""
+        ...
+
+
+@runtime_checkable
+class RoundLens(OpticalStage, KnowsBlur, KnowsEnergy, Protocol):
+    """A round lens whose pattern scales with its blur and is known in closed form: the boundary engine takes it.
+
+    The check takes ``encircled_energy`` and ``otf`` of it and nothing of ``pattern``, so that neither can be wrong
+    unseen.
+    """
+
+    def pattern(self) -> Pattern:
+        """Return the pattern in units of the blur."""
+        ...
+
+    def __hash__(self) -> int:
+        """Equal lenses have equal hashes: tables are kept by them."""
+        ...

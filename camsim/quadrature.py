@@ -1,0 +1,120 @@
+"""Quadrature rules (kept: one takes longer to make than to use) and piecewise quintics."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from scipy import special
+
+from camsim.arrays import F64, I64
+
+
+@functools.cache
+def gauss_legendre(order: int) -> tuple[F64, F64]:
+    """Return nodes on −1 … 1 and weights of the Gauss–Legendre rule, both (order,), read-only."""
+    nodes, weights = special.roots_legendre(order)
+    nodes.flags.writeable = weights.flags.writeable = False
+    return nodes, weights
+
+
+def gauss_error(order: int, phase: float) -> float:
+    """Return the natural logarithm of a Gauss rule's error for cos(phase·x) over −1 … 1."""
+    return (
+        (2 * order + 1) * math.log(2.0)
+        + 4 * math.lgamma(order + 1)
+        - math.log(2 * order + 1)
+        - 3 * math.lgamma(2 * order + 1)
+        + 2 * order * math.log(max(phase, 1e-3))
+    )
+
+
+@functools.cache
+def gauss_phases(allowed: float, most: int) -> F64:
+    """Return (most,) phases for which cos(phase·x) over −1 … 1 is integrated to ``allowed`` by 1, 2 … nodes."""
+    orders = np.arange(1, most + 1)
+    phases: F64 = np.exp([0.5 * (math.log(allowed) - gauss_error(n, 1.0)) / n for n in orders.tolist()])
+    return phases
+
+
+def gauss_pieces(phase: F64, allowed: float, most: int) -> tuple[I64, I64]:
+    """Return into how many pieces to cut lines, and how many nodes (up to ``most``) each piece takes.
+
+    phase   : half of what each line spans, radians
+    allowed : error of a piece, relative to it
+
+    >>> gauss_pieces(np.array([0.01, 3.0, 1000.0]), 1e-12, most=200)
+    (array([1, 1, 4]), array([  3,   9, 182]))
+    """
+    phases = gauss_phases(allowed, most)
+    pieces = np.maximum(np.ceil(phase / phases[-1]), 1.0).astype(np.int64)
+    orders = np.minimum(np.searchsorted(phases, phase / pieces) + 1, most)
+    return pieces, orders
+
+
+@functools.cache
+def gauss_by_length(phase: float, order: int, longest: float, steps: int) -> tuple[F64, F64, I64]:
+    """Return rules for pieces of 1/steps, 2/steps … 1 of ``longest``, each as exact as ``order`` nodes are for a phase.
+
+    phase   : half of what a piece of length 1 spans, radians
+    returns : nodes and weights (steps, most), of which the first count (steps,) are used; read-only
+    """
+    allowed = gauss_error(order, phase)
+    counts = np.empty(steps, np.int64)
+    count = 1
+    for k in range(steps):
+        while gauss_error(count, phase * longest * (k + 1) / steps) > allowed:
+            count += 1
+        counts[k] = count
+    nodes, weights = np.zeros((steps, count)), np.zeros((steps, count))
+    for k, n in enumerate(counts):
+        nodes[k, :n], weights[k, :n] = gauss_legendre(int(n))
+    for array in (nodes, weights, counts):
+        array.flags.writeable = False
+    return nodes, weights, counts
+
+
+def chebyshev(order: int) -> F64:
+    """Chebyshev nodes of the first kind on −1 … 1."""
+    nodes: F64 = np.cos(np.pi * (np.arange(order)[::-1] + 0.5) / order)
+    return nodes
+
+
+def barycentric(nodes: F64, weights: np.ndarray, points: F64, *, same: float = 0.0) -> F64:
+    """Return (points, nodes): Lagrange's polynomials of the nodes at points, by the barycentric formula.
+
+    weights : of the nodes, up to a factor;  same: points no farther than this from a node are it
+    """
+    gap = points[:, None] - nodes[None, :]
+    hit = np.abs(gap) <= same
+    terms = weights / np.where(hit, 1.0, gap)
+    matrix: F64 = terms / terms.sum(axis=1, keepdims=True)
+    exact = hit.any(axis=1)
+    matrix[exact] = hit[exact]
+    return matrix
+
+
+def interpolation(nodes: F64, points: F64) -> F64:
+    """Return the matrix (points, nodes) of interpolation from Chebyshev nodes of the first kind."""
+    k = np.arange(nodes.size)
+    weights = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / nodes.size)
+    return barycentric(nodes, weights, points, same=1e-14)
+
+
+def quintic_cells(values: F64) -> F64:
+    """Return (..., cells, 6): coefficients of t⁰ … t⁵ on every cell, 0 ≤ t < 1, through six values about it.
+
+    values : (..., cells + 5) at cell positions −2, −1, 0, 1, … ; the error is 5e-3·(angle per cell)⁶
+
+    >>> x = np.arange(-2.0, 7.0)
+    >>> float(np.polynomial.polynomial.polyval(0.5, quintic_cells(x**3)[2]).round(12))
+    15.625
+    """
+    window = np.lib.stride_tricks.sliding_window_view(values, 6, axis=-1)
+    cells: F64 = np.ascontiguousarray(window @ _QUINTIC.T)
+    return cells
+
+
+# Rows: coefficients of t^0 … t^5 of the polynomial through values at −2 … 3.
+_QUINTIC = np.linalg.inv(np.vander(np.arange(-2.0, 4.0), 6, increasing=True))

@@ -1,0 +1,78 @@
+"""What messages say of values and of what is allowed: the same words for files and for constructors."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from annotated_types import Ge, Gt, Le, Lt
+
+
+def either(words: Sequence[str]) -> str:
+    """Join alternatives.
+
+    >>> either(["pixel", "um", "mm"])
+    'pixel, um or mm'
+    """
+    return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def in_range(limits: Iterable[Any]) -> str:
+    """Return the limits of a number, to stand behind it.
+
+    >>> in_range((Gt(0),)), in_range((Ge(0), Le(1))), in_range(())
+    (' above 0', ' from 0 to 1', '')
+    """
+    limits = tuple(limits)
+    above = next((f"{limit.gt:g}" for limit in limits if isinstance(limit, Gt)), None)
+    least: Any = next((limit.ge for limit in limits if isinstance(limit, Ge)), None)
+    below = next((f"{limit.lt:g}" for limit in limits if isinstance(limit, Lt)), None)
+    most: Any = next((limit.le for limit in limits if isinstance(limit, Le)), None)
+    if least is not None and most is not None:
+        return f" from {least:g} to {'2^63 − 1' if most == 2**63 - 1 else format(most, 'g')}"
+    lower = f"above {above}" if above is not None else f"of {least:g} or more" if least is not None else ""
+    upper = f"below {below}" if below is not None else f"at most {most:g}" if most is not None else ""
+    return "".join(f" {part}" for part in (" and ".join(p for p in (lower, upper) if p),) if part)
+
+
+def percent_hint(value: Any) -> str:
+    """Return the way out where a number of per cent was given in place of a fraction.
+
+    >>> percent_hint(90)
+    '; a fraction: 90 % is 0.9'
+    """
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"; a fraction: {value:g} % is {value / 100:g}" if number and 1 < value <= 100 else ""
+
+
+def shown(value: Any) -> str:
+    """Return a value in a few letters of one line.
+
+    >>> shown(-1.0), shown("eight"), shown([1, 2]), shown(None)
+    ('-1.0', "'eight'", 'a list of 2', 'None')
+    """
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    if isinstance(value, Mapping):
+        return "a table"
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}"
+    if isinstance(value, str | bool | float | types.NoneType):
+        return ascii(value)[:40]
+    if isinstance(value, int):
+        return str(value) if abs(value) < 2**64 else "a number of many digits"
+    return called(value if isinstance(value, type) else type(value))
+
+
+def called(kind: type) -> str:
+    """Return the name of a class with its article.
+
+    >>> called(int), called(object)
+    ('an int', 'an object')
+    """
+    name = getattr(kind, "__name__", "something else")
+    return f"{'an' if name[:1] in 'AEIOaeiou' else 'a'} {name}"

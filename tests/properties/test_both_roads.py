@@ -1,0 +1,515 @@
+"""One judge for both roads: what a YAML file refuses a constructor refuses, and what both take is the same.
+
+Random values, right and wrong ones, for every part of a capture: once as YAML (the schema, then the stages), once as
+the arguments of the classes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import random
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+import camsim
+from camsim.capturing import load
+from camsim.config import schema
+from camsim.errors import CamsimError
+
+DRAWS, ENOUGH = 40, 4
+STRANGE = (0, -1, 1.5, 90, 1e-300, 1e15, 1e16, 1e300, math.nan, math.inf, -math.inf, True, False, "8", None, [], [1.0])
+"""What may be right for one parameter and is wrong for most."""
+
+Changes = Callable[[Any, Mapping[str, Any]], dict[str, Any]]
+
+SCENE = """\
+camsim: scene/1
+sensor: my.yaml
+lens: {kind: airy, f_number: 8}
+light: {illuminant: D55, illuminance_lux: 5000}
+exposure: {time_s: 0.01, iso: 200}
+region: {rows: 20, cols: 24}
+scene: {unit: um, background: {reflectance: 0.9}}
+"""
+SENSOR = """\
+camsim: sensor/1
+name: Mine
+frame: {rows: 60, cols: 80, pitch_um: 4.0}
+cfa: {kind: bayer, pattern: GRBG}
+quantum_efficiency: {curves: Nikon 5100 (NPL), per: energy, peak: 0.5}
+charge: {full_well_e: 20000}
+readout: {bit_depth: 12, black_level_dn: 100, base_iso: 100, electrons_per_dn: 5.0}
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A part of a capture that both roads can say.
+
+    place   : where YAML has it, and ``also`` what its kind is there
+    changes : the fields of the capture for values by YAML's keys, made by the classes
+    good    : for every key values that are mostly right
+    needed  : keys that are always there; the others are left out at times
+    whole   : YAML has a value there and no table: that of the only key
+    given   : how often a key is there that need not be
+    """
+
+    place: str
+    changes: Changes
+    good: Mapping[str, tuple[Any, ...]]
+    also: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    needed: tuple[str, ...] = ()
+    whole: bool = False
+    given: float = 0.8
+
+
+def on_camera(**makes: Callable[[Mapping[str, Any]], Any]) -> Changes:
+    def changes(base: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+        return {"camera": base.camera.replace(**{name: make(values) for name, make in makes.items()})}
+
+    return changes
+
+
+def lens(make: Callable[..., Any]) -> Changes:
+    return on_camera(lens=lambda v: make(**{key: curves_in(value) for key, value in v.items()}))
+
+
+def curves_in(value: Any) -> Any:
+    return camsim.Curve(**value) if isinstance(value, dict) and "values" in value else value
+
+
+def renamed(values: Mapping[str, Any], **names: str) -> dict[str, Any]:
+    return {names.get(key, key): curves_in(value) for key, value in values.items()}
+
+
+def by_letter(value: Any) -> Any:
+    return [(letter, curves_in(curve)) for letter, curve in value.items()] if isinstance(value, dict) else value
+
+
+def shape(make: Callable[..., Any], *lengths: str) -> Changes:
+    names = {key: f"{key}_um" for key in lengths}
+    return lambda base, v: {"scene": camsim.Scene(background=0.9, shapes=[make(**renamed(v, **names))])}
+
+
+def first(name: str) -> Callable[[Mapping[str, Any]], Any]:
+    return lambda values: values[name]
+
+
+NUMBERS = (0.02, 0.5, 1, 3.0, 25)
+FRACTIONS = (0, 0.02, 0.5, 1.0, 1)
+COUNTS = (1, 2, 3, 16)
+ANGLES = (0.0, 30, -45.5)
+HALF = {"wavelength_nm": [300, 900.0], "values": [0, 0.5]}
+SPECTRA = (*FRACTIONS, HALF, HALF | {"outside": "zero"}, HALF | {"values": [1, 1.5]}, HALF | {"values": [1]})
+WIDE = {"wavelength_nm": [250, 1200], "values": [1, 0.5]}
+TABLES = (WIDE, WIDE | {"outside": "hold"}, HALF | {"wavelength_nm": [500, 600]}, HALF | {"wavelength_nm": [600, 500]})
+FILTERS = (*SPECTRA, *TABLES)
+LENS = {"f_number": (1.4, 8, 22.0), "transmission": SPECTRA}
+POINTS = ([[0, 0], [4, 0], [0, 4.5]], [[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 0], [1, 1]], [[0, 0], [1, "1"], [1, 0]])
+RISING = ([0, 5, 10.0], [0.0, 1e3], [1, 0], [0, 0], [5], [-1.0, 4])
+GRIDS = ([[0, 1, 0], [1, 4.0, 1], [0, 1, 0]], [[1]], [[1, 2], [3]], [[0]], [[-1, 0.5]], [[math.nan]])
+KERNELS = (
+    [[0, 0.1, 0], [0, 0.8, 0], [0, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 0]], [[0, 0, 0], [0, 1.5, 0], [0, 0, 0]],
+    [[0, 0.6, 0], [0, 0.6, 0], [0, 0, 0]], [[0, 1], [0, 0]], [[0, 0, 0], [0, -1, 0], [0, 0, 0]],
+)  # fmt: skip
+
+PARTS = {
+    "airy": Part(place="lens", also={"kind": "airy"}, changes=lens(camsim.Airy), good=LENS),
+    "annular": Part(
+        place="lens",
+        also={"kind": "annular"},
+        changes=lens(camsim.AnnularAiry),
+        good=LENS | {"obstruction": (0, 0.3, 0.95, 0.96)},
+    ),
+    "gaussian": Part(
+        place="lens",
+        also={"kind": "gaussian"},
+        changes=lens(camsim.Gaussian),
+        good=LENS | {"sigma_um": NUMBERS},
+        needed=("f_number",),
+    ),
+    "radial": Part(
+        place="lens",
+        also={"kind": "radial-otf"},
+        changes=lens(camsim.RadialOtf),
+        good=LENS
+        | {"freq_per_um": ([0, 0.1, 0.2], [0.1, 0.2, 0.3], [0, 0.2, 0.1]), "values": ([1, 0.5, 0], [1, 2, 0], [1, 0])},
+        needed=("f_number",),
+    ),
+    "wavefront": Part(
+        place="lens",
+        also={"kind": "wavefront"},
+        changes=lens(camsim.Wavefront),
+        good=LENS
+        | {
+            "zernike_waves": ([[4, 0.1]], [[4, 0.1], [4, 0.2]], [[231, 0.1]], [[3, 51]], [[4.0, 1]], [[4]], []),
+            "reference_nm": (550, 633.0),
+            "defocus_um": (0, -3.5, 12),
+        },
+    ),
+    "pupil": Part(
+        place="lens.pupil",
+        changes=on_camera(lens=lambda v: camsim.Wavefront(f_number=8, pupil=camsim.Pupil(**v))),
+        good={
+            "shape": ("circular", "square", "bladed", "round"),
+            "obstruction": (0, 0.3, 0.94),
+            "blades": (0, 0, 5, 6, 2, 64, 65),
+            "rotate_deg": ANGLES,
+        },
+    ),
+    "measured": Part(
+        place="lens",
+        also={"kind": "measured-psf"},
+        changes=lens(camsim.MeasuredPsf),
+        good=LENS | {"irradiance": GRIDS, "spacing_um": NUMBERS},
+        needed=("f_number",),
+    ),
+    "cos4": Part(
+        place="lens.falloff",
+        also={"kind": "cos4"},
+        changes=on_camera(falloff=lambda v: camsim.Cos4Falloff(**v)),
+        good={"exit_pupil_mm": NUMBERS},
+    ),
+    "falloff": Part(
+        place="lens.falloff",
+        also={"kind": "radial"},
+        changes=on_camera(falloff=lambda v: camsim.RadialFalloff(**v)),
+        good={"radius_mm": ([0, 1, 2.0], [0, 5], [1, 2]), "values": ([1, 0.5, 0.2], [1.0, 0.5], [0.9, 0.5], [1, 2])},
+    ),
+    "magnification": Part(
+        place="lens.magnification",
+        changes=on_camera(magnification=first("magnification")),
+        good={"magnification": (0, 0.5, 1, 100, 101)},
+        needed=("magnification",),
+        whole=True,
+    ),
+    "light": Part(
+        place="light",
+        changes=lambda base, v: {"light": camsim.Light(**renamed(v, illuminant="spectrum"))},
+        good={
+            "illuminant": ("D55", "A", "FL2", "D56"),
+            "illuminance_lux": (1000, 5.5),
+            "irradiance_w_per_m2": (0.2,),
+            "luminance_cd_per_m2": (80,),
+            "at": ("scene", "sensor", "lens"),
+        },
+        given=0.5,
+    ),
+    "line": Part(
+        place="light",
+        changes=lambda base, v: {"light": camsim.Light(**v)},
+        good={"line_nm": (550, 632.8, 1064, 50), "width_nm": (0, 2.5, 200), "illuminance_lux": (1000,)},
+    ),
+    "blackbody": Part(
+        place="light",
+        changes=lambda base, v: {"light": camsim.Light(**v)},
+        good={"blackbody_k": (2856, 500, 499, 1e6), "irradiance_w_per_m2": (0.2,), "at": ("scene", "sensor")},
+    ),
+    "exposure": Part(
+        place="exposure",
+        changes=lambda base, v: {"exposure": camsim.Exposure(**v)},
+        good={
+            "time_s": (0.01, 1, "auto", "atuo"),
+            "iso": (100, 200.0, 1e-3, 1e9, 1e10),
+            "datetime": ("2001-02-03 04:05:06", "2001-02-30 00:00:00", "yesterday"),
+            "temperature_c": (20, -30.0, -300),
+        },
+    ),
+    "region": Part(
+        place="region",
+        changes=lambda base, v: inside(base, camsim.Region(**v)),
+        good={"rows": (1, 20, 60, 61), "cols": (2, 80, 81), "origin": ([0, 0], [40, 50], [-1, 0], [1.5, 0], [1])},
+    ),
+    "rectangle": Part(
+        place="scene.shapes",
+        also={"kind": "rectangle"},
+        changes=shape(camsim.Rectangle, "width", "height", "centre"),
+        good={
+            "width": NUMBERS,
+            "height": NUMBERS,
+            "centre": ([0, 0], [1.5, -2], [1], [1, "2"]),
+            "rotate_deg": ANGLES,
+            "reflectance": SPECTRA,
+        },
+    ),
+    "disc": Part(
+        place="scene.shapes",
+        also={"kind": "disc"},
+        changes=shape(camsim.Disc, "radius", "centre"),
+        good={"radius": NUMBERS, "centre": ([0, 0], [1e15, 0], [1e16, 0]), "reflectance": SPECTRA},
+    ),
+    "polygon": Part(
+        place="scene.shapes",
+        also={"kind": "polygon"},
+        changes=shape(camsim.Polygon, "points"),
+        good={"points": POINTS, "reflectance": SPECTRA},
+    ),
+    "background": Part(
+        place="scene.background",
+        changes=lambda base, v: {"scene": camsim.Scene(background=curves_in(v["reflectance"]))},
+        good={"reflectance": SPECTRA},
+        needed=("reflectance",),
+    ),
+    "frame": Part(
+        place="sensor.frame",
+        changes=lambda base, v: {
+            "camera": base.camera.replace(
+                **v, photosite=camsim.SquarePhotosite.from_fill_factor(pitch_um=v["pitch_um"], fill_factor=1.0)
+            )
+        },
+        good={"rows": (60, 2000), "cols": (80, 3000), "pitch_um": (1.5, 4, 9.0)},
+        needed=("rows", "cols", "pitch_um"),
+    ),
+    "square": Part(
+        place="sensor.photosite",
+        also={"kind": "square"},
+        changes=on_camera(photosite=lambda v: camsim.SquarePhotosite.from_fill_factor(pitch_um=4.0, **v)),
+        good={"fill_factor": (0.2, 1, 0.64)},
+        needed=("fill_factor",),
+    ),
+    "rectangular": Part(
+        place="sensor.photosite",
+        also={"kind": "rectangular"},
+        changes=on_camera(photosite=lambda v: camsim.RectangularPhotosite(**v)),
+        good={"width_um": (1, 4.0, 4.5), "height_um": (2.5, 4)},
+    ),
+    "circular": Part(
+        place="sensor.photosite",
+        also={"kind": "circular"},
+        changes=on_camera(photosite=lambda v: camsim.CircularPhotosite(**v)),
+        good={"diameter_um": (1, 4.0, 4.5)},
+    ),
+    "rounded": Part(
+        place="sensor.photosite",
+        also={"kind": "rounded"},
+        changes=on_camera(photosite=lambda v: camsim.RoundedPhotosite(**v)),
+        good={"width_um": (2, 4.0), "height_um": (2.5, 4), "radius_um": (0, 0.5, 1, 1.5)},
+    ),
+    "polygonal": Part(
+        place="sensor.photosite",
+        also={"kind": "polygon"},
+        changes=on_camera(photosite=lambda v: camsim.PolygonPhotosite(**v)),
+        good={"points_um": ([[-1, -1], [1, -1.5], [0, 2]], *POINTS)},
+    ),
+    "olpf": Part(
+        place="sensor.olpf",
+        also={"kind": "four-spot"},
+        changes=on_camera(olpf=lambda v: camsim.FourSpotOlpf(**v)),
+        good={"split_um": (1, 3.5), "split_y_um": (1.5, 2), "rotate_deg": ANGLES},
+    ),
+    "filters": Part(
+        place="sensor.filters",
+        changes=on_camera(filters=lambda v: [*map(curves_in, v["all"])] if isinstance(v["all"], list) else v["all"]),
+        good={"all": ([], *([one] for one in FILTERS))},
+        needed=("all",),
+        whole=True,
+    ),
+    "cfa": Part(
+        place="sensor.cfa",
+        also={"kind": "letters"},
+        changes=on_camera(cfa=lambda v: camsim.Cfa(**v)),
+        good={"pattern": (["RG", "GB"], ["R"], ["RG", "B"], ["RX"], ["R1"], "RGGB", [""], ["rG"])},
+    ),
+    "groups": Part(
+        place="sensor.cfa",
+        also={"kind": "quad-bayer"},
+        changes=on_camera(cfa=lambda v: camsim.Cfa.quad_bayer(**v)),
+        good={"pattern": ("RGGB", "GBRG", "RGBG"), "group": (2, 3, 4, 16, 17)},
+        needed=("pattern",),
+    ),
+    "efficiency": Part(
+        place="sensor.quantum_efficiency",
+        changes=on_camera(
+            quantum_efficiency=lambda v: camsim.QuantumEfficiency(**v | {"curves": by_letter(v["curves"])})
+        ),
+        good={
+            "curves": (*({"R": one, "G": WIDE, "B": WIDE} for one in (*TABLES, HALF)), {"R": WIDE}),
+            "per": ("energy", "photon", "photons"),
+            "peak": (0.5, 1, 1.5),
+        },
+        needed=("curves",),
+    ),
+    "adc": Part(
+        place="sensor.readout",
+        changes=on_camera(adc=lambda v: camsim.Adc(**v)),
+        good={
+            "bit_depth": (8, 12, 16, 17),
+            "black_level_dn": (0, 100, 254, 65534, 65535),
+            "electrons_per_dn": NUMBERS,
+            "base_iso": (100, 200.0),
+            "black_offsets_dn": ([[0, 1], [2, 3]], [[0]], [[-101]], [[0, 1], [2]], [[1.5]]),
+        },
+        needed=("bit_depth", "black_level_dn", "electrons_per_dn", "base_iso"),
+    ),
+    "dark current": Part(
+        place="sensor.charge",
+        changes=on_camera(
+            full_well=lambda v: None,
+            dark_current=lambda v: camsim.DarkCurrent(
+                **renamed(
+                    v,
+                    dark_current_e_per_s="e_per_s",
+                    dcnu="nonuniformity",
+                    dark_current_at_c="at_c",
+                    dark_current_doubles_every_c="doubling_c",
+                )
+            ),
+        ),
+        good={
+            "dark_current_e_per_s": NUMBERS,
+            "dcnu": FRACTIONS,
+            "dark_current_at_c": (20, -273.15, -300),
+            "dark_current_doubles_every_c": (6, 7.5, 0.5),
+        },
+        needed=("dark_current_e_per_s",),
+    ),
+    "defects": Part(
+        place="sensor.charge.defects",
+        changes=on_camera(defects=lambda v: camsim.Defects(**v)),
+        good={
+            "hot_fraction": (0, 0.01, 0.7),
+            "hot_e_per_s": NUMBERS,
+            "dead_fraction": (0, 0.01, 0.7),
+            "dead": ([], [[1, 2]], [[1, -2]], [[1, 2.0]], [[1]]),
+        },
+    ),
+    "polynomial": Part(
+        place="sensor.charge.nonlinearity",
+        also={"kind": "polynomial"},
+        changes=on_camera(nonlinearity=lambda v: camsim.PolynomialResponse(**v)),
+        good={"coefficients": ([-0.02], [0.01, 0], [-0.9], [], [math.nan]), "scale_e": (1e4, 5)},
+    ),
+    "response": Part(
+        place="sensor.charge.nonlinearity",
+        also={"kind": "table"},
+        changes=on_camera(nonlinearity=lambda v: camsim.ResponseTable(**v)),
+        good={"electrons_in": RISING, "electrons_out": RISING},
+    ),
+    "crosstalk": Part(
+        place="sensor.charge.crosstalk",
+        changes=on_camera(crosstalk=lambda v: camsim.Crosstalk(**v)),
+        good={"kernel": KERNELS},
+        needed=("kernel",),
+        whole=True,
+    ),
+    "flicker": Part(
+        place="sensor.readout.flicker_rows",
+        changes=on_camera(flicker_rows=lambda v: camsim.FlickerRows(**v)),
+        good={"sigma_e": NUMBERS, "exponent": (0, 1, 2.0, 2.5)},
+    ),
+    "dual gain": Part(
+        place="sensor.readout.dual_gain",
+        changes=on_camera(dual_gain=lambda v: camsim.DualGain(**renamed(v, full_well_e="capacity_e"))),
+        good={"from_iso": (400, 800.0), "full_well_e": NUMBERS, "read_noise_e": FRACTIONS},
+    ),
+    "render": Part(
+        place="render",
+        changes=lambda base, v: dict(v),
+        good={
+            "tolerance": (1e-3, 1e-11, 1e-2, 0.1),
+            "method": ("auto", "boundary", "fourier", "area"),
+            "strict": (True, False, "on"),
+        },
+    ),
+    "noise": Part(
+        place="noise",
+        changes=lambda base, v: renamed(v, enabled="noise"),
+        good={"enabled": (True, False, "off"), "seed": (0, 7, 2**63 - 1, 2**63), "frame_number": (0, 5, 2**31)},
+    ),
+    "files": Part(
+        place="files",
+        changes=lambda base, v: dict(v),
+        good={"colour_matrix": ("standard", "scene", "none"), "spectral_nm": ([500, 600.0], [600, 500], [-1], ["a"])},
+    ),
+}
+
+
+def stages_of_a_number() -> dict[str, Part]:
+    """Return the stages that one key makes, as the schema lists them."""
+    parts = {}
+    for name, table in (("charge", schema.Charge), ("readout", schema.Readout)):
+        for key, field in table.model_fields.items():
+            place = f"sensor.{name}.{key}"
+            for makes in (mark for mark in field.metadata if isinstance(mark, schema.Makes)):
+                if dataclasses.is_dataclass(makes.make) and not makes.also and place not in TABLES_THERE:
+                    changes = on_camera(**{makes.field: lambda v, make=makes.make: make(v["x"])})
+                    parts[key] = Part(place=place, changes=changes, good={"x": FRACTIONS}, needed=("x",), whole=True)
+    return parts
+
+
+TABLES_THERE = {part.place for part in PARTS.values()}
+PARTS |= stages_of_a_number()
+
+
+def inside(base: Any, region: camsim.Region) -> dict[str, Any]:
+    base.camera.grid(region)
+    return {"region": region}
+
+
+def flow(value: Any) -> str:
+    """Return a value as YAML in one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {flow(part)}" for key, part in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(flow, value)) + "]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    return json.dumps(value)
+
+
+def drawn(part: Part, chance: random.Random) -> dict[str, Any]:
+    """Return values of a part: mostly good ones, now and then a strange one or none."""
+    values, usual = {}, 1.0 - 0.3 / len(part.good)
+    for key, good in part.good.items():
+        if key in part.needed or chance.random() < part.given:
+            strange = [value for value in STRANGE if value is not None or not part.whole]  # there null removes
+            values[key] = chance.choice(good if chance.random() < usual else strange)
+    return values
+
+
+def override(part: Part, values: Mapping[str, Any]) -> str:
+    table = values[part.needed[0]] if part.whole else {**part.also, **values}
+    return f"{part.place}={flow([table] if part.place == 'scene.shapes' else table)}"
+
+
+@pytest.fixture
+def base(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    (tmp_path / "good.yaml").write_text(SCENE, encoding="utf-8")
+    (tmp_path / "my.yaml").write_text(SENSOR, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return load("good.yaml")
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_a_file_and_a_constructor_refuse_and_take_the_same(name: str, base: Any) -> None:
+    part, chance = PARTS[name], random.Random(f"{name} 15")
+    taken = refused = 0
+    for _ in range(10 * DRAWS):
+        values = drawn(part, chance)
+        text = override(part, values)
+        before = ["lens={kind: wavefront, f_number: 8}"] if name == "pupil" else []
+        by_yaml, by_class = made(lambda t=text, b=before: load("good.yaml", overrides=[*b, t])), None
+        by_class = made(lambda v=values: dataclasses.replace(base, **part.changes(base, v)))
+        assert (by_yaml is None) == (by_class is None), f"{text}: YAML {by_yaml is not None}, {by_class is not None}"
+        assert by_yaml == by_class, text
+        taken, refused = taken + (by_yaml is not None), refused + (by_yaml is None)
+        if taken + refused >= DRAWS and min(taken, refused) >= ENOUGH:
+            break
+    assert min(taken, refused) >= ENOUGH
+
+
+def made(make: Callable[[], Any]) -> Any:
+    """Return what is made, None when it is refused."""
+    try:
+        return make()
+    except CamsimError:
+        return None
+    except TypeError as error:
+        if "required" not in str(error):  # Python's own word for an argument that must be given
+            raise
+        return None

@@ -1,0 +1,152 @@
+"""What cannot be is refused in the constructor, with the name of the parameter: of every stage every parameter."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from electronics import LAWS
+
+import camsim
+from camsim.errors import CamsimError, InvalidValueError
+
+FLAT = camsim.Curve((300.0, 1100.0), (1.0, 1.0))
+CAMERA = camsim.Camera(
+    rows=60,
+    cols=80,
+    pitch_um=4.88,
+    lens=camsim.Airy(f_number=8.0),
+    photosite=camsim.SquarePhotosite(side_um=4.88),
+    cfa=camsim.Cfa.mono(),
+    quantum_efficiency=camsim.QuantumEfficiency((("Y", FLAT),), per="photon", peak=0.5),
+    adc=camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=2.0, base_iso=100.0),
+)
+SCENE = camsim.Scene(background=0.5, shapes=[camsim.Disc(radius_um=9.0, reflectance=0.1)])
+LIGHT = camsim.Light("D55", illuminance_lux=500.0)
+EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
+GRID = camsim.Grid(rows=4, cols=4, pitch_um=4.88)
+CORNERS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+
+STAGES: tuple[Any, ...] = (
+    CAMERA, SCENE, LIGHT, EXPOSURE, FLAT, CAMERA.cfa, CAMERA.adc, CAMERA.quantum_efficiency, CAMERA.lens,
+    camsim.Capture(camera=CAMERA, scene=SCENE, light=LIGHT, exposure=EXPOSURE),
+    camsim.Region(rows=4, cols=4), GRID,
+    camsim.Rectangle(width_um=1.0, height_um=1.0, reflectance=0.1), SCENE.shapes[0],
+    camsim.Polygon(points_um=CORNERS, reflectance=0.1),
+    camsim.AnnularAiry(f_number=8.0, obstruction=0.3), camsim.Gaussian(sigma_um=1.0), camsim.Pupil(),
+    camsim.EllipticalGaussian(covariance_um2=((1.0, 0.0), (0.0, 2.0))),
+    camsim.MeasuredPsf(irradiance=((0.0, 1.0), (1.0, 2.0)), spacing_um=0.5), camsim.Wavefront(f_number=8.0),
+    camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.5, 0.0)), camsim.FourSpotOlpf(split_um=2.0),
+    CAMERA.photosite, camsim.CircularPhotosite(diameter_um=2.0), camsim.PolygonPhotosite(points_um=CORNERS),
+    camsim.RectangularPhotosite(width_um=2.0, height_um=2.0),
+    camsim.RoundedPhotosite(width_um=2.0, height_um=2.0, radius_um=0.5),
+    camsim.Cos4Falloff(exit_pupil_mm=50.0), camsim.RadialFalloff(radius_mm=(0.0, 1.0), values=(1.0, 0.5)),
+    camsim.DualGain(from_iso=800.0),
+    *{type(law.stage): law.stage for law in LAWS.values() if dataclasses.fields(law.stage)}.values(),
+)  # fmt: skip
+PUBLIC = [stage for stage in STAGES if type(stage).__name__ in camsim.__all__]
+PARAMETERS = [(stage, field.name) for stage in PUBLIC for field in dataclasses.fields(stage) if field.init]
+
+
+def expose(**changes: Any) -> Any:
+    return CAMERA.expose(**{"scene": SCENE, "light": LIGHT, "exposure": EXPOSURE} | changes)
+
+
+def test_every_public_stage_is_here() -> None:
+    public = {getattr(camsim, name) for name in camsim.__all__ if dataclasses.is_dataclass(getattr(camsim, name))}
+    assert public - {camsim.Frame, camsim.Rendering, camsim.ShotNoise} == {type(stage) for stage, _ in PARAMETERS}
+
+
+@pytest.mark.parametrize("wrong", [object(), b"1", {1, 2}, np.array([["a"]]), 1j])
+@pytest.mark.parametrize(("stage", "name"), PARAMETERS, ids=lambda part: part if isinstance(part, str) else "")
+def test_every_parameter_of_every_stage_is_judged(stage: Any, name: str, wrong: Any) -> None:
+    with pytest.raises(InvalidValueError, match="must be ") as refused:
+        dataclasses.replace(stage, **{name: wrong})
+    assert (refused.value.key, refused.value.stage) == (name, type(stage).__name__)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: camsim.Cfa("RGGB"), "Cfa.pattern: must be a list of rows .* not 'RGGB'; Cfa.bayer('RGGB') makes one"),
+        (lambda: CAMERA.replace(pitch_um=2.0), "Camera.photosite: is 4.88 µm wide; photosites may not overlap"),
+        (lambda: camsim.Airy(f_number="8"), "Airy.f_number: must be a number above 0, not '8'"),
+        (lambda: camsim.Airy(f_number=8.0, transmission=90), "Airy.transmission: .* a fraction: 90 % is 0.9"),
+        (lambda: camsim.Scene(background=18), "Scene.background: must be a number from 0 to 1 or a Curve, not 18; "),
+        (
+            lambda: camsim.Scene(background=0.5, shapes=camsim.Disc(radius_um=1, reflectance=0)),
+            "shapes: must be a list",
+        ),
+        (lambda: expose(noise="off"), "Capture.noise: must be true or false, not 'off'"),
+        (lambda: expose(light="D55"), "Capture.light: must be a Light, not 'D55'; such as Light('D55', "),
+        (lambda: expose(exposure=0.01), "Capture.exposure: must be an Exposure, not 0.01; such as Exposure"),
+        (lambda: expose(method="fourir"), "Capture.method: must be .*; did you mean 'fourier'?"),
+        (lambda: expose(tolerance=0.5), "Capture.tolerance: must be a number from 1e-11 to 0.01, not 0.5"),
+        (lambda: expose(seed=-1), "Capture.seed: must be a whole number from 0 to 2^63 − 1, not -1"),
+        (lambda: expose(spectral_nm=[600, 500]), "Capture.spectral_nm: wavelengths must increase"),
+        (
+            lambda: camsim.Light("D56", illuminance_lux=1),
+            "Light.spectrum: unknown illuminant 'D56'; did you mean 'D55'",
+        ),
+        (lambda: camsim.Light(camsim.Curve((500, 600), (0, 0)), irradiance_w_per_m2=1), "Light.spectrum: .* is dark"),
+        (lambda: camsim.Region(rows=-10, cols=4), "Region.rows: must be a whole number of 1 or more, not -10"),
+        (
+            lambda: camsim.Polygon(points_um=shapely.box(0, 0, 1, 1), reflectance=0.1),
+            "Polygon.points_um: .* not a Polygon; of a shapely polygon give its exterior.coords",
+        ),
+        (
+            lambda: CAMERA.replace(cfa=camsim.Cfa.bayer()),
+            "Camera.quantum_efficiency: no curve for R, G, B of the cfa; there are Y",
+        ),
+        (lambda: CAMERA.replace(photosite=camsim.SquarePhotosite(side_um=0)), "Camera.photosite: has no area"),
+        (lambda: CAMERA.replace(olpf=CAMERA.lens), "Camera.olpf: must be a FourSpotOlpf or None, not an Airy"),
+        (lambda: camsim.render(SCENE, CAMERA.lens, GRID, wavelength_nm=550.0), "optics: must be a list, not an Airy"),
+        (lambda: CAMERA.replace(filters=0.5), "Camera.filters: must be a list, not 0.5"),
+        (
+            lambda: camsim.Wavefront(f_number=4, zernike_waves={4: 51}),
+            "zernike_waves: item 0.1 .* from -50 to 50, not 51",
+        ),
+    ],
+)
+def test_what_new_users_wrote(call: Any, message: str) -> None:
+    with pytest.raises(CamsimError, match=message.replace("(", r"\(").replace(")", r"\)").replace("^", r"\^")):
+        call()
+
+
+@pytest.mark.parametrize("kind", [list, tuple, np.array, lambda values: np.array(values, np.float32), range])
+def test_lists_tuples_and_arrays_make_the_same(kind: Any) -> None:
+    values = (400, 500, 600) if kind is not range else range(400, 700, 100)
+    curve = camsim.Curve(kind(values) if kind is not range else values, (0.25, 0.5, 1.0))
+    assert curve == camsim.Curve((400.0, 500.0, 600.0), (0.25, 0.5, 1.0))
+    assert all(type(value) is float for value in curve.wavelength_nm)
+
+
+@pytest.mark.parametrize("number", [8, 8.0, np.float32(8), np.float64(8), np.int16(8), np.uint8(8), np.array(8.0)])
+def test_numbers_of_any_kind_make_the_same(number: Any) -> None:
+    lens = camsim.Airy(f_number=number)
+    assert (lens, type(lens.f_number)) == (camsim.Airy(f_number=8.0), float)
+
+
+def test_what_is_the_same_in_another_form() -> None:
+    pairs = camsim.Wavefront(f_number=4.0, zernike_waves=((4, 0.1), (7, -0.05)))
+    assert camsim.Wavefront(f_number=4.0, zernike_waves={4: 0.1, 7: -0.05}) == pairs
+    ring = shapely.Polygon(CORNERS).exterior.coords
+    assert camsim.Polygon(points_um=ring, reflectance=0.1).points_um == (*CORNERS, CORNERS[0])
+    assert hash(camsim.Curve([400, 500], np.ones(2))) == hash(camsim.Curve((400.0, 500.0), (1.0, 1.0)))
+
+
+def test_what_lies_beyond_a_table_goes_by_what_it_is_of() -> None:
+    table = camsim.Curve((450.0, 650.0), (0.5, 0.9))
+    assert camsim.Airy(f_number=8.0, transmission=table).transmission.outside == "hold"
+    assert camsim.Scene(background=table).background.outside == "hold"
+    assert camsim.Light(table, illuminance_lux=1.0).spectrum.outside == "zero"
+    efficiency = camsim.QuantumEfficiency((("Y", table),), per="photon", peak=0.5)
+    for camera in (CAMERA.replace(quantum_efficiency=efficiency), CAMERA.replace(filters=[table])):
+        with pytest.raises(InvalidValueError, match=r"300..450 nm is missing, .* or say outside='zero'"):
+            camsim.Capture(camera=camera, scene=SCENE, light=LIGHT, exposure=EXPOSURE)
+        narrow = camsim.Light(line_nm=550.0, illuminance_lux=1.0)
+        settled = camsim.Capture(camera=camera, scene=SCENE, light=narrow, exposure=EXPOSURE).camera
+        assert {curve.outside for _, curve in settled.quantum_efficiency.curves} | {"zero"} == {"zero"}
