@@ -41,20 +41,15 @@ def masks(optics):
     return arrow, triangle, slab
 
 
-def level(reflectance):
-    """A reflectance, as a flat curve where it is above that of a perfect diffuser."""
-    return reflectance if reflectance <= 1.0 else camsim.Curve((300.0, 1100.0), (reflectance, reflectance))
-
-
-@pytest.mark.parametrize("background", [0.0, 0.18, 1.0, 2.5])
+@pytest.mark.parametrize("background", [0.0, 0.18, 1.0])
 def test_linear_in_reflectance(optics, masks, background):
     """The image is the background plus every visible part's mask times its contrast."""
     reflectances = (0.9, 0.05, 0.5)
     shapes = list(zip((ARROW, TRIANGLE, SLAB), reflectances, strict=True))
     expected = background + sum((r - background) * mask for r, mask in zip(reflectances, masks, strict=True))
     # Each mask is within the tolerance; so is the image, relative to its brightest surface.
-    allowed = TOLERANCE * (sum(abs(r - background) for r in reflectances) + max(1.0, background))
-    assert worst(image_of(shapes, optics, background=level(background)), expected) <= allowed
+    allowed = TOLERANCE * (sum(abs(r - background) for r in reflectances) + 1.0)
+    assert worst(image_of(shapes, optics, background=background), expected) <= allowed
 
 
 def test_complement(optics):
@@ -64,14 +59,14 @@ def test_complement(optics):
     assert worst(black + white, 1.0) <= SAME
 
 
-@pytest.mark.parametrize("factor", [1e-9, 1e6])
-def test_very_dark_and_very_bright_scenes_scale(factor):
-    """Above a perfect diffuser the tolerance is relative to the brightest surface, below it absolute."""
-    shapes = [(corners, level(reflectance * factor)) for corners, reflectance in PICTURE]
-    found = camsim.render(scene_of(shapes, level(BACKGROUND * factor)), F8, grid_of(20, 24), wavelength_nm=WAVELENGTH_NM)
+@pytest.mark.parametrize("factor", [1e-9, 1e-3])
+def test_very_dark_scenes_scale(factor):
+    """The tolerance is relative to a perfect diffuser, however dark the surfaces are."""
+    shapes = [(corners, reflectance * factor) for corners, reflectance in PICTURE]
+    found = camsim.render(scene_of(shapes, BACKGROUND * factor), F8, grid_of(20, 24), wavelength_nm=WAVELENGTH_NM)
     assert found.error_estimate <= TOLERANCE
     expected = image_of(PICTURE, F8) * factor
-    assert worst(found.image, expected) <= METHOD * TOLERANCE * max(1.0, factor)
+    assert worst(found.image, expected) <= METHOD * TOLERANCE
 
 
 def test_an_image_stays_between_its_darkest_and_brightest_surface(optics):
