@@ -13,6 +13,22 @@ from camsim.arrays import F64
 from camsim.optics.pattern import Pattern
 from camsim.spectra.curve import Spectrum
 
+_ANSWERS: dict[tuple[type, type], bool] = {}
+
+
+class _Asked(type(Protocol)):  # type: ignore[misc]
+    """Answers whether a stage has an ability once for every class: a protocol looks through all of it every time."""
+
+    def __instancecheck__(cls, instance: object) -> bool:
+        key = cls, type(instance)
+        if key not in _ANSWERS:
+            _ANSWERS[key] = super().__instancecheck__(instance)
+        return _ANSWERS[key]
+
+
+class _Ability(Protocol, metaclass=_Asked):
+    """What the abilities below have in common."""
+
 
 class OpticalStage(Protocol):
     """Anything with a transfer function.
@@ -46,7 +62,7 @@ class Lens(OpticalStage, Protocol):
 
 
 @runtime_checkable
-class LowPass(OpticalStage, Protocol):
+class LowPass(OpticalStage, _Ability, Protocol):
     """A filter that makes several images of a point."""
 
     def spots_um(self) -> F64:
@@ -55,7 +71,7 @@ class LowPass(OpticalStage, Protocol):
 
 
 @runtime_checkable
-class PhotositeShape(OpticalStage, Protocol):
+class PhotositeShape(OpticalStage, _Ability, Protocol):
     """The area of a pixel that collects light."""
 
     @property
@@ -70,7 +86,7 @@ class PhotositeShape(OpticalStage, Protocol):
 
 
 @runtime_checkable
-class Rectangular(Protocol):
+class Rectangular(_Ability, Protocol):
     """A photosite that is a rectangle along the rows: the boundary engine takes it."""
 
     @property
@@ -80,7 +96,7 @@ class Rectangular(Protocol):
 
 
 @runtime_checkable
-class Separable(Protocol):
+class Separable(_Ability, Protocol):
     """A stage that may say that its transfer is a product of one along x and one along y."""
 
     @property
@@ -90,7 +106,7 @@ class Separable(Protocol):
 
 
 @runtime_checkable
-class KnowsBlur(Protocol):
+class KnowsBlur(_Ability, Protocol):
     """A lens that knows its pattern's own length."""
 
     def blur_um(self, wavelength_nm: float) -> float:
@@ -99,7 +115,7 @@ class KnowsBlur(Protocol):
 
 
 @runtime_checkable
-class KnowsCutoff(Protocol):
+class KnowsCutoff(_Ability, Protocol):
     """A lens that knows the end of its transfer."""
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -108,7 +124,7 @@ class KnowsCutoff(Protocol):
 
 
 @runtime_checkable
-class KnowsReach(Protocol):
+class KnowsReach(_Ability, Protocol):
     """A lens that knows how far its light goes."""
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
@@ -117,7 +133,7 @@ class KnowsReach(Protocol):
 
 
 @runtime_checkable
-class Fading(Protocol):
+class Fading(_Ability, Protocol):
     """A lens that may say that its pattern is nothing beyond its reach, rounding apart."""
 
     @property
@@ -127,7 +143,7 @@ class Fading(Protocol):
 
 
 @runtime_checkable
-class KnowsWavelengths(Protocol):
+class KnowsWavelengths(_Ability, Protocol):
     """A lens that may say that all wavelengths have the same pattern."""
 
     @property
@@ -137,7 +153,7 @@ class KnowsWavelengths(Protocol):
 
 
 @runtime_checkable
-class KnowsEnergy(Protocol):
+class KnowsEnergy(_Ability, Protocol):
     """A round lens that knows its encircled energy."""
 
     def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
@@ -146,7 +162,7 @@ class KnowsEnergy(Protocol):
 
 
 @runtime_checkable
-class Round(Protocol):
+class Round(_Ability, Protocol):
     """A lens with a round pattern that it knows."""
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
@@ -155,7 +171,7 @@ class Round(Protocol):
 
 
 @runtime_checkable
-class OnLattice(Protocol):
+class OnLattice(_Ability, Protocol):
     """A lens that computes its pattern on a lattice."""
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
@@ -164,7 +180,7 @@ class OnLattice(Protocol):
 
 
 @runtime_checkable
-class KnowsNodes(Protocol):
+class KnowsNodes(_Ability, Protocol):
     """A lens that tells how many nodes its pattern on a lattice is summed from."""
 
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
@@ -173,7 +189,7 @@ class KnowsNodes(Protocol):
 
 
 @runtime_checkable
-class KnowsSize(Protocol):
+class KnowsSize(_Ability, Protocol):
     """A lens that tells the size of its transfer quicker than its transfer, as well as a bound needs it."""
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
