@@ -21,7 +21,8 @@ ONE_AT_A_TIME = threading.Lock()
 Numba's work-queue thread layer, the only one sure to be there, may not be entered by two threads."""
 
 KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
-_IMPORTS = re.compile(r"^\s*from (camsim[\w.]*) import|^\s*import (camsim[\w.]*)", re.MULTILINE)
+_ROOT = Path(__file__).resolve().parents[1]
+_IMPORTS = re.compile(r"^[ \t]*(?:from|import) (camsim[\w.]*)", re.MULTILINE)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -125,9 +126,13 @@ class _Cache(FunctionCache):
 def _key(file: Path) -> str:
     """Return the hash of a module's source and of all that it imports, and of what compiles them."""
     made_by = nb.__version__, sys.version, nb.config.BOUNDSCHECK  # type: ignore[attr-defined]
-    parts = [repr(made_by).encode()]
-    parts += [path.read_bytes() for path in sorted(_sources(file))]
-    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+    return hashlib.sha256(b"".join([repr(made_by).encode(), *map(_digest, sorted(_sources(file)))])).hexdigest()
+
+
+@functools.cache
+def _digest(file: Path) -> bytes:
+    """Return the hash of one file, which many modules import."""
+    return hashlib.sha256(file.read_bytes()).digest()
 
 
 def _sources(file: Path) -> set[Path]:
@@ -143,8 +148,7 @@ def _sources(file: Path) -> set[Path]:
 
 @functools.cache
 def _imported(file: Path) -> tuple[Path, ...]:
-    names = {a or b for a, b in _IMPORTS.findall(file.read_text(encoding="utf-8"))}
-    root = Path(__file__).resolve().parents[1]
-    places = [root.joinpath(*name.split(".")) for name in names]
+    names = set(_IMPORTS.findall(file.read_text(encoding="utf-8")))
+    places = [_ROOT.joinpath(*name.split(".")) for name in names]
     files = [place / "__init__.py" if place.is_dir() else place.with_suffix(".py") for place in places]
     return tuple(path for path in files if path.is_file())

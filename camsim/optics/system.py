@@ -125,10 +125,8 @@ class OpticalSystem:
         return 1.0 / self.cutoff_per_um(wavelength_nm)
 
     def blurs_um(self, wavelength_nm: F64) -> F64:
-        """The same at many wavelengths; what the lens can is asked once, because that is slow."""
-        lens = self.lens
-        of = lens.blur_um if isinstance(lens, KnowsBlur) else self.blur_um
-        return np.array([of(float(w)) for w in wavelength_nm])
+        """The same at many wavelengths."""
+        return np.array([self.blur_um(float(w)) for w in wavelength_nm])
 
 
 NOTHING = 1e-14  # a transfer that rounding hides

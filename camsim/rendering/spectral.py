@@ -49,10 +49,6 @@ class Signals:
         scale = np.where(scale > 0.0, scale, 1.0)
         return cls(wavelength_nm=nodes, density=density / scale[:, None], scale=scale)
 
-    def blur(self, system: OpticalSystem, pitch_um: float) -> F64:
-        """Return the lens's own length at every wavelength, in pitches."""
-        return blur_of(system, self.wavelength_nm, pitch_um)
-
 
 def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
     """Return the lens's own length at each wavelength, in pitches."""

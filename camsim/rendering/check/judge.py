@@ -168,11 +168,6 @@ class Judge:
             standard_error=plan.standard_error(rows, cols),
         )
 
-    def check(self, plan: Plan, image: F64, channel: U8) -> Found:
-        """Compare an image at its hardest photosites."""
-        rows, cols = self.hardest(plan)
-        return self.compare(plan, image[rows, cols], self.values(rows, cols, channel[rows, cols]), rows, cols)
-
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
         pieces = self.seen[0]
