@@ -14,6 +14,7 @@ from scipy import special
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.nonuniform import at_points
 from camsim.spectra.curve import Spectrum, Transmission
 from camsim.typed import Positive, Several, check, judge, refusal
 
@@ -134,8 +135,6 @@ class MeasuredPsf:
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function at (fx, fy) cycles/µm, complex: the samples' sum of waves, times the roll-off."""
-        import finufft
-
         fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
         x, y = fx.ravel() * self.spacing_um, fy.ravel() * self.spacing_um
         out = np.zeros(x.size, complex)
@@ -144,10 +143,9 @@ class MeasuredPsf:
             x, y = x[passes], y[passes]
             samples = np.array(self.irradiance)
             samples = (samples / samples.sum()).astype(complex)
-            waves = finufft.nufft2d2(
-                2.0 * np.pi * (y - np.round(y)), 2.0 * np.pi * (x - np.round(x)), samples, eps=1e-13, isign=-1
-            )
-            # finufft counts from −n//2; the middle of the array is (n − 1)/2.
+            turns = 2.0 * np.pi * (y - np.round(y)), 2.0 * np.pi * (x - np.round(x))
+            waves = at_points(turns, samples, precision=1e-13, sign=-1)
+            # The sum counts from −n//2; the middle of the array is (n − 1)/2.
             shift_x, shift_y = (c - n // 2 for c, n in zip(self._centre, samples.shape[::-1], strict=True))
             turn = np.exp(2j * np.pi * (x * shift_x + y * shift_y))
             # The fraction of x beyond a whole number is the same wave at whole places only.

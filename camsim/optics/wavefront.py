@@ -15,6 +15,7 @@ from scipy import fft
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.marks import Before, Called
+from camsim.nonuniform import modes
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
@@ -172,21 +173,18 @@ class Wavefront:
         The amplitude is summed over a rule that is exact within the pupil's boundaries, as fine as the farthest
         corner asks for, by a non-uniform FFT.
         """
-        import finufft
-
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
         reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
         x, y, weights = self._rule(wavelength_nm, self._turns(reach_um, wavelength_nm))
         strengths = weights * self._phase_factor(x, y, wavelength_nm)
         steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
-        amplitude = finufft.nufft2d1(
-            2.0 * np.pi * radius * steps[1] * y,
-            2.0 * np.pi * radius * steps[0] * x,
+        amplitude = modes(
+            (2.0 * np.pi * radius * steps[1] * y, 2.0 * np.pi * radius * steps[0] * x),
             strengths,
-            n_modes=(y_um.size, x_um.size),
-            eps=max(precision, 1e-14),
-            upsampfac=1.25 if precision >= COARSE else 2.0,
-            isign=-1,
+            (y_um.size, x_um.size),
+            precision=max(precision, 1e-14),
+            sign=-1,
+            upsampling=1.25 if precision >= COARSE else 2,
         )
         irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)
         return irradiance

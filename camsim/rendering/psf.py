@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.nonuniform import modes
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import OnLattice
 from camsim.quadrature import gauss_legendre
@@ -28,8 +29,6 @@ def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: 
     if isinstance(lens, OnLattice) and not system.more:
         # All of the light is wrong by less than a hundredth of what the largest amplitude is wrong by (measured).
         return lens.point_spread_on(x_um, y_um, wavelength_nm, 30.0 * precision)
-    import finufft
-
     cutoff = system.cutoff_per_um(wavelength_nm)
     reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
     waves = cutoff * reach_um
@@ -42,13 +41,12 @@ def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: 
     rings = radius * cutoff * 2.0 * s * w * (2.0 * np.pi / turns)
     strengths = (rings[:, None] * system.point_otf(fx, fy, wavelength_nm)).astype(complex).ravel()
     steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (y_um, x_um)]
-    pattern = finufft.nufft2d1(
-        2.0 * np.pi * steps[0] * fy.ravel(),
-        2.0 * np.pi * steps[1] * fx.ravel(),
+    pattern = modes(
+        (2.0 * np.pi * steps[0] * fy.ravel(), 2.0 * np.pi * steps[1] * fx.ravel()),
         strengths,
-        n_modes=(y_um.size, x_um.size),
-        eps=max(precision, 1e-13),
-        isign=1,
+        (y_um.size, x_um.size),
+        precision=max(precision, 1e-13),
+        sign=1,
     )
     real: F64 = np.ascontiguousarray(pattern.real)
     return real

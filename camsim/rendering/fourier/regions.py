@@ -9,6 +9,7 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import ONE_AT_A_TIME
+from camsim.nonuniform import modes
 from camsim.quadrature import gauss_legendre, gauss_pieces
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
@@ -175,13 +176,10 @@ def _modes(
     precision: float,
 ) -> C128:
     """Return Σ strengths·exp(−2πi k·y) over the nodes, on some columns of a strip."""
-    import finufft
-
-    # finufft's frequencies run about 0: the middle is moved there.
+    # The integers of a sum run about 0: the middle is moved there.
     count = stop_i - first_i
     middle_i, middle_j = first_i + count // 2, strip.first_j + strip.count_j // 2
     turn = nodes[:, 0] * middle_i / periods[0] + nodes[:, 1] * middle_j / periods[1]
     x, y = (2.0 * np.pi * ((nodes[:, axis] / periods[axis] + 0.5) % 1.0 - 0.5) for axis in (0, 1))
     shifted = strengths * np.exp(-2j * np.pi * (turn % 1.0))
-    modes: C128 = finufft.nufft2d1(y, x, shifted, n_modes=(strip.count_j, count), eps=precision, isign=-1)
-    return modes
+    return modes((y, x), shifted, (strip.count_j, count), precision=precision, sign=-1)
