@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
+.PHONY: demo test dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -33,6 +33,10 @@ test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing
 test-bounds: $(READY)  ## the kernels with every array index checked (compiled apart, a minute)
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(VENV)/bounds-checked $(BIN)/python -m pytest -q \
 	  tests/convergence/test_random_scenes.py tests/analytic/test_rendering_truth.py
+
+dist-check: $(READY)  ## build the wheel and the sdist, install each where nothing else is, try them; a quarter of an hour
+	$(BIN)/python -m pip install --quiet build
+	$(BIN)/python bench/dist_check.py $(TESTS)
 
 attack: $(READY)  ## random systems against independent truths, ten minutes; SEED=… COUNT=… draws others (docs/attack.md)
 	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --seconds 600 \
