@@ -12,6 +12,7 @@ from .optics import CircularPhotosite as CircularPhotosite
 from .optics import EllipticalGaussian as EllipticalGaussian
 from .optics import FourSpotOlpf as FourSpotOlpf
 from .optics import Gaussian as Gaussian
+from .optics import MeasuredOtf as MeasuredOtf
 from .optics import MeasuredPsf as MeasuredPsf
 from .optics import PolygonPhotosite as PolygonPhotosite
 from .optics import Pupil as Pupil
@@ -19,6 +20,7 @@ from .optics import RadialOtf as RadialOtf
 from .optics import RectangularPhotosite as RectangularPhotosite
 from .optics import RoundedPhotosite as RoundedPhotosite
 from .optics import SquarePhotosite as SquarePhotosite
+from .optics import TwoSpotOlpf as TwoSpotOlpf
 from .optics import Wavefront as Wavefront
 from .rendering import Grid as Grid
 from .rendering import Rendering as Rendering

@@ -12,7 +12,8 @@ import numpy as np
 from annotated_types import MinLen
 
 from camsim.arrays import F64
-from camsim.optics import FourSpotOlpf, Lens, OpticalSystem, PhotositeShape
+from camsim.marks import Called
+from camsim.optics import Lens, LowPass, OpticalSystem, PhotositeShape
 from camsim.rendering import Grid
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
@@ -49,7 +50,7 @@ class Body(Electronics):
     cols: Count
     pitch_um: Positive
     lens: Lens
-    olpf: FourSpotOlpf | None = None
+    olpf: Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")] | None = None
     photosite: PhotositeShape
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency

@@ -28,6 +28,8 @@ def describe(value: Any) -> Any:
         return [describe(v) for v in value]
     if isinstance(value, np.generic):
         return describe(value.item())
+    if isinstance(value, complex):
+        return describe((value.real, value.imag) if value.imag else value.real)
     if isinstance(value, float) and value.is_integer():
         return int(value)  # 5000 and 5000.0 are the same light, whichever way it was written
     return value

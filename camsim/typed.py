@@ -17,7 +17,8 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
 from camsim.errors import InvalidValueError
-from camsim.kinds import Kind, kind_of
+from camsim.kind import Kind
+from camsim.kinds import kind_of
 from camsim.marks import Called
 
 Positive: TypeAlias = Annotated[float, Gt(0)]

@@ -71,6 +71,21 @@ class LowPass(OpticalStage, _Ability, Protocol):
 
 
 @runtime_checkable
+class KnowsSplits(LowPass, Protocol):
+    """A filter whose images lie on the corners of a rectangle, or at the ends of a line."""
+
+    @property
+    def splits_um(self) -> tuple[float, float]:
+        """The distances between neighbouring images along x and y before they are turned, µm; 0: one plate."""
+        ...
+
+    @property
+    def rotate_deg(self) -> float:
+        """The turn, clockwise as displayed."""
+        ...
+
+
+@runtime_checkable
 class PhotositeShape(OpticalStage, _Ability, Protocol):
     """The area of a pixel that collects light."""
 

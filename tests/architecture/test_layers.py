@@ -16,6 +16,7 @@ LAYERS = (
     "arrays",
     "words",
     "marks",
+    "kind",
     "kinds",
     "typed",
     "kernels",

@@ -111,7 +111,7 @@ STAGES = (
     camsim.Gaussian(sigma_um=1.5, f_number=8.0),
     camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.3, 0.0), f_number=8.0),
     camsim.Wavefront(f_number=4.0, zernike_waves=((4, 0.1), (11, 0.05)), reference_nm=550.0),
-    camsim.FourSpotOlpf(split_um=3.0, split_y_um=0.0, rotate_deg=45.0),
+    camsim.TwoSpotOlpf(split_um=3.0, rotate_deg=45.0),
     camsim.PolygonPhotosite(points_um=((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))),
     camsim.Light(camsim.Curve((400.0, 700.0), (1.0, 2.0)), illuminance_lux=5000.0, at="sensor"),
     camsim.Scene(background=0.5, shapes=[camsim.Polygon(points_um=[(0, 0), (9, 0), (0, 9)], reflectance=0.0)]),
