@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Self
+from typing import Annotated, Self, TypeAlias, Unpack
 
 import numpy as np
 from annotated_types import MinLen
@@ -19,7 +19,7 @@ from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.conversion_gain import DualGain
-from camsim.sensor.electronics import Electronics
+from camsim.sensor.electronics import ElectronicChanges, Electronics
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
 from camsim.sensor.falloff import Falloff, Magnification, working_f_number
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
@@ -28,8 +28,30 @@ from camsim.sensor.stages.full_well import FullWell
 from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.spectra.curve import Curve, Filter, Spectrum
 from camsim.spectra.light import Light, LightSamples
-from camsim.typed import Count, Positive, Seed, Several, check, refusal
+from camsim.typed import Count, Positive, Seed, Several, check, refusal, spelled_out
 from camsim.window import Region, grid_of
+
+Olpf: TypeAlias = Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")]
+
+
+class Changes(ElectronicChanges, total=False):
+    """What ``replace`` may exchange: the fields of ``Body``."""
+
+    name: Annotated[str, MinLen(1)]
+    serial: Seed
+    rows: Count
+    cols: Count
+    pitch_um: Positive
+    lens: Lens
+    olpf: Olpf | None
+    photosite: PhotositeShape
+    cfa: Cfa
+    quantum_efficiency: QuantumEfficiency
+    filters: Several[Filter]
+    magnification: Magnification
+    falloff: Falloff | None
+    dual_gain: DualGain | None
+    adc: Adc
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +72,7 @@ class Body(Electronics):
     cols: Count
     pitch_um: Positive
     lens: Lens
-    olpf: Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")] | None = None
+    olpf: Olpf | None = None
     photosite: PhotositeShape
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
@@ -74,7 +96,8 @@ class Body(Electronics):
         if not self.photosite.area_um2 > 0.0:
             raise refusal(self, "photosite", "has no area and sees no light; give one with a side above 0")
 
-    def replace(self, **changes: Any) -> Self:
+    @spelled_out(Changes)
+    def replace(self, **changes: Unpack[Changes]) -> Self:
         """Return a camera with some stages exchanged, such as ``replace(olpf=None)``."""
         return dataclasses.replace(self, **changes)
 

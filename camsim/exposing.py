@@ -23,7 +23,7 @@ from camsim.rendering.auto import Choice
 from camsim.rendering.cube import MOST_PLANES, SpectralCube, radiance_cube
 from camsim.rendering.render import plan_render
 from camsim.rendering.running import carry_out
-from camsim.reporting import Clock, Signals, accuracy_notes, notes, sentence, wavelengths
+from camsim.reporting import Clock, Signals, accuracy_notes, notes, wavelengths
 from camsim.scene import Scene
 from camsim.sensor.chain import mixed, random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
@@ -34,6 +34,7 @@ from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
 from camsim.typed import Positive, Seed, Several, judge, refusal
 from camsim.window import Region, rows_of, widened
+from camsim.words import brief
 
 Progress = Callable[[str, float], None]
 Method: TypeAlias = Literal["auto", "boundary", "fourier"]
@@ -74,6 +75,8 @@ class Capture:
     colour_matrix: MatrixOf = "standard"
     spectral_nm: Several[Positive] | None = None
     scene_name: str = "scene"
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)
@@ -350,8 +353,8 @@ class Capture:
         camera, iso = self.camera, self.exposure.iso
         return Report(
             scene=self.scene_name,
-            optics=tuple(sentence(stage) for stage in camera.optics.stages),
-            electronics=tuple(sentence(stage) for stage in self.electronics),
+            optics=tuple(brief(stage) for stage in camera.optics.stages),
+            electronics=tuple(brief(stage) for stage in self.electronics),
             wavelengths=wavelengths(self.light, self.samples.wavelength_nm.size, rendering.wavelengths),
             method=rendering.method,
             tolerance=rendering.tolerance,

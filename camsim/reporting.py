@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 
 import numpy as np
@@ -88,13 +87,6 @@ class Signals:
             for k, name in enumerate(self._channels)
             if self._photosites[k]
         )
-
-
-def sentence(stage: object) -> str:
-    """Return a stage as people write it: ``Airy(f_number=8.0)``, defaults left out."""
-    fields = dataclasses.fields(stage)  # type: ignore[arg-type]
-    shown = [f"{f.name}={getattr(stage, f.name)!r}" for f in fields if getattr(stage, f.name) != f.default]
-    return f"{type(stage).__name__}({', '.join(shown)})"
 
 
 def wavelengths(light: Light, samples: int, nodes: int) -> str:

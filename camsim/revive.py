@@ -11,7 +11,7 @@ import camsim
 from camsim.errors import CamsimError, InputError
 from camsim.exposing import Capture
 
-_RESULTS = ("Frame", "Rendering")
+_RESULTS = ("Frame", "Rendering", "Report", "Context")
 """Public too, but what comes out and never what goes in."""
 
 

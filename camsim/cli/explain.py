@@ -130,7 +130,7 @@ def _of_channels(capture: Capture, products: Collection[str]) -> Iterator[Decisi
 
 def _of_camera(capture: Capture) -> Iterator[Decision]:
     from camsim.rendering.engine import Decision
-    from camsim.reporting import sentence
+    from camsim.words import brief
 
     camera = capture.camera
     if camera.falloff is None:
@@ -142,7 +142,7 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
     if not capture.noise:
         yield Decision(topic="noise", decision="no random number", reason="noise is switched off")
     else:
-        stages = [sentence(stage) for stage in capture.electronics]
+        stages = [brief(stage) for stage in capture.electronics]
         yield Decision(
             topic="noise",
             decision=f"{capture.random_numbers} random numbers",

@@ -14,6 +14,7 @@ from camsim.arrays import C128, F64
 from camsim.nonuniform import at_points
 from camsim.spectra.curve import Transmission
 from camsim.typed import Positive, Several, judge, refusal
+from camsim.words import brief
 
 MOST_SAMPLES = 256  # along a side: the description in every file holds them all
 PASSES, ENDS = 0.4, 0.6  # cycles per sample: all passes, nothing does
@@ -48,6 +49,8 @@ class MeasuredPsf:
     spacing_um: Positive
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)
@@ -127,6 +130,8 @@ class MeasuredOtf:
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
     _pattern: MeasuredPsf = field(init=False, repr=False, compare=False)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

@@ -15,6 +15,7 @@ LAYERS = (
     "errors",
     "arrays",
     "words",
+    "notebook",
     "marks",
     "kind",
     "kinds",
@@ -44,8 +45,15 @@ LAYERS = (
     "cli",
     "__main__",
 )
-# The one door upward: ``Camera.from_yaml``. The package's own __init__ is all doors.
-EXCEPTIONS = {("camsim.camera", "camsim.capturing")}
+# The doors upward, to names where users look for them: ``from_yaml``, a frame's saving and pictures. The package's own
+# __init__ is all doors.
+EXCEPTIONS = {
+    ("camsim.camera", "camsim.capturing"),
+    ("camsim.scene.scene", "camsim.capturing"),
+    ("camsim.frame", "camsim.files"),
+    ("camsim.frame", "camsim.files.preview"),
+    ("camsim.frame", "camsim.files.png"),
+}
 LIBRARIES = {
     "pydantic": ("camsim.config",),
     "pydantic_core": ("camsim.config",),

@@ -58,7 +58,9 @@ def expose(**changes: Any) -> Any:
 
 def test_every_public_stage_is_here() -> None:
     public = {getattr(camsim, name) for name in camsim.__all__ if dataclasses.is_dataclass(getattr(camsim, name))}
-    assert public - {camsim.Frame, camsim.Rendering, camsim.ShotNoise} == {type(stage) for stage, _ in PARAMETERS}
+    assert public - {camsim.Frame, camsim.Rendering, camsim.Report, camsim.Context, camsim.ShotNoise} == {
+        type(stage) for stage, _ in PARAMETERS
+    }
 
 
 @pytest.mark.parametrize("wrong", [object(), b"1", {1, 2}, np.array([["a"]]), 1j])
