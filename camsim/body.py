@@ -13,7 +13,8 @@ from annotated_types import MinLen
 
 from camsim.arrays import F64
 from camsim.marks import Called
-from camsim.optics import Lens, LowPass, OpticalSystem, PhotositeShape
+from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
+from camsim.optics.own import check_own
 from camsim.rendering import Grid
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
@@ -31,6 +32,11 @@ from camsim.spectra.light import Light, LightSamples
 from camsim.typed import Count, Positive, Seed, Several, check, refusal, spelled_out
 from camsim.window import Region, grid_of
 
+OwnLens: TypeAlias = Annotated[
+    Lens, Called("a lens", "such as Airy(f_number=8); one of your own has f_number, transmission and otf")
+]
+Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as SquarePhotosite(side_um=…)")]
+Blur: TypeAlias = Annotated[OpticalStage, Called("a stage with otf(fx_per_um, fy_per_um, wavelength_nm)")]
 Olpf: TypeAlias = Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")]
 
 
@@ -42,9 +48,9 @@ class Changes(ElectronicChanges, total=False):
     rows: Count
     cols: Count
     pitch_um: Positive
-    lens: Lens
+    lens: OwnLens
     olpf: Olpf | None
-    photosite: PhotositeShape
+    photosite: Photosite
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
     filters: Several[Filter]
@@ -52,6 +58,7 @@ class Changes(ElectronicChanges, total=False):
     falloff: Falloff | None
     dual_gain: DualGain | None
     adc: Adc
+    extra_optics: Several[Blur]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +71,7 @@ class Body(Electronics):
     filters    : in front of the sensor (infrared cut, grey, colour): fractions that pass, all of them multiply
     magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
     falloff    : light towards the corners, relative to the axis
+    extra_optics : blurs of one's own besides the lens (docs/developers.md), such as a haze
     """
 
     name: Annotated[str, MinLen(1)] = "camera"
@@ -71,9 +79,9 @@ class Body(Electronics):
     rows: Count
     cols: Count
     pitch_um: Positive
-    lens: Lens
+    lens: OwnLens
     olpf: Olpf | None = None
-    photosite: PhotositeShape
+    photosite: Photosite
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
     filters: Several[Filter] = ()
@@ -81,9 +89,14 @@ class Body(Electronics):
     falloff: Falloff | None = None
     dual_gain: DualGain | None = None
     adc: Adc
+    extra_optics: Several[Blur] = dataclasses.field(default=(), metadata={"described": "if any"})
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for key in ("lens", "olpf", "photosite"):
+            check_own(getattr(self, key), key)
+        for blur in self.extra_optics:
+            check_own(blur, "extra_optics")
         check(self.lens.f_number, Positive, "f_number", type(self.lens).__name__)
         known = self.quantum_efficiency.channels
         if missing := [letter for letter in self.cfa.channels if letter not in known]:
@@ -108,9 +121,9 @@ class Body(Electronics):
 
     @property
     def optics(self) -> OpticalSystem:
-        """Lens (at its working f-number), OLPF and photosite as one."""
+        """Lens (at its working f-number), blurs of one's own, OLPF and photosite as one."""
         lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
-        return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite)
+        return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite, more=tuple(self.extra_optics))
 
     def _open_curves(self) -> Iterator[tuple[str, Curve]]:
         """Yield the curves that do not say what lies beyond their tables, each with the parameter that it is in."""

@@ -50,6 +50,7 @@ class ChannelSignal:
     mean_dn: float
     clipped_photosites: int
     photosites: int
+    min_e: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -105,6 +105,7 @@ def explained(capture: Capture, products: Collection[str], files: list[tuple[str
         "tolerance": capture.tolerance,
         "method": choice.method,
         "decisions": [asdict(decision) for decision in decisions],
+        "notes": capture.notes(choice, products),
         "expected": {"seconds": seconds, "memory_bytes": memory, "error": expected["error"]},
         "work": {**choice.plan.work(images).counts(), "random_numbers": capture.random_numbers},
     }
@@ -183,6 +184,8 @@ def _print(told: dict[str, Any]) -> None:
     table.add_row("time", f"about {sum(seconds.values()):.2g} s of one core", f"kernels compiled: {parts}")
     table.add_row("memory", f"about {readable(expected['memory_bytes'])}", "beyond what the program itself holds")
     table.add_row("error", f"at most {expected['error']:g}", "of a perfect diffuser, or of the brightest surface")
+    for note in told["notes"]:
+        table.add_row("note", note)
     with console.capture() as printed:
         console.print(table)
     print("\n".join(line.rstrip() for line in printed.get().splitlines()))

@@ -30,6 +30,7 @@ class _Ability(Protocol, metaclass=_Asked):
     """What the abilities below have in common."""
 
 
+@runtime_checkable
 class OpticalStage(Protocol):
     """Anything with a transfer function.
 

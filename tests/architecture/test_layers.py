@@ -34,6 +34,8 @@ LAYERS = (
     "window",
     "regrouped",
     "body",
+    "notes",
+    "lit",
     "exposing",
     "camera",
     "files",

@@ -132,10 +132,10 @@ def test_what_was_described_comes_back(stage: Any) -> None:
         ({"rows": 16.5}, r"description.camera.rows: must be a whole number of 1 or more, not 16.5"),
         (
             {"lens": {"kind": "FourSpotOlpf", "split_um": 3.0}},
-            r"description.camera.lens: must be a Lens, not a FourSpotOlpf",
+            r"description.camera.lens: must be a lens, not a FourSpotOlpf",
         ),
         ({"lens": {"kind": "system"}}, r"description.camera.lens: 'system' is not a stage"),
-        ({"olpf": [1, 2]}, r"description.camera.olpf: must be a FourSpotOlpf or None, not a list of 2"),
+        ({"olpf": [1, 2]}, r"description.camera.olpf: must be an OLPF or None, not a list of 2"),
         ({"films": 1}, r"description.camera: Camera has no 'films'"),
         ({"pitch_um": 1e300}, r"description.camera.pitch_um: must be a number above 0, at most 1e\+15, not 1e\+300"),
     ],

@@ -5,6 +5,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from own_optics import OWN_OPTICS
 from scipy import integrate, special
 from tolerances import ROUNDING
 
@@ -48,7 +49,7 @@ LOPSIDED_STAGES = {
     "unequal splits, turned": camsim.FourSpotOlpf(split_um=3.0, split_y_um=1.0, rotate_deg=20.0),
     "one plate": camsim.TwoSpotOlpf(split_um=3.0),
 }
-ALL_STAGES = OPTICAL_STAGES | LOPSIDED_STAGES
+ALL_STAGES = OPTICAL_STAGES | LOPSIDED_STAGES | OWN_OPTICS
 ROUND_STAGES = {name: stage for name, stage in OPTICAL_STAGES.items() if hasattr(stage, "encircled_energy")}
 
 
