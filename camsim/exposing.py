@@ -87,6 +87,7 @@ class Capture:
             raise refusal(self, "spectral_nm", f"{len(nodes_nm)} wavelengths; give 1 to {MOST_PLANES}")
         if nodes_nm is not None and any(after <= before for before, after in pairwise(nodes_nm)):
             raise refusal(self, "spectral_nm", "wavelengths must increase, each given once")
+        self.camera.grid(self.region)  # refuses a window that leaves the frame
         object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
     @functools.cached_property

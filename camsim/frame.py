@@ -33,7 +33,7 @@ def check_products(products: Collection[str]) -> None:
     """Refuse the name of a product that does not exist; a bare string is a mistake for a tuple of one."""
     for product in (products,) if isinstance(products, str) else products:
         if product not in PRODUCTS:
-            raise UnknownNameError("product", product, PRODUCTS)
+            raise UnknownNameError("product", product, PRODUCTS, key="products")
     if isinstance(products, str):
         raise InvalidValueError(
             f"{products!r} is one name; give several in a tuple, such as ({products!r},)", key="products"
