@@ -62,7 +62,7 @@ SQUARE = camsim.Rectangle(width_um=18, height_um=14.5, rotate_deg=4, reflectance
 
 @dataclass(frozen=True, kw_only=True)
 class Twin:
-    """What differs from the files above, and from their twins: ``set``: of the scene's file, ``camera``: of the class."""
+    """What differs from the files above (``set``: the scene's), and from their twins in Python."""
 
     set: dict[str, Any] = field(default_factory=dict)
     sensor: dict[str, Any] = field(default_factory=dict)
@@ -133,7 +133,8 @@ TWINS = {
         kind="elliptical-gaussian", sigma_um=2, sigma_across_um=1, rotate_deg=30,
     ),
     "coma": of_lens(
-        camsim.Wavefront(f_number=8, zernike_waves={8: 0.1, 3: 0.05}), kind="wavefront", zernike_waves=[[8, 0.1], [3, 0.05]]
+        camsim.Wavefront(f_number=8, zernike_waves={8: 0.1, 3: 0.05}),
+        kind="wavefront", zernike_waves=[[8, 0.1], [3, 0.05]],
     ),
     "defocused iris": of_lens(
         camsim.Wavefront(f_number=8, defocus_um=30, pupil=camsim.Pupil(shape="bladed", blades=6, obstruction=0.1)),
@@ -147,7 +148,8 @@ TWINS = {
         camsim.MeasuredPsf(irradiance=np.array(GRID), spacing_um=2), kind="measured-psf", irradiance=GRID, spacing_um=2
     ),
     "measured transfer": of_lens(
-        camsim.MeasuredOtf(values=np.array(OTF), spacing_per_um=0.1), kind="measured-otf", values=OTF, spacing_per_um=0.1
+        camsim.MeasuredOtf(values=np.array(OTF), spacing_per_um=0.1),
+        kind="measured-otf", values=OTF, spacing_per_um=0.1,
     ),
     "macro": on_lens({"magnification": 0.5}, magnification=0.5),
     "filters": on_lens({"filters": [0.5, RISE]}, filters=[0.5, RISING]),
@@ -168,7 +170,8 @@ TWINS = {
         olpf=camsim.FourSpotOlpf.from_pitches(pitch_um=4.0, split_pitches=0.7, split_y_pitches=0.6),
     ),
     "plate": of_sensor(
-        "olpf", {"kind": "two-spot", "split_um": 3, "rotate_deg": 90}, olpf=camsim.TwoSpotOlpf(split_um=3, rotate_deg=90)
+        "olpf", {"kind": "two-spot", "split_um": 3, "rotate_deg": 90},
+        olpf=camsim.TwoSpotOlpf(split_um=3, rotate_deg=90),
     ),
     "plate in pitches": of_sensor(
         "olpf", {"kind": "two-spot", "split_pitches": 0.7},
