@@ -124,8 +124,8 @@ def _of_edges(scene: Scene, choice: Choice) -> Iterator[str]:
         right, bottom = left + job.grid.pitch_um * job.grid.cols, top + job.grid.pitch_um * job.grid.rows
         yield (
             f"no edge in the window, x from {left:.6g} to {right:.6g} µm and y from {top:.6g} to {bottom:.6g} µm of "
-            f"the optical axis: the scene's {len(scene.shapes)} shapes cover all of it, lie outside, or are as "
-            "bright as what is behind them"
+            "the optical axis: no outline of the scene runs through it, or only between surfaces that are equal; move "
+            "the region or the shapes"
         )
 
 

@@ -39,7 +39,7 @@ def test_what_load_reads_is_what_capture_takes(frame: camsim.Frame) -> None:
     # Lengths in pixels are of the sensor's pitch.
     other = camsim.Scene.from_yaml("slanted-edge", sensor="mono-345")
     assert other.shapes[0].width_um == pytest.approx(ready.scene.shapes[0].width_um * 3.45 / 4.88)  # type: ignore[union-attr]
-    with pytest.raises(UnknownNameError, match="did you mean .slanted-edge"):
+    with pytest.raises(UnknownNameError, match="did you mean 'slanted-edge'"):
         camsim.Scene.from_yaml("slanted-egde")
 
 

@@ -40,7 +40,7 @@ FAULTS = {
     "key of another shape": (
         "radius: 3,",
         "radius: 3, width: 4,",
-        ["scene.yaml:15:31: scene.shapes.2.width: unknown key; known here: kind, radius, centre, reflectance"],
+        ["scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle"],
     ),
     "missing key": (
         "{time_s: 0.01, iso: 200}",

@@ -177,6 +177,10 @@ FAULTS = {
             "leave one of the two out"
         ],
     ),
+    "a round pattern with two axes": (
+        "{kind: gaussian, f_number: 8, sigma_um: 2, sigma_across_um: 1}",
+        ["scene.yaml:3:50: lens.sigma_across_um: unknown key of this kind; it is one of kind elliptical-gaussian"],
+    ),
     "an iris without blades": (
         "{kind: wavefront, f_number: 8, pupil: {shape: bladed}}",
         ["scene.yaml:3:38: lens.pupil.blades: missing; an iris has 3 blades or more"],

@@ -64,7 +64,7 @@ def test_a_usual_picture_has_none() -> None:
         ({"scene": camsim.Scene(background=0.8, shapes=[dataclasses.replace(SQUARE, rotate_deg=45.0,
           centre_um=(38.0, 38.0))])}, "no edge in the window"),
         ({"scene": camsim.Scene(background=0.8, shapes=[dataclasses.replace(SQUARE, reflectance=0.8)])},
-         "are as bright as what is behind them"),
+         "or only between surfaces that are equal"),
         ({"scene": camsim.Scene(background=0.8)}, ""),
         ({"scene": moved(400.0, 0.0), "lens": camsim.Wavefront(f_number=8.0, defocus_um=5.0)}, "no edge in the window"),
         ({"exposure": exposed(1e-7)}, "DN above black, less than one code: the picture is all noise; more light"),
