@@ -40,35 +40,6 @@ def line(x: npt.ArrayLike, y: npt.ArrayLike) -> str:
     across = _WIDE * (across - across.min()) / np.ptp(across)
     down = _HIGH * (1.0 - up / (up.max() or 1.0))
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(across, down, strict=True))
-    return _drawing(
-        f'<polyline points="{points}" fill="none" stroke="#06c" stroke-width="1.5"/>', (0.0, 0.0, _WIDE, _HIGH)
-    )
-
-
-def outlines(shapes: Iterable[tuple[npt.NDArray[np.float64], float]], background: float) -> str:
-    """Return shapes, (corners, grey 0..1) from the lowest to the uppermost, over a background."""
-    found = [(corners, grey) for corners, grey in shapes if np.isfinite(corners).all()]
-    if not found:
-        return ""
-    every = np.concatenate([corners for corners, _ in found])
-    (left, top), (right, bottom) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
-    margin = 0.05 * max(right - left, bottom - top)
-    box = left - margin, top - margin, right - left + 2.0 * margin, bottom - top + 2.0 * margin
-    place = " ".join(f'{name}="{side:.6g}"' for name, side in zip(("x", "y", "width", "height"), box, strict=True))
-    parts = [f'<rect {place} fill="{_grey(background)}"/>']
-    for corners, grey in found:
-        points = " ".join(f"{a:.6g},{b:.6g}" for a, b in corners.tolist())
-        parts.append(f'<polygon points="{points}" fill="{_grey(grey)}"/>')
-    return _drawing("".join(parts), box)
-
-
-def _drawing(parts: str, box: tuple[float, float, float, float]) -> str:
-    seen = " ".join(f"{number:.6g}" for number in box)
-    style = f"max-width:{_WIDE}px;max-height:{2 * _WIDE}px;width:100%"
-    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{seen}" style="{style}">{parts}</svg>'
-
-
-def _grey(reflectance: float) -> str:
-    """Return a reflectance as a screen shows it."""
-    code = round(255.0 * min(max(reflectance, 0.0), 1.0) ** (1.0 / 2.2))
-    return f"#{code:02x}{code:02x}{code:02x}"
+    style = f"max-width:{_WIDE}px;width:100%"
+    drawn = f'<polyline points="{points}" fill="none" stroke="#06c" stroke-width="1.5"/>'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDE} {_HIGH}" style="{style}">{drawn}</svg>'

@@ -87,7 +87,7 @@ def brief(value: object) -> str:
     Curve(wavelength_nm=(400.0, 410.0, …, 700.0: 31), values=(0.5, 0.5, …, 0.5: 31))
     """
     if not dataclasses.is_dataclass(value):
-        return f"{type(value).__name__}(…)"
+        return _in_short(value) if isinstance(value, int | float | str) else f"{type(value).__name__}(…)"
     parts = ((field, getattr(value, field.name)) for field in dataclasses.fields(value) if field.repr)
     told = [f"{field.name}={_in_short(part)}" for field, part in parts if not _as_usual(field, part)]
     return f"{type(value).__name__}({', '.join(told)})"

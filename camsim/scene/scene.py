@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from camsim import notebook
 from camsim.scene.shapes import Shape
-from camsim.spectra.curve import Curve, Reflectance, Spectrum, spectrum_at
+from camsim.spectra.curve import Reflectance
 from camsim.typed import judge
 from camsim.words import brief
 
-_SHOWN, _DRAWN = 10, 2000
-"""Shapes that notebooks list, and draw."""
+_SHOWN = 10
+"""Shapes that notebooks list."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,17 +49,7 @@ class Scene:
         return load(scene, sensor=sensor, overrides=overrides, held=False).scene
 
     def _repr_html_(self) -> str:
-        rows = [("background", _in_words(self.background)), ("shapes", str(len(self.shapes)))]
-        rows += [(type(shape).__name__, _in_words(shape.reflectance)) for shape in self.shapes[:_SHOWN]]
+        rows = [("background", brief(self.background)), ("shapes", str(len(self.shapes)))]
+        rows += [(str(number), brief(shape)) for number, shape in enumerate(self.shapes[:_SHOWN])]
         rows += [("…", f"{len(self.shapes) - _SHOWN} more")] * (len(self.shapes) > _SHOWN)
-        drawn = [(shape.outline_um(math.inf), _grey(shape.reflectance)) for shape in self.shapes[:_DRAWN]]
-        return notebook.table(rows, "Scene") + notebook.outlines(drawn, _grey(self.background))
-
-
-def _in_words(reflectance: Spectrum) -> str:
-    return (reflectance.name or repr(reflectance)) if isinstance(reflectance, Curve) else f"{reflectance:g}"
-
-
-def _grey(reflectance: Spectrum) -> float:
-    """Return the mean over what is seen, as a drawing shows it."""
-    return float(spectrum_at(reflectance, np.arange(400.0, 701.0, 10.0)).mean())
+        return notebook.table(rows, "Scene")

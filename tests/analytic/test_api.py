@@ -78,9 +78,9 @@ def test_curves_and_scenes_in_a_notebook() -> None:
     assert "<polyline" in html
     scene = camsim.Scene(background=0.2, shapes=[camsim.Disc(radius_um=k + 1, reflectance=0.5) for k in range(30)])
     html = scene._repr_html_()
-    assert html.count("<polygon") == 30
+    assert html.count("Disc(radius_um=") == 10
     assert "20 more" in html
-    assert "<polygon" not in camsim.Scene(background=0.2)._repr_html_()
+    assert "0.2" in camsim.Scene(background=0.2)._repr_html_()
     assert "&lt;b&gt;" in camsim.Curve([400, 500], [0, 0], "<b>")._repr_html_()
 
 

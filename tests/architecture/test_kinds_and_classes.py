@@ -67,7 +67,11 @@ def classes_of(place: str) -> list[str]:
     if place in ("lens", "olpf", "photosite"):
         return [kind.__name__ for kind in classes if getattr(kind, "place", "") == place]
     if place == "shapes":
-        return [kind.__name__ for kind in classes if hasattr(kind, "outline_um")]
+        return [
+            kind.__name__
+            for kind in classes
+            if kind.__module__.startswith("camsim.scene.") and kind is not camsim.Scene
+        ]
     ability = {"falloff": "relative", "nonlinearity": "response"}[place]
     return [kind.__name__ for kind in classes if hasattr(kind, ability)]
 
