@@ -15,6 +15,7 @@ from camsim.marks import Called
 from camsim.spectra.curve import Curve
 from camsim.spectra.named import sensitivities
 from camsim.typed import judge, refusal
+from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +43,8 @@ class QuantumEfficiency:
     per: Literal["energy", "photon"]
     peak: Annotated[float, Gt(0), Le(1)]
     source: str = ""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

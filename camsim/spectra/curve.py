@@ -9,10 +9,12 @@ from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 
+from camsim import notebook
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
 from camsim.typed import Fraction, NonNegative, Positive, Several, judge
+from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,8 @@ class Curve:
     name: str = ""
     outside: Literal["zero", "hold"] | None = None
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         judge(self)
         what = f"Curve {self.name!r}" if self.name else "Curve"
@@ -56,6 +60,14 @@ class Curve:
                     key="wavelength_nm",
                     stage=what,
                 )
+
+    def _repr_html_(self) -> str:
+        points = f"{len(self.values)} from {self.wavelength_nm[0]:g} to {self.wavelength_nm[-1]:g} nm"
+        highest = max(self.values)
+        peak = f"{highest:.4g} at {self.wavelength_nm[int(np.argmax(self.values))]:g} nm"
+        beyond = {"zero": "0", "hold": "as at the ends", None: "goes by what it is of"}[self.outside]
+        rows = [("points", points), ("highest", peak), ("beyond", beyond)]
+        return notebook.table(rows, self.name or "Curve") + notebook.line(self.wavelength_nm, self.values)
 
     def at(self, wavelength_nm: F64) -> F64:
         """Return the values at ``wavelength_nm`` (any shape)."""
