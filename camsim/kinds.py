@@ -12,9 +12,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import numpy as np
 from annotated_types import Ge, Gt, Le, MaxLen, MinLen
 
-from camsim.errors import InvalidValueError, nearest
+from camsim.errors import InvalidValueError
 from camsim.marks import After, Before, Called
-from camsim.words import called, either, in_range, percent_hint, shown
+from camsim.words import called, either, in_range, number_hint, percent_hint, shown, word_hint
 
 LARGEST = 1e15
 """No light, length, time or count is more; products of such numbers are far from overflow."""
@@ -94,8 +94,7 @@ def _word(known: tuple[str, ...]) -> Kind:
     def take(value: Any) -> Any:
         if isinstance(value, str) and value in known:
             return value
-        near = nearest(value, known) if isinstance(value, str) else ()
-        raise Misfit(words, value, hint=f"; did you mean {near[0]!r}?" if near else "")
+        raise Misfit(words, value, hint=word_hint(value, known) if isinstance(value, str) else "")
 
     return Kind(words, lambda value: isinstance(value, str), take, lambda value: type(value) is str and value in known)
 
@@ -128,6 +127,8 @@ def _number(bare: type, limits: Sequence[Any]) -> Kind:
             said = words.replace("a number", "a finite number", 1)
         elif number is not None and abs(number) > most:
             said = f"{words}, at most {most:g}"
+        if isinstance(value, str):
+            raise Misfit(said, value, hint=number_hint(value))
         raise Misfit(said, value, hint=percent_hint(value) if high == 1 and low >= 0 else "")
 
     def as_is(value: Any) -> bool:

@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 
 from camsim.cli.bench import bench
 from camsim.cli.explain import explain
+from camsim.cli.options import Changes, SensorName, Sensors
 from camsim.errors import AccuracyError, CamsimError
 
 _BEGAN_S = time.perf_counter()
@@ -117,14 +118,9 @@ def _root(
 @app.command()
 def capture(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, or the name of a shipped scene.")],
-    sensor: Annotated[
-        str | None,
-        typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's."),
-    ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as exposure.iso=800; repeatable."),
-    ] = None,
+    sensor: SensorName = None,
+    sensors: Sensors = None,
+    changes: Changes = None,
     seed: Annotated[
         int | None,
         typer.Option("--seed", metavar="N", min=0, help="Seed of the noise, instead of the scene's."),
@@ -181,6 +177,7 @@ def capture(
         Request(
             scene=scene,
             sensor=sensor,
+            sensors=tuple(sensors or ()),
             changes=(*(changes or ()), *(("render.strict=true",) if strict else ())),
             seed=seed,
             frames=frames,
@@ -289,22 +286,23 @@ app.command()(explain)
 
 
 @app.command("list")
-def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")]) -> None:
-    """List the names that files and options can use."""
+def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")], sensors: Sensors = None) -> None:
+    """List the names that files and options can use; sensors also of your own, each with its place."""
     from camsim.cli.show import lines_of_list
 
-    for line in lines_of_list(what.value):
+    for line in lines_of_list(what.value, sensors or ()):
         print(line)
 
 
 @app.command()
 def show(
     name: Annotated[str, typer.Argument(metavar="NAME", help="A sensor or scene: a name or a file.")],
+    sensors: Sensors = None,
 ) -> None:
     """Print a sensor or scene, and figures that follow from it (as comments: the output is valid YAML)."""
     from camsim.cli.show import text_of
 
-    print(text_of(name))
+    print(text_of(name, sensors or ()))
 
 
 @app.command()
@@ -320,8 +318,9 @@ def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> Non
 @app.command()
 def validate(
     files: Annotated[list[str], typer.Argument(metavar="FILE…", help="Scene and sensor files.")],
+    sensors: Sensors = None,
 ) -> None:
     """Look for faults in scene and sensor files, and print all of them."""
     from camsim.cli.validate import validate_files
 
-    validate_files(files)
+    validate_files(files, sensors or ())

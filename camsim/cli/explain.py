@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from camsim.cli.options import Changes, SensorName, Sensors
 from camsim.errors import CamsimError, OutputError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -24,13 +25,9 @@ BYTES_OF = {"mosaic": 2.0, "electrons": 8.0, "truth": 12.0, "preview": 3.0, "spe
 
 def explain(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, or the name of a shipped scene.")],
-    sensor: Annotated[
-        str | None, typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's.")
-    ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as exposure.iso=800; repeatable."),
-    ] = None,
+    sensor: SensorName = None,
+    sensors: Sensors = None,
+    changes: Changes = None,
     outputs: Annotated[
         list[str] | None,
         typer.Option("-o", "--output", metavar="FILE[:PRODUCT]", help="As if this were to be written; repeatable."),
@@ -55,7 +52,7 @@ def explain(
     if errors:
         raise CamsimError("\n".join(map(str, errors)))
     products = {file.product for file in files}
-    capture = load(scene, sensor=sensor, overrides=changes or (), products=products)
+    capture = load(scene, sensor=sensor, overrides=changes or (), products=products, sensors=sensors or ())
     if plot is not None:
         from camsim.cli.explain_plot import draw
         from camsim.files.atomic import write_whole

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 from collections.abc import Iterator, Mapping
@@ -12,10 +11,11 @@ from pydantic import ValidationError
 
 from camsim.config.expect import Expected, along, can_contradict
 from camsim.config.near import elsewhere, meant
+from camsim.config.scalars import resolve
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
 from camsim.errors import ConfigError, Fault
-from camsim.words import percent_hint
+from camsim.words import number_hint, percent_hint, word_hint
 
 T = TypeVar("T", bound=Table)
 
@@ -147,6 +147,8 @@ def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
     parent = document.find(path[:-1])
     table = holder.table(parent) if holder is not None and parent is not None else None
     assert table is not None, f"{path}: a key too many outside a table"
+    if comma := _comma(parent, key):
+        return comma
     allowed = [name for name in table.model_fields if name != "source"]
     if near := meant(key, allowed):
         description = table.model_fields[near].description
@@ -156,17 +158,37 @@ def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
     return f"unknown key; known here: {', '.join(allowed)}"
 
 
+def _comma(parent: Node | None, key: str) -> str:
+    """Return what is wrong where a comma inside a number has made a key of what follows it; empty where none has."""
+    entries = parent.content if parent is not None else None
+    if not isinstance(entries, Mapping) or not key.isdecimal() or entries[key].content is not None:
+        return ""
+    names = list(entries)
+    name = names[names.index(key) - 1] if names[0] != key else ""
+    before = entries[name] if name else None
+    if before is None or isinstance(before.content, bool) or not isinstance(before.content, int | float):
+        return ""
+    number = f"{before.text},{key}"
+    return f"a comma ends the value of {name!r}, so {number} is read as {before.text}{number_hint(number)}"
+
+
 def _wrong_value(node: Node, expected: Expected) -> str:
     value, words = node.content, expected.words()
     if isinstance(value, float) and not math.isfinite(value):
         return f"must be {words.replace('a number', 'a finite number', 1)}, not {node.text}"
     hint = ""
     if isinstance(value, str):
-        near = difflib.get_close_matches(value.lower(), expected.literals(), n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = word_hint(value, expected.literals()) or (_hint_of_number(value) if expected.is_number() else "")
     elif expected.is_fraction():
         hint = percent_hint(value)
+    elif isinstance(value, tuple) and len(value) == 2 * expected.length():
+        hint = "; a decimal number has a point, such as 1.5"
     return f"must be {words}, not {_got(node)}{hint}"
+
+
+def _hint_of_number(text: str) -> str:
+    """Return the way out of a text for a number; one that reads like a number was put in quotes."""
+    return "; write it without quotes" if isinstance(resolve(text), int | float) else number_hint(text)
 
 
 def _got(node: Node) -> str:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
+from camsim.spectra.csv_table import Column, read_points
 from camsim.typed import Fraction, NonNegative, Positive, Several, judge
 
 
@@ -56,6 +58,25 @@ class Curve:
                     key="wavelength_nm",
                     stage=what,
                 )
+
+    @classmethod
+    def from_csv(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        column: Column | None = None,
+        outside: Literal["zero", "hold"] | None = None,
+        name: str = "",
+    ) -> Self:
+        """Return the curve of a column of a CSV file.
+
+        column : its name in the header, or its number, the file's first being 1; not needed where there are two columns
+
+        Cells are separated by semicolons, tabs, commas or spaces; the header may name nm, µm or Å and %; what else may
+        stand in a file is said in docs/curves.md. What cannot be read is refused in one sentence with its line.
+        """
+        wavelength_nm, values = read_points(path, column)
+        return cls(wavelength_nm, values, name, outside)
 
     def at(self, wavelength_nm: F64) -> F64:
         """Return the values at ``wavelength_nm`` (any shape)."""
