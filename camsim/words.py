@@ -58,6 +58,28 @@ _STOP = re.compile(r"f\s*/?\s*(\d+(?:\.\d*)?)", re.IGNORECASE)
 _WITH_UNIT = re.compile(r"([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)\s*[a-zµμ°²/]+", re.IGNORECASE)
 
 
+def percent(fraction: float) -> str:
+    """Return a share as people write it.
+
+    >>> percent(1.0), percent(0.9972), percent(0.0394), percent(1e-7), percent(0.0)
+    ('100 %', '99.7 %', '3.9 %', 'under 0.01 %', '0 %')
+    """
+    value = 100.0 * fraction
+    if 0.0 < value < 0.01:
+        return "under 0.01 %"
+    return f"{value:.3g} %" if value >= 99.5 else f"{value:.2g} %"
+
+
+def percent_range(low: float, high: float) -> str:
+    """Return what shares lie between; one where they read the same.
+
+    >>> percent_range(0.00388, 0.00391), percent_range(0.0039, 0.12)
+    ('0.39 %', '0.39 to 12 %')
+    """
+    least, most = percent(low), percent(high)
+    return most if least == most else f"{least.removesuffix(' %')} to {most}"
+
+
 def word_hint(text: str, known: Sequence[str]) -> str:
     """Return which of the words that may stand here is meant; nothing where most of them might be.
 

@@ -14,7 +14,7 @@ from typer.core import TyperGroup
 
 from camsim.cli.bench import bench
 from camsim.cli.explain import explain
-from camsim.cli.options import Changes, SensorName, Sensors
+from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
 from camsim.errors import AccuracyError, CamsimError
 
 _BEGAN_S = time.perf_counter()
@@ -42,6 +42,9 @@ class _Commands(TyperGroup):
             _say("camsim: out of memory; capture a smaller region")
             code = 1
         except Exception as error:
+            if hasattr(error, "option_name"):  # of click, which typer has in one place or another
+                say_how_to_set(error)
+                raise
             error.add_note("This is a bug of camsim: please report it with the lines above.")
             raise
         raise typer.Exit(code)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,11 +12,13 @@ from camsim.arrays import F64
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
+    from camsim.sensor.cfa import Cfa
 
 COLOURS = {"R": "#c0392b", "G": "#1e8449", "B": "#2456a6", "Y": "#333333"}
 WAVELENGTHS = 24  # of a curve or pattern, at the most
 ALONG = 400
 FOOTPRINT = "photosite"
+ALL_NYQUIST = 0.5
 PITCHES, PERIOD, CELLS = 4.0, 32.0, 1024  # what is shown to either side; a period that hardly wraps, and its samples
 
 
@@ -76,14 +79,29 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
         axes.plot(f, np.abs(lens * footprint), color=colour, lw=2.0, label=f"system, {name}")
         diagonal = _lens(capture, k, slanted, slanted) * system.footprint_otf(slanted, slanted)
         axes.plot(f, np.abs(diagonal), color=colour, lw=1.2, ls="-.", label=f"system, {name}, 45°")
-    axes.axvline(0.5, color="black", lw=0.8, ls=":")
-    axes.text(0.5, 1.03, "Nyquist", ha="center", fontsize=8)
+    for nyquist, names in nyquists(camera.cfa).items():
+        colour = COLOURS.get(names[0], "black") if len(names) == 1 else "black"
+        axes.axvline(nyquist, color=colour, lw=0.8, ls=":")
+        words = "all photosites" if nyquist == ALL_NYQUIST else ", ".join(names)
+        axes.text(nyquist, 0.99, f"Nyquist of {words} ", ha="right", va="top", rotation=90, fontsize=8)
     axes.set(
         xlim=(0.0, last), ylim=(0.0, 1.02), ylabel="MTF", xlabel="cycles per pitch, along x (45°: along a diagonal)"
     )
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
     axes.set_title(f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}", pad=18)
+
+
+def nyquists(cfa: Cfa) -> dict[float, list[str]]:
+    """Return half the sampling frequency of all photosites and of those of each channel, cycles per pitch, and whose.
+
+    A channel's is that of an even lattice of its density, as ``camsim measure`` has it.
+    """
+    letters = "".join(cfa.pattern)
+    found: dict[float, list[str]] = {}
+    for name in cfa.channels:
+        found.setdefault(round(ALL_NYQUIST * math.sqrt(letters.count(name) / len(letters)), 6), []).append(name)
+    return {**found, ALL_NYQUIST: list(cfa.channels)}
 
 
 def _draw_psf(figure: Any, capture: Capture) -> None:
@@ -106,19 +124,25 @@ def _draw_psf(figure: Any, capture: Capture) -> None:
     for above, below, (title, pattern) in zip(pictures, slices, patterns.items(), strict=True):
         brightest = pattern.max()
         shown = np.sqrt(np.maximum(pattern, 0.0) / brightest)
-        above.imshow(shown, extent=(-PITCHES, PITCHES, PITCHES, -PITCHES), cmap="magma", interpolation="nearest")
+        image = above.imshow(
+            shown, extent=(-PITCHES, PITCHES, PITCHES, -PITCHES), cmap="magma", interpolation="nearest"
+        )
         above.set_title(title if system.olpf is None or title != FOOTPRINT else "OLPF ⊗ photosite", fontsize=10)
-        above.set(xticks=ticks, yticks=ticks)
+        above.set(xticks=ticks, yticks=ticks, xlabel="x, pitches", ylabel="y (down), pitches")
+        figure.colorbar(image, ax=above, shrink=0.7, label="root of relative irradiance")
         below.semilogy(along, np.maximum(pattern[half] / brightest, 1e-12), color="black", lw=1.0, label="along x")
         diagonal = np.maximum(np.diagonal(pattern) / brightest, 1e-12)
         below.semilogy(along * np.sqrt(2.0), diagonal, color="grey", lw=0.8, ls="--", label="along a diagonal")
-        below.set(xlim=(-PITCHES, PITCHES), ylim=(1e-4, 1.5), xticks=ticks, xlabel="pitches")
+        below.set(
+            xlim=(-PITCHES, PITCHES),
+            ylim=(1e-4, 1.5),
+            xticks=ticks,
+            xlabel="from the middle, pitches",
+            ylabel="relative irradiance",
+        )
         below.grid(alpha=0.3)
-    slices[0].set_ylabel("relative irradiance")
     slices[0].legend(fontsize=7)
-    figure.suptitle(
-        f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}; above: root of the irradiance"
-    )
+    figure.suptitle(f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}")
 
 
 def _pattern(otf: F64, half: int) -> F64:

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
+from camsim.words import percent_range
 
 if TYPE_CHECKING:
-    from camsim.measure import MtfReport, Picture, TheoreticalOtf
+    from camsim.measure import CameraOtf, MtfReport, Picture
 
 _CURVES = ("frequency_cycles_per_pixel", "mtf", "mtf_error", "theory_mtf")
 _PLOT_SUFFIXES = (".png", ".svg", ".pdf")
@@ -52,7 +53,8 @@ def measure(request: MtfRequest) -> None:
     if request.plot is not None:
         from camsim.cli.plot import draw
 
-        write_whole(request.plot, draw(report, Path(request.plot).suffix.lower()[1:]))
+        stages = theory.stages if theory is not None else ()
+        write_whole(request.plot, draw(report, Path(request.plot).suffix.lower()[1:], stages))
     if request.as_json:
         print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
         return
@@ -86,7 +88,7 @@ def _check_outputs(request: MtfRequest) -> None:
         check_matplotlib()
 
 
-def _theory(picture: Picture) -> tuple[TheoreticalOtf | None, str]:
+def _theory(picture: Picture) -> tuple[CameraOtf | None, str]:
     """Return the transfer function that the file's own description gives, or why there is none."""
     if picture.description is None:
         return None, "the file does not say what it was taken with"
@@ -156,8 +158,8 @@ def _lines(report: MtfReport, why_not: str) -> Iterator[str]:
     if why_not:
         yield f"theory: none, {why_not}"
     if report.edges[0].tail:
-        beyond = [100.0 * edge.tail_fraction for edge in report.edges]
-        yield f"line spread beyond the regions, added by a fit of 1/x²: {min(beyond):.2f}–{max(beyond):.2f} %"
+        beyond = [edge.tail_fraction for edge in report.edges]
+        yield f"line spread beyond the regions, added by a fit of 1/x²: {percent_range(min(beyond), max(beyond))}"
     else:
         yield "line spread beyond the regions left out (plain ISO 12233)"
     for edge in report.edges:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -23,8 +24,11 @@ def check_matplotlib() -> None:
         )
 
 
-def draw(report: MtfReport, suffix: str) -> bytes:
-    """Return a picture of measured curves, theory and their difference, as bytes of a PNG, SVG or PDF."""
+def draw(report: MtfReport, suffix: str, stages: Sequence[str] = ()) -> bytes:
+    """Return a picture of measured curves, theory and their difference, as bytes of a PNG, SVG or PDF.
+
+    stages : what the theory is the product of
+    """
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -49,16 +53,18 @@ def draw(report: MtfReport, suffix: str) -> bytes:
         half = edge.figures.mtf50_cycles_per_pixel
         top.plot([half], [0.5], "o", color=colour, ms=4)
         if edge.theory is not None and below is not None:
-            label = None if "theory" in seen else "theory: lens · OLPF · photosite"
+            label = None if "theory" in seen else f"theory: {' · '.join(stages)}"
             top.plot(f, edge.theory.mtf, color="black", lw=1.0, ls="--", label=label)
             seen.add("theory")
             below.plot(f, edge.theory.difference, color=colour, lw=1.0)
             below.fill_between(f, -2 * edge.mtf_error, 2 * edge.mtf_error, color=colour, alpha=0.15, lw=0)
     for nyquist in sorted({edge.nyquist_cycles_per_pixel for edge in edges}):
+        channels = dict.fromkeys(edge.channel for edge in edges if edge.nyquist_cycles_per_pixel == nyquist)
         for axes in (top, below):
             if axes is not None:
                 axes.axvline(nyquist, color="grey", lw=0.8, ls=":")
-        top.text(nyquist, 1.06, "Nyquist", ha="center", va="bottom", fontsize=8, color="grey")
+        words = f"Nyquist of {', '.join(channels)} "
+        top.text(nyquist, 1.03, words, ha="right", va="top", rotation=90, fontsize=8, color="grey")
     top.set_ylim(0.0, 1.05)
     top.set_xlim(0.0, float(edges[0].frequency_cycles_per_pixel[-1]))
     top.set_ylabel("MTF")

@@ -12,6 +12,7 @@ from camsim.cli.outputs import Output
 from camsim.config.memory import readable
 from camsim.config.yaml_text import yaml_text
 from camsim.frame import ChannelSignal, Frame
+from camsim.words import percent
 
 _WIDTH_OF_A_LOG = 1000
 _LONGEST_LIST = 12
@@ -50,7 +51,7 @@ def print_report(
             share = channel.clipped_photosites / channel.photosites
             lines.add_row(
                 "note",
-                f"{share:.0%} of {channel.name} is clipped; exposure.time_s: auto puts white at 80 %",
+                f"{percent(share)} of {channel.name} is clipped; exposure.time_s: auto puts white at 80 %",
             )
     for note in report.notes:
         lines.add_row("note", note)
@@ -90,8 +91,8 @@ def _signal(frame: Frame) -> Table:
 def _clipped(channel: ChannelSignal) -> str:
     if not channel.clipped_photosites:
         return "none"
-    percent = 100.0 * channel.clipped_photosites / channel.photosites
-    return f"{channel.clipped_photosites} of {channel.photosites} ({percent:.2g} %)"
+    share = channel.clipped_photosites / channel.photosites
+    return f"{channel.clipped_photosites} of {channel.photosites} ({percent(share)})"
 
 
 def _shortened(tree: object) -> object:

@@ -92,7 +92,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
     rows = [
         ("photosites", f"{camera.rows} × {camera.cols}, {camera.rows * camera.cols / 1e6:.1f} million"),
         ("size", f"{width_mm:.2f} × {height_mm:.2f} mm, diagonal {math.hypot(width_mm, height_mm):.2f} mm"),
-        ("Nyquist frequency", f"{0.5 / pitch_um:.5g} cycles/µm ({500.0 / pitch_um:.1f} line pairs/mm)"),
+        ("Nyquist frequency", f"{0.5 / pitch_um:.5g} cycles/µm ({500.0 / pitch_um:.1f} line pairs/mm), all photosites"),
     ]
     if camera.olpf is not None:
         rows.append(("OLPF null", _olpf_null(camera.olpf, pitch_um)))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import get_args, get_origin
 
 from camsim.config.expect import Expected, expected_of_field
-from camsim.config.schema import Table
+from camsim.config.schema import SceneFile, SensorFile, Table
 from camsim.config.tree import KeyPath, dotted
 
 # Words of other programs, of cameras and of data sheets for our keys.
@@ -84,6 +84,19 @@ def elsewhere(key: str, root: type[Table], here: KeyPath) -> list[str]:
     here = tuple(0 if isinstance(part, int) else part for part in here)
     places = dict.fromkeys(path for path in _all_keys(Expected.of(root), ()) if path[-1] == key)
     return [dotted(path) for path in places if path != here]
+
+
+def place_of(word: str) -> str | None:
+    """Return the key that a word means as ``--set`` has it, None when nothing is near.
+
+    >>> place_of("tolerance"), place_of("shutter"), place_of("read-noise")
+    ('render.tolerance', 'exposure.time_s', 'sensor.readout.read_noise_e')
+    """
+    places = dict.fromkeys(_all_keys(Expected.of(SceneFile), ()))
+    places |= dict.fromkeys(("sensor", *path) for path in _all_keys(Expected.of(SensorFile), ()))
+    found = [path for path in places if 0 not in path]
+    name = meant(word, sorted({str(path[-1]) for path in found}))
+    return next((dotted(path) for path in found if path[-1] == name), None)
 
 
 def _all_keys(expected: Expected, path: KeyPath) -> Iterator[KeyPath]:

@@ -35,7 +35,7 @@ class SensorSearch:
 
     @classmethod
     def of(cls, folders: Iterable[str | os.PathLike[str]], beside: Path) -> SensorSearch:
-        """Look into these folders, those of CAMSIM_PATH, and the scene's; raises InvalidValueError about a wrong one."""
+        """Look into these folders, those of CAMSIM_PATH and the scene's; raises InvalidValueError about a wrong one."""
         named = [Path(folder) for folder in folders]
         for folder in named:
             if not folder.is_dir():
