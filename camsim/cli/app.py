@@ -72,7 +72,7 @@ class Listed(StrEnum):
 
 
 class SchemaOf(StrEnum):
-    """What ``camsim schema`` can print."""
+    """What ``camsim schema`` can print and ``camsim new`` can write."""
 
     scene = "scene"
     sensor = "sensor"
@@ -201,12 +201,13 @@ def capture(
 @app.command()
 def info(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, EXR, TIFF or PNG of camsim.")],
+    full: Annotated[bool, typer.Option("--full", help="Also print every stage with all its parameters.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
-    """Print what a file of camsim holds, and everything that was computed to make it."""
+    """Print what a file of camsim holds, and what was computed to make it."""
     from camsim.cli.info import json_of_file, text_of_file
 
-    print(json_of_file(file) if as_json else text_of_file(file))
+    print(json_of_file(file) if as_json else text_of_file(file, full=full))
 
 
 @app.command("recapture")
@@ -322,8 +323,34 @@ def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> Non
 def validate(
     files: Annotated[list[str], typer.Argument(metavar="FILE…", help="Scene and sensor files.")],
     sensors: Sensors = None,
+    draw: Annotated[
+        str | None,
+        typer.Option(
+            "--draw",
+            metavar="FILE.png|svg|pdf|-",
+            help="Draw a scene's outlines over the window, with photosites and a scale; - draws on the terminal.",
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a drawing that exists.")] = False,
 ) -> None:
-    """Look for faults in scene and sensor files, and print all of them."""
-    from camsim.cli.validate import validate_files
+    """Look for faults in scene and sensor files, and print all of them; draw a scene."""
+    from camsim.cli.validate import draw_scene, validate_files
 
-    validate_files(files, sensors or ())
+    if draw is not None:
+        draw_scene(files, draw, sensors or (), force=force)
+    else:
+        validate_files(files, sensors or ())
+
+
+@app.command()
+def new(
+    what: Annotated[SchemaOf, typer.Argument(help="Which file.")],
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", metavar="FILE", help="scene.yaml or sensor.yaml when left out.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
+) -> None:
+    """Write a scene or sensor to start from, with a comment to every line."""
+    from camsim.cli.new import write_template
+
+    print(write_template(what.value, output or f"{what.value}.yaml", force=force))

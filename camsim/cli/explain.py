@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from camsim.cli.options import Changes, SensorName, Sensors
-from camsim.errors import CamsimError, OutputError, UnknownNameError
+from camsim.errors import CamsimError, UnknownNameError
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 # Seconds of one core: what comes before, a random number with what is done to it, a photosite's code, a byte of a file.
 BEFORE_SECONDS, NOISE_SECONDS, CODE_SECONDS, FILE_SECONDS = 0.01, 20e-9, 12e-9, 8e-9
+PLOTS = ("mtf", "psf", "qe", "spectra", "noise")
 HELD_BYTES = 16.0  # of a photosite, besides its light: electrons, code and what they are computed with
 BYTES_OF = {"mosaic": 2.0, "electrons": 8.0, "truth": 12.0, "preview": 3.0, "spectral": 4.0 * 31, "frame": 30.0}
 
@@ -36,7 +37,10 @@ def explain(
     plot: Annotated[
         tuple[str, str] | None,
         typer.Option(
-            "--plot", metavar="mtf|psf FILE", help="Draw lens, OLPF, photosite and system (needs matplotlib)."
+            "--plot",
+            metavar="mtf|psf|qe|spectra|noise FILE",
+            help="Draw transfers or patterns of the stages, quantum efficiencies, spectra, or the noise by its sources "
+            "(needs matplotlib).",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
@@ -187,15 +191,8 @@ def _print(told: dict[str, Any]) -> None:
 
 def _check_plot(kind: str, file: str, *, force: bool) -> None:
     """Refuse what cannot be drawn, before any work."""
-    from camsim.cli.plot import check_matplotlib
+    from camsim.cli.plot import check_drawing
 
-    if kind not in ("mtf", "psf"):
-        raise UnknownNameError("plot", kind, ("mtf", "psf"))
-    suffixes = (".png", ".svg", ".pdf")
-    if Path(file).suffix.lower() not in suffixes:
-        raise OutputError(f"cannot write {file!r}: a plot is one of {', '.join(suffixes)}")
-    if not Path(file).parent.is_dir():
-        raise OutputError(f"cannot write {file!r}: the folder {str(Path(file).parent)!r} does not exist; make it first")
-    if Path(file).exists() and not force:
-        raise OutputError(f"{file!r} exists; overwrite it with --force")
-    check_matplotlib()
+    if kind not in PLOTS:
+        raise UnknownNameError("plot", kind, PLOTS)
+    check_drawing(file, force=force)

@@ -1,4 +1,4 @@
-"""Transfer functions and patterns of lens, OLPF, photosite and system, as in figures 3 to 7 of the paper."""
+"""Pictures of what a capture computes; here the transfers and patterns of its stages, as in the paper."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.cli.plot import colour_of_channel
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
     from camsim.sensor.cfa import Cfa
 
-COLOURS = {"R": "#c0392b", "G": "#1e8449", "B": "#2456a6", "Y": "#333333"}
+SIZES = {"mtf": (9.0, 5.4), "psf": (10.0, 6.6), "qe": (9.0, 5.4), "spectra": (9.0, 8.0), "noise": (9.0, 5.8)}
 WAVELENGTHS = 24  # of a curve or pattern, at the most
 ALONG = 400
 FOOTPRINT = "photosite"
@@ -23,14 +24,24 @@ PITCHES, PERIOD, CELLS = 4.0, 32.0, 1024  # what is shown to either side; a peri
 
 
 def draw(capture: Capture, kind: str, suffix: str) -> bytes:
-    """Return a picture, "mtf" or "psf", as bytes of a PNG, SVG or PDF."""
+    """Return a picture, one of ``SIZES``, as bytes of a PNG, SVG or PDF."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, 5.4) if kind == "mtf" else (10.0, 6.6), layout="constrained")
-    (_draw_mtf if kind == "mtf" else _draw_psf)(figure, capture)
+    from camsim.cli.explain_noise import draw_noise
+    from camsim.cli.explain_spectra import draw_efficiency, draw_spectra
+
+    drawings = {
+        "mtf": _draw_mtf,
+        "psf": _draw_psf,
+        "qe": draw_efficiency,
+        "spectra": draw_spectra,
+        "noise": draw_noise,
+    }
+    figure = Figure(figsize=SIZES[kind], layout="constrained")
+    drawings[kind](figure, capture)
     out = io.BytesIO()
     figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
     return out.getvalue()
@@ -73,14 +84,14 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
     for k, name in enumerate(camera.cfa.channels):
         if not _shares(capture, k)[0].size:
             continue
-        colour = COLOURS.get(name, "#7d3c98")
+        colour = colour_of_channel(name)
         lens = _lens(capture, k, per_um, zero)
         axes.plot(f, np.abs(lens), color=colour, lw=0.9, alpha=0.6, label=f"lens, {name}")
         axes.plot(f, np.abs(lens * footprint), color=colour, lw=2.0, label=f"system, {name}")
         diagonal = _lens(capture, k, slanted, slanted) * system.footprint_otf(slanted, slanted)
         axes.plot(f, np.abs(diagonal), color=colour, lw=1.2, ls="-.", label=f"system, {name}, 45°")
     for nyquist, names in nyquists(camera.cfa).items():
-        colour = COLOURS.get(names[0], "black") if len(names) == 1 else "black"
+        colour = colour_of_channel(names[0]) if len(names) == 1 else "black"
         axes.axvline(nyquist, color=colour, lw=0.8, ls=":")
         words = "all photosites" if nyquist == ALL_NYQUIST else ", ".join(names)
         axes.text(nyquist, 0.99, f"Nyquist of {words} ", ha="right", va="top", rotation=90, fontsize=8)

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from camsim.measure import CameraOtf, MtfReport, Picture
 
 _CURVES = ("frequency_cycles_per_pixel", "mtf", "mtf_error", "theory_mtf")
-_PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,19 +72,15 @@ def _gamma(text: str | None) -> float | str | None:
 
 def _check_outputs(request: MtfRequest) -> None:
     """Refuse outputs that cannot be written, before any work."""
-    for path in (request.csv, request.plot):
-        if path is None:
-            continue
-        if Path(path).exists() and not request.force:
-            raise OutputError(f"{path!r} exists; overwrite it with --force, or write elsewhere")
-        if not Path(path).resolve().parent.is_dir():
-            raise OutputError(f"cannot write {path!r}: its folder does not exist; make it first")
+    if request.csv is not None:
+        if Path(request.csv).exists() and not request.force:
+            raise OutputError(f"{request.csv!r} exists; overwrite it with --force, or write elsewhere")
+        if not Path(request.csv).resolve().parent.is_dir():
+            raise OutputError(f"cannot write {request.csv!r}: its folder does not exist; make it first")
     if request.plot is not None:
-        if Path(request.plot).suffix.lower() not in _PLOT_SUFFIXES:
-            raise OutputError(f"cannot write {request.plot!r}: a plot is one of {', '.join(_PLOT_SUFFIXES)}")
-        from camsim.cli.plot import check_matplotlib
+        from camsim.cli.plot import check_drawing
 
-        check_matplotlib()
+        check_drawing(request.plot, force=request.force)
 
 
 def _theory(picture: Picture) -> tuple[CameraOtf | None, str]:

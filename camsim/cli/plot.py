@@ -5,23 +5,39 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camsim.errors import UnsupportedError
+from camsim.errors import OutputError, UnsupportedError
 
 if TYPE_CHECKING:
     from camsim.measure import MtfReport
 
 _COLOURS = {"R": "#c0392b", "G": "#1e8449", "G1": "#1e8449", "G2": "#58a55c", "B": "#2456a6", "Y": "#333333"}
+_OTHER_COLOUR = "#7d3c98"
 _MOST_EDGES = 12
 
 
-def check_matplotlib() -> None:
-    """Raise UnsupportedError when there is no matplotlib."""
+SUFFIXES = (".png", ".svg", ".pdf")
+
+
+def check_drawing(file: str, *, force: bool, option: str = "--plot") -> None:
+    """Refuse what cannot be drawn, before any work: raises OutputError, UnsupportedError without matplotlib."""
+    if Path(file).suffix.lower() not in SUFFIXES:
+        raise OutputError(f"cannot write {file!r}: a plot is one of {', '.join(SUFFIXES)}")
+    if not Path(file).parent.is_dir():
+        raise OutputError(f"cannot write {file!r}: the folder {str(Path(file).parent)!r} does not exist; make it first")
+    if Path(file).exists() and not force:
+        raise OutputError(f"{file!r} exists; overwrite it with --force")
     if find_spec("matplotlib") is None:
         raise UnsupportedError(
-            "needs matplotlib, which is not installed: python -m pip install 'camsim-spectral[plot]'", key="--plot"
+            "needs matplotlib, which is not installed: python -m pip install 'camsim-spectral[plot]'", key=option
         )
+
+
+def colour_of_channel(name: str) -> str:
+    """Return what a channel is drawn in."""
+    return _COLOURS.get(name, _OTHER_COLOUR)
 
 
 def draw(report: MtfReport, suffix: str, stages: Sequence[str] = ()) -> bytes:
@@ -43,7 +59,7 @@ def draw(report: MtfReport, suffix: str, stages: Sequence[str] = ()) -> bytes:
         top, below = figure.subplots(), None
     seen: set[str] = set()
     for edge in edges:
-        colour = _COLOURS.get(edge.channel, "#7d3c98")
+        colour = colour_of_channel(edge.channel)
         f = edge.frequency_cycles_per_pixel
         name = f"{edge.channel}, {edge.figures.angle_deg:.2f}°, roi {edge.roi}"
         top.plot(f, edge.mtf, color=colour, lw=1.2, label=name)
