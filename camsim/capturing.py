@@ -161,7 +161,7 @@ def _search(folders: Iterable[PathOrName], beside: Path) -> SensorSearch:
     try:
         return SensorSearch.of(folders, beside)
     except InvalidValueError as error:
-        raise ConfigError([Fault(f"--{error.key}", 0, 0, "", error.message)]) from None
+        raise ConfigError([Fault(error.key, 0, 0, "", error.message)]) from None
 
 
 def _sensor_of(

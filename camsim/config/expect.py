@@ -77,7 +77,9 @@ class Expected:
         """Return the word of a kind that stands in ``node``, or the one that it is near to."""
         kind = node.content.get("kind") if isinstance(node.content, Mapping) else None
         words = [word for table in self.tables() for word in kinds_of(table)]
-        near = nearest(str(kind.content), words) if kind is not None else ()
+        if kind is None or kind.content in words:
+            return None if kind is None else str(kind.content)
+        near = nearest(str(kind.content), words)
         return near[0] if near else None
 
     def inside(self, node: Node, key: str | int) -> Expected | None:

@@ -40,7 +40,7 @@ class SensorSearch:
         for folder in named:
             if not folder.is_dir():
                 message = f"{str(folder)!r} is no folder; name one that holds sensor files"
-                raise InvalidValueError(message, key="sensors")
+                raise InvalidValueError(message, key="--sensors")
         said = os.environ.get(PATH_VARIABLE, "").split(os.pathsep)
         return cls((*named, *(Path(folder) for folder in said if folder)), beside)
 

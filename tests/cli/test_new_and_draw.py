@@ -120,3 +120,31 @@ def test_what_cannot_be_drawn(words: tuple[str, ...], why: str) -> None:
     code, said, error = run("validate", *words)
     assert (code, said) == (2, "")
     assert error.startswith(why)
+
+
+def test_sensors_of_ones_own_are_listed_with_their_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CAMSIM_PATH", raising=False)
+    for place, name in (("sensors/mine.yaml", "Mine"), ("far/theirs.yaml", "Theirs"), ("path/d40-like.yaml", "Other")):
+        Path(place).parent.mkdir()
+        Path(place).write_text(template("sensor").replace("My camera", name), encoding="utf-8")
+    Path("scene.yaml").write_text(template("scene"), encoding="utf-8")
+    listed = {line.split()[0]: line.rpartition(" (")[2][:-1] for line in run("list", "sensors")[1].splitlines()}
+    assert (listed["mine"], listed["d40-like"]) == ("sensors/mine.yaml", "shipped")
+    assert not {"theirs", "scene"} & set(listed)
+    monkeypatch.setenv("CAMSIM_PATH", "path")
+    listed = {
+        line.split()[0]: line.rpartition(" (")[2][:-1]
+        for line in run("list", "sensors", "--sensors", "far")[1].splitlines()
+    }
+    assert (listed["theirs"], listed["d40-like"]) == ("far/theirs.yaml", "path/d40-like.yaml")
+    assert "\nname: Theirs " in run("show", "theirs", "--sensors", "far")[1]
+    assert run("validate", "theirs", "--sensors", "far")[1] == "theirs: a sensor, no faults\n"
+    told = run("explain", "scene.yaml", "--sensor", "theirs", "--sensors", "far", "--set", "region={rows: 8, cols: 8}")
+    assert "8 × 8 photosites of Theirs" in told[1]
+    code, _, error = run("capture", "scene.yaml", "--sensor", "theirs", "-o", "a.dng")
+    assert code == 2
+    assert error.startswith("--sensor: unknown sensor 'theirs'")
+    assert (
+        run("list", "sensors", "--sensors", "gone")[2]
+        == "--sensors: 'gone' is no folder; name one that holds sensor files\n"
+    )

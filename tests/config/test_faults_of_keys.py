@@ -145,11 +145,49 @@ FAULTS = {
             "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
     ),
+    "another word for the key of a kind": (
+        "kind: airy",
+        "type: airy",
+        [
+            "scene.yaml:3:1: lens.kind: missing; airy, annular, gaussian, wavefront, radial-otf, measured-psf or "
+            "measured-otf; write kind in place of 'type'"
+        ],
+    ),
+    "a value for its table": (
+        "background: {reflectance: 0.9}",
+        "background: white 9.5",
+        [
+            "scene.yaml:9:15: scene.background: must be a table {reflectance}, not 'white 9.5'; write {reflectance: "
+            "white 9.5} (everything that no shape covers)"
+        ],
+    ),
+    "off for a table": (
+        "noise: {enabled: true, seed: 1}",
+        "noise: off",
+        [
+            "scene.yaml:17:8: noise: must be a table {enabled, seed, frame_number}, not 'off'; write {enabled: false} "
+            "(the noise of this capture)"
+        ],
+    ),
+    "percent for a name": (
+        "reflectance: dark skin",
+        "reflectance: 18 %",
+        [
+            "scene.yaml:14:20: scene.shapes.1.reflectance: unknown reflectance '18 %'; a fraction: 18 % is 0.18",
+        ],
+    ),
+    "a needed key under another name": (
+        "iso: 200",
+        "ISO: 200",
+        [
+            "scene.yaml:5:26: exposure.ISO: unknown key; did you mean 'iso'? "
+            "(ISO setting; the sensor's electrons_per_dn holds at its base_iso)"
+        ],
+    ),
     "another word for a kind": (
         "kind: disc, radius: 3,",
         "kind: circle, r: 3,",
         [
-            "scene.yaml:15:7: scene.shapes.2.radius: missing; a number above 0 (in the scene's unit)",
             "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'circle'; did you mean "
             "'disc'?",
             "scene.yaml:15:22: scene.shapes.2.r: unknown key; did you mean 'radius'? (in the scene's unit)",
@@ -188,7 +226,10 @@ FAULTS = {
     "yes for true": (
         "enabled: true",
         "enabled: yes",
-        ["scene.yaml:17:18: noise.enabled: must be true or false, not 'yes' (false records the mean signal)"],
+        [
+            "scene.yaml:17:18: noise.enabled: must be true or false, not 'yes'; write true "
+            "(false records the mean signal)"
+        ],
     ),
     "true for a number": (
         "seed: 1",
