@@ -142,7 +142,9 @@ def _fault(document: Document, model: type[Table], path: KeyPath, detail: Any) -
         return document.fault(path, _unknown_key(document, model, path), at_key=True)
     if detail["loc"][-1] == "[key]":
         holder = along(root, document.root, path[:-1])
-        return document.fault(path, f"must be {holder.key_words() if holder else 'another key'}", at_key=True)
+        way_out = "; write {R: {csv: …, column: R}, G: …}" if path[-1] in ("csv", "column") else ""
+        words = holder.key_words() if holder else "another key"
+        return document.fault(path, f"must be {words}{way_out}", at_key=True)
     expected = along(root, document.root, path)
     assert expected is not None, f"{path}: an error where the schema has nothing to say"
     meaning = f" ({expected.description})" if expected.description else ""

@@ -20,6 +20,8 @@ LEAST_NM = 50.0
 
 _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 _BEGINS = re.compile(r"\s*\"?[-+]?[.,]?\d")
+_UNIT = re.compile(r"\s*[\[(/].*$")
+_BETWEEN = re.compile(r"[\W_]+")
 _COMMENT = re.compile(r"\s*(#|//)\s*")
 _WAVELENGTH = re.compile(r"wave|lambda|λ|wl\b|(?<![a-z])[nuµμ]m(?![a-z])", re.IGNORECASE)
 # Checked in this order: "cm-1" ends like a metre, "µm" too.
@@ -160,12 +162,20 @@ class _Table:
         return found[0]
 
     def _named(self, column: str, others: Sequence[int]) -> list[int]:
-        """Return the columns of a name in any row of the header, by its very letters or else without their case."""
-        for same in (str, str.casefold):
-            wanted = same(column.strip())
-            found = [k for k in others if any(k < len(r.cells) and same(r.cells[k]) == wanted for r in self.header)]
+        """Return the columns of a name in any row of the header: by its letters, without case, without unit, as a word.
+
+        So R is found as "R", "r", "R (%)", or "QE R [%]" where no other column has that word.
+        """
+        wanted = column.strip().casefold()
+        for names in (lambda text: (text,), lambda text: (_UNIT.sub("", text),), lambda text: _BETWEEN.split(text)):
+            found = [
+                k
+                for k in others
+                if any(k < len(row.cells) and wanted in names(row.cells[k].casefold()) for row in self.header)
+            ]
+            exact = [k for k in found if any(k < len(r.cells) and r.cells[k] == column.strip() for r in self.header)]
             if found:
-                return found
+                return exact or found
         return []
 
     def _scale_nm(self, place: int) -> float:

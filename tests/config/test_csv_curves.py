@@ -24,6 +24,7 @@ FILES: dict[str, tuple[str | bytes, str | int | None]] = {
     "one of several": ("nm,R,G\n400,9,0.1\n550.5,9,0.35\n700,9,0.2\n", "G"),
     "a column by its number": ("400 9 0.1\n550.5 9 0.35\n700 9 0.2\n", 3),
     "a name in other letters": ("nm,Red,green \n400,9,0.1\n550.5,9,0.35\n700,9,0.2\n", "Green"),
+    "a name among others, with its unit": ("nm;QE_G [%];QE_R [%]\n400;90;10\n550,5;90;35\n700;90;20\n", "R"),
     "decimal commas": ("Wellenlänge / nm;QE / %\n400;10\n550,5;35,0\n700;20\n", None),
     "decimal commas in quotes": ('"nm","QE"\n"400","0,1"\n"550,5","0,35"\n"700","0,2"\n', None),
     "decimal commas and spaces": ("400,0   0,1\n550,5   0,35\n700,0   0,2\n", None),
