@@ -37,7 +37,13 @@ def locate(kind: Kind, name: str) -> Located:
         return found
     known = shipped(kind)
     if name not in known:
-        raise UnknownNameError(kind, name, known, hint="; a file of your own needs its path, such as ./my.yaml")
+        here = next((f"{name}{suffix}" for suffix in YAML_SUFFIXES if os.path.isfile(f"{name}{suffix}")), "")
+        way_out = (
+            f"for the file that lies here write {here}"
+            if here
+            else "a file of your own needs its path, such as ./my.yaml"
+        )
+        raise UnknownNameError(kind, name, known, hint=f"; {way_out}")
     return Located(known[name], f"{kind}s/{name}.yaml")
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from camsim.config.library import YAML_SUFFIXES, Kind, Located, beside, locate, locate_path, looks_like_path, shipped
 from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.words import shown
 
 PATH_VARIABLE = "CAMSIM_PATH"
 """Folders with sensors, separated as in PATH; those that do not exist are passed over, as there."""
@@ -34,9 +35,14 @@ class SensorSearch:
     beside: Path
 
     @classmethod
-    def of(cls, folders: Iterable[str | os.PathLike[str]], beside: Path) -> SensorSearch:
+    def of(cls, folders: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], beside: Path) -> SensorSearch:
         """Look into these folders, those of CAMSIM_PATH and the scene's; raises InvalidValueError about a wrong one."""
-        named = [Path(folder) for folder in folders]
+        given = [folders] if isinstance(folders, str | os.PathLike) else folders
+        try:
+            named = [Path(folder) for folder in given]
+        except TypeError:
+            message = f"must be a list of folders, not {shown(folders)}"
+            raise InvalidValueError(message, key="--sensors") from None
         for folder in named:
             if not folder.is_dir():
                 message = f"{str(folder)!r} is no folder; name one that holds sensor files"
