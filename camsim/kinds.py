@@ -170,7 +170,7 @@ def _one_of(declared: Any) -> Kind:
                     if misfit.item:
                         raise
                     raise Misfit(words, value, hint=misfit.hint) from None
-        raise Misfit(words, value)
+        raise Misfit(words, value, hint=number_hint(value) if isinstance(value, str) else "")
 
     def as_is(value: Any) -> bool:
         return any(member.as_is(value) for member in members)

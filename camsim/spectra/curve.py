@@ -14,7 +14,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
 from camsim.spectra.csv_table import Column, read_points
-from camsim.typed import Fraction, NonNegative, Positive, Several, judge
+from camsim.typed import Count, Fraction, NonNegative, Positive, Several, check, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,9 @@ class Curve:
         Cells are separated by semicolons, tabs, commas or spaces; the header may name nm, µm or Å and %; what else may
         stand in a file is said in docs/curves.md. What cannot be read is refused in one sentence with its line.
         """
-        wavelength_nm, values = read_points(path, column)
+        check(path, str | os.PathLike, "path", "Curve.from_csv")
+        chosen = check(column, Count | str | None, "column", "Curve.from_csv")
+        wavelength_nm, values = read_points(path, chosen)
         return cls(wavelength_nm, values, name, outside)
 
     def at(self, wavelength_nm: F64) -> F64:
