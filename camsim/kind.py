@@ -11,7 +11,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from camsim.errors import InvalidValueError
-from camsim.words import in_range, percent_hint, shown
+from camsim.words import in_range, number_hint, percent_hint, shown
 
 LARGEST = 1e15
 """No light, length, time or count is more; products of such numbers are far from overflow."""
@@ -62,6 +62,8 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
             said = words.replace("a number", "a finite number", 1)
         elif number is not None and abs(number) > most:
             said = f"{words}, at most {most:g}"
+        if isinstance(value, str):
+            raise Misfit(said, value, hint=number_hint(value))
         raise Misfit(said, value, hint=percent_hint(value) if high == 1 and low >= 0 else "")
 
     def as_is(value: Any) -> bool:

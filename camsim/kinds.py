@@ -10,10 +10,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import numpy as np
 from annotated_types import MaxLen, MinLen
 
-from camsim.errors import nearest
 from camsim.kind import Kind, Misfit, complex_number, number
 from camsim.marks import After, Before, Called
-from camsim.words import called, either
+from camsim.words import called, either, word_hint
 
 _LONGEST_TEXT = 100_000
 
@@ -67,8 +66,7 @@ def _word(known: tuple[str, ...]) -> Kind:
     def take(value: Any) -> Any:
         if isinstance(value, str) and value in known:
             return value
-        near = nearest(value, known) if isinstance(value, str) else ()
-        raise Misfit(words, value, hint=f"; did you mean {near[0]!r}?" if near else "")
+        raise Misfit(words, value, hint=word_hint(value, known) if isinstance(value, str) else "")
 
     return Kind(words, lambda value: isinstance(value, str), take, lambda value: type(value) is str and value in known)
 

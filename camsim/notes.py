@@ -17,6 +17,7 @@ from camsim.rendering.grid import Grid
 from camsim.scene import Scene
 from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
+from camsim.words import percent
 
 # A full well that ends a percent beyond the last code is meant to end there.
 _WORTH_A_NOTE = 1.01
@@ -76,7 +77,7 @@ def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float) -> It
     for channel in signal:
         share = channel.clipped_photosites / channel.photosites
         if share > _MUCH_CLIPPED:
-            yield f"{share:.0%} of {channel.name} is clipped; {way_out}"
+            yield f"{percent(share)} of {channel.name} is clipped; {way_out}"
     most_dn = max(channel.max_e for channel in signal) / electrons_per_dn
     if 0.0 < most_dn < 1.0:
         yield (

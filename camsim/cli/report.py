@@ -12,6 +12,7 @@ from camsim.cli.outputs import Output
 from camsim.config.memory import readable
 from camsim.config.yaml_text import yaml_text
 from camsim.frame import ChannelSignal, Frame
+from camsim.words import percent
 
 _WIDTH_OF_A_LOG = 1000
 _LONGEST_LIST = 12
@@ -83,8 +84,8 @@ def _signal(frame: Frame) -> Table:
 def _clipped(channel: ChannelSignal) -> str:
     if not channel.clipped_photosites:
         return "none"
-    percent = 100.0 * channel.clipped_photosites / channel.photosites
-    return f"{channel.clipped_photosites} of {channel.photosites} ({percent:.2g} %)"
+    share = channel.clipped_photosites / channel.photosites
+    return f"{channel.clipped_photosites} of {channel.photosites} ({percent(share)})"
 
 
 def _shortened(tree: object) -> object:

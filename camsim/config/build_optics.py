@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from camsim.config import schema
+from camsim.config import library, schema
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
-from camsim.errors import CamsimError, InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.optics import (
     Airy,
     AnnularAiry,
@@ -100,10 +100,7 @@ def _planes(name: str, folder: Path) -> dict[str, Any]:
     """Read the channels of an image that a scene names; it lies under the scene's folder."""
     from camsim.measure.reading import read_picture
 
-    path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise CamsimError(f"{name!r} lies outside this file's folder; put it there")
-    return {plane.name: plane.samples for plane in read_picture(path).planes}
+    return {plane.name: plane.samples for plane in read_picture(library.beside(folder, name)).planes}
 
 
 _LENSES: dict[type[schema.Table], Callable[[Any, dict[str, Any]], Lens]] = {

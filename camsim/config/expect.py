@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import operator
 import types
@@ -15,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from camsim.config.schema import Called, Table
 from camsim.config.tree import KeyPath, Node
+from camsim.errors import nearest
 from camsim.words import either, in_range
 
 
@@ -77,7 +77,9 @@ class Expected:
         """Return the word of a kind that stands in ``node``, or the one that it is near to."""
         kind = node.content.get("kind") if isinstance(node.content, Mapping) else None
         words = [word for table in self.tables() for word in kinds_of(table)]
-        near = difflib.get_close_matches(str(kind.content), words, n=1) if kind is not None else []
+        if kind is None or kind.content in words:
+            return None if kind is None else str(kind.content)
+        near = nearest(str(kind.content), words)
         return near[0] if near else None
 
     def inside(self, node: Node, key: str | int) -> Expected | None:
@@ -120,6 +122,14 @@ class Expected:
         """Whether a number may stand here that is at most 1."""
         limits = [limit for a in self.alternatives() if a.kind is float for limit in a.limits]
         return any(isinstance(limit, Le) and limit.le == 1 for limit in limits)
+
+    def is_number(self) -> bool:
+        """Whether a number may stand here."""
+        return any(alternative.kind in (float, int) for alternative in self.alternatives())
+
+    def length(self) -> int:
+        """Return how many items a list here has; 0 where that is free."""
+        return next((len(get_args(a.kind)) for a in self._with_origin(tuple)), 0)
 
     def words(self) -> str:
         """Return what may stand here, as in 'must be …'."""
@@ -177,7 +187,7 @@ def _words(expected: Expected) -> str:
     if called is not None:
         return called
     if origin is Literal:
-        return either([str(value) for value in get_args(kind)])
+        return either([repr(value) if " " in str(value) else str(value) for value in get_args(kind)])
     if origin is tuple:
         return f"a list of {len(get_args(kind))} numbers"
     if origin is list:

@@ -217,7 +217,7 @@ FAULTS = {
     ),
     "a file that is not there": (
         "{kind: measured-psf, f_number: 8, file: psf.exr, spacing_um: 2}",
-        ["scene.yaml:3:47: lens.file: cannot read 'psf.exr': there is no such file"],
+        ["scene.yaml:3:47: lens.file: no such file: 'psf.exr'"],
     ),
     "a file elsewhere": (
         "{kind: measured-psf, f_number: 8, file: ../psf.exr, spacing_um: 2}",

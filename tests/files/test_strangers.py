@@ -51,8 +51,8 @@ def test_mutated_files_give_a_sentence(tmp_path: Path, fuzz: ModuleType, whole: 
     """The same as bench/fuzz_readers.py, which does twenty thousand."""
     tally = fuzz.fuzz(120, 5, whole, tmp_path, slowest_s=SLOW_MACHINE_S)
     assert not tally.wrong
-    assert tally.ends.total() == 4 * 120
-    for what in ("info", "info --json", "measure", "recapture"):
+    assert tally.ends.total() == 5 * 120
+    for what in ("info", "info --full", "info --json", "measure", "recapture"):
         assert tally.ends[f"{what}: refused"] > 30, what
         assert tally.ends[f"{what}: done"] > 8, what
 

@@ -362,7 +362,7 @@ PARTS = {
         good={
             "curves": (*({"R": one, "G": WIDE, "B": WIDE} for one in (*TABLES, HALF)), {"R": WIDE}),
             "per": ("energy", "photon", "photons"),
-            "peak": (0.5, 1, 1.5),
+            "peak": (0.5, 1, 1.5, "as given"),
         },
         needed=("curves",),
     ),

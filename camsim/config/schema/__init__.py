@@ -3,7 +3,7 @@
 Every field says what it means and in which unit: messages, reference and JSON Schema are made of that.
 """
 
-from camsim.config.schema.base import Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table
+from camsim.config.schema.base import LISTS, Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table, Tabulated
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.config.schema.lens import (
     AiryLens,
@@ -52,6 +52,7 @@ from camsim.config.schema.sensor import (
 from camsim.marks import Called
 
 __all__ = [
+    "LISTS",
     "AiryLens",
     "AnnularLens",
     "Background",
@@ -98,6 +99,7 @@ __all__ = [
     "Shape",
     "SquarePhotosite",
     "Table",
+    "Tabulated",
     "TwoSpotOlpf",
     "WavefrontLens",
 ]

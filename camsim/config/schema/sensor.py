@@ -150,17 +150,25 @@ class LetterCfa(Table):
 Cfa: TypeAlias = Annotated[BayerCfa | QuadBayerCfa | NamedCfa | LetterCfa, Field(discriminator="kind")]
 Curves: TypeAlias = Annotated[Annotated[Name, Tag("word")] | Annotated[dict[Letter, Curve], Tag("table")], by_form]
 
+Peak: TypeAlias = Annotated[
+    Annotated[float, Field(gt=0, le=1), Tag("number")] | Annotated[Literal["as given"], Tag("word")], by_form
+]
+
 
 class QuantumEfficiency(Table):
     """Electrons per photon of each channel, filters of the sensor included."""
 
     curves: Curves = Field(
-        description="relative; a table has a curve per letter of the cfa; names: camsim list sensitivities"
+        description="relative, or absolute with peak: as given; a table has a curve per letter of the cfa; names: "
+        "camsim list sensitivities"
     )
     per: Literal["energy", "photon"] = Field(
         description="what the curves respond to: equal energy or equal numbers of photons"
     )
-    peak: float = Field(gt=0, le=1, description="electrons per photon at the highest point of all channels")
+    peak: Peak = Field(
+        description="electrons per photon at the highest point of all channels; 'as given' of curves that are "
+        "absolute, A/W where they are per energy"
+    )
 
 
 class SensorFile(Table):
