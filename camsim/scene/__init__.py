@@ -7,6 +7,8 @@ from camsim.scene.shapes import (
     Disc,
     Ellipse,
     Group,
+    HalfPlane,
+    Line,
     Path,
     Polygon,
     Rectangle,
@@ -16,6 +18,7 @@ from camsim.scene.shapes import (
     Ring,
     Sector,
     Star,
+    Text,
 )
 
 __all__ = [
@@ -23,6 +26,8 @@ __all__ = [
     "Disc",
     "Ellipse",
     "Group",
+    "HalfPlane",
+    "Line",
     "Path",
     "Polygon",
     "Primitive",
@@ -35,6 +40,7 @@ __all__ = [
     "Sector",
     "Shape",
     "Star",
+    "Text",
     "arrange",
     "flattened",
 ]
