@@ -66,12 +66,16 @@ FAULTS = {
     "missing kind": (
         "kind: disc, radius: 3",
         "radius: 3",
-        ["scene.yaml:15:7: scene.shapes.2.kind: missing; rectangle, polygon or disc"],
+        [
+            "scene.yaml:15:7: scene.shapes.2.kind: missing; rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, repeat-on-grid or repeat-on-ring"
+        ],
     ),
     "unknown kind": (
         "kind: disc",
         "kind: disk",
-        ["scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'disk'; did you mean 'disc'?"],
+        [
+            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, repeat-on-grid or repeat-on-ring, not 'disk'; did you mean 'disc'?"
+        ],
     ),
     "unknown kind of lens": (
         "kind: airy",
