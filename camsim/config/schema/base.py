@@ -42,6 +42,8 @@ def _form(value: Any) -> str:
     """Tell the alternatives of a value apart by what it looks like, so that only one of them complains."""
     if isinstance(value, Mapping | BaseModel):
         return "table"
+    if isinstance(value, list | tuple):
+        return "list"
     return "word" if isinstance(value, str) else "number"
 
 
