@@ -27,6 +27,7 @@ from .scene import Disc as Disc
 from .scene import Polygon as Polygon
 from .scene import Rectangle as Rectangle
 from .scene import Scene as Scene
+from .scene import charts as charts
 from .sensor.adc import Adc as Adc
 from .sensor.cfa import Cfa as Cfa
 from .sensor.conversion_gain import DualGain as DualGain

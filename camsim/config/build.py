@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from camsim.camera import Camera
-from camsim.config import build_optics, schema
+from camsim.config import build_charts, build_optics, schema
 from camsim.config.build_sensor import curve_of, filters_at
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
 from camsim.errors import CamsimError
 from camsim.optics import Lens
-from camsim.scene import Disc, Polygon, Rectangle, Scene
+from camsim.scene import Disc, Polygon, Rectangle, Scene, Shape
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import Cos4Falloff, Falloff, RadialFalloff
 from camsim.spectra import named
@@ -26,6 +26,9 @@ Progress: TypeAlias = Callable[[str, float], None]
 
 # What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
 _ANY_SPECTRUM = 0.5
+
+# Lines of a scene that stand for more than one shape.
+_OTHERS = {"chart": build_charts.chart, "svg": build_charts.drawing}
 
 # Lengths of a shape, which a file gives in the scene's unit.
 _LENGTHS: dict[str, KeyPath] = {f"{key}_um": (key,) for key in ("points", "width", "height", "centre", "radius")}
@@ -152,7 +155,10 @@ def scene_content(scene: SceneDocument, pitch_um: float | None) -> Scene | None:
     return scene.build(("scene",), lambda: Scene(background=background, shapes=whole))
 
 
-def _shape(scene: SceneDocument, path: KeyPath, unit_um: float) -> Polygon | Rectangle | Disc | None:
+def _shape(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | None:
+    make_other = _OTHERS.get(str(scene.value((*path, "kind"))))
+    if make_other is not None:
+        return make_other(scene, path, unit_um, _spectrum)
     reflectance = _spectrum(scene, (*path, "reflectance"))
     spectrum = _ANY_SPECTRUM if reflectance is None else reflectance
     table = scene.part(path, schema.Table)

@@ -52,6 +52,16 @@ def locate_any(name: str) -> tuple[Kind, Located]:
     raise UnknownNameError("sensor or scene", name, [name for kind in KINDS for name in shipped(kind)])
 
 
+def beside(name: str, folder: Path) -> Path:
+    """Return the path of what a file in ``folder`` names; it lies in that folder or below."""
+    path = folder / name
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise CamsimError(f"{name!r} lies outside this file's folder; put it there")
+    if not path.is_file():
+        raise CamsimError(f"no such file: {str(path)!r}")
+    return path
+
+
 def locate_beside(kind: Kind, name: str, folder: Path) -> Located:
     """Find what a file in ``folder`` names: a file under that folder, or a shipped name."""
     if not _looks_like_path(name):

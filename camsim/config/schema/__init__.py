@@ -4,6 +4,7 @@ Every field says what it means and in which unit: messages, reference and JSON S
 """
 
 from camsim.config.schema.base import Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table
+from camsim.config.schema.drawings import Svg
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.config.schema.lens import (
     AiryLens,
@@ -95,6 +96,7 @@ __all__ = [
     "SensorFrame",
     "Shape",
     "SquarePhotosite",
+    "Svg",
     "Table",
     "TwoSpotOlpf",
     "WavefrontLens",

@@ -10,6 +10,8 @@ from pydantic import AfterValidator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_form
+from camsim.config.schema.charts import Chart, Point
+from camsim.config.schema.drawings import Svg
 from camsim.config.schema.lens import Lens
 from camsim.marks import Called
 from camsim.typed import Positive
@@ -87,9 +89,6 @@ class Region(Table):
     )
 
 
-Point: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
-
-
 class Rectangle(Table):
     """A rectangle about its centre."""
 
@@ -124,7 +123,7 @@ class Disc(Table):
     )
 
 
-Shape: TypeAlias = Annotated[Rectangle | Polygon | Disc, Field(discriminator="kind")]
+Shape: TypeAlias = Annotated[Rectangle | Polygon | Disc | Chart | Svg, Field(discriminator="kind")]
 
 
 class Background(Table):

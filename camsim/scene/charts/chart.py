@@ -1,0 +1,169 @@
+"""What makes a function a chart: its parameters are judged, and files know it by its name."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import re
+import typing
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ParamSpec, TypeAlias
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.scene.primitives import Primitive, Shape, turned
+from camsim.scene.primitives import counted as count_pieces
+from camsim.scene.shapes import Disc, Polygon, Rectangle
+from camsim.spectra.curve import Spectrum
+from camsim.typed import Several, check, judge
+
+Place: TypeAlias = tuple[float, float]
+
+MOST_SHAPES = 1_000_000
+"""Of one chart: 10 bytes of a file cannot ask for more than memory holds."""
+
+Many: TypeAlias = Annotated[int, Ge(1), Le(100_000)]
+
+_P = ParamSpec("_P")
+_COMMON = {
+    "centre_um": "of the chart, from the optical axis",
+    "rotate_deg": "of the chart about its centre, clockwise as displayed, degrees",
+    "dark": "reflectance of what is dark",
+    "light": "reflectance of the card behind it; left out, the scene's own background shows",
+    "seed": "same seed, same chart",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chart:
+    """Shapes that a line of a scene stands for: what a chart's function, or a drawing, became.
+
+    name   : of the chart, as files call it, or of the drawing's file
+    shapes : ordinary ones, in painter's order
+    """
+
+    name: str
+    shapes: Several[Shape]
+    depth: int = field(init=False, repr=False, compare=False)
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        depth, pieces = count_pieces(self.shapes)
+        object.__setattr__(self, "depth", depth)
+        object.__setattr__(self, "pieces", pieces)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what its shapes are painted as."""
+        for shape in self.shapes:
+            yield from shape.primitives()
+
+
+def chart(draw: Callable[_P, Iterable[Shape]]) -> Callable[_P, Chart]:
+    """Make a chart of a function that yields shapes in painter's order: judge what it is given by its own types."""
+
+    @functools.wraps(draw)
+    def drawn(*args: _P.args, **kwargs: _P.kwargs) -> Chart:
+        given = inspect.signature(draw).bind(*args, **kwargs)
+        given.apply_defaults()
+        kinds = parameters(draw)
+        kept: dict[str, Any] = {
+            key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()
+        }
+        return Chart(name=yaml_name(draw), shapes=tuple(draw(*args, **kept)))
+
+    return drawn
+
+
+@functools.cache
+def parameters(draw: Callable[..., Any]) -> dict[str, Any]:
+    """Return the types of a chart's parameters, with their limits."""
+    kinds = typing.get_type_hints(inspect.unwrap(draw), include_extras=True)
+    return {key: kind for key, kind in kinds.items() if key != "return"}
+
+
+def meanings(draw: Callable[..., Any]) -> dict[str, str]:
+    """Return what a chart's documentation says of each parameter (``name : what it is``).
+
+    >>> from camsim.scene.charts import checkerboard
+    >>> meanings(checkerboard)["side_um"]
+    'of a square'
+    """
+    found = dict(_COMMON)
+    for line in re.sub(r"\n {6,}", " ", inspect.getdoc(draw) or "").splitlines():
+        if said := re.match(r"(\w+(?:, \w+)*) +: +(.*)", line):
+            found |= dict.fromkeys(said[1].split(", "), said[2])
+    return {key: found[key] for key in parameters(draw)}
+
+
+def yaml_name(draw: Callable[..., Any]) -> str:
+    """Return what files call a chart: "siemens-star"."""
+    return draw.__name__.strip("_").replace("_", "-")
+
+
+def refused(draw: Callable[..., Any], key: str, message: str) -> InvalidValueError:
+    """Return the error of a chart about one of its parameters."""
+    return InvalidValueError(message, key=key, stage=draw.__name__)
+
+
+def counted(draw: Callable[..., Any], key: str, shapes: float) -> None:
+    """Refuse a chart of more shapes than memory holds."""
+    if shapes > MOST_SHAPES:
+        raise refused(draw, key, f"makes {shapes:.3g} shapes; a chart has at most {MOST_SHAPES}")
+
+
+def periods(
+    draw: Callable[..., Any],
+    lp_per_mm: tuple[float, ...] | None,
+    periods_um: tuple[float, ...] | None,
+    keys: tuple[str, str] = ("lp_per_mm", "periods_um"),
+) -> tuple[float, ...]:
+    """Return the lengths of line pairs, of which one of the two gives them."""
+    if (lp_per_mm is None) == (periods_um is None):
+        said = "missing" if lp_per_mm is None else "given twice"
+        raise refused(draw, keys[0], f"{said}; give one of {keys[0]} and {keys[1]}")
+    return periods_um or tuple(1e3 / frequency for frequency in lp_per_mm or ())
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """Where a chart lies: what it draws about its own centre, moved and turned to its place."""
+
+    centre_um: Place
+    rotate_deg: float = 0.0
+
+    def placed_um(self, points: Any) -> F64:
+        """Return points (n, 2) of the chart as points of the scene."""
+        placed: F64 = turned(np.asarray(points, np.float64), self.rotate_deg) + np.array(self.centre_um)
+        return placed
+
+    def polygon(self, points: Any, reflectance: Spectrum) -> Polygon:
+        """Return a polygon by its corners."""
+        return Polygon(points_um=self.placed_um(points), reflectance=reflectance)
+
+    def rectangle(
+        self, width_um: float, height_um: float, at_um: Place, reflectance: Spectrum, rotate_deg: float = 0.0
+    ) -> Rectangle:
+        """Return a rectangle about ``at_um``, turned by ``rotate_deg`` on the card."""
+        (centre_um,) = self.placed_um([at_um])
+        return Rectangle(
+            width_um=width_um,
+            height_um=height_um,
+            centre_um=centre_um,
+            rotate_deg=self.rotate_deg + rotate_deg,
+            reflectance=reflectance,
+        )
+
+    def cell(self, left_um: float, top_um: float, right_um: float, bottom_um: float, reflectance: Spectrum) -> Polygon:
+        """Return a rectangle by its sides: cells with a side in common have its very numbers in common."""
+        corners = [(left_um, top_um), (right_um, top_um), (right_um, bottom_um), (left_um, bottom_um)]
+        return self.polygon(corners, reflectance)
+
+    def disc(self, radius_um: float, at_um: Place, reflectance: Spectrum) -> Disc:
+        """Return a disc about ``at_um``."""
+        (centre_um,) = self.placed_um([at_um])
+        return Disc(radius_um=radius_um, centre_um=centre_um, reflectance=reflectance)
