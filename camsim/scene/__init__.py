@@ -2,7 +2,41 @@
 
 from camsim.scene import charts
 from camsim.scene.arrange import Arrangement, arrange
+from camsim.scene.primitives import Primitive, Shape, flattened
 from camsim.scene.scene import Scene
-from camsim.scene.shapes import Disc, Polygon, Rectangle, Shape
+from camsim.scene.shapes import (
+    Disc,
+    Ellipse,
+    Group,
+    Path,
+    Polygon,
+    Rectangle,
+    RegularPolygon,
+    RepeatOnGrid,
+    RepeatOnRing,
+    Ring,
+    Sector,
+    Star,
+)
 
-__all__ = ["Arrangement", "Disc", "Polygon", "Rectangle", "Scene", "Shape", "arrange", "charts"]
+__all__ = [
+    "Arrangement",
+    "Disc",
+    "Ellipse",
+    "Group",
+    "Path",
+    "Polygon",
+    "Primitive",
+    "Rectangle",
+    "RegularPolygon",
+    "RepeatOnGrid",
+    "RepeatOnRing",
+    "Ring",
+    "Scene",
+    "Sector",
+    "Shape",
+    "Star",
+    "arrange",
+    "charts",
+    "flattened",
+]

@@ -158,5 +158,5 @@ def test_fans_of_triangles():
         painted_last = np.zeros(len(points), int)
         for k, triangle in enumerate(triangles):
             painted_last[within(triangle, points)] = 1 + k % 2
-        found = arrange(camsim.Scene(background=0.9, shapes=shapes), max_segment_um=np.inf)
+        found = arrange(camsim.Scene(background=0.9, shapes=shapes))
         np.testing.assert_array_equal(region_at(found, points), painted_last, err_msg=f"fan {seed}")

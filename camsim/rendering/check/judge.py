@@ -12,6 +12,7 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
+from camsim.rendering.check.biarcs import Fineness
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.scenery import Pieces, pieces_of
@@ -94,7 +95,9 @@ class Judge:
     def seen(self) -> tuple[Pieces, F64, F64]:
         """Pieces of the scene, wavelengths, and densities (spectra, channels, n)."""
         job = self.job
-        pieces, spectra = pieces_of(job.scene, job.grid.pitch_um)
+        highest = max(job.system.cutoff_per_um(float(w)) for w in job.wavelength_nm[job.response.any(axis=0)])
+        fine = Fineness(1.0 / (highest * job.grid.pitch_um), job.budget.of_check.allowed("own curves"))
+        pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine)
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm)
         return pieces, wavelength_nm, density
 
