@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 from camsim.config import schema
-from camsim.config.library import beside
 from camsim.config.judged import Judged
+from camsim.config.library import beside
 from camsim.config.schema.charts import LENGTH, is_of_reflectances, key_of
 from camsim.config.tree import KeyPath
 from camsim.errors import CamsimError
@@ -53,12 +53,14 @@ def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectr
     """Return the drawing at ``path``; None when it is wrong (the document has the faults)."""
     given = scene.value(path)
     colours = given.get("palette") if isinstance(given.get("palette"), Mapping) else {}
-    palette = {colour: spectrum(scene, (*path, "palette", colour)) for colour in colours}
+    palette: dict[str, Any] = {colour: spectrum(scene, (*path, "palette", colour)) for colour in colours}
     table = scene.part(path, schema.Svg)
     if table is None or None in palette.values() or any(schema.Svg.contradictions(given)):
         return None
     file = scene.build((*path, "file"), lambda: beside(table.file, scene.document.folder))
-    return file and scene.build(
+    if file is None:
+        return None
+    return scene.build(
         path,
         lambda: read_svg(
             file,

@@ -92,7 +92,7 @@ def _format_fault(document: Document, model: type[Table]) -> Fault | None:
 
 
 def _mend_kind(tree: Any, root: Expected, document: Document, path: KeyPath) -> bool:
-    """Put the kind (or name) that is meant in place of a misspelt one, so that it hides nothing that is wrong beside it."""
+    """Put the kind (or name) that is meant in place of a misspelt one, so that it hides nothing beside it."""
     *holder, telling = path
     expected, node = along(root, document.root, tuple(holder)), document.find(tuple(holder))
     word = expected.meant_word(node, str(telling)) if expected is not None and node is not None else None

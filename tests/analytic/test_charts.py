@@ -5,6 +5,9 @@ import itertools
 
 import numpy as np
 import pytest
+import scipy.special
+import shapely
+from tolerances import STATISTICAL
 
 import camsim
 from camsim.scene.charts import CHARTS, meanings, parameters
@@ -113,9 +116,10 @@ def test_usaf_elements_have_the_frequencies_and_proportions_of_the_standard():
 
 def test_usaf_elements_keep_their_distance():
     """No bar is nearer to another element's than it is wide, over three pairs of groups in one another."""
-    shapely = pytest.importorskip("shapely")
     bars = camsim.charts.usaf_1951(groups=range(6)).shapes
-    elements = [shapely.MultiPolygon([shapely.Polygon(corners(bar)) for bar in bars[i : i + 6]]) for i in range(0, 216, 6)]
+    elements = [
+        shapely.MultiPolygon([shapely.Polygon(corners(bar)) for bar in bars[i : i + 6]]) for i in range(0, 216, 6)
+    ]
     for (i, one), (j, two) in itertools.combinations(enumerate(elements), 2):
         finer_um = min(min(extent(bars[6 * k])) for k in (i, j))
         assert one.distance(two) > 0.99 * finer_um
@@ -143,23 +147,60 @@ def test_blocks_of_the_lens_grid_have_radial_and_tangential_sides():
 
 
 def test_dead_leaves_have_the_spectrum_of_natural_pictures():
-    """1/f² over a decade between the frequencies of the largest and the least, by the discs' own rule: the last seen."""
-    side = 256
-    leaves = camsim.charts.dead_leaves(
-        width_um=side, height_um=side, least_radius_um=0.5, largest_radius_um=60.0, discs=40_000, seed=1
+    """1/f² over a decade below the frequency of the least discs.
+
+    Two places d apart lie on one leaf with a probability of γ(d)/(2γ(0) − γ(d)), γ(d) the mean overlap of a disc with
+    itself moved by d: so the radii that are drawn say the spectrum. Pictures painted of the discs, the last on top,
+    must have it.
+    """
+    least, side, ends = 3.0, 512, np.geomspace(0.0105, 0.105, 11)
+    middles = np.sqrt(ends[1:] * ends[:-1])
+    leaves = [leaves_of(seed, side, least) for seed in range(3)]
+    law = spectrum_of(np.array([disc.radius_um for disc in leaves[0].shapes]), middles)
+    slope, _ = np.polyfit(np.log(middles), np.log(law), 1)
+    assert abs(slope + 2.0) < 0.1
+
+    power = np.mean([power_of(painted(chart, side)) for chart in leaves], axis=0)
+    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.fftfreq(side))
+    rings = [(frequency >= a) & (frequency < b) for a, b in itertools.pairwise(ends)]
+    found = np.array([power[ring].mean() for ring in rings])
+    # A Hann window leaves 4/9 of the frequencies independent along each axis, and half of them are the others' mirror.
+    free = np.array([ring.sum() for ring in rings]) * len(leaves) / 2.0 * (4.0 / 9.0) ** 2
+    off = np.log(found / law) - np.average(np.log(found / law), weights=free)
+    np.testing.assert_array_less(np.abs(off), STATISTICAL / np.sqrt(free) + 0.05)
+
+
+def leaves_of(seed, side, least):
+    return camsim.charts.dead_leaves(
+        width_um=side, height_um=side, least_radius_um=least, largest_radius_um=50.0 * least, seed=seed
     )
-    seen = np.full((side, side), np.mean([disc.reflectance for disc in leaves.shapes[:1000]]))
+
+
+def spectrum_of(radii, frequency):
+    """Transform of the covariance of dead leaves, up to a factor."""
+    apart = np.linspace(0.0, 2.0 * radii.max(), 1000)
+    overlap = np.empty_like(apart)
+    for index, distance in enumerate(apart):
+        reaching = radii[2.0 * radii > distance]
+        share = distance / (2.0 * reaching)
+        overlap[index] = np.sum(reaching**2 * (np.arccos(share) - share * np.sqrt(1.0 - share**2)))
+    covariance = overlap / (2.0 * overlap[0] - overlap)
+    return [np.trapezoid(covariance * scipy.special.j0(2.0 * np.pi * f * apart) * apart, apart) for f in frequency]
+
+
+def painted(leaves, side):
+    """What is seen at side × side places 1 µm apart."""
+    seen = np.full((side, side), 0.35)
     for disc in leaves.shapes:
         (x, y), radius = np.add(disc.centre_um, 0.5 * side - 0.5), disc.radius_um
         rows = slice(max(0, int(np.ceil(y - radius))), max(0, min(side, int(y + radius) + 1)))
         cols = slice(max(0, int(np.ceil(x - radius))), max(0, min(side, int(x + radius) + 1)))
         down, across = np.ogrid[rows, cols]
         seen[rows, cols][(across - x) ** 2 + (down - y) ** 2 < radius**2] = disc.reflectance
-    taper = np.hanning(side)[:, None] * np.hanning(side)
+    return seen
+
+
+def power_of(seen):
+    taper = np.hanning(len(seen))[:, None] * np.hanning(len(seen))
     mean = (seen * taper).sum() / taper.sum()
-    power = np.abs(np.fft.fft2((seen - mean) * taper)) ** 2
-    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.fftfreq(side))
-    ends = np.geomspace(0.02, 0.2, 11)
-    levels = [power[(frequency >= a) & (frequency < b)].mean() for a, b in itertools.pairwise(ends)]
-    slope, _ = np.polyfit(np.log(ends[1:] * ends[:-1]) / 2.0, np.log(levels), 1)
-    assert abs(slope + 2.0) < 0.1
+    return np.abs(np.fft.fft2((seen - mean) * taper)) ** 2

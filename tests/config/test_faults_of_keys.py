@@ -66,12 +66,15 @@ FAULTS = {
     "missing kind": (
         "kind: disc, radius: 3",
         "radius: 3",
-        ["scene.yaml:15:7: scene.shapes.2.kind: missing; rectangle, polygon or disc"],
+        ["scene.yaml:15:7: scene.shapes.2.kind: missing; rectangle, polygon, disc, chart or svg"],
     ),
     "unknown kind": (
         "kind: disc",
         "kind: disk",
-        ["scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'disk'; did you mean 'disc'?"],
+        [
+            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon, disc, chart or svg, not 'disk'; "
+            "did you mean 'disc'?"
+        ],
     ),
     "unknown kind of lens": (
         "kind: airy",

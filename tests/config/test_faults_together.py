@@ -192,7 +192,10 @@ def test_a_misspelt_kind_does_not_hide_what_is_wrong_beside_it(folder: Path) -> 
         "scene.shapes.0.colour",
         "scene.shapes.0.reflectance",
     }
-    assert said["scene.shapes.0.kind"] == "must be rectangle, polygon or disc, not 'disk'; did you mean 'disc'?"
+    assert (
+        said["scene.shapes.0.kind"]
+        == "must be rectangle, polygon, disc, chart or svg, not 'disk'; did you mean 'disc'?"
+    )
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Annotated
 
 from annotated_types import MinLen
@@ -40,7 +41,7 @@ def bars(
     length = 5.0 * max(sets_um) if length_um is None else length_um
     # A set is its bars, the gaps between them, and a gap of two periods to the next set.
     widths = [(pairs - 0.5) * period for period in sets_um]
-    gaps = [2.0 * max(pair) for pair in zip(sets_um, sets_um[1:], strict=False)]
+    gaps = [2.0 * max(pair) for pair in pairwise(sets_um)]
     whole = sum(widths) + sum(gaps)
     card = Card(centre_um, rotate_deg)
     if light is not None:

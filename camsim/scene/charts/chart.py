@@ -19,7 +19,7 @@ from camsim.scene.primitives import Primitive, Shape, turned
 from camsim.scene.primitives import counted as count_pieces
 from camsim.scene.shapes import Disc, Polygon, Rectangle
 from camsim.spectra.curve import Spectrum
-from camsim.typed import Several, check, judge
+from camsim.typed import Point, Positive, Several, check, judge
 
 Place: TypeAlias = tuple[float, float]
 
@@ -118,22 +118,22 @@ def counted(draw: Callable[..., Any], key: str, shapes: float) -> None:
 
 def periods(
     draw: Callable[..., Any],
-    lp_per_mm: tuple[float, ...] | None,
-    periods_um: tuple[float, ...] | None,
+    lp_per_mm: Several[Positive] | None,
+    periods_um: Several[Positive] | None,
     keys: tuple[str, str] = ("lp_per_mm", "periods_um"),
 ) -> tuple[float, ...]:
     """Return the lengths of line pairs, of which one of the two gives them."""
     if (lp_per_mm is None) == (periods_um is None):
         said = "missing" if lp_per_mm is None else "given twice"
         raise refused(draw, keys[0], f"{said}; give one of {keys[0]} and {keys[1]}")
-    return periods_um or tuple(1e3 / frequency for frequency in lp_per_mm or ())
+    return tuple(1e3 / frequency for frequency in lp_per_mm or ()) if periods_um is None else tuple(periods_um)
 
 
 @dataclass(frozen=True, slots=True)
 class Card:
     """Where a chart lies: what it draws about its own centre, moved and turned to its place."""
 
-    centre_um: Place
+    centre_um: Point
     rotate_deg: float = 0.0
 
     def placed_um(self, points: Any) -> F64:

@@ -12,7 +12,7 @@ from annotated_types import Ge, Le, MinLen
 from camsim.scene.charts.chart import Many, chart, counted, refused
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Disc
-from camsim.spectra.curve import Reflectance, Spectrum
+from camsim.spectra.curve import Reflectance
 from camsim.typed import Fraction, Point, Positive, Seed, Several
 
 
@@ -57,7 +57,7 @@ def dead_leaves(
         square_um2 = math.log(most / least) / (most - least) if most > least else least_radius_um**2
         discs = math.ceil(math.log(1000.0) * float(room_um[0] * room_um[1]) / (math.pi * square_um2))
     counted(dead_leaves, "least_radius_um", discs)
-    colours: tuple[Spectrum, ...] = palette or tuple(np.linspace(darkest, lightest, greys).tolist())
+    colours: Several[Reflectance] = palette or np.linspace(darkest, lightest, greys).tolist()
     random = np.random.Generator(np.random.Philox(seed))
     radius_um = 1.0 / np.sqrt(least + (most - least) * random.random(discs))
     at_um = np.array(centre_um) + (random.random((discs, 2)) - 0.5) * room_um

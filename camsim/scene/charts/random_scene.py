@@ -41,7 +41,7 @@ def random(
     True
     """
     source = np.random.Generator(np.random.Philox(seed))
-    colours: Sequence[Spectrum] = palette or _measured()
+    colours: Several[Reflectance] = palette or _measured()
     whole = min(width_um, height_um)
     # Sizes are even in their logarithm: as many details as large areas.
     sizes = np.sort(whole * np.geomspace(0.02, 0.5, 1000)[source.integers(1000, size=shapes)])[::-1]
@@ -71,9 +71,7 @@ def _polygon(source: np.random.Generator, radius: float, at: tuple[float, float]
 
 def _regular(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
     sides = int(source.integers(3, 9))
-    yield RegularPolygon(
-        sides=sides, radius_um=radius, centre_um=at, rotate_deg=_angle_deg(source), reflectance=colour
-    )
+    yield RegularPolygon(sides=sides, radius_um=radius, centre_um=at, rotate_deg=_angle_deg(source), reflectance=colour)
 
 
 def _star(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
@@ -128,7 +126,8 @@ def _blob(source: np.random.Generator, radius: float, at: tuple[float, float], c
 
 def _gradient(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
     """Draw greys side by side, from one level to another."""
-    levels = np.linspace(*(0.02 + 0.9 * source.random(2)).tolist(), _BANDS)
+    first_level, last_level = (0.02 + 0.9 * source.random(2)).tolist()
+    levels = np.linspace(first_level, last_level, _BANDS)
     angle = math.radians(_angle_deg(source))
     along, across = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
     ends = [np.array(at) + radius * (2.0 * index / _BANDS - 1.0) * along for index in range(_BANDS + 1)]

@@ -64,7 +64,8 @@ def bar_um(group: int, element: int = 1) -> float:
     >>> bar_um(0), bar_um(2, 1)
     (500.0, 125.0)
     """
-    return 500.0 / 2.0 ** (group + (element - 1) / 6.0)
+    bar: float = 500.0 / 2.0 ** (group + (element - 1) / 6.0)
+    return bar
 
 
 def _element(card: Card, bar: float, at_um: Place, dark: Spectrum) -> Iterator[Shape]:
@@ -77,7 +78,7 @@ def _element(card: Card, bar: float, at_um: Place, dark: Spectrum) -> Iterator[S
 
 
 def _place_um(group: int, element: int, outer: int) -> Place:
-    """Return the centre of an element: of even groups the first is at the lower right, the others down the left side."""
+    """Return the centre of an element: of even groups the first is at the lower right, others down the left side."""
     first, x, y = outer, 0.0, 0.0
     while first + 2 <= group:
         x, y = x + _INNER_AT[0] * bar_um(first), y + _INNER_AT[1] * bar_um(first)

@@ -43,16 +43,16 @@ def read_svg(
     is. Raises ConfigError that names every element that cannot be, with its line: nothing is left out silently.
     """
     name = shown or os.fspath(file)
-    wide = None if width_um is None else check(width_um, Positive, "width_um", "read_svg")
-    high = None if height_um is None else check(height_um, Positive, "height_um", "read_svg")
-    if (wide is None) == (high is None):
-        message = "missing; give it or height_um" if wide is None else "given together with height_um; one follows"
+    if (width_um is None) == (height_um is None):
+        message = "missing; give it or height_um" if width_um is None else "given together with height_um; one follows"
         raise InvalidValueError(message, key="width_um", stage="read_svg")
+    size = (width_um, "width_um") if height_um is None else (height_um, "height_um")
+    kept_um: float = check(size[0], Positive, size[1], "read_svg")
     kept = check(dict(palette or {}), Mapping[str, Reflectance], "palette", "read_svg")
     x, y = check(centre_um, Point, "centre_um", "read_svg")
     angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
     view, shapes = Drawing(Path(file), name, kept).shapes()
-    scale = wide / view.width if wide is not None else high / view.height
+    scale = kept_um / (view.width if height_um is None else view.height)
     boxes = [fill.curves.boxes for primitive in flattened(shapes) for fill in primitive.fills]
     beyond = boxes and not _within(np.concatenate(boxes), view.width, view.height)
     page = Rectangle(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path as File
@@ -33,7 +34,17 @@ MOST_ELEMENTS = 100_000
 MOST_FAULTS = 20
 
 _GROUPS = ("svg", "g", "a", "use")
-_UNSEEN = ("defs", "title", "desc", "metadata", "style", "clipPath", "symbol", "linearGradient", "radialGradient")
+_UNSEEN: tuple[str, ...] = (
+    "defs",
+    "title",
+    "desc",
+    "metadata",
+    "style",
+    "clipPath",
+    "symbol",
+    "linearGradient",
+    "radialGradient",
+)
 _UNSEEN += ("pattern", "mask", "filter", "marker", "font", "view", "cursor", "color-profile")
 _WAYS_OUT = {
     "text": "letters are not supported; turn them into paths (Inkscape: Path > Object to Path)",
@@ -128,7 +139,9 @@ class Drawing:
         matrix = times(matrix, moved)
         boxed = "viewBox" in element.attributes and element is not self.root
         if boxed or tag not in (*_GROUPS, *SHAPES, "symbol"):
-            self.refuse(element, _WAYS_OUT.get(tag, f"{'with a viewBox ' if boxed else ''}is not supported; ungroup it"))
+            self.refuse(
+                element, _WAYS_OUT.get(tag, f"{'with a viewBox ' if boxed else ''}is not supported; ungroup it")
+            )
             return
         inside = list(self._inside(element, matrix, style, used))
         if not inside:
@@ -151,9 +164,7 @@ class Drawing:
             for child in element.children:
                 yield from self._painted(child, matrix, style, used)
 
-    def _used(
-        self, element: Element, matrix: Matrix, style: Mapping[str, str], used: tuple[str, ...]
-    ) -> Iterator[Any]:
+    def _used(self, element: Element, matrix: Matrix, style: Mapping[str, str], used: tuple[str, ...]) -> Iterator[Any]:
         link = element.attributes.get("href", "")
         identity = link.removeprefix("#")
         if not link.startswith("#"):
@@ -163,11 +174,11 @@ class Drawing:
         elif identity in used:
             self.refuse(element, f"uses itself by way of {link[:60]!r}")
         else:
-            place = self._tried(
-                element, lambda: [length(element.attributes.get(k, "0"), w) for k, w in zip("xy", self.view, strict=False)]
-            )
-            if place is not None:
-                there = times(matrix, (1.0, 0.0, 0.0, 1.0, *place))
+            given = element.attributes
+            x = self._tried(element, lambda: length(given.get("x", "0"), self.view.width))
+            y = self._tried(element, lambda: length(given.get("y", "0"), self.view.height))
+            if x is not None and y is not None:
+                there = times(matrix, (1.0, 0.0, 0.0, 1.0, x, y))
                 yield from self._painted(self.known[identity], there, style, (*used, identity))
 
     def _fill_and_stroke(self, element: Element, matrix: Matrix, style: Mapping[str, str]) -> Iterator[Any]:
@@ -242,9 +253,9 @@ class Drawing:
                 self.refuse(child, "is not supported in a <clipPath>; draw it with paths")
                 continue
             style = styled(drawn, styled(child, {}, self.rules), self.rules)
-            turns = [one.attributes.get("transform", "") for one in ((child, drawn) if link else (child,))]
-            moved = self._tried(child, lambda turns=turns: matrix_of(" ".join(turns)))
-            segments = self._tried(drawn, lambda drawn=drawn: segments_of(drawn, self.view[:2]))
+            turns = " ".join(one.attributes.get("transform", "") for one in ((child, drawn) if link else (child,)))
+            moved = self._tried(child, functools.partial(matrix_of, turns))
+            segments = self._tried(drawn, functools.partial(segments_of, drawn, self.view[:2]))
             if own and moved and segments:
                 shapes.append(_path(segments, style["clip-rule"], 0.0, times(times(matrix, own), moved)))
         return Group(shapes=shapes)

@@ -98,25 +98,25 @@ class _Pen:
     def __init__(self) -> None:
         self.segments: list[Segment] = []
 
-    def moveTo(self, place: tuple[float, float]) -> None:  # noqa: N802 (fontTools' names)
+    def moveTo(self, place: tuple[float, float]) -> None:
         self.segments.append(("move", *place))
 
-    def lineTo(self, place: tuple[float, float]) -> None:  # noqa: N802
+    def lineTo(self, place: tuple[float, float]) -> None:
         self.segments.append(("line", *place))
 
-    def curveTo(self, one: Any, two: Any, place: Any) -> None:  # noqa: N802
+    def curveTo(self, one: Any, two: Any, place: Any) -> None:
         self.segments.append(("cubic", *one, *two, *place))
 
-    def qCurveTo(self, one: Any, place: Any) -> None:  # noqa: N802
+    def qCurveTo(self, one: Any, place: Any) -> None:
         self.segments.append(("quadratic", *one, *place))
 
-    def arcTo(self, rx: float, ry: float, turn: float, large: bool, sweep: bool, place: Any) -> None:  # noqa: N802
+    def arcTo(self, rx: float, ry: float, turn: float, large: bool, sweep: bool, place: Any) -> None:
         self.segments.append(("arc", rx, ry, turn, float(large), float(sweep), *place))
 
-    def closePath(self) -> None:  # noqa: N802
+    def closePath(self) -> None:
         self.segments.append(("close",))
 
-    def endPath(self) -> None:  # noqa: N802
+    def endPath(self) -> None:
         pass
 
 

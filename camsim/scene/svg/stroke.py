@@ -8,11 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.scene.curves import ARC
+from camsim.scene.curves import Pen as Outline
 from camsim.scene.svg.outline import Segment
 
 _CLOSE = 1e-6  # of half the width: how far an outline may be off the true one
@@ -113,8 +116,6 @@ def _cubic(*corners: F64) -> list[_Piece]:
 
 def _arc(place: F64, numbers: Sequence[float], to: F64) -> list[_Piece]:
     """Return cubics along an arc, so many that they leave it by 1e-9 of its half axes."""
-    from camsim.scene.curves import ARC, Pen as Outline
-
     outline = Outline()
     outline.move(*place)
     outline.arc(*numbers[:5], *to)
@@ -173,7 +174,7 @@ def _swept(piece: _Piece, half: float) -> Loop:
     cuts = np.interp(np.linspace(0.0, turned[-1], count + 1), turned, shares) if turned[-1] else shares
     sides = [[_beside(piece, t, side)[0] for side in (half, -half)] for t in np.asarray(cuts).tolist()]
     loop: Loop = []
-    for one, two in zip(sides, sides[1:], strict=False):
+    for one, two in pairwise(sides):
         corners = np.array([*one, *two])
         away = corners - corners.mean(axis=0)
         loop += _polygon(corners[np.argsort(np.arctan2(away[:, 1], away[:, 0]))])

@@ -27,7 +27,9 @@ def view_of(root: Element) -> View:
     """Return what of a drawing is shown: its width and height, or its viewBox where it has none."""
     box = numbers(root.attributes["viewBox"]) if "viewBox" in root.attributes else []
     if box and (len(box) != 4 or box[2] <= 0.0 or box[3] <= 0.0):
-        raise InvalidValueError(f"its viewBox {root.attributes['viewBox'][:40]!r} must be four numbers with a size above 0")
+        raise InvalidValueError(
+            f"its viewBox {root.attributes['viewBox'][:40]!r} must be four numbers with a size above 0"
+        )
     sizes: list[float | None] = []
     for key in ("width", "height"):
         text = root.attributes.get(key, "100%")
