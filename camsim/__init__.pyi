@@ -26,6 +26,8 @@ from .rendering import render as render
 from .scene import Disc as Disc
 from .scene import Ellipse as Ellipse
 from .scene import Group as Group
+from .scene import HalfPlane as HalfPlane
+from .scene import Line as Line
 from .scene import Path as Path
 from .scene import Polygon as Polygon
 from .scene import Rectangle as Rectangle
@@ -36,6 +38,7 @@ from .scene import Ring as Ring
 from .scene import Scene as Scene
 from .scene import Sector as Sector
 from .scene import Star as Star
+from .scene import Text as Text
 from .scene import charts as charts
 from .sensor.adc import Adc as Adc
 from .sensor.cfa import Cfa as Cfa

@@ -61,6 +61,12 @@ class Expected:
             return (self.kind,)
         return tuple(table for a in self.alternatives() if _is_union(self.kind) for table in a.tables())
 
+    def holds(self) -> Iterator[type[Table]]:
+        """Yield the tables that may stand here, or in a list here."""
+        yield from self.tables()
+        for alternative in self._with_origin(list):
+            yield from Expected.of(get_args(alternative.kind)[0]).holds()
+
     def table(self, node: Node) -> type[Table] | None:
         """Return the table that ``node`` is meant to be; None when it is none, or its kind says nothing.
 
@@ -164,16 +170,20 @@ def along(root: Expected, node: Node, path: KeyPath) -> Expected | None:
     return here
 
 
-def can_contradict(expected: Expected) -> bool:
-    """Whether any table in here has keys that may contradict each other (a long list of shapes has none)."""
+def can_contradict(expected: Expected, above: tuple[type[Table], ...] = ()) -> bool:
+    """Whether any table in here has keys that may contradict each other (a long list of shapes has none).
+
+    above : tables that this lies in; some hold others of their own kind
+    """
     for member in expected.alternatives():
         items = get_args(member.kind) if get_origin(member.kind) in (list, tuple, dict) else ()
-        if any(can_contradict(Expected.of(item)) for item in items):
+        if any(can_contradict(Expected.of(item), above) for item in items):
             return True
     return any(
         "contradictions" in vars(table)
-        or any(can_contradict(expected_of_field(field)) for field in table.model_fields.values())
+        or any(can_contradict(expected_of_field(field), (*above, table)) for field in table.model_fields.values())
         for table in expected.tables()
+        if table not in above
     )
 
 

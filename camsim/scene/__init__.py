@@ -8,6 +8,8 @@ from camsim.scene.shapes import (
     Disc,
     Ellipse,
     Group,
+    HalfPlane,
+    Line,
     Path,
     Polygon,
     Rectangle,
@@ -17,6 +19,7 @@ from camsim.scene.shapes import (
     Ring,
     Sector,
     Star,
+    Text,
 )
 
 __all__ = [
@@ -24,6 +27,8 @@ __all__ = [
     "Disc",
     "Ellipse",
     "Group",
+    "HalfPlane",
+    "Line",
     "Path",
     "Polygon",
     "Primitive",
@@ -36,6 +41,7 @@ __all__ = [
     "Sector",
     "Shape",
     "Star",
+    "Text",
     "arrange",
     "charts",
     "flattened",

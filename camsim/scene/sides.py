@@ -286,7 +286,8 @@ def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:
         missing = areas - _gained(corners, moved, following)
         needed = share * missing + ((1.0 - share) * missing)[before] * free
         chord = moved[following] - moved[before]
-        size = np.maximum(_squares(chord), np.finfo(float).tiny)
+        size = _squares(chord)
+        size = np.where(size > 0.0, size, np.inf)
         # No farther than a side is long: hairpins have areas that no corner can make up for.
         most = np.sqrt(np.minimum(_squares(corners[following] - corners), _squares(corners - corners[before])) / size)
         pace = np.where(free, np.clip(2.0 * needed / size, -most, most), 0.0)

@@ -11,16 +11,13 @@ from typing import Annotated, Any, Literal, TypeAlias, Union, get_args, get_orig
 
 from pydantic import Field, create_model
 
-from camsim.config.schema.base import Reflectance, Table
-from camsim.marks import Called
+from camsim.config.schema.base import Point, Reflectance, Table
 from camsim.scene.charts import CHARTS, meanings, parameters
 from camsim.spectra import curve
 from camsim.typed import Point as ParameterPoint
 
 LENGTH = "_um"
 """How parameters end that a file gives in the scene's unit, without this."""
-
-Point: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
 
 
 def key_of(parameter: str) -> str:

@@ -7,8 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from camsim.config.schema.base import Name, Reflectance, Table
-from camsim.config.schema.charts import Point
+from camsim.config.schema.base import Name, Point, Reflectance, Table
 
 
 class Svg(Table):

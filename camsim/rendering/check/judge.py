@@ -12,7 +12,6 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
-from camsim.rendering.check.biarcs import Fineness
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.scenery import Pieces, pieces_of
@@ -20,6 +19,7 @@ from camsim.rendering.check.wavelengths import densities
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Plan
 from camsim.rendering.job import Job
+from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same

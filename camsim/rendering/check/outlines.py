@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.rendering.check.biarcs import Fineness, arcs_of
 from camsim.scene import Primitive, Scene, flattened
+from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.curves import ARC, STRAIGHT, Curves, joined
 
 ROUND = 1e-12  # by which half axes of a circle differ, relative

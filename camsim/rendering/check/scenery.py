@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.rendering.check.biarcs import Fineness
 from camsim.rendering.check.cuts import pieces_between_cuts
 from camsim.rendering.check.outlines import Outlines, outlines_of
 from camsim.rendering.check.painter import BESIDE, Near, Rows, sides_of
 from camsim.scene import Scene
+from camsim.scene.arcs import Fineness
 from camsim.spectra.curve import Spectrum
 
 SAME = 1e-10  # pitches, and as a share of the largest coordinate: places this near are one

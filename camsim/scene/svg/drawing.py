@@ -9,7 +9,7 @@ from pathlib import Path as File
 from typing import Any, TypeVar
 
 from camsim.errors import CamsimError, ConfigError, Fault
-from camsim.scene.shapes import Group, Path
+from camsim.scene.shapes import Disc, Group, Line, Path, Rectangle
 from camsim.scene.svg import colours
 from camsim.scene.svg.outline import (
     IDENTITY,
@@ -17,13 +17,13 @@ from camsim.scene.svg.outline import (
     SHAPES,
     Matrix,
     Segment,
+    dots,
     length,
     matrix_of,
     numbers,
     segments_of,
     times,
 )
-from camsim.scene.svg.stroke import Pen, stroked
 from camsim.scene.svg.style import INHERITED, OWN, PLAIN, Rule, rules_of, styled
 from camsim.scene.svg.view import View, view_of
 from camsim.scene.svg.xml import Element, read_elements
@@ -34,18 +34,10 @@ MOST_ELEMENTS = 100_000
 MOST_FAULTS = 20
 
 _GROUPS = ("svg", "g", "a", "use")
-_UNSEEN: tuple[str, ...] = (
-    "defs",
-    "title",
-    "desc",
-    "metadata",
-    "style",
-    "clipPath",
-    "symbol",
-    "linearGradient",
-    "radialGradient",
+_UNSEEN = (
+    *("defs", "title", "desc", "metadata", "style", "clipPath", "symbol", "linearGradient", "radialGradient"),
+    *("pattern", "mask", "filter", "marker", "font", "view", "cursor", "color-profile"),
 )
-_UNSEEN += ("pattern", "mask", "filter", "marker", "font", "view", "cursor", "color-profile")
 _WAYS_OUT = {
     "text": "letters are not supported; turn them into paths (Inkscape: Path > Object to Path)",
     "image": "pictures in a drawing are not supported; a scene takes them beside it",
@@ -62,7 +54,18 @@ T = TypeVar("T")
 
 def _path(segments: Sequence[Segment], rule: str, reflectance: Spectrum, matrix: Matrix) -> Any:
     path = Path(segments_um=segments, fill_rule="evenodd" if rule == "evenodd" else "nonzero", reflectance=reflectance)
-    return path if matrix == IDENTITY else Group(shapes=[path], matrix=matrix)
+    return _placed(path, matrix)
+
+
+def _placed(shape: Any, matrix: Matrix) -> Any:
+    return shape if matrix == IDENTITY else Group(shapes=[shape], matrix=matrix)
+
+
+def _dot(at: tuple[float, float], width: float, cap: str, colour: Spectrum) -> Any:
+    """Return what the ends of a line of no length draw."""
+    if cap == "round":
+        return Disc(radius_um=0.5 * width, centre_um=at, reflectance=colour)
+    return Rectangle(width_um=width, height_um=width, centre_um=at, reflectance=colour)
 
 
 class Drawing:
@@ -191,17 +194,32 @@ class Drawing:
         if element.tag != "line" and (fill := self._paint(element, style, "fill")) is not None:
             painted.append(_path(segments, style["fill-rule"], fill, matrix))
         if (stroke := self._paint(element, style, "stroke")) is not None:
-            pen = self._tried(element, lambda: self._pen(style))
-            if pen is not None and pen.width > 0.0 and (outline := stroked(segments, pen)):
-                painted.append(_path(outline, "nonzero", stroke, matrix))
+            painted += [_placed(shape, matrix) for shape in self._stroked(element, segments, style, stroke)]
         order = style["paint-order"].split()
         stroke_first = "stroke" in order and "fill" not in order[: order.index("stroke")]
         yield from reversed(painted) if stroke_first else painted
 
-    def _pen(self, style: Mapping[str, str]) -> Pen:
+    def _stroked(
+        self, element: Element, segments: Sequence[Segment], style: Mapping[str, str], colour: Spectrum
+    ) -> list[Any]:
         diagonal = (0.5 * (self.view.width**2 + self.view.height**2)) ** 0.5
-        (limit,) = numbers(style["stroke-miterlimit"])
-        return Pen(length(style["stroke-width"], diagonal), style["stroke-linecap"], style["stroke-linejoin"], limit)
+        width = self._tried(element, lambda: length(style["stroke-width"], diagonal))
+        limit = self._tried(element, lambda: numbers(style["stroke-miterlimit"]))
+        if not width or not limit or width <= 0.0:
+            return []
+        cap, join = style["stroke-linecap"], style["stroke-linejoin"]
+        line = self._tried(
+            element,
+            lambda: Line(
+                segments_um=segments,
+                width_um=width,
+                cap=cap,  # type: ignore[arg-type]  # judged there
+                join=join,  # type: ignore[arg-type]
+                miter_limit=limit[0],
+                reflectance=colour,
+            ),
+        )
+        return [] if line is None else [line, *(_dot(at, width, cap, colour) for at in dots(segments) if cap != "butt")]
 
     def _paint(self, element: Element, style: Mapping[str, str], key: str) -> Spectrum | None:
         """Return the reflectance of a fill or a stroke; None where there is none."""

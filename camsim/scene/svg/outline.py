@@ -195,3 +195,21 @@ def _rectangle(x: float, y: float, wide: float, high: float, radii: tuple[float,
         *((*bend, right - rx, bottom), ("line", x + rx, bottom), (*bend, x, bottom - ry), ("line", x, y + ry)),
         *((*bend, x + rx, y), ("close",)),
     ]
+
+
+def dots(segments: Sequence[Segment]) -> list[tuple[float, float]]:
+    """Return where a path draws lines of no length: only their ends are seen.
+
+    >>> dots([("move", 1.0, 2.0), ("line", 1.0, 2.0), ("move", 0.0, 0.0), ("line", 3.0, 0.0), ("move", 5.0, 5.0)])
+    [(1.0, 2.0)]
+    """
+    parts: list[list[Segment]] = []
+    for segment in segments:
+        if segment[0] == "move" or not parts:
+            parts.append([])
+        parts[-1].append(segment)
+    return [
+        (part[0][1], part[0][2])
+        for part in parts
+        if len(part) > 1 and len({segment[-2:] for segment in part if segment[0] != "close"}) == 1
+    ]

@@ -112,5 +112,5 @@ def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) ->
     found = {key: above.get(key, initial) for key, initial in INHERITED.items()} | OWN
     for key, value in own.items():
         if key in found:
-            found[key] = (above.get(key, INHERITED.get(key)) or OWN[key]) if value == "inherit" else value
+            found[key] = above.get(key, found[key]) if value == "inherit" else value
     return found

@@ -1,4 +1,4 @@
-"""Curves as arcs of circles, two by two: the check's own way to follow what bends.
+"""Curves as arcs of circles, two by two: the way in which the check follows what bends, and by which lines are drawn.
 
 A pair of arcs that leaves and arrives as the curve does lies off it by about h³·|κ′|/324, to one side in its first half
 and to the other in its second. So what it gives and takes away is nearly the same, and what stays is of higher order.
