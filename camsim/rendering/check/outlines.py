@@ -46,12 +46,14 @@ class Owners(NamedTuple):
     """Whose each part is: parts of fills, fills of layers, layers of primitives, each where the next begins.
 
     even_odd : (fills,) whether it is filled where a place is wound about an odd number of times
+    ends     : (n, 4) x, y where each part begins and where it ends: the very numbers with which the next one begins
     """
 
     part: I64
     fill: I64
     layer: I64
     even_odd: np.ndarray
+    ends: F64
 
     @property
     def primitive(self) -> I64:
@@ -66,7 +68,7 @@ def outlines_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Outlines
     fills = [fill for one in primitives for fill in one.fills]
     curves = joined([fill.curves for fill in fills])
     curves = curves._replace(points=curves.points / pitch_um)
-    outlines, counts = _parts(curves, fine)
+    outlines, ends, counts = _parts(curves, fine)
     begins = np.concatenate([[0], np.cumsum(counts)])
     pieces = np.cumsum([0, *(len(fill.curves.kind) for fill in fills)])
     owners = Owners(
@@ -74,6 +76,7 @@ def outlines_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Outlines
         fill=_firsts([len(layer) for one in primitives for layer in one.layers]),
         layer=_firsts([len(one.layers) for one in primitives]),
         even_odd=np.array([fill.rule == "evenodd" for fill in fills], bool),
+        ends=ends,
     )
     return outlines, owners, primitives
 
@@ -82,8 +85,8 @@ def _firsts(counts: Sequence[int]) -> I64:
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
 
 
-def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, I64]:
-    """Return the parts of all curves in order, and how many each has."""
+def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
+    """Return the parts of all curves in order, their ends, and how many each curve has."""
     p, turn = curves.points, curves.turn_rad
     u, v = p[:, 1], p[:, 2]
     size = np.hypot(u[:, 0], u[:, 1])
@@ -91,7 +94,8 @@ def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, I64]:
     square = np.abs(np.einsum("ij,ij->i", u, v)) <= ROUND * size * size
     circle = (curves.kind == ARC) & same & square
     straight = curves.kind == STRAIGHT
-    columns = np.zeros((len(straight), 6))
+    columns = np.zeros((len(straight), 10))
+    columns[:, 6:8], columns[:, 8:] = p[:, 0], p[:, 3]
     columns[straight, :2], columns[straight, 2:4] = p[straight, 0], (p[:, 3] - p[:, 0])[straight]
     columns[circle, :2], columns[circle, 2] = (p[:, 0] - u)[circle], size[circle]
     way = np.sign(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
@@ -119,6 +123,7 @@ def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, I64]:
                 np.where(line, chord.imag, 0.0),
                 np.where(line, 0.0, np.angle(start - centre)),
                 bend,
+                *(start.real, start.imag, bent.end.real, bent.end.imag),
             ],
             axis=1,
         )
@@ -126,7 +131,7 @@ def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, I64]:
         order = np.argsort(owner, kind="stable")
         owner, rows = owner[order], rows[order]
     counts = np.bincount(owner, minlength=len(straight))
-    return Outlines(*(np.ascontiguousarray(column) for column in rows.T)), counts
+    return Outlines(*(np.ascontiguousarray(column) for column in rows.T[:6])), rows[:, 6:].copy(), counts
 
 
 def full_turn(turn_rad: float) -> bool:

@@ -70,7 +70,7 @@ def _row(rows: Rows, fill: int, y: float) -> int:
 
 
 @kernel()
-def _winds(o: Outlines, rows: Rows, fill: int, x: float, y: float) -> int:
+def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: float) -> int:
     """Return how often a fill's outlines wind about a place."""
     turns = 0
     row = _row(rows, fill, y)
@@ -78,25 +78,18 @@ def _winds(o: Outlines, rows: Rows, fill: int, x: float, y: float) -> int:
         return 0
     for k in range(rows.first[row], rows.first[row + 1]):
         f = rows.part[k]
-        if o.turn_rad[f] == 0.0:
-            x0, y0, dx, dy = o.x[f], o.y[f], o.dx[f], o.dy[f]
-        else:
-            begin, end = o.from_rad[f], o.from_rad[f] + o.turn_rad[f]
-            inside = math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]
-            if abs(o.turn_rad[f]) >= math.tau * (1.0 - 1e-15):
-                if inside:
-                    turns += 1 if o.turn_rad[f] > 0.0 else -1
-                continue
-            x0, y0 = o.x[f] + o.dx[f] * math.cos(begin), o.y[f] + o.dx[f] * math.sin(begin)
-            dx, dy = o.x[f] + o.dx[f] * math.cos(end) - x0, o.y[f] + o.dx[f] * math.sin(end) - y0
-            side = dx * (y - y0) - dy * (x - x0)
+        x0, y0, x1, y1 = owners.ends[f]
+        side = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)
+        if o.turn_rad[f] != 0.0 and math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]:
+            whole = abs(o.turn_rad[f]) >= math.tau * (1.0 - 1e-15)
             # Between the chord and its arc; a place on the chord is one that does not count as left of it below.
-            right = side < 0.0 or (side == 0.0 and dy > 0.0)
-            if inside and right == (o.turn_rad[f] > 0.0):
+            right = side < 0.0 or (side == 0.0 and y1 > y0)
+            if whole or right == (o.turn_rad[f] > 0.0):
                 turns += 1 if o.turn_rad[f] > 0.0 else -1
-        above, below = y0 <= y, y0 + dy <= y
+            if whole:
+                continue
+        above, below = y0 <= y, y1 <= y
         if above != below:
-            side = dx * (y - y0) - (x - x0) * dy
             if above and side > 0.0:
                 turns += 1
             elif below and side < 0.0:
@@ -110,7 +103,7 @@ def _covers(o: Outlines, rows: Rows, owners: Owners, primitive: int, x: float, y
     for layer in range(owners.layer[primitive], owners.layer[primitive + 1]):
         filled = False
         for fill in range(owners.fill[layer], owners.fill[layer + 1]):
-            turns = _winds(o, rows, fill, x, y)
+            turns = _winds(o, rows, owners, fill, x, y)
             if turns % 2 == 1 if owners.even_odd[fill] else turns != 0:
                 filled = True
                 break
