@@ -9,7 +9,7 @@ from pathlib import Path as File
 from typing import Any, TypeVar
 
 from camsim.errors import CamsimError, ConfigError, Fault
-from camsim.scene.shapes import Disc, Group, Line, Path, Rectangle
+from camsim.scene.shapes import Group, Line
 from camsim.scene.svg import colours
 from camsim.scene.svg.outline import (
     IDENTITY,
@@ -24,6 +24,7 @@ from camsim.scene.svg.outline import (
     segments_of,
     times,
 )
+from camsim.scene.svg.parts import dot, path, placed
 from camsim.scene.svg.style import INHERITED, OWN, PLAIN, Rule, rules_of, styled
 from camsim.scene.svg.view import View, view_of
 from camsim.scene.svg.xml import Element, read_elements
@@ -31,6 +32,7 @@ from camsim.spectra.curve import Spectrum
 
 MOST_NUMBERS = 1_000_000
 MOST_ELEMENTS = 100_000
+MOST_USES = 20
 MOST_FAULTS = 20
 
 _GROUPS = ("svg", "g", "a", "use")
@@ -52,22 +54,6 @@ _WAYS_OUT = {
 T = TypeVar("T")
 
 
-def _path(segments: Sequence[Segment], rule: str, reflectance: Spectrum, matrix: Matrix) -> Any:
-    path = Path(segments_um=segments, fill_rule="evenodd" if rule == "evenodd" else "nonzero", reflectance=reflectance)
-    return _placed(path, matrix)
-
-
-def _placed(shape: Any, matrix: Matrix) -> Any:
-    return shape if matrix == IDENTITY else Group(shapes=[shape], matrix=matrix)
-
-
-def _dot(at: tuple[float, float], width: float, cap: str, colour: Spectrum) -> Any:
-    """Return what the ends of a line of no length draw."""
-    if cap == "round":
-        return Disc(radius_um=0.5 * width, centre_um=at, reflectance=colour)
-    return Rectangle(width_um=width, height_um=width, centre_um=at, reflectance=colour)
-
-
 class Drawing:
     """A drawing being read; what it cannot paint is gathered, so that all of it is said at once."""
 
@@ -78,7 +64,6 @@ class Drawing:
         self.rules: list[Rule] = rules_of(self.root, self.refuse)
         self.known = {element.attributes["id"]: element for element in self.root.all() if "id" in element.attributes}
         self.palette = {colours.rgb(colour): spectrum for colour, spectrum in palette.items()}
-        self.visited = 0
         self._measure()
 
     def shapes(self) -> tuple[View, list[Any]]:
@@ -106,6 +91,21 @@ class Drawing:
             if count > MOST_NUMBERS:
                 self.refuse(element, f"the paths up to here hold more than {MOST_NUMBERS} numbers; simplify them")
                 raise ConfigError(self.faults)
+        if self._drawn(self.root, {}, 0) > MOST_ELEMENTS:
+            self.refuse(
+                self.root, f"draws more than {MOST_ELEMENTS} elements, those that <use> repeats counted each time"
+            )
+            raise ConfigError(self.faults)
+
+    def _drawn(self, element: Element, found: dict[int, int], uses: int) -> int:
+        """Return how many elements an element draws; of what uses itself or lies too deep any number."""
+        if id(element) not in found:
+            found[id(element)] = 1  # on the way here
+            linked = self.known.get(element.attributes.get("href", "").removeprefix("#"))
+            inner = [linked] if element.tag == "use" and linked is not None and uses < MOST_USES else element.children
+            deeper = uses + (element.tag == "use")
+            found[id(element)] = 1 + sum(self._drawn(each, found, deeper) for each in inner)
+        return found[id(element)]
 
     def _tried(self, element: Element, make: Callable[[], T]) -> T | None:
         """Return what is made, or None where it is refused."""
@@ -124,10 +124,6 @@ class Drawing:
 
         used : ids of the <use> elements on the way here
         """
-        self.visited += 1
-        if self.visited > MOST_ELEMENTS:
-            self.refuse(element, f"is drawn after {MOST_ELEMENTS} others, which is the most; <use> repeats too often")
-            raise ConfigError(self.faults[-1:])
         if len(self.faults) >= MOST_FAULTS:
             return
         tag = element.tag
@@ -174,6 +170,8 @@ class Drawing:
             self.refuse(element, f"refers to {link[:60]!r}, outside this file; a drawing holds all that it shows")
         elif identity not in self.known:
             self.refuse(element, f"refers to {link[:60]!r}, which is not there")
+        elif len(used) >= MOST_USES:
+            self.refuse(element, f"is used by others more than {MOST_USES} deep")
         elif identity in used:
             self.refuse(element, f"uses itself by way of {link[:60]!r}")
         else:
@@ -182,7 +180,21 @@ class Drawing:
             y = self._tried(element, lambda: length(given.get("y", "0"), self.view.height))
             if x is not None and y is not None:
                 there = times(matrix, (1.0, 0.0, 0.0, 1.0, x, y))
-                yield from self._painted(self.known[identity], there, style, (*used, identity))
+                drawn = list(self._painted(self.known[identity], there, style, (*used, identity)))
+                yield from (
+                    drawn if self.known[identity].tag != "symbol" else self._within(identity, drawn, there, given)
+                )
+
+    def _within(self, identity: str, drawn: list[Any], matrix: Matrix, given: Mapping[str, str]) -> Iterator[Any]:
+        """Yield what of a symbol is seen: what lies in its own view, unless it may be seen beyond."""
+        symbol = self.known[identity]
+        if not drawn or styled(symbol, {}, self.rules)["overflow"] in ("visible", "auto"):
+            yield from drawn
+            return
+        sizes = zip(("width", "height"), self.view[:2], strict=True)
+        wide, high = (length(given.get(key, symbol.attributes.get(key, "100%")), whole) for key, whole in sizes)
+        corners = [("move", 0.0, 0.0), ("line", wide, 0.0), ("line", wide, high), ("line", 0.0, high), ("close",)]
+        yield Group(shapes=drawn, clip=path(corners, "nonzero", 0.0, matrix))
 
     def _fill_and_stroke(self, element: Element, matrix: Matrix, style: Mapping[str, str]) -> Iterator[Any]:
         if style["visibility"] != "visible":
@@ -192,9 +204,9 @@ class Drawing:
             return
         painted = []
         if element.tag != "line" and (fill := self._paint(element, style, "fill")) is not None:
-            painted.append(_path(segments, style["fill-rule"], fill, matrix))
+            painted.append(path(segments, style["fill-rule"], fill, matrix))
         if (stroke := self._paint(element, style, "stroke")) is not None:
-            painted += [_placed(shape, matrix) for shape in self._stroked(element, segments, style, stroke)]
+            painted += [placed(shape, matrix) for shape in self._stroked(element, segments, style, stroke)]
         order = style["paint-order"].split()
         stroke_first = "stroke" in order and "fill" not in order[: order.index("stroke")]
         yield from reversed(painted) if stroke_first else painted
@@ -215,11 +227,11 @@ class Drawing:
                 width_um=width,
                 cap=cap,  # type: ignore[arg-type]  # judged there
                 join=join,  # type: ignore[arg-type]
-                miter_limit=limit[0],
+                miter_limit=limit[0] if limit[0] >= 1.0 else 4.0,  # less is an error, which SVG lets pass
                 reflectance=colour,
             ),
         )
-        return [] if line is None else [line, *(_dot(at, width, cap, colour) for at in dots(segments) if cap != "butt")]
+        return [] if line is None else [line, *(dot(at, width, cap, colour) for at in dots(segments) if cap != "butt")]
 
     def _paint(self, element: Element, style: Mapping[str, str], key: str) -> Spectrum | None:
         """Return the reflectance of a fill or a stroke; None where there is none."""
@@ -275,5 +287,5 @@ class Drawing:
             moved = self._tried(child, functools.partial(matrix_of, turns))
             segments = self._tried(drawn, functools.partial(segments_of, drawn, self.view[:2]))
             if own and moved and segments:
-                shapes.append(_path(segments, style["clip-rule"], 0.0, times(times(matrix, own), moved)))
+                shapes.append(path(segments, style["clip-rule"], 0.0, times(times(matrix, own), moved)))
         return Group(shapes=shapes)
