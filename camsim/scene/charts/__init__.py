@@ -15,6 +15,7 @@ from camsim.scene.charts.dead_leaves import dead_leaves
 from camsim.scene.charts.e_sfr import e_sfr
 from camsim.scene.charts.grids import checkerboard, dot_grid
 from camsim.scene.charts.lens_grid import lens_grid
+from camsim.scene.charts.points import points
 from camsim.scene.charts.qr import qr
 from camsim.scene.charts.random_scene import random
 from camsim.scene.charts.siemens_star import siemens_star
@@ -35,6 +36,7 @@ __all__ = [
     "lens_grid",
     "meanings",
     "parameters",
+    "points",
     "qr",
     "random",
     "siemens_star",
@@ -59,6 +61,7 @@ CHARTS: Mapping[str, Callable[..., Any]] = {
         colorchecker,
         step_wedge,
         dead_leaves,
+        points,
         qr,
         random,
     )

@@ -8,7 +8,7 @@ import re
 import typing
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ParamSpec, TypeAlias
+from typing import Annotated, Any, Literal, ParamSpec, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -17,7 +17,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.scene.primitives import Primitive, Shape, turned
 from camsim.scene.primitives import counted as count_pieces
-from camsim.scene.shapes import Disc, Polygon, Rectangle
+from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
 from camsim.spectra.curve import Spectrum
 from camsim.typed import Point, Positive, Several, check, judge
 
@@ -162,6 +162,21 @@ class Card:
         """Return a rectangle by its sides: cells with a side in common have its very numbers in common."""
         corners = [(left_um, top_um), (right_um, top_um), (right_um, bottom_um), (left_um, bottom_um)]
         return self.polygon(corners, reflectance)
+
+    def text(
+        self, text: str, size_um: float, at_um: Place, align: Literal["left", "centre", "right"], reflectance: Spectrum
+    ) -> Text:
+        """Return a line of text whose middle, from top to bottom, lies at ``at_um``."""
+        (placed_um,) = self.placed_um([at_um])
+        return Text(
+            text=text,
+            size_um=size_um,
+            at_um=placed_um,
+            align=align,
+            vertical="middle",
+            rotate_deg=self.rotate_deg,
+            reflectance=reflectance,
+        )
 
     def disc(self, radius_um: float, at_um: Place, reflectance: Spectrum) -> Disc:
         """Return a disc about ``at_um``."""

@@ -11,12 +11,13 @@ from annotated_types import Ge, Le, MinLen
 
 from camsim.scene.charts.chart import chart
 from camsim.scene.primitives import Shape
-from camsim.scene.shapes import Ellipse, Path, Polygon, Rectangle, RegularPolygon, Ring, Sector, Star
+from camsim.scene.shapes import Ellipse, Path, Polygon, Rectangle, RegularPolygon, Ring, Sector, Star, Text
 from camsim.spectra import named
 from camsim.spectra.curve import Reflectance, Spectrum
 from camsim.typed import Point, Positive, Seed, Several
 
 _BANDS = 24
+_LETTERS = "ABCDEFGHKMRSWXabdegkqrs2345689&%?"
 _Make = Callable[[np.random.Generator, float, tuple[float, float], Spectrum], Iterator[Shape]]
 
 
@@ -124,6 +125,18 @@ def _blob(source: np.random.Generator, radius: float, at: tuple[float, float], c
     yield Path(segments_um=segments, reflectance=colour)
 
 
+def _letter(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
+    yield Text(
+        text=_LETTERS[int(source.integers(len(_LETTERS)))],
+        size_um=2.0 * radius,
+        at_um=at,
+        align="centre",
+        vertical="middle",
+        rotate_deg=_angle_deg(source),
+        reflectance=colour,
+    )
+
+
 def _gradient(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
     """Draw greys side by side, from one level to another."""
     first_level, last_level = (0.02 + 0.9 * source.random(2)).tolist()
@@ -137,4 +150,4 @@ def _gradient(source: np.random.Generator, radius: float, at: tuple[float, float
         yield Polygon(points_um=[first - side, last - side, last + side, first + side], reflectance=level)
 
 
-_KINDS: tuple[_Make, ...] = (_polygon, _regular, _star, _rectangle, _ellipse, _ring, _sector, _blob, _gradient)
+_KINDS: tuple[_Make, ...] = (_polygon, _regular, _star, _rectangle, _ellipse, _ring, _sector, _blob, _letter, _gradient)

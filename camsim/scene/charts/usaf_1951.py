@@ -30,6 +30,7 @@ _INNER_AT = (0.5 * (_LEFT - _RIGHT), -0.5 * (_SQUARE + _GAP))
 def usaf_1951(
     *,
     groups: Annotated[Several[Annotated[int, Ge(-10), Le(20)]], MinLen(1)] = (0, 1),
+    labels: bool = True,
     rotate_deg: float = 0.0,
     dark: Reflectance = 0.05,
     light: Reflectance | None = None,
@@ -42,6 +43,7 @@ def usaf_1951(
     on the chart; distances between elements are camsim's own.
 
     groups : whole numbers; on the sensor, group 0 begins with 1 line pair per mm
+    labels : whether the numbers of groups and elements stand beside them
 
     >>> element = usaf_1951(groups=[4]).shapes[0]
     >>> element.width_um, element.height_um
@@ -56,6 +58,8 @@ def usaf_1951(
     for group in ordered:
         for element in range(1, 7):
             yield from _element(card, bar_um(group, element), _place_um(group, element, outer), dark)
+        if labels:
+            yield from _labels(card, group, outer, dark)
 
 
 def bar_um(group: int, element: int = 1) -> float:
@@ -75,6 +79,18 @@ def _element(card: Card, bar: float, at_um: Place, dark: Spectrum) -> Iterator[S
         yield card.rectangle(bar, length, (at_um[0] - beside + step, at_um[1]), dark)
     for step in (-2.0 * bar, 0.0, 2.0 * bar):
         yield card.rectangle(length, bar, (at_um[0] + beside, at_um[1] + step), dark)
+
+
+def _labels(card: Card, group: int, outer: int, dark: Spectrum) -> Iterator[Shape]:
+    """Write each element's number at its outer side, and the group's above its column."""
+    odd = (group - outer) % 2 == 1
+    for element in range(1, 7):
+        bar, (x, y) = bar_um(group, element), _place_um(group, element, outer)
+        away = 0.5 * _ELEMENT * bar + bar
+        yield card.text(str(element), 4.0 * bar, (x + away if odd else x - away, y), "left" if odd else "right", dark)
+    top = 1 if odd else 2
+    bar, (x, y) = bar_um(group, top), _place_um(group, top, outer)
+    yield card.text(str(group), 4.0 * bar, (x, y - _SQUARE * bar), "centre", dark)
 
 
 def _place_um(group: int, element: int, outer: int) -> Place:
