@@ -40,6 +40,7 @@ from .scene import Sector as Sector
 from .scene import Star as Star
 from .scene import Text as Text
 from .scene import charts as charts
+from .scene import read_svg as read_svg
 from .sensor.adc import Adc as Adc
 from .sensor.cfa import Cfa as Cfa
 from .sensor.conversion_gain import DualGain as DualGain

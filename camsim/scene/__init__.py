@@ -21,6 +21,7 @@ from camsim.scene.shapes import (
     Star,
     Text,
 )
+from camsim.scene.svg import read_svg
 
 __all__ = [
     "Arrangement",
@@ -45,4 +46,5 @@ __all__ = [
     "arrange",
     "charts",
     "flattened",
+    "read_svg",
 ]
