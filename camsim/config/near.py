@@ -82,11 +82,11 @@ def elsewhere(key: str, root: type[Table], here: KeyPath) -> list[str]:
 
 def _all_keys(expected: Expected, path: KeyPath, above: tuple[type[Table], ...] = ()) -> Iterator[KeyPath]:
     for table in expected.tables():
-        if table in above:  # a group within a group
-            continue
         for name, field in table.model_fields.items():
             yield (*path, name)
-            yield from _all_keys(expected_of_field(field), (*path, name), (*above, table))
+            inside = expected_of_field(field)
+            if not {*inside.holds()} & {*above, table}:  # a group's shapes are told once
+                yield from _all_keys(inside, (*path, name), (*above, table))
     for alternative in expected.alternatives():
         if get_origin(alternative.kind) is list:
             yield from _all_keys(Expected.of(get_args(alternative.kind)[0]), (*path, 0), above)

@@ -27,7 +27,8 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.scene import Primitive
 from camsim.scene.curves import STRAIGHT, joined
-from camsim.scene.sides import MOST_TURN, SideLimits, stretches
+from camsim.scene.sides import MOST_TURN, SideLimits
+from camsim.scene.stretches import stretches
 
 STEP = 0.25  # of the distance: half a stretch of curve over which it is taken for the same
 FAR_PART = 0.2  # of the outlines' share, for sides that are long because they are far away

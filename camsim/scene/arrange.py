@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.scene.outlines import Outlines, area_of
-from camsim.scene.primitives import Primitive, flattened
-from camsim.scene.regions import overlaid, positive, rings_of
+from camsim.scene.outlines import Outlines
+from camsim.scene.primitives import flattened
 from camsim.scene.scene import Scene
-from camsim.scene.sides import Apart, SideLimits
+from camsim.scene.sides import SideLimits
+from camsim.scene.stretches import Apart
+from camsim.scene.visible import Covers, visible_rings
 from camsim.spectra.curve import Spectrum
 
 
@@ -55,18 +54,21 @@ def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | No
     primitives = flattened(scene.shapes)
     regions = [spectra.setdefault(primitive.reflectance, len(spectra)) for primitive in primitives]
     outlines = Outlines.of(primitives)
-    found = _touching(outlines.boxes)
-    rings = outlines.rings(limits or SideLimits(), found[0] | ~outlines.simple, apart)
+    limits = limits or SideLimits()
+    covers = Covers.of(primitives, outlines)
+    rings = outlines.some(covers.seen).rings(limits, crossing=covers.crossing, apart=apart)
     starts: list[F64] = []
     ends: list[F64] = []
     lefts: list[I64] = []
-    for region, visible in _visible_rings(primitives, rings, regions, found, outlines.simple):
+    seen = [(primitives[i], regions[i]) for i in covers.seen.tolist()]
+    for region, visible in visible_rings(seen, rings, covers):
         if region == 0:
             continue
         for ring in visible:
             starts.append(ring)
             ends.append(np.roll(ring, -1, axis=0))
             lefts.append(np.full(len(ring), region))
+    hidden = int(np.count_nonzero(~np.isin(outlines.owner, covers.seen)))
     start, end = np.concatenate([np.empty((0, 2)), *starts]), np.concatenate([np.empty((0, 2)), *ends])
     left = np.concatenate([np.empty(0, np.int64), *lefts])
     # An edge whose squared length is no longer a number above 0 contributes nothing.
@@ -78,66 +80,8 @@ def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | No
         left=left,
         right=right,
         spectra=tuple(spectra),
-        outline_edges=sum(len(ring) for own in rings for ring in own),
+        outline_edges=sum(len(ring) for own in rings for ring in own) + hidden,
     )
-
-
-Touching = tuple[np.ndarray, I64, I64]
-
-
-def _touching(boxes: F64) -> Touching:
-    """Return which outlines may touch another, and the pairs whose boxes do, the earlier first."""
-    import shapely
-
-    if not len(boxes):
-        nobody = np.empty(0, np.int64)
-        return np.empty(0, bool), nobody, nobody
-    areas = shapely.box(*boxes.T)
-    first, second = shapely.STRtree(areas).query(areas, predicate="intersects")
-    earlier = first < second
-    first, second = first[earlier], second[earlier]
-    touching = np.zeros(len(boxes), bool)
-    touching[first] = touching[second] = True
-    return touching, first, second
-
-
-def _visible_rings(
-    primitives: Sequence[Primitive],
-    rings: Sequence[list[F64]],
-    regions: Sequence[int],
-    found: Touching,
-    simple: np.ndarray,
-) -> list[tuple[int, list[F64]]]:
-    """Return (region, rings) of what can be seen; a shape that touches no other keeps its very numbers."""
-    import shapely
-
-    touching, first, second = found
-    visible = [
-        (regions[i], [positive(rings[i][0]), *(positive(hole)[::-1].copy() for hole in rings[i][1:])])
-        for i in np.flatnonzero(~touching & simple).tolist()
-        if rings[i]
-    ]
-    pieces: dict[int, list[Any]] = {}
-    covered_by: dict[int, list[int]] = {}
-    for a, b in zip(first.tolist(), second.tolist(), strict=True):
-        covered_by.setdefault(a, []).append(b)
-    areas = {i: area_of(primitives[i], rings[i]) for i in np.flatnonzero(touching | ~simple).tolist()}
-    for i, area in areas.items():
-        later = [areas[j] for j in covered_by.get(i, [])]
-        piece = area if not later else overlaid(_without, [area, *later])
-        pieces.setdefault(regions[i], []).append(piece)
-    for region, parts in pieces.items():
-        together = overlaid(shapely.union_all, parts) if len(parts) > 1 else parts[0]
-        visible.append((region, rings_of(together)))
-    return visible
-
-
-def _without(polygons: Sequence[Any], grid_size: float | None = None) -> Any:
-    """Return the first polygon without all others."""
-    import shapely
-
-    first, *others = polygons
-    return shapely.difference(first, shapely.union_all(others, grid_size=grid_size), grid_size=grid_size)
 
 
 def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,9 +12,10 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.scene.curves import STRAIGHT, Curves, joined
 from camsim.scene.primitives import Primitive, flattened
-from camsim.scene.regions import overlaid, region_of
+from camsim.scene.regions import common, joined_areas, region_of, without
 from camsim.scene.scene import Scene
-from camsim.scene.sides import Apart, SideLimits, polygons
+from camsim.scene.sides import SideLimits, polygons
+from camsim.scene.stretches import Apart, Whose
 from camsim.spectra.curve import Spectrum
 
 
@@ -40,10 +42,25 @@ class Outlines:
             np.array([primitive.simple for primitive in primitives], bool),
         )
 
+    def some(self, which: I64) -> Outlines:
+        """Return those of picked primitives, in the order of their numbers."""
+        number = np.full(len(self.simple), -1)
+        number[which] = np.arange(len(which))
+        loops = number[self.loop_of] >= 0
+        pieces = number[self.owner] >= 0
+        first = np.concatenate([[0], np.cumsum(np.diff(self.curves.first)[loops])])
+        curves = self.curves.some(pieces)._replace(first=first)
+        return Outlines(curves, number[self.loop_of[loops]], self.simple[which])
+
+    @property
+    def owner(self) -> I64:
+        """The primitive of each piece."""
+        return self.loop_of[self.curves.loop]
+
     @property
     def boxes(self) -> F64:
         """Boxes (primitives, 4) about each."""
-        boxes, owner = self.curves.boxes, self.loop_of[self.curves.loop]
+        boxes, owner = self.curves.boxes, self.owner
         around = np.full((len(self.simple), 4), np.inf)
         around[:, 2:] = -np.inf
         filled, first = np.unique(owner, return_index=True)
@@ -52,10 +69,11 @@ class Outlines:
             around[filled, 2:] = np.maximum.reduceat(boxes[:, 2:], first)
         return around
 
-    def rings(self, limits: SideLimits, cut: np.ndarray, apart: Apart | None) -> list[list[F64]]:
-        """Return the polygons of each primitive, fill by fill; ``cut``: (primitives,) which may be cut."""
-        owner = self.loop_of[self.curves.loop]
-        each = polygons(self.curves, limits, cut[owner], apart).each if len(owner) else []
+    def rings(self, limits: SideLimits, *, crossing: bool = False, apart: Apart | None = None) -> list[list[F64]]:
+        """Return the polygons of each primitive, fill by fill; ``crossing``: whether outlines may cut one another."""
+        owner = self.owner
+        whose = Whose(owner, ~self.simple[owner]) if crossing else None
+        each = polygons(self.curves, limits, whose, apart).each if len(owner) else []
         found: list[list[F64]] = [[] for _ in self.simple]
         for number, ring in zip(self.loop_of.tolist(), each, strict=True):
             found[number].append(ring)
@@ -69,8 +87,6 @@ def has_curves(primitives: Sequence[Primitive]) -> bool:
 
 def area_of(primitive: Primitive, rings: list[F64]) -> Any:
     """Return the Shapely geometry of what a primitive covers."""
-    import shapely
-
     layers, used = [], 0
     for layer in primitive.layers:
         fills = []
@@ -78,17 +94,11 @@ def area_of(primitive: Primitive, rings: list[F64]) -> Any:
             loops = len(fill.curves.first) - 1
             fills.append(region_of(rings[used : used + loops], fill.rule, simple=fill.simple))
             used += loops
-        layers.append(fills[0] if len(fills) == 1 else overlaid(shapely.union_all, fills))
-    whole = layers[0]
-    for clip in layers[1:]:
-        whole = overlaid(_common, [whole, clip])
-    return whole
-
-
-def _common(polygons: Sequence[Any], grid_size: float | None = None) -> Any:
-    import shapely
-
-    return shapely.intersection(polygons[0], polygons[1], grid_size=grid_size)
+        whole = fills[0]
+        for fill_area in fills[1:]:
+            whole = joined_areas([whole, without(fill_area, [whole])])
+        layers.append(whole)
+    return functools.reduce(common, layers)
 
 
 def surface_at(scene: Scene, x_um: float, y_um: float) -> Spectrum:
@@ -100,7 +110,7 @@ def surface_at(scene: Scene, x_um: float, y_um: float) -> Spectrum:
     about = (boxes[:, 0] <= x_um) & (x_um <= boxes[:, 2]) & (boxes[:, 1] <= y_um) & (y_um <= boxes[:, 3])
     for number in np.flatnonzero(about)[::-1]:
         primitive = primitives[int(number)]
-        own = Outlines.of([primitive]).rings(SideLimits(), np.zeros(1, bool), None)[0]
+        own = Outlines.of([primitive]).rings(SideLimits())[0]
         if area_of(primitive, own).contains(shapely.Point(x_um, y_um)):
             return primitive.reflectance
     return scene.background

@@ -14,15 +14,14 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
-from camsim.scene.curves import ARC, STRAIGHT, Curves, cross
+from camsim.scene.curves import STRAIGHT, Curves, cross
+from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, distances, halved, stretches
 
 MOST_TURN = 2.0 * math.pi / 64.0
 """Of a side, radians."""
 
-TURN = 0.25  # radians over which a bend is taken for the same
 GROWTH = 1.3  # of sides from an end on
 SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
-TOGETHER = 20_000  # curves that are cut at a time
 HALVINGS = 40
 MOST_SIDES = 20_000_000  # of all curves
 FINEST = 1e-4  # of a curve's length: the first side at a corner is no shorter
@@ -61,79 +60,6 @@ class SideLimits(NamedTuple):
         return np.cbrt(24.0 * self.cut_um2 * radius_um)
 
 
-class Stretches(NamedTuple):
-    """Parts of curves so short that they bend alike all along.
-
-    owner : (n,) whose;  t0, t1: from where to where of its parameter
-    place, radius, length : (n, 2), (n,), (n,) its middle, its smallest radius, how long it is; µm
-    """
-
-    owner: I64
-    t0: F64
-    t1: F64
-    place: F64
-    radius: F64
-    length: F64
-
-    def some(self, which: I64 | np.ndarray) -> Stretches:
-        """Return picked ones."""
-        owner, t0, t1, place, radius, length = self
-        return Stretches(owner[which], t0[which], t1[which], place[which], radius[which], length[which])
-
-
-Apart = Callable[[F64, F64], F64]
-
-
-def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
-    """Cut curves that are not straight until each part bends alike, and is no longer than ``apart`` says of its place
-    and length."""
-    count = len(curves.kind)
-    initial = np.where(curves.kind == ARC, np.ceil(np.abs(curves.turn_rad) / TURN), 4).astype(np.int64)
-    owner = np.repeat(np.arange(count), initial)
-    step = np.arange(owner.size) - np.repeat(np.cumsum(initial) - initial, initial)
-    t0, t1 = step / initial[owner], (step + 1) / initial[owner]
-    done: list[Stretches] = []
-    for turn in range(HALVINGS):
-        found, bends = _measured(curves, owner, t0, t1)
-        long = bends > TURN
-        if apart is not None:
-            long |= found.length > apart(found.place, found.length)
-        if turn == HALVINGS - 1:
-            long[:] = False
-        done.append(found.some(~long))
-        if not long.any():
-            break
-        owner, t0, t1 = np.repeat(owner[long], 2), np.repeat(t0[long], 2), np.repeat(t1[long], 2)
-        middle = 0.5 * (t0 + t1)
-        t1[::2], t0[1::2] = middle[::2], middle[1::2]
-    joined = Stretches(*(np.concatenate([part[column] for part in done]) for column in range(len(Stretches._fields))))
-    return joined.some(np.lexsort((joined.t0, joined.owner)))
-
-
-def _measured(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Stretches, F64]:
-    """Return stretches and how far each turns."""
-    own = curves.some(owner)
-    speeds, radii, ways = [], [], []
-    for t in (t0, 0.5 * (t0 + t1), t1):
-        along, bend = own.slopes(t)
-        speed = np.hypot(along[:, 0], along[:, 1])
-        turning = np.abs(cross(along, bend))
-        straight = turning <= 1e-300 + 1e-15 * speed * np.hypot(bend[:, 0], bend[:, 1])
-        radii.append(np.where(straight, np.inf, speed**3 / np.where(straight, 1.0, turning)))
-        speeds.append(speed)
-        ways.append(along)
-    length = (t1 - t0) * (speeds[0] + 4.0 * speeds[1] + speeds[2]) / 6.0
-    bends = _angle(ways[0], ways[1]) + _angle(ways[1], ways[2])
-    # A cusp's radius is 0 in one point; what a stretch turns says enough of it.
-    radius = np.maximum(np.minimum.reduce(radii), length / TURN * 0.1)
-    return Stretches(owner, t0, t1, own.at(0.5 * (t0 + t1)), radius, length), bends
-
-
-def _angle(a: F64, b: F64) -> F64:
-    angle: F64 = np.abs(np.arctan2(cross(a, b), np.einsum("ij,ij->i", a, b)))
-    return angle
-
-
 class Polygons(NamedTuple):
     """Corners (n, 2) of polygons, one after the other, µm, and where each begins (loops + 1,)."""
 
@@ -146,25 +72,27 @@ class Polygons(NamedTuple):
         return np.split(self.corners, self.first[1:-1])
 
 
-def polygons(curves: Curves, limits: SideLimits, cut: np.ndarray, apart: Apart | None = None) -> Polygons:
-    """Return the loops as polygons; ``cut`` (n,) says of each piece whether another outline may cut it."""
+def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apart: Apart | None = None) -> Polygons:
+    """Return the loops as polygons; ``whose``: by which it is found what another outline may cut, None for nothing."""
     if not np.any(curves.kind != STRAIGHT):
         return Polygons(curves.points[:, 0], curves.first)
     following = _following(curves.first)
     smooth = _smooth(curves, following)
     through = np.zeros(len(curves.kind), bool)  # whether the piece's start is no corner
     through[following] = smooth
-    sides, places = np.ones(len(curves.kind), np.int64), []
+    sides = np.ones(len(curves.kind), np.int64)
     bent = np.flatnonzero(curves.kind != STRAIGHT)
-    for some in np.array_split(bent, math.ceil(len(bent) / TOGETHER)):
-        corners = ~np.stack([through[some], smooth[some]], axis=1)
-        count, t = _laid(curves.some(some), limits, cut[some], corners, apart)
-        sides[some] = count
-        places.append(t)
+    found = stretches(curves.some(bent), apart)
+    cut = np.zeros(len(found.owner), bool)
+    if whose is not None:
+        found, cut = cut_stretches(found._replace(owner=bent[found.owner]), curves, whose)
+        found = found._replace(owner=np.searchsorted(bent, found.owner))
+    corners = ~np.stack([through[bent], smooth[bent]], axis=1)
+    sides[bent], t = _laid(found, limits, cut, corners)
     owner = np.repeat(np.arange(len(sides)), sides)
     begin = np.cumsum(sides) - sides
     t0 = np.zeros(owner.size)
-    t0[(curves.kind != STRAIGHT)[owner]] = np.concatenate(places)
+    t0[(curves.kind != STRAIGHT)[owner]] = t
     last = np.ones(owner.size, bool)
     last[:-1] = owner[1:] != owner[:-1]
     t1 = np.where(last, 1.0, np.roll(t0, -1))
@@ -195,21 +123,19 @@ def _smooth(curves: Curves, following: I64) -> np.ndarray:
     return smooth
 
 
-def _laid(
-    curves: Curves, limits: SideLimits, cut: np.ndarray, corners: np.ndarray, apart: Apart | None
-) -> tuple[I64, F64]:
+def _laid(found: Stretches, limits: SideLimits, cut: np.ndarray, corners: np.ndarray) -> tuple[I64, F64]:
     """Return how many sides each curve gets, and where they begin, curve after curve.
 
-    corners : (n, 2) whether its start and its end are corners, whose places are kept: sides grow from there on
+    cut     : stretches that another outline may cut
+    corners : (n, 2) whether a curve's start and end are corners, whose places are kept: sides grow from there on
     """
-    found = stretches(curves, apart)
-    side = limits.side_um(found.radius, cut[found.owner])
+    side = limits.side_um(found.radius, cut)
     if limits.longer is not None:
         longer = limits.longer(found.place, found.radius, found.length)
         side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius)
     found, side = _graded(found, side, limits, corners)
     each = found.length / side
-    count = len(curves.kind)
+    count = len(corners)
     total = np.bincount(found.owner, each, count)
     # A curve between two corners has a side in its middle that can be moved.
     sides = np.maximum(np.ceil(total - 1e-9), np.where(corners.all(axis=1), 2, 1))
@@ -237,7 +163,7 @@ def _graded(found: Stretches, side: F64, limits: SideLimits, corners: np.ndarray
     if not math.isfinite(limits.cut_um2) or not corners.any():
         return found, side
     for _ in range(HALVINGS):
-        from_start, from_end, total = _distances(found)
+        from_start, from_end, total = distances(found)
         allowed = np.full_like(side, np.inf)
         for column, distance in enumerate((from_start, from_end)):
             nearest = np.maximum(limits.corner_um(found.radius), FINEST * total)
@@ -247,29 +173,8 @@ def _graded(found: Stretches, side: F64, limits: SideLimits, corners: np.ndarray
         long = (allowed < side) & (found.length > np.maximum(2.0 * np.minimum(from_start, from_end), allowed))
         if not long.any():
             break
-        found, side = _halved(found, side, long)
+        found, side = halved(found, side, long)
     return found, np.minimum(side, allowed)
-
-
-def _distances(found: Stretches) -> tuple[F64, F64, F64]:
-    """Return how far each stretch is from its curve's start and from its end, and the curve's whole length (n,)."""
-    whole = np.bincount(found.owner, found.length).astype(float)[found.owner]
-    until = np.cumsum(found.length)
-    first = np.searchsorted(found.owner, found.owner)
-    start = until - found.length
-    from_start = start - start[first]
-    return from_start, np.maximum(whole - from_start - found.length, 0.0), whole
-
-
-def _halved(found: Stretches, side: F64, long: np.ndarray) -> tuple[Stretches, F64]:
-    twice = np.repeat(np.arange(len(side)), np.where(long, 2, 1))
-    first = np.searchsorted(twice, np.flatnonzero(long))
-    halves = found.some(twice)
-    middle = 0.5 * (found.t0 + found.t1)[long]
-    halves.t1[first], halves.t0[first + 1] = middle, middle
-    halves.length[first] *= 0.5
-    halves.length[first + 1] *= 0.5
-    return halves, side[twice]
 
 
 def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:

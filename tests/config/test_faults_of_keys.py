@@ -66,14 +66,15 @@ FAULTS = {
     "missing kind": (
         "kind: disc, radius: 3",
         "radius: 3",
-        ["scene.yaml:15:7: scene.shapes.2.kind: missing; rectangle, polygon, disc, chart or svg"],
+        [
+            "scene.yaml:15:7: scene.shapes.2.kind: missing; rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, repeat-on-grid, repeat-on-ring, chart or svg"
+        ],
     ),
     "unknown kind": (
         "kind: disc",
         "kind: disk",
         [
-            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon, disc, chart or svg, not 'disk'; "
-            "did you mean 'disc'?"
+            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, repeat-on-grid, repeat-on-ring, chart or svg, not 'disk'; did you mean 'disc'?"
         ],
     ),
     "unknown kind of lens": (

@@ -194,7 +194,7 @@ def test_a_misspelt_kind_does_not_hide_what_is_wrong_beside_it(folder: Path) -> 
     }
     assert (
         said["scene.shapes.0.kind"]
-        == "must be rectangle, polygon, disc, chart or svg, not 'disk'; did you mean 'disc'?"
+        == "must be rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, repeat-on-grid, repeat-on-ring, chart or svg, not 'disk'; did you mean 'disc'?"
     )
 
 
