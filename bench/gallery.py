@@ -69,8 +69,8 @@ def main() -> None:
     lines = [
         "# Gallery",
         "",
-        "Every scene that camsim ships, as `camsim capture NAME -o NAME.png` develops it, with its file and its twin in",
-        "Python: `scenes/NAME.yaml` and `scenes/NAME.py` give the same bytes. Written by `make gallery`; do not edit.",
+        "Every scene that camsim ships, as `camsim capture NAME -o NAME.png` develops it, with its file and its twin",
+        "in Python: `scenes/NAME.yaml` and `scenes/NAME.py` give the same bytes. Written by `make gallery`.",
         "",
     ]
     for name in names:

@@ -11,10 +11,10 @@ scene = camsim.Scene(
     background=0.35,
     shapes=[
         camsim.charts.dead_leaves(
-            width_um=150 * PITCH_UM,
-            height_um=110 * PITCH_UM,
+            width_um=114 * PITCH_UM,
+            height_um=84 * PITCH_UM,
             least_radius_um=3 * PITCH_UM,
-            largest_radius_um=30 * PITCH_UM,
+            largest_radius_um=20 * PITCH_UM,
             seed=5,
             palette=[camsim.reflectance(name) for name in NAMES],
         ),
@@ -24,7 +24,7 @@ frame = camera.expose(
     scene,
     light=camsim.Light("D65", illuminance_lux=2000),
     exposure=camsim.Exposure(time_s="auto", iso=200),
-    region=camsim.Region(rows=100, cols=140),
+    region=camsim.Region(rows=80, cols=110),
     tolerance=1e-3,
     seed=1,
 )

@@ -36,6 +36,6 @@ frame = camera.expose(
     light=camsim.Light(line_nm=550, illuminance_lux=2000),
     exposure=camsim.Exposure(time_s="auto", iso=200),
     region=camsim.Region(rows=110, cols=240),
-    tolerance=1e-4,
+    tolerance=1e-3,
     seed=1,
 )

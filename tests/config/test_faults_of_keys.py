@@ -10,6 +10,11 @@ from camsim.capturing import load
 from camsim.errors import ConfigError
 
 # What is replaced in the good file of conftest.py, by what, and the messages.
+KINDS = (
+    "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
+    "repeat-on-grid, repeat-on-ring, chart or svg"
+)
+
 FAULTS = {
     "unknown key": (
         "iso: 200",
@@ -66,16 +71,12 @@ FAULTS = {
     "missing kind": (
         "kind: disc, radius: 3",
         "radius: 3",
-        [
-            "scene.yaml:15:7: scene.shapes.2.kind: missing; rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, repeat-on-grid, repeat-on-ring, chart or svg"
-        ],
+        [f"scene.yaml:15:7: scene.shapes.2.kind: missing; {KINDS}"],
     ),
     "unknown kind": (
         "kind: disc",
         "kind: disk",
-        [
-            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, repeat-on-grid, repeat-on-ring, chart or svg, not 'disk'; did you mean 'disc'?"
-        ],
+        [f"scene.yaml:15:14: scene.shapes.2.kind: must be {KINDS}, not 'disk'; did you mean 'disc'?"],
     ),
     "unknown kind of lens": (
         "kind: airy",

@@ -1,4 +1,4 @@
-"""The twin of step-wedge.yaml: the same picture, byte by byte."""
+"""The twin of grey-steps.yaml: the same picture, byte by byte."""
 
 import camsim
 

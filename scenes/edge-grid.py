@@ -1,4 +1,4 @@
-"""The twin of slanted-edges.yaml: the same picture, byte by byte."""
+"""The twin of edge-grid.yaml: the same picture, byte by byte."""
 
 import camsim
 
