@@ -23,7 +23,9 @@ from .optics import Wavefront as Wavefront
 from .rendering import Grid as Grid
 from .rendering import Rendering as Rendering
 from .rendering import render as render
+from .scene import Chart as Chart
 from .scene import Disc as Disc
+from .scene import Drawing as Drawing
 from .scene import Ellipse as Ellipse
 from .scene import Group as Group
 from .scene import HalfPlane as HalfPlane

@@ -9,10 +9,10 @@ scene = camsim.Scene(
     background=0.35,
     shapes=[
         camsim.charts.dead_leaves(
-            width_um=155 * PITCH_UM,
-            height_um=115 * PITCH_UM,
-            least_radius_um=2 * PITCH_UM,
-            largest_radius_um=25 * PITCH_UM,
+            width_um=124 * PITCH_UM,
+            height_um=94 * PITCH_UM,
+            least_radius_um=2.5 * PITCH_UM,
+            largest_radius_um=20 * PITCH_UM,
             seed=3,
         ),
     ],
@@ -21,7 +21,7 @@ frame = camera.expose(
     scene,
     light=camsim.Light(line_nm=550, illuminance_lux=2000),
     exposure=camsim.Exposure(time_s="auto", iso=200),
-    region=camsim.Region(rows=110, cols=150),
+    region=camsim.Region(rows=90, cols=120),
     tolerance=1e-3,
     seed=1,
 )

@@ -11,8 +11,8 @@ from camsim.config.library import beside
 from camsim.config.schema.charts import LENGTH, is_of_reflectances, key_of
 from camsim.config.tree import KeyPath
 from camsim.errors import CamsimError
-from camsim.scene.charts import CHARTS, Chart, parameters
-from camsim.scene.svg import read_svg
+from camsim.scene.charts import KNOWN, Chart, parameters
+from camsim.scene.svg import Drawing, read_svg
 from camsim.spectra.curve import Spectrum
 
 Document: TypeAlias = Judged[schema.SceneFile]
@@ -21,26 +21,26 @@ MakeSpectrum: TypeAlias = Callable[[Document, KeyPath], Spectrum | None]
 
 def chart(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Chart | None:
     """Return the chart at ``path``; None when it is wrong (the document has the faults)."""
-    draw = CHARTS.get(str(scene.value((*path, "name"))))
+    name = str(scene.value((*path, "name")))
+    draw = KNOWN.get(name)
     if draw is None:
         return None
     given = scene.value(path)
     spectra = {
-        name: _spectra(scene, (*path, key_of(name)), given[key_of(name)], spectrum)
-        for name, kind in parameters(draw).items()
-        if is_of_reflectances(kind) and given.get(key_of(name)) is not None
+        key: _spectra(scene, (*path, key_of(key)), given[key_of(key)], spectrum)
+        for key, kind in parameters(draw).items()
+        if is_of_reflectances(kind) and given.get(key_of(key)) is not None
     }
     table = scene.part(path, schema.Table)
     if table is None or None in spectra.values():
         return None
-    values: Mapping[str, Any] = {name: getattr(table, key_of(name)) for name in parameters(draw)} | spectra
+    values: Mapping[str, Any] = {key: getattr(table, key_of(key)) for key in parameters(draw)} | spectra
 
     def make(scale: float) -> Chart:
-        lengths = {name: _scaled(value, scale) for name, value in values.items() if name.endswith(LENGTH)}
-        made: Chart = draw(**{**values, **lengths})
-        return made
+        lengths = {key: _scaled(value, scale) for key, value in values.items() if key.endswith(LENGTH)}
+        return Chart(name=name, parameters={**values, **lengths})
 
-    keys: dict[str, KeyPath] = {name: (key_of(name),) for name in values}
+    keys: dict[str, KeyPath] = {key: (key_of(key),) for key in values}
     try:
         return make(unit_um)
     except CamsimError:
@@ -49,7 +49,7 @@ def chart(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum
         return in_its_unit and scene.build(path, lambda: make(unit_um), keys=keys)
 
 
-def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Chart | None:
+def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Drawing | None:
     """Return the drawing at ``path``; None when it is wrong (the document has the faults)."""
     given = scene.value(path)
     colours = given.get("palette") if isinstance(given.get("palette"), Mapping) else {}

@@ -135,18 +135,18 @@ class LongSides:
         """Return the factor with which all sides that are longer for it add up to what is allowed."""
         curves = joined([fill.curves for one in primitives for fill in one.fills])
         found = stretches(curves.some(curves.kind != STRAIGHT), self.apart)
-        anywhere, most = self._anywhere(found.radius), MOST_TURN * found.radius
-        short = np.maximum(limits.side_um(found.radius, True), anywhere)
+        anywhere, most = self._anywhere(found.radius_um), MOST_TURN * found.radius_um
+        short = np.maximum(limits.side_um(found.radius_um, True, True), anywhere)
         found, short, most = found.some(short < most), short[short < most], most[short < most]
         if not short.size:
             return 0.0
-        light = self._light(self._gap(found.place) - 0.5 * found.length)
-        shape = np.cbrt(found.radius / np.maximum(light, NO_LIGHT))
+        light = self._light(self._gap(found.place_um) - 0.5 * found.length_um)
+        shape = np.cbrt(found.radius_um / np.maximum(light, NO_LIGHT))
 
         def lost(factor: float) -> float:
             side = np.minimum(factor * shape, most)
             longer = side > short
-            return float(np.sum((found.length * side**2 / (12.0 * found.radius) * light)[longer]))
+            return float(np.sum((found.length_um * side**2 / (12.0 * found.radius_um) * light)[longer]))
 
         low, high = float((short / shape).min()), float((most / shape).max())
         if lost(high) <= allowed:

@@ -44,7 +44,8 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[
     Sides no longer than the inverse of the highest frequency that passes in any direction wobble at frequencies that
     the lens does not pass. What stays is of second order: half the mean square of the wobble times the slope of the
     line spread, which is no more than ∫2π|f|·|OTF| df along it. Where another shape cuts the outline, what is left of
-    the last side counts at once: its area times the pattern's peak, which is half that slope.
+    the last side counts at once: its area times the pattern's peak, which is half that slope. Where sides differ,
+    what one lacks is made up for beside it: the moment counts, times the pattern's slope, at most ∫∫2π|f_x|·|OTF| d²f.
     """
     highest = system.cutoff_per_um(shortest_nm)
     x, w = gauss_legendre(SLOPE_NODES)
@@ -55,4 +56,6 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[
     ]
     slope = max(2.0 * math.pi * float(np.sum(f * otf)) for otf in passes)
     line_per_um = max(float(np.sum(otf)) for otf in passes)
-    return SideLimits(1.0 / highest, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope), line_per_um
+    steepest = 4.0 * math.pi * max(float(np.sum(f * f * otf)) for otf in passes)
+    cut_um2, moment_um3 = 2.0 * allowed / slope, allowed / steepest
+    return SideLimits(1.0 / highest, math.sqrt(cut_um2), cut_um2, moment_um3), line_per_um

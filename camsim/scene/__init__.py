@@ -2,6 +2,7 @@
 
 from camsim.scene import charts
 from camsim.scene.arrange import Arrangement, arrange
+from camsim.scene.charts import Chart
 from camsim.scene.primitives import Primitive, Shape, flattened
 from camsim.scene.scene import Scene
 from camsim.scene.shapes import (
@@ -21,11 +22,13 @@ from camsim.scene.shapes import (
     Star,
     Text,
 )
-from camsim.scene.svg import read_svg
+from camsim.scene.svg import Drawing, read_svg
 
 __all__ = [
     "Arrangement",
+    "Chart",
     "Disc",
+    "Drawing",
     "Ellipse",
     "Group",
     "HalfPlane",

@@ -92,9 +92,9 @@ def counted(shapes: Iterable[Shape], *, copies: int = 1, deeper: int = 0) -> tup
     depth = deeper + max((shape.depth for shape in shapes), default=0)
     pieces = copies * sum(shape.pieces for shape in shapes)
     if depth > MOST_DEPTH:
-        raise InvalidValueError(f"groups lie {depth} deep in one another; the most is {MOST_DEPTH}")
+        raise InvalidValueError(f"groups lie {depth} deep in one another; the most is {MOST_DEPTH}", key="shapes")
     if pieces > MOST_PIECES:
-        raise InvalidValueError(f"makes {pieces} sides and curves; the most is {MOST_PIECES}")
+        raise InvalidValueError(f"makes {pieces} sides and curves; the most is {MOST_PIECES}", key="shapes")
     return depth, pieces
 
 

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-import shapely
 
 from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
@@ -24,6 +23,8 @@ def region_of(rings: Sequence[F64], rule: FillRule, *, simple: bool) -> Any:
 
     simple : the first is the outline, the others are holes; none crosses
     """
+    import shapely
+
     rings = [ring for ring in rings if len(ring) > 2]
     if not rings:
         return shapely.Polygon()
@@ -47,6 +48,8 @@ def without(area: Any, others: Iterable[Any]) -> Any:
 
 
 def _less(area: Any, other: Any) -> Any:
+    import shapely
+
     left = shapely.difference(area, other)
     kept = area.area - shapely.intersection(area, other).area
     return _sure(left, kept, lambda grid: shapely.difference(area, other, grid_size=grid), [area, other])
@@ -54,6 +57,8 @@ def _less(area: Any, other: Any) -> Any:
 
 def common(area: Any, other: Any) -> Any:
     """Return what two areas have in common; see ``_sure``."""
+    import shapely
+
     both = shapely.intersection(area, other)
     kept = area.area - shapely.difference(area, other).area
     return _sure(both, kept, lambda grid: shapely.intersection(area, other, grid_size=grid), [area, other])
@@ -61,6 +66,8 @@ def common(area: Any, other: Any) -> Any:
 
 def joined_areas(areas: Sequence[Any]) -> Any:
     """Return areas that do not overlap as one; see ``_sure``."""
+    import shapely
+
     if len(areas) == 1:
         return areas[0]
     together = float(np.sum(shapely.area(areas)))
@@ -76,6 +83,8 @@ def _sure(exact: Any, area: float, on_grid: Callable[[float], Any], polygons: Se
 
     area : that the result must have
     """
+    import shapely
+
     size = math.frexp(float(np.abs(shapely.total_bounds(polygons)).max()))[1]
     moved = 4.0 * math.ldexp(1.0, size - GRID_BITS[0]) * float(np.sum(shapely.length(polygons)))
     if abs(exact.area - area) <= moved:
@@ -90,6 +99,8 @@ def _sure(exact: Any, area: float, on_grid: Callable[[float], Any], polygons: Se
 
 def rings_of(geometry: Any) -> list[F64]:
     """Return the outlines (inside on the positive side) and holes of a Shapely geometry, unclosed."""
+    import shapely
+
     rings: list[F64] = []
     for part in shapely.get_parts(geometry):
         if part.geom_type != "Polygon" or part.is_empty:
@@ -111,6 +122,8 @@ def _area(outline: F64) -> float:
 
 def _touching(lines: Any) -> bool:
     """Return whether any two rings meet."""
+    import shapely
+
     if len(lines) == 1:
         return False
     first, second = shapely.STRtree(lines).query(lines)
@@ -120,6 +133,8 @@ def _touching(lines: Any) -> bool:
 
 def _nested(rings: Sequence[F64], alone: Any, rule: FillRule) -> Any:
     """Return the region of rings that lie apart or in one another."""
+    import shapely
+
     count = len(rings)
     inner, outer = shapely.STRtree(alone).query(shapely.points([ring[0] for ring in rings]), predicate="within")
     inner, outer = inner[inner != outer], outer[inner != outer]
@@ -151,6 +166,8 @@ def _inside(winds: I64, times: I64, rule: FillRule) -> np.ndarray:
 
 def _judge_crossings(rings: Sequence[F64]) -> None:
     """Refuse outlines that cross more often than anyone draws: every crossing is a corner more, of several faces."""
+    import shapely
+
     starts = np.concatenate(rings)
     ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
     boxes = shapely.box(*np.minimum(starts, ends).T, *np.maximum(starts, ends).T)
@@ -166,11 +183,17 @@ def _judge_crossings(rings: Sequence[F64]) -> None:
             two = cross(e, starts[a] - starts[b]) * cross(e, ends[a] - starts[b]) < 0.0
             found += int(np.count_nonzero(one & two))
             if found > MOST_CROSSINGS:
-                raise InvalidValueError(f"an outline crosses itself more than {MOST_CROSSINGS} times; draw it in parts")
+                raise InvalidValueError(
+                    f"an outline crosses itself more than {MOST_CROSSINGS} times; draw it in parts",
+                    key="shapes",
+                    stage="Scene",
+                )
 
 
 def _by_faces(rings: Sequence[F64], lines: Any, rule: FillRule) -> Any:
     """Return the region of rings that cross: all are cut where they do, and each face between them is asked."""
+    import shapely
+
     cut = shapely.union_all(lines)
     faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(cut)))
     places = shapely.get_coordinates(shapely.point_on_surface(faces))

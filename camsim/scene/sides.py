@@ -36,6 +36,7 @@ class SideLimits(NamedTuple):
     wobble_um  : root-mean-square distance between side and curve: s²/(R·√720), the parabola s²/8R less its mean
     cut_um2    : area between them over a part of a side, which no other part makes up for where another shape cuts
                  the outline: s³/(72·√3·R); and what a side leaves at a corner, whose place is kept: s³/24R
+    moment_um3 : that a side leaves where the next one is longer or shorter: s⁴/96R
     longer     : lengths (n,) that will do whatever those limits say, by places (n, 2), radii (n,) and the lengths (n,)
                  of curve about each place
     """
@@ -43,14 +44,21 @@ class SideLimits(NamedTuple):
     segment_um: float = math.inf
     wobble_um: float = math.inf
     cut_um2: float = math.inf
+    moment_um3: float = math.inf
     longer: Longest | None = None
 
-    def side_um(self, radius_um: F64, cut: np.ndarray | bool) -> F64:
-        """Return the longest sides (n,) but for ``longer``; ``cut``: whether another outline may cut there."""
+    def side_um(self, radius_um: F64, cut: np.ndarray | bool, uneven: np.ndarray | bool) -> F64:
+        """Return the longest sides (n,) but for ``longer``.
+
+        cut, uneven : whether another outline may cut there, and whether sides of the same outline differ for that
+        """
         side = np.minimum(self.segment_um, np.sqrt(self.wobble_um * radius_um * math.sqrt(720.0)))
         if math.isfinite(self.cut_um2):
             cut_side = np.cbrt(self.cut_um2 * radius_um * 72.0 * math.sqrt(3.0))
             side = np.where(cut, np.minimum(side, cut_side), side)
+        if math.isfinite(self.moment_um3):
+            even_side = np.sqrt(np.sqrt(96.0 * self.moment_um3 * radius_um))
+            side = np.where(uneven, np.minimum(side, even_side), side)
         return np.minimum(side, MOST_TURN * radius_um)
 
     def corner_um(self, radius_um: F64) -> F64:
@@ -63,13 +71,13 @@ class SideLimits(NamedTuple):
 class Polygons(NamedTuple):
     """Corners (n, 2) of polygons, one after the other, µm, and where each begins (loops + 1,)."""
 
-    corners: F64
+    corners_um: F64
     first: I64
 
     @property
     def each(self) -> list[F64]:
         """The corners of each."""
-        return np.split(self.corners, self.first[1:-1])
+        return np.split(self.corners_um, self.first[1:-1])
 
 
 def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apart: Apart | None = None) -> Polygons:
@@ -88,7 +96,10 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
         found, cut = cut_stretches(found._replace(owner=bent[found.owner]), curves, whose)
         found = found._replace(owner=np.searchsorted(bent, found.owner))
     corners = ~np.stack([through[bent], smooth[bent]], axis=1)
-    sides[bent], t = _laid(found, limits, cut, corners)
+    uneven = np.zeros(len(curves.first) - 1, bool)
+    uneven[curves.loop[bent[found.owner[cut]]]] = True
+    uneven[curves.loop[bent[corners.any(axis=1)]]] = True
+    sides[bent], t = _laid(found, limits, cut, uneven[curves.loop[bent]], corners)
     owner = np.repeat(np.arange(len(sides)), sides)
     begin = np.cumsum(sides) - sides
     t0 = np.zeros(owner.size)
@@ -123,18 +134,20 @@ def _smooth(curves: Curves, following: I64) -> np.ndarray:
     return smooth
 
 
-def _laid(found: Stretches, limits: SideLimits, cut: np.ndarray, corners: np.ndarray) -> tuple[I64, F64]:
+def _laid(
+    found: Stretches, limits: SideLimits, cut: np.ndarray, uneven: np.ndarray, corners: np.ndarray
+) -> tuple[I64, F64]:
     """Return how many sides each curve gets, and where they begin, curve after curve.
 
-    cut     : stretches that another outline may cut
+    cut     : stretches that another outline may cut;  uneven: curves in whose outline there are such, or corners
     corners : (n, 2) whether a curve's start and end are corners, whose places are kept: sides grow from there on
     """
-    side = limits.side_um(found.radius, cut)
+    side = limits.side_um(found.radius_um, cut, uneven[found.owner])
     if limits.longer is not None:
-        longer = limits.longer(found.place, found.radius, found.length)
-        side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius)
+        longer = limits.longer(found.place_um, found.radius_um, found.length_um)
+        side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius_um)
     found, side = _graded(found, side, limits, corners)
-    each = found.length / side
+    each = found.length_um / side
     count = len(corners)
     total = np.bincount(found.owner, each, count)
     # A curve between two corners has a side in its middle that can be moved.
@@ -142,7 +155,9 @@ def _laid(found: Stretches, limits: SideLimits, cut: np.ndarray, corners: np.nda
     if sides.sum() > MOST_SIDES:
         raise InvalidValueError(
             f"curves of the scene would take {sides.sum():.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "
-            "give a coarser one, or draw less of them"
+            "give a coarser one, or draw less of them",
+            key="shapes",
+            stage="Scene",
         )
     sides = sides.astype(np.int64)
     # As a share of its own total, and curve after curve: both rise all along.
@@ -166,11 +181,11 @@ def _graded(found: Stretches, side: F64, limits: SideLimits, corners: np.ndarray
         from_start, from_end, total = distances(found)
         allowed = np.full_like(side, np.inf)
         for column, distance in enumerate((from_start, from_end)):
-            nearest = np.maximum(limits.corner_um(found.radius), FINEST * total)
+            nearest = np.maximum(limits.corner_um(found.radius_um), FINEST * total)
             grown = nearest + (1.0 - 1.0 / GROWTH) * distance
             allowed = np.where(corners[found.owner, column], np.minimum(allowed, grown), allowed)
         # Where sides grow by half over one stretch it is cut in two.
-        long = (allowed < side) & (found.length > np.maximum(2.0 * np.minimum(from_start, from_end), allowed))
+        long = (allowed < side) & (found.length_um > np.maximum(2.0 * np.minimum(from_start, from_end), allowed))
         if not long.any():
             break
         found, side = halved(found, side, long)

@@ -20,15 +20,15 @@ class Stretches(NamedTuple):
     """Parts of curves so short that they bend alike all along.
 
     owner : (n,) whose;  t0, t1: from where to where of its parameter
-    place, radius, length : (n, 2), (n,), (n,) its middle, its smallest radius, how long it is; µm
+    place_um, radius_um, length_um : (n, 2), (n,), (n,) its middle, its smallest radius, how long it is
     """
 
     owner: I64
     t0: F64
     t1: F64
-    place: F64
-    radius: F64
-    length: F64
+    place_um: F64
+    radius_um: F64
+    length_um: F64
 
     def some(self, which: I64 | np.ndarray) -> Stretches:
         """Return picked ones."""
@@ -52,7 +52,7 @@ def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
         found, bends = _measured(curves, owner, t0, t1)
         long = bends > TURN
         if apart is not None:
-            long |= found.length > apart(found.place, found.length)
+            long |= found.length_um > apart(found.place_um, found.length_um)
         if turn == HALVINGS - 1:
             long[:] = False
         done.append(found.some(~long))
@@ -91,12 +91,12 @@ def _angle(a: F64, b: F64) -> F64:
 
 def distances(found: Stretches) -> tuple[F64, F64, F64]:
     """Return how far each stretch is from its curve's start and from its end, and the curve's whole length (n,)."""
-    whole = np.bincount(found.owner, found.length).astype(float)[found.owner]
-    until = np.cumsum(found.length)
+    whole = np.bincount(found.owner, found.length_um).astype(float)[found.owner]
+    until = np.cumsum(found.length_um)
     first = np.searchsorted(found.owner, found.owner)
-    start = until - found.length
+    start = until - found.length_um
     from_start = start - start[first]
-    return from_start, np.maximum(whole - from_start - found.length, 0.0), whole
+    return from_start, np.maximum(whole - from_start - found.length_um, 0.0), whole
 
 
 def halved(found: Stretches, side: F64, long: np.ndarray) -> tuple[Stretches, F64]:
@@ -106,8 +106,8 @@ def halved(found: Stretches, side: F64, long: np.ndarray) -> tuple[Stretches, F6
     halves = found.some(twice)
     middle = 0.5 * (found.t0 + found.t1)[long]
     halves.t1[first], halves.t0[first + 1] = middle, middle
-    halves.length[first] *= 0.5
-    halves.length[first + 1] *= 0.5
+    halves.length_um[first] *= 0.5
+    halves.length_um[first + 1] *= 0.5
     return halves, side[twice]
 
 
@@ -137,7 +137,7 @@ def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stret
             found, flags = halved(found, cut.astype(float), cut)
             cut = flags > 0.0
         own = curves.some(found.owner)
-        boxes = shapely.box(*_boxes(own.at(found.t0), own.at(found.t1), HIGH * found.length[:, None]).T)
+        boxes = shapely.box(*_boxes(own.at(found.t0), own.at(found.t1), HIGH * found.length_um[:, None]).T)
         asked = np.flatnonzero(cut)
         first, second = shapely.STRtree(np.concatenate([boxes, fixed])).query(boxes[asked])
         one, two = found.owner[asked[first]], np.concatenate([found.owner, straight])[second]

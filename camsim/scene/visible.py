@@ -25,14 +25,14 @@ class Covers:
 
     seen     : those that no single later one hides, in painter's order
     first, second : pairs of them, by their place in ``seen``, whose boxes touch; the first is painted earlier
-    boxes    : (seen, 4)
+    boxes_um : (seen, 4)
     alone    : (seen,) those that touch no other and whose outlines are simple: they keep their very numbers
     """
 
     seen: I64
     first: I64
     second: I64
-    boxes: F64
+    boxes_um: F64
     alone: np.ndarray
 
     @classmethod
@@ -120,7 +120,7 @@ def visible_rings(
     pieces: dict[int, list[Any]] = {}
     after = covers.after()
     for i in others.tolist():
-        later = _near(areas[after[i]], corners[after[i]], covers.boxes[i])
+        later = _near(areas[after[i]], corners[after[i]], covers.boxes_um[i])
         piece = without(areas[i], later)
         if not piece.is_empty:
             pieces.setdefault(seen[i][1], []).append(piece)

@@ -10,7 +10,7 @@ import shapely
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.scene.charts import CHARTS, meanings, parameters
+from camsim.scene.charts import KNOWN, meanings, parameters
 
 # One of each, as small as says something; lengths in µm.
 EXAMPLES = {
@@ -44,14 +44,14 @@ def extent(shape):
 
 
 def test_every_chart_has_an_example():
-    assert set(EXAMPLES) == set(CHARTS)
+    assert set(EXAMPLES) == set(KNOWN)
 
 
-@pytest.mark.parametrize("name", list(CHARTS))
+@pytest.mark.parametrize("name", list(KNOWN))
 def test_a_chart_moves_with_its_centre(name):
     """Every corner, curve and colour is the same one, moved."""
-    here = CHARTS[name](**EXAMPLES[name])
-    there = CHARTS[name](**EXAMPLES[name], centre_um=(64.0, -32.0))
+    here = KNOWN[name](**EXAMPLES[name])
+    there = KNOWN[name](**EXAMPLES[name], centre_um=(64.0, -32.0))
     assert here.name == there.name == name
     assert len(here.shapes) == len(there.shapes) > 1
     for one, two in zip(here.primitives(), there.primitives(), strict=True):
@@ -60,9 +60,9 @@ def test_a_chart_moves_with_its_centre(name):
         np.testing.assert_allclose(one.layers[0][0].curves.boxes, moved, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", list(CHARTS))
+@pytest.mark.parametrize("name", list(KNOWN))
 def test_every_parameter_is_documented_and_judged(name):
-    draw = CHARTS[name]
+    draw = KNOWN[name]
     assert set(meanings(draw)) == set(parameters(draw)) == set(inspect.signature(draw).parameters)
     for key in parameters(draw):
         with pytest.raises(camsim.CamsimError, match=rf"{draw.__name__}\.{key}: "):

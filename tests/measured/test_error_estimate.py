@@ -221,7 +221,7 @@ CORRUPTIONS = {
     "discs are a ten-thousandth too large": (
         scene_outlines,
         "polygons",
-        returning(lambda found: found._replace(corners=1.0001 * found.corners)),
+        returning(lambda found: found._replace(corners_um=1.0001 * found.corners_um)),
         {"scene": "disc"},
     ),
     # painter's order

@@ -90,7 +90,7 @@ def covered(shape, x, y):
 
 def enclosed(outlines):
     """Area to the left of each piece, as Green's theorem has it: half of ∫ x dy − y dx along it."""
-    x, y, dx, dy, begin, turn, _ = outlines
+    x, y, dx, dy, begin, turn = outlines
     end = begin + turn
     arcs = dx * (dx * turn + x * (np.sin(end) - np.sin(begin)) - y * (np.cos(end) - np.cos(begin)))
     return 0.5 * np.where(turn == 0.0, x * dy - y * dx, arcs)

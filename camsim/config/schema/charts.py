@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, TypeAlias, Union, get_args, get_orig
 from pydantic import Field, create_model
 
 from camsim.config.schema.base import Point, Reflectance, Table
-from camsim.scene.charts import CHARTS, meanings, parameters
+from camsim.scene.charts import KNOWN, meanings, parameters
 from camsim.spectra import curve
 from camsim.typed import Point as ParameterPoint
 
@@ -71,7 +71,7 @@ def is_of_reflectances(kind: Any) -> bool:
     return set(get_args(curve.Reflectance)) <= set(get_args(kind)) or any(map(is_of_reflectances, get_args(kind)))
 
 
-CHART_TABLES: dict[str, type[Table]] = {name: _table(name, draw) for name, draw in CHARTS.items()}
+CHART_TABLES: dict[str, type[Table]] = {name: _table(name, draw) for name, draw in KNOWN.items()}
 
 Chart: TypeAlias = Annotated[  # type: ignore[valid-type]
     functools.reduce(operator.or_, CHART_TABLES.values()), Field(discriminator="name")

@@ -8,9 +8,8 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
+from camsim.rendering.check.near import Squares, touching
 from camsim.rendering.check.outlines import Outlines
-
-TOGETHER = 20_000  # parts that are looked at a time
 
 
 @kernel()
@@ -115,21 +114,24 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
 
 
 @kernel()
-def _cuts(o: Outlines, one: I64, two: I64, same: F64) -> tuple[I64, F64]:
-    """Return the cuts of some pairs of parts: whose (n,), and where (n,)."""
+def _cuts(o: Outlines, squares: Squares, same: F64) -> tuple[I64, F64]:
+    """Return all cuts: whose (n,), and where (n,)."""
     owner, places = np.empty(64, np.int64), np.empty(64)
     total = 0
-    out = np.empty(8)
-    for k in range(len(one)):
-        e, f = one[k], two[k]
-        found = _crossings(o, e, f, max(same[e], same[f]), out)
-        if total + found > places.size:
-            more_owner, more = np.empty(2 * (total + found), np.int64), np.empty(2 * (total + found))
-            more_owner[:total], more[:total] = owner[:total], places[:total]
-            owner, places = more_owner, more
-        owner[total : total + found] = e
-        places[total : total + found] = out[:found]
-        total += found
+    out, found = np.empty(8), np.empty(64, np.int64)
+    for a in range(len(o.x)):
+        found, count = touching(squares, a, found)
+        for k in range(count):
+            b = found[k]
+            for e, f in ((a, b), (b, a)):
+                cuts = _crossings(o, e, f, max(same[e], same[f]), out)
+                if total + cuts > places.size:
+                    more_owner, more = np.empty(2 * (total + cuts), np.int64), np.empty(2 * (total + cuts))
+                    more_owner[:total], more[:total] = owner[:total], places[:total]
+                    owner, places = more_owner, more
+                owner[total : total + cuts] = e
+                places[total : total + cuts] = out[:cuts]
+                total += cuts
     return owner[:total], places[:total]
 
 
@@ -138,18 +140,10 @@ def pieces_between_cuts(o: Outlines, boxes: F64, same: F64) -> tuple[I64, F64, F
 
     boxes, same : (n, 4) about each part, and (n,) how near places are one
     """
-    import shapely
-
-    areas = shapely.box(*(boxes + same[:, None] * [-1.0, -1.0, 1.0, 1.0]).T)
-    tree = shapely.STRtree(areas)
-    owners, places = [np.arange(len(same)), np.arange(len(same))], [np.zeros(len(same)), np.ones(len(same))]
-    for begin in range(0, len(same), TOGETHER):
-        one, two = tree.query(areas[begin : begin + TOGETHER])
-        one = one + begin
-        owner, place = _cuts(o, one[one != two], two[one != two], same)
-        owners.append(owner)
-        places.append(place)
-    owner, ends = np.concatenate(owners), np.concatenate(places)
+    cut_owner, places = _cuts(o, Squares.of(boxes + same[:, None] * np.array([-1.0, -1.0, 1.0, 1.0])), same)
+    parts = np.arange(len(same))
+    owner = np.concatenate([parts, parts, cut_owner])
+    ends = np.concatenate([np.zeros(len(same)), np.ones(len(same)), places])
     order = np.lexsort((ends, owner))
     owner, ends = owner[order], ends[order]
     low, high = ends[:-1], ends[1:]

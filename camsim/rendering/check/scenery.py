@@ -13,6 +13,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.rendering.check.cuts import pieces_between_cuts
+from camsim.rendering.check.near import Squares, pairs
 from camsim.rendering.check.outlines import Outlines, outlines_of
 from camsim.rendering.check.painter import BESIDE, Near, Rows, sides_of
 from camsim.scene import Scene
@@ -113,12 +114,8 @@ def _around(boxes: F64, whose: I64, count: int) -> F64:
 
 def _neighbours(boxes: F64, same: float) -> Near:
     """Return for each primitive those whose boxes touch its own, itself among them, in painter's order."""
-    import shapely
-
-    count = len(boxes)
     some = np.flatnonzero(np.isfinite(boxes).all(axis=1))
-    areas = shapely.box(*(boxes[some] + same * np.array([-1.0, -1.0, 1.0, 1.0])).T)
-    one, two = shapely.STRtree(areas).query(areas)
-    one, two = some[one], some[two]
+    a, b = pairs(Squares.of(boxes[some] + same * np.array([-1.0, -1.0, 1.0, 1.0])))
+    one, two = np.concatenate([some, some[a], some[b]]), np.concatenate([some, some[b], some[a]])
     sort = np.lexsort((two, one))
-    return Near(np.searchsorted(one[sort], np.arange(count + 1)), two[sort], boxes)
+    return Near(np.searchsorted(one[sort], np.arange(len(boxes) + 1)), two[sort], boxes)

@@ -1,15 +1,10 @@
 """Charts that cameras are tested with: functions that return shapes, each a line of a scene file.
 
-A chart is a function in a file of its own and a name in ``CHARTS``; its keys in files are its parameters.
+A chart is a function in a file of its own, imported here; its keys in files are its parameters.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Mapping
-from typing import Any
-
 from camsim.scene.charts.bars import bars
-from camsim.scene.charts.chart import Chart, meanings, parameters, yaml_name
+from camsim.scene.charts.chart import KNOWN, Chart, meanings, parameters
 from camsim.scene.charts.colorchecker import colorchecker
 from camsim.scene.charts.dead_leaves import dead_leaves
 from camsim.scene.charts.e_sfr import e_sfr
@@ -25,7 +20,7 @@ from camsim.scene.charts.usaf_1951 import usaf_1951
 from camsim.scene.charts.zone_plate import zone_plate
 
 __all__ = [
-    "CHARTS",
+    "KNOWN",
     "Chart",
     "bars",
     "checkerboard",
@@ -45,24 +40,3 @@ __all__ = [
     "usaf_1951",
     "zone_plate",
 ]
-
-CHARTS: Mapping[str, Callable[..., Any]] = {
-    yaml_name(draw): draw
-    for draw in (
-        slanted_edges,
-        e_sfr,
-        lens_grid,
-        siemens_star,
-        usaf_1951,
-        bars,
-        checkerboard,
-        dot_grid,
-        zone_plate,
-        colorchecker,
-        step_wedge,
-        dead_leaves,
-        points,
-        qr,
-        random,
-    )
-}

@@ -6,7 +6,7 @@ import functools
 import inspect
 import re
 import typing
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, ParamSpec, TypeAlias
 
@@ -14,7 +14,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, UnknownNameError, in_brief
 from camsim.scene.primitives import Primitive, Shape, turned
 from camsim.scene.primitives import counted as count_pieces
 from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
@@ -40,22 +40,39 @@ _COMMON = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chart:
-    """Shapes that a line of a scene stands for: what a chart's function, or a drawing, became.
+    """What a chart's function returns: a shape that is painted as many.
 
-    name   : of the chart, as files call it, or of the drawing's file
-    shapes : ordinary ones, in painter's order
+    name       : of the chart, as files call it
+    parameters : of its function; defaults are filled in
+    shapes     : ordinary ones, in painter's order
+
+    >>> from camsim.scene.charts import dot_grid
+    >>> Chart(name="dot-grid", parameters={"spacing_um": 9, "radius_um": 2}) == dot_grid(spacing_um=9, radius_um=2)
+    True
     """
 
     name: str
-    shapes: Several[Shape]
+    parameters: Mapping[str, Any] = field(hash=False)
+    shapes: tuple[Shape, ...] = field(init=False, repr=False, compare=False)
     depth: int = field(init=False, repr=False, compare=False)
     pieces: int = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         judge(self)
-        depth, pieces = count_pieces(self.shapes)
-        object.__setattr__(self, "depth", depth)
-        object.__setattr__(self, "pieces", pieces)
+        draw = KNOWN.get(self.name)
+        if draw is None:
+            raise UnknownNameError("chart", self.name, KNOWN, key="name", stage="Chart")
+        try:
+            given = inspect.signature(draw).bind(**self.parameters)
+        except TypeError as error:
+            raise InvalidValueError(in_brief(error), key="parameters", stage="Chart") from None
+        given.apply_defaults()
+        kinds = parameters(draw)
+        kept = {key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()}
+        shapes = tuple(draw(**kept))
+        depth, pieces = count_pieces(shapes)
+        for key, value in (("parameters", kept), ("shapes", shapes), ("depth", depth), ("pieces", pieces)):
+            object.__setattr__(self, key, value)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return what its shapes are painted as."""
@@ -63,18 +80,18 @@ class Chart:
             yield from shape.primitives()
 
 
+KNOWN: dict[str, Callable[..., Iterable[Shape]]] = {}
+"""The functions that yield the shapes of each chart, by the names that files use."""
+
+
 def chart(draw: Callable[_P, Iterable[Shape]]) -> Callable[_P, Chart]:
     """Make a chart of a function that yields shapes in painter's order: judge what it is given by its own types."""
+    name = draw.__name__.replace("_", "-")
+    KNOWN[name] = draw
 
     @functools.wraps(draw)
-    def drawn(*args: _P.args, **kwargs: _P.kwargs) -> Chart:
-        given = inspect.signature(draw).bind(*args, **kwargs)
-        given.apply_defaults()
-        kinds = parameters(draw)
-        kept: dict[str, Any] = {
-            key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()
-        }
-        return Chart(name=yaml_name(draw), shapes=tuple(draw(*args, **kept)))
+    def drawn(*_: _P.args, **given: _P.kwargs) -> Chart:
+        return Chart(name=name, parameters=given)
 
     return drawn
 
@@ -98,11 +115,6 @@ def meanings(draw: Callable[..., Any]) -> dict[str, str]:
         if said := re.match(r"(\w+(?:, \w+)*) +: +(.*)", line):
             found |= dict.fromkeys(said[1].split(", "), said[2])
     return {key: found[key] for key in parameters(draw)}
-
-
-def yaml_name(draw: Callable[..., Any]) -> str:
-    """Return what files call a chart: "siemens-star"."""
-    return draw.__name__.strip("_").replace("_", "-")
 
 
 def refused(draw: Callable[..., Any], key: str, message: str) -> InvalidValueError:

@@ -24,10 +24,10 @@ NUMBERS: Mapping[str, int] = {"move": 2, "line": 2, "quadratic": 4, "cubic": 6, 
 def segments(given: Sequence[Any]) -> tuple[Segment, ...]:
     """Return a path's segments in one form; raises InvalidValueError that says which one is wrong."""
     if len(given) > MOST_PIECES:
-        raise InvalidValueError(f"{len(given)} segments; the most is {MOST_PIECES}")
+        raise InvalidValueError(f"{len(given)} segments; the most is {MOST_PIECES}", key="segments_um")
     kept = tuple(_segment(index, segment) for index, segment in enumerate(given))
     if kept and kept[0][0] != "move":
-        raise InvalidValueError(f"begins with {kept[0][0]!r}; a path begins with ('move', x, y)")
+        raise InvalidValueError(f"begins with {kept[0][0]!r}; a path begins with ('move', x, y)", key="segments_um")
     return kept
 
 

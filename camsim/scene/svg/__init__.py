@@ -4,20 +4,44 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from camsim.errors import InvalidValueError
-from camsim.scene.charts.chart import Chart
-from camsim.scene.primitives import flattened
+from camsim.scene.primitives import Primitive, Shape, counted, flattened
 from camsim.scene.shapes import Group, Rectangle
-from camsim.scene.svg.drawing import Drawing
+from camsim.scene.svg.reader import Reader
 from camsim.spectra.curve import Reflectance, Spectrum
-from camsim.typed import Point, Positive, check
+from camsim.typed import Point, Positive, Several, check, judge
 
-__all__ = ["read_svg"]
+__all__ = ["Drawing", "read_svg"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawing:
+    """The shapes of a drawing.
+
+    name : of its file
+    """
+
+    name: str
+    shapes: Several[Shape]
+    depth: int = field(init=False, repr=False, compare=False)
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        depth, pieces = counted(self.shapes)
+        object.__setattr__(self, "depth", depth)
+        object.__setattr__(self, "pieces", pieces)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what its shapes are painted as."""
+        for shape in self.shapes:
+            yield from shape.primitives()
 
 
 def read_svg(
@@ -29,7 +53,7 @@ def read_svg(
     rotate_deg: float = 0.0,
     palette: Mapping[str, Spectrum] | None = None,
     shown: str = "",
-) -> Chart:
+) -> Drawing:
     """Return a drawing as shapes.
 
     width_um, height_um : of the drawing's page; one of the two, the other follows
@@ -51,7 +75,7 @@ def read_svg(
     kept = check(dict(palette or {}), Mapping[str, Reflectance], "palette", "read_svg")
     x, y = check(centre_um, Point, "centre_um", "read_svg")
     angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
-    view, shapes = Drawing(Path(file), name, kept).shapes()
+    view, shapes = Reader(Path(file), name, kept).shapes()
     scale = kept_um / (view.width if height_um is None else view.height)
     boxes = [fill.curves.boxes for primitive in flattened(shapes) for fill in primitive.fills]
     beyond = boxes and not _within(np.concatenate(boxes), view.width, view.height)
@@ -62,7 +86,7 @@ def read_svg(
     left, top = 0.5 * view.width, 0.5 * view.height
     matrix = (c, s, -s, c, x - c * left + s * top, y - s * left - c * top)
     group = Group(shapes=shapes, matrix=matrix, clip=page if beyond else None)
-    return Chart(name=os.path.basename(name), shapes=(group,))
+    return Drawing(name=os.path.basename(name), shapes=(group,))
 
 
 def _within(boxes: np.ndarray, width: float, height: float) -> bool:

@@ -54,7 +54,7 @@ _WAYS_OUT = {
 T = TypeVar("T")
 
 
-class Drawing:
+class Reader:
     """A drawing being read; what it cannot paint is gathered, so that all of it is said at once."""
 
     def __init__(self, file: File, name: str, palette: Mapping[str, Spectrum]) -> None:
