@@ -33,7 +33,9 @@ from .optics import Wavefront as Wavefront
 from .rendering import Grid as Grid
 from .rendering import Rendering as Rendering
 from .rendering import render as render
+from .scene import Chart as Chart
 from .scene import Disc as Disc
+from .scene import Drawing as Drawing
 from .scene import Ellipse as Ellipse
 from .scene import Group as Group
 from .scene import HalfPlane as HalfPlane
@@ -49,6 +51,8 @@ from .scene import Scene as Scene
 from .scene import Sector as Sector
 from .scene import Star as Star
 from .scene import Text as Text
+from .scene import charts as charts
+from .scene import read_svg as read_svg
 from .sensor.adc import Adc as Adc
 from .sensor.cfa import Cfa as Cfa
 from .sensor.conversion_gain import DualGain as DualGain

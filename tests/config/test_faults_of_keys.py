@@ -15,6 +15,11 @@ KINDS = (
 )
 
 # What is replaced in the good file of conftest.py, by what, and the messages.
+KINDS = (
+    "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
+    "repeat-on-grid, repeat-on-ring, chart or svg"
+)
+
 FAULTS = {
     "unknown key": (
         "iso: 200",
@@ -155,8 +160,8 @@ FAULTS = {
         "kind: airy",
         "type: airy",
         [
-            "scene.yaml:3:1: lens.kind: missing; airy, annular-airy, gaussian, elliptical-gaussian, wavefront, radial-otf, measured-psf or "
-            "measured-otf; write kind in place of 'type'"
+            "scene.yaml:3:1: lens.kind: missing; airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
+            "radial-otf, measured-psf or measured-otf; write kind in place of 'type'"
         ],
     ),
     "a value for its table": (

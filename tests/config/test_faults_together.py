@@ -15,7 +15,7 @@ from camsim.errors import ConfigError, Fault
 
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
-    "repeat-on-grid or repeat-on-ring"
+    "repeat-on-grid, repeat-on-ring, chart or svg"
 )
 
 

@@ -4,6 +4,7 @@ Every field says what it means and in which unit: messages, reference and JSON S
 """
 
 from camsim.config.schema.base import LISTS, Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table, Tabulated
+from camsim.config.schema.drawings import Svg
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.config.schema.lens import (
     AiryLens,
@@ -123,6 +124,7 @@ __all__ = [
     "Shape",
     "SquarePhotosite",
     "Star",
+    "Svg",
     "Table",
     "Tabulated",
     "Text",

@@ -112,6 +112,7 @@ class LightTable(Tabulated):
     values: list[NonNegative] = Field(min_length=2, description="relative power per nm, one for each wavelength")
 
 
+Point: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
 Reflectance: TypeAlias = Annotated[
     Annotated[Fraction, Tag("number")] | Annotated[Name, Tag("word")] | Annotated[Fractions, Tag("table")],
     by_form,
