@@ -5,6 +5,8 @@ from .capturing import capture as capture
 from .errors import CamsimError as CamsimError
 from .exposing import Capture as Capture
 from .files import save as save
+from .files.given import develop as develop
+from .files.given import write_dng as write_dng
 from .frame import Frame as Frame
 from .optics import Airy as Airy
 from .optics import AnnularAiry as AnnularAiry
