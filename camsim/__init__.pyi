@@ -26,6 +26,7 @@ from .rendering import Grid as Grid
 from .rendering import Rendering as Rendering
 from .rendering import render as render
 from .scene import Disc as Disc
+from .scene import Picture as Picture
 from .scene import Polygon as Polygon
 from .scene import Rectangle as Rectangle
 from .scene import Scene as Scene
