@@ -7,6 +7,7 @@ from .exposing import Capture as Capture
 from .files import save as save
 from .files.given import develop as develop
 from .files.given import write_dng as write_dng
+from .files.picture_file import read_picture as read_picture
 from .frame import Frame as Frame
 from .optics import Airy as Airy
 from .optics import AnnularAiry as AnnularAiry
