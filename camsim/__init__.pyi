@@ -8,6 +8,9 @@ from .capturing import load as load
 from .errors import CamsimError as CamsimError
 from .exposing import Capture as Capture
 from .files import save as save
+from .files.given import develop as develop
+from .files.given import write_dng as write_dng
+from .files.picture_file import read_picture as read_picture
 from .frame import Frame as Frame
 from .frame import Report as Report
 from .optics import Airy as Airy
@@ -41,6 +44,7 @@ from .scene import Group as Group
 from .scene import HalfPlane as HalfPlane
 from .scene import Line as Line
 from .scene import Path as Path
+from .scene import Picture as Picture
 from .scene import Polygon as Polygon
 from .scene import Rectangle as Rectangle
 from .scene import RegularPolygon as RegularPolygon

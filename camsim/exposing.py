@@ -103,8 +103,7 @@ class Capture:
     @functools.cached_property
     def samples(self) -> LightSamples:
         """The light at nodes that follow every curve of camera and scene."""
-        surfaces = self.scene.spectra
-        return self.camera.samples(self.light, surfaces)
+        return self.camera.samples(self.light, self.scene.spectra)
 
     @functools.cached_property
     def time_s(self) -> float:

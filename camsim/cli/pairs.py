@@ -18,7 +18,7 @@ from camsim.exposing import Capture
 from camsim.files import save
 from camsim.files.atomic import replacing, write_chunks
 from camsim.files.describe import record
-from camsim.files.dng import odd_cfa
+from camsim.files.dng_tags import odd_cfa
 from camsim.frame import Frame
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import as_shot_neutral

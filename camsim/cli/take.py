@@ -135,7 +135,7 @@ def take_pairs(request: Request) -> None:
 
 def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: bool) -> str | None:
     """Return a warning about DNGs of an array that developers misread; raises OutputError unless allowed."""
-    from camsim.files.dng import odd_cfa
+    from camsim.files.dng_tags import odd_cfa
 
     file = next((o.path for o in outputs if o.product == "mosaic" and o.path.lower().endswith(".dng")), None)
     why = odd_cfa(pattern) if file else None

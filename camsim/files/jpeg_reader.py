@@ -53,6 +53,17 @@ def frame_header(data: bytes) -> FrameHeader:
     raise InputError("its JPEG is damaged: no frame begins in it")
 
 
+def profile(data: bytes) -> bytes:
+    """Return the first part of the ICC profile (APP2 markers before the frame), empty for none."""
+    at = 2
+    while at + 4 <= len(data) and data[at] == 0xFF and data[at + 1] not in _FRAMES and data[at + 1] != 0xDA:
+        length = int.from_bytes(data[at + 2 : at + 4])
+        if data[at + 1] == 0xE2 and data[at + 4 : at + 16] == b"ICC_PROFILE\0":
+            return data[at + 18 : at + 2 + length]
+        at += 1 if data[at + 1] == 0xFF else 2 + length
+    return b""
+
+
 def read_pixels(file: BinaryIO, size: int) -> npt.NDArray[Any]:
     """Return the pixels of a file, (rows, cols) or (rows, cols, channels)."""
     from PIL import JpegImagePlugin

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import struct
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -32,7 +32,7 @@ class Header:
 
     text     : camsim's, None when there is none
     gamma    : that the pixels were encoded with, 1 where nothing is said
-    coloured : whether a colour space is named
+    coloured : whether a colour space is named;  profile: the ICC profile
     image    : offset and length of the chunks that Pillow is to see: the header's and the pixels'
     """
 
@@ -44,6 +44,7 @@ class Header:
     gamma: float
     coloured: bool
     image: tuple[tuple[int, int], ...]
+    profile: bytes = b""
 
 
 def read_header(file: BinaryIO, size: int, most: int) -> Header:
@@ -55,7 +56,7 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
     if file.read(len(MAGIC)) != MAGIC:
         raise InputError("it is no PNG")
     head: bytes | None = None
-    text, gamma, coloured = None, 1.0, False
+    text, gamma, coloured, profile = None, 1.0, False, b""
     image: list[tuple[int, int]] = []
     for _ in range(_MOST_CHUNKS):
         at = file.tell()
@@ -65,11 +66,11 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
         if at + length + 12 > size:
             raise InputError(f"it is cut short: it has {size} bytes and ends within its chunk {kind!r}")
         if kind == b"IEND":
-            return _header(head, text, gamma, coloured, image)
+            return replace(_header(head, text, gamma, coloured, image), profile=profile)
         if kind not in (b"IHDR", b"IDAT", b"zTXt", b"gAMA", b"sRGB", b"iCCP"):
             file.seek(length + 4, 1)
             continue
-        content = _checked(file, kind, length, most if kind == b"zTXt" else _LONGEST_OTHER)
+        content = _checked(file, kind, length, most if kind in (b"zTXt", b"iCCP") else _LONGEST_OTHER)
         if kind == b"IHDR":
             if head is not None:
                 raise InputError("it has two headers (IHDR), and which of them counts nobody can say")
@@ -80,6 +81,7 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
             gamma = struct.unpack(">I", content)[0] * _GAMMA_UNIT
         elif kind in (b"sRGB", b"iCCP"):
             coloured = True
+            profile = _profile(content, most) if kind == b"iCCP" else profile
         elif content.startswith(b"camsim\0\0"):
             text = _unpacked(content[8:], most)
     raise InputError(f"it has more than {_MOST_CHUNKS} chunks")
@@ -106,6 +108,32 @@ def read_pixels(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
         raise InputError(f"its pixels are damaged ({in_brief(error)})") from None
     # Pillow's 16-bit grey may come with 32 bits.
     return image.astype(np.uint16) if header.bits == 16 and channels == 1 else image
+
+
+def read_deep_colours(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
+    """Return the pixels of 16-bit colours, (rows, cols, channels): Pillow would make 8 bits of them."""
+    try:
+        import imagecodecs
+    except ImportError:
+        raise InputError(
+            "it has 16 bits a colour, which needs the package imagecodecs: python -m pip install "
+            "'camsim-spectral[compress]'; or save it as TIFF"
+        ) from None
+    refuse_bomb(header.rows * header.cols * _CHANNELS[header.colour] * 2, size)
+    file.seek(0)
+    try:
+        return np.asarray(imagecodecs.png_decode(file.read(size)))
+    except (RuntimeError, ValueError) as error:
+        raise InputError(f"its pixels are damaged ({in_brief(error)})") from None
+
+
+def _profile(content: bytes, most: int) -> bytes:
+    """Return the ICC profile of a chunk: a name, 0, the method, and the packed profile."""
+    _, _, packed = content.partition(b"\0")
+    try:
+        return zlib.decompressobj().decompress(packed[1:], most)
+    except zlib.error:
+        return b"damaged"
 
 
 def _header(head: bytes | None, text: str | None, gamma: float, coloured: bool, image: list[tuple[int, int]]) -> Header:

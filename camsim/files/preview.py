@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from camsim.arrays import F32, F64, U8
+from camsim.arrays import F32, F64, U8, U16
 from camsim.errors import CamsimError
 from camsim.frame import Frame
 from camsim.sensor.colour_matrix import XYZ_D50, as_shot_neutral, fit_for_development
@@ -20,6 +24,18 @@ _XYZ_D50_TO_SRGB = np.array(
 """IEC 61966-2-1 primaries, adapted from D65 to D50 after Bradford (B. Lindbloom, brucelindbloom.com)."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Balance:
+    """White balance and colour of a development.
+
+    neutral : (channels,) response to white
+    forward : (3, channels) balanced camera to XYZ under D50
+    """
+
+    neutral: F64
+    forward: F64
+
+
 def develop(frame: Frame) -> U8:
     """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is the sensor's white level.
 
@@ -27,20 +43,36 @@ def develop(frame: Frame) -> U8:
     sRGB curve. No brightness is added: an underexposed capture looks dark. All channels are clipped at the
     balanced white, so that what is clipped looks white and not coloured. A camera without a colour matrix gives grey.
     """
-    span = frame.white_level_dn - frame.black_level_dn
-    signal = frame.mosaic.astype(np.float32) - frame.black_level_dn
-    for (row, col), offset in np.ndenumerate(np.array(frame.black_offsets_dn)):
-        signal[row :: len(frame.black_offsets_dn), col :: len(frame.black_offsets_dn[0])] -= offset
-    signal /= np.float32(span)
-    if len(frame.channels) == 1:
+    black_dn = frame.black_level_dn + np.array(frame.black_offsets_dn)
+    balance = None
+    if len(frame.channels) > 1:
+        with contextlib.suppress(CamsimError):
+            forward = fit_for_development(frame.colour).forward
+            balance = Balance(neutral=as_shot_neutral(frame.colour), forward=forward)
+    span_dn = frame.white_level_dn - frame.black_level_dn
+    channels = len(frame.channels)
+    return developed(frame.mosaic, frame.channel_index, channels, black_dn=black_dn, span_dn=span_dn, balance=balance)
+
+
+def developed(
+    mosaic: U16, channel_index: U8, channels: int, *, black_dn: NDArray[Any], span_dn: float, balance: Balance | None
+) -> U8:
+    """Return a mosaic as 8-bit sRGB, or as grey without a balance.
+
+    channel_index : of each photosite, below ``channels``
+    black_dn      : (m, n) repeated over the mosaic;  span_dn: from there to white
+    """
+    signal = mosaic.astype(np.float32)
+    for (row, col), level in np.ndenumerate(black_dn):
+        signal[row :: len(black_dn), col :: black_dn.shape[1]] -= np.float32(level)
+    signal /= np.float32(span_dn)
+    if channels == 1:
         return _srgb_bytes(signal)
-    try:
-        neutral, forward = as_shot_neutral(frame.colour), fit_for_development(frame.colour).forward
-    except CamsimError:
-        return _srgb_bytes(demosaic(signal, frame.channel_index, len(frame.channels)).mean(axis=0))
-    balanced = np.clip(signal / neutral.astype(np.float32)[frame.channel_index], 0, 1)
-    planes = demosaic(balanced, frame.channel_index, len(frame.channels))
-    to_srgb = _XYZ_D50_TO_SRGB @ forward
+    if balance is None:
+        return _srgb_bytes(demosaic(signal, channel_index, channels).mean(axis=0))
+    balanced = np.clip(signal / balance.neutral.astype(np.float32)[channel_index], 0, 1)
+    planes = demosaic(balanced, channel_index, channels)
+    to_srgb = _XYZ_D50_TO_SRGB @ balance.forward
     to_srgb /= (_XYZ_D50_TO_SRGB @ XYZ_D50)[:, None]
     return _srgb_bytes(np.einsum("sc,crk->rks", to_srgb.astype(np.float32), planes))
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from camsim.errors import UnknownNameError
 from camsim.rendering.boundary.engine import Boundary
-from camsim.rendering.check.judge import Judge
+from camsim.rendering.check.judge import Checks, Judge
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
 from camsim.rendering.flat import FlatPlan
 from camsim.rendering.fourier.engine import Fourier
@@ -31,7 +31,7 @@ class Choice:
     method: str
     why: str
     plan: Plan
-    judge: Judge
+    judge: Checks
     samples: int | None = None
 
     def __repr__(self) -> str:
@@ -85,7 +85,7 @@ def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:
     return "boundary", f"{_taking(own)} expected, fourier {_taking(cost)}", boundary
 
 
-def _checked(plan: Plan, judge: Judge) -> Cost:
+def _checked(plan: Plan, judge: Checks) -> Cost:
     cost = plan.cost
     return Cost(seconds=cost.seconds + judge.seconds(plan), memory_bytes=cost.memory_bytes)
 

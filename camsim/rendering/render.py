@@ -18,6 +18,8 @@ from camsim.optics import OpticalStage, OpticalSystem
 from camsim.rendering.auto import Choice, check_method, choose
 from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fields.job import edges_share
+from camsim.rendering.fields.joined import with_pictures
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.outlines import arranged
@@ -64,7 +66,9 @@ def render(
     channel = np.zeros((grid.rows, grid.cols), np.uint8)
     each_nm = np.atleast_1d(np.asarray(wavelength_nm, float))
     _check(each_nm, tolerance)
-    arrangement = arranged(scene, system, grid, each_nm, ErrorBudget(tolerance))
+    arrangement = arranged(
+        scene.framed(scene.background), system, grid, each_nm, ErrorBudget(edges_share(scene) * tolerance)
+    )
     parts = []
     for nm in each_nm:
         begin = time.perf_counter()
@@ -164,19 +168,22 @@ def plan_render(
     _check(wavelength_nm, tolerance)
     if not np.isfinite(response).all():
         raise InvalidValueError("not all of it is finite; give less light, or a shorter exposure", key="response")
+    edges = scene.framed(scene.background)
+    share = edges_share(scene)
     if arrangement is None:
         seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
-        arrangement = arranged(scene, system, grid, seen_nm, ErrorBudget(tolerance))
+        arrangement = arranged(edges, system, grid, seen_nm, ErrorBudget(share * tolerance))
     job = Job.of(
-        scene,
+        edges,
         arrangement,
         system,
         grid,
         response=response,
         wavelength_nm=wavelength_nm,
-        tolerance=tolerance,
+        tolerance=share * tolerance,
     )
-    return choose(method, job, samples)
+    choice = choose(method, job, samples)
+    return choice if edges is scene else with_pictures(choice, scene, tolerance)
 
 
 def kernels_compiled() -> bool:

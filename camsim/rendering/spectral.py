@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,8 @@ from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.quadrature import gauss_legendre
 from camsim.scene import Arrangement
-from camsim.spectra.curve import spectrum_at
+from camsim.spectra.component import Component
+from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 
 FEWEST_NODES = 16
@@ -34,20 +36,22 @@ class Signals:
     @classmethod
     def of(cls, arrangement: Arrangement, response: F64, wavelength_nm: F64) -> Signals:
         """Multiply the channels' response (channels, n) to a perfect diffuser by every reflectance."""
-        carries = np.any(response != 0.0, axis=0)
-        carries[0] |= not carries.any()  # light that no channel sees is an image too: a black one
-        wavelength_nm, response = wavelength_nm[carries], response[:, carries]
-        parts = []
-        for here in whole_nanometres(wavelength_nm):
-            reflectance = np.stack([spectrum_at(s, wavelength_nm[here]) for s in arrangement.spectra])
-            parts.append(lumped(wavelength_nm[here], reflectance[:, None, :] * response[None, :, here]))
-        nodes, density = (
-            np.concatenate([part[0] for part in parts]),
-            np.concatenate([part[1] for part in parts], axis=2),
-        )
+        nodes, density = multiplied(arrangement.spectra, response, wavelength_nm)
         scale = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
         scale = np.where(scale > 0.0, scale, 1.0)
         return cls(wavelength_nm=nodes, density=density / scale[:, None], scale=scale)
+
+
+def multiplied(spectra: Sequence[Spectrum | Component], response: F64, wavelength_nm: F64) -> tuple[F64, F64]:
+    """Return wavelengths (m,) that carry signal, lumped, and what each spectrum gives there: (spectra, channels, m)."""
+    carries = np.any(response != 0.0, axis=0)
+    carries[0] |= not carries.any()  # light that no channel sees is an image too: a black one
+    wavelength_nm, response = wavelength_nm[carries], response[:, carries]
+    parts = []
+    for here in whole_nanometres(wavelength_nm):
+        reflectance = np.stack([spectrum_at(s, wavelength_nm[here]) for s in spectra])
+        parts.append(lumped(wavelength_nm[here], reflectance[:, None, :] * response[None, :, here]))
+    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts], axis=2)
 
 
 def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:

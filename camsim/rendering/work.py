@@ -21,6 +21,7 @@ class Work:
     nodes_integrated : quadrature nodes on edges near a photosite, as the settings have it (``cost.near_nodes``)
     frequencies      : of the Fourier engine
     samples          : of the sampled methods
+    samples_of_pictures : of all that can be seen
     photosites_checked : computed again by the check
     random_numbers   : drawn for noise and fixed patterns, defects' places apart
     colour_matrices  : files that one was fitted for;  bytes_written: of all files (the command line knows both)
@@ -41,6 +42,7 @@ class Work:
     nodes_integrated: int = 0
     frequencies: int = 0
     samples: int = 0
+    samples_of_pictures: int = 0
     photosites_checked: int = 0
     random_numbers: int = 0
     colour_matrices: int = 0

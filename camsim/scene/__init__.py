@@ -3,6 +3,7 @@
 from camsim.scene import charts
 from camsim.scene.arrange import Arrangement, arrange
 from camsim.scene.charts import Chart
+from camsim.scene.picture import Picture
 from camsim.scene.primitives import Primitive, Shape, flattened
 from camsim.scene.scene import Scene
 from camsim.scene.shapes import (
@@ -34,6 +35,7 @@ __all__ = [
     "HalfPlane",
     "Line",
     "Path",
+    "Picture",
     "Polygon",
     "Primitive",
     "Rectangle",

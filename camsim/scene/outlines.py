@@ -112,7 +112,7 @@ def loops_of(primitive: Primitive, side_um: float) -> list[F64]:
 
 
 def surface_at(scene: Scene, x_um: float, y_um: float) -> Spectrum:
-    """Return what is seen in one place; curves are taken as polygons of many sides."""
+    """Return what is seen in one place, of a picture its mean; curves are taken as polygons of many sides."""
     import shapely
 
     primitives = flattened(scene.shapes)

@@ -57,8 +57,16 @@ class Primitive(NamedTuple):
         return len(self.layers) == 1 and len(self.layers[0]) == 1 and self.layers[0][0].simple
 
 
-class Shape(Protocol):
-    """What a scene is made of: it knows what it is painted as.
+class Paints(Protocol):
+    """What knows how it is painted."""
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what is painted, one after the other; lengths in µm."""
+        ...
+
+
+class Shape(Paints, Protocol):
+    """What a scene is made of.
 
     depth, pieces : of groups within groups, and of all sides and curves; a shape counts them before it makes them
     """
@@ -69,12 +77,8 @@ class Shape(Protocol):
     @property
     def pieces(self) -> int: ...  # noqa: D102
 
-    def primitives(self) -> Iterator[Primitive]:
-        """Return what is painted, one after the other; lengths in µm."""
-        ...
 
-
-def flattened(shapes: Iterable[Shape]) -> list[Primitive]:
+def flattened(shapes: Iterable[Paints]) -> list[Primitive]:
     """Return all that shapes are painted as, in painter's order: no groups, repeats or transforms are left.
 
     >>> from camsim.scene import Disc, Group

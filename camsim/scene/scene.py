@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from camsim import notebook
 from camsim.errors import InvalidValueError
-from camsim.scene.primitives import Shape, counted, flattened
+from camsim.scene.picture import Picture
+from camsim.scene.primitives import Shape, counted
 from camsim.spectra.curve import Reflectance, Spectrum
 from camsim.typed import judge, refusal
 from camsim.words import brief
@@ -22,26 +23,36 @@ class Scene:
     """What is in front of the camera.
 
     background : reflectance of everything that no shape covers, out to infinity
-    shapes     : later ones cover earlier ones
+    shapes     : and pictures; later ones cover earlier ones
     """
 
     background: Reflectance
-    shapes: Sequence[Shape] = ()
+    shapes: Sequence[Shape | Picture] = ()
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)
         try:
-            counted(self.shapes)
+            counted(shape for shape in self.shapes if not isinstance(shape, Picture))
         except InvalidValueError as error:
             raise refusal(self, "shapes", error.message) from None
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:
-        """Distinct reflectances, the background's first."""
-        painted = (primitive.reflectance for primitive in flattened(self.shapes))
-        return tuple(dict.fromkeys((self.background, *painted)))
+        """Distinct curves that bend wherever a reflectance of the scene does, the background's first."""
+        painted: list[Spectrum] = [self.background]
+        for shape in self.shapes:
+            own = shape.surfaces if isinstance(shape, Picture) else (one.reflectance for one in shape.primitives())
+            painted.extend(own)
+        return tuple(dict.fromkeys(painted))
+
+    def framed(self, reflectance: Spectrum) -> Scene:
+        """Return the scene with a rectangle of one colour in place of every picture."""
+        if not any(isinstance(shape, Picture) for shape in self.shapes):
+            return self
+        shapes = [shape.frame(reflectance) if isinstance(shape, Picture) else shape for shape in self.shapes]
+        return Scene(background=self.background, shapes=shapes)
 
     @classmethod
     def from_yaml(

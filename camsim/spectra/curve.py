@@ -6,7 +6,7 @@ import dataclasses
 import os
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Literal, Self, TypeAlias
+from typing import Annotated, Literal, Protocol, Self, TypeAlias
 
 import numpy as np
 
@@ -129,12 +129,20 @@ Transmission: TypeAlias = Reflectance
 """The fraction that a lens lets through."""
 
 
-def spectrum_at(spectrum: Spectrum, wavelength_nm: F64) -> F64:
+class Tabulated(Protocol):
+    """What has values over wavelength."""
+
+    def at(self, wavelength_nm: F64) -> F64:
+        """Return the values at ``wavelength_nm`` (any shape)."""
+        ...
+
+
+def spectrum_at(spectrum: float | Tabulated, wavelength_nm: F64) -> F64:
     """Return a spectrum's values at ``wavelength_nm``; a number is the same everywhere.
 
     >>> spectrum_at(0.18, np.array([450.0, 550.0]))
     array([0.18, 0.18])
     """
-    if isinstance(spectrum, Curve):
-        return spectrum.at(wavelength_nm)
-    return np.full(np.shape(wavelength_nm), float(spectrum))
+    if isinstance(spectrum, float | int):
+        return np.full(np.shape(wavelength_nm), float(spectrum))
+    return spectrum.at(wavelength_nm)

@@ -14,16 +14,15 @@ from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
+from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities
-from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Plan
 from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
-GROWTH = 1.3  # of a part's sides from its ends on
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +51,26 @@ class Windows(Protocol):
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return what rows and columns take, and how many frequencies."""
+        ...
+
+
+class Checks(Protocol):
+    """What recomputes photosites of a rendering."""
+
+    def hardest(self, plan: Plan) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites to look at."""
+        ...
+
+    def seconds(self, plan: Plan) -> float:
+        """Return what the check is expected to take."""
+        ...
+
+    def values(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        ...
+
+    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
+        """Compare an image's values at photosites with what they should be."""
         ...
 
 
@@ -192,7 +211,7 @@ class Judge:
         highest = max(job.system.cutoff_per_um(float(w)) for w in wavelength_nm) * job.grid.pitch_um
         return self.transforms.windows(
             job.of_edges(
-                _polygons(pieces, 1.0 / highest, allowed),
+                polygons(pieces, 1.0 / highest, allowed),
                 wavelength_nm=wavelength_nm,
                 density=density,
                 base=self.base,
@@ -227,69 +246,3 @@ class Judge:
             channel[places] = sets[..., part]
             values[..., part] = self._windows.rendered(self._origin(frame), channel)[places]
         return values
-
-
-def _polygons(pieces: Pieces, longest: float, allowed: float) -> Edges:
-    """Return the pieces as straight edges: round ones as sides of the same area each, shorter than waves that pass.
-
-    What stays of a circle's wobble is of second order: half its mean square, (s²/8R)²·4/45, times the slope of the line
-    spread, at most 2π over a square wave.
-    """
-    o = pieces.outlines
-    starts, ends, owners = [], [], []
-    straight = np.flatnonzero(o.turn_rad == 0.0)
-    starts.append(np.stack([o.x, o.y], axis=1)[straight])
-    ends.append(np.stack([o.x + o.dx, o.y + o.dy], axis=1)[straight])
-    owners.append(straight)
-    for e in np.flatnonzero(o.turn_rad > 0.0).tolist():
-        big, whole = o.dx[e], o.turn_rad[e] >= math.tau * (1.0 - 1e-15)
-        # A whole circle's sides are all alike and send nothing below their own frequency; a part's are not.
-        side = min((0.7 if whole else 0.35) * longest, (229.0 * allowed * (big * longest) ** 2) ** 0.25)
-        if whole:
-            turns = np.full(max(96, math.ceil(math.tau * big / side)), 1.0)
-        else:
-            turns = _from_ends(0.5 * o.turn_rad[e] * big, big, side, longest, allowed)
-        turns *= o.turn_rad[e] / turns.sum()
-        angle = o.from_rad[e] + np.concatenate([[0.0], np.cumsum(turns)])
-        radius = big * _corners(turns, whole)
-        corners = np.stack([o.x[e] + radius * np.cos(angle), o.y[e] + radius * np.sin(angle)], axis=1)
-        if whole:
-            corners[-1] = corners[0]
-        starts.append(corners[:-1])
-        ends.append(corners[1:])
-        owners.append(np.full(turns.size, e))
-    owner = np.concatenate(owners)
-    return Edges(
-        start=np.concatenate(starts), end=np.concatenate(ends), left=pieces.left[owner], right=pieces.right[owner]
-    )
-
-
-def _from_ends(half: float, radius: float, side: float, longest: float, allowed: float) -> F64:
-    """Return sides (2n,) of a part of a circle, the same from either end; ``half``: the length of half of it.
-
-    Each has its arc's area, but the first lean on their arcs: s³/36R of area lies on the wrong side of their middles,
-    and s⁴/96R of its moment wherever sides grow. On a square wave, and on its cube, that keeps below what is allowed.
-    """
-    side = min(side, (96.0 * allowed * radius * longest**3) ** 0.25)
-    first = min(side, (36.0 * radius * allowed * longest**2) ** (1.0 / 3.0))
-    growing = first * GROWTH ** np.arange(math.ceil(math.log(side / first) / math.log(GROWTH)) + 1)
-    growing = growing[np.cumsum(growing) < half]
-    more = max(1, math.ceil((half - growing.sum()) / side))
-    sides = np.concatenate([growing, np.full(more, (half - growing.sum()) / more)])
-    return np.concatenate([sides, sides[::-1]])
-
-
-def _corners(turns: F64, whole: bool) -> F64:
-    """Return how far corners (n + 1,) lie from the centre, of radius 1, where sides have their arcs' areas.
-
-    rᵢ·rᵢ₊₁·sin θ = θ: all the same on a whole circle; a part's ends stay where other pieces meet them, and its middle
-    is met from both.
-    """
-    stretch = turns / np.sin(turns)
-    if whole:
-        return np.full(turns.size + 1, math.sqrt(float(stretch[0])))
-    radius = np.ones(turns.size + 1)
-    for k in range(turns.size // 2):
-        radius[k + 1] = stretch[k] / radius[k]
-        radius[-k - 2] = stretch[-k - 1] / radius[-k - 1]
-    return radius

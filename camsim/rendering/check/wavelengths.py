@@ -8,21 +8,26 @@ from collections.abc import Sequence
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 
 FEWEST, MORE = 20, 10  # nodes: at the least, and beyond half a node for every radian
 
 
-def densities(spectra: Sequence[Spectrum], response: F64, wavelength_nm: F64) -> tuple[F64, F64]:
+def densities(
+    spectra: Sequence[Spectrum | Component], response: F64, wavelength_nm: F64, *, full: F64 | None = None
+) -> tuple[F64, F64]:
     """Return the wavelengths (n,) that carry signal, and (spectra, channels, n) what each gives, of full scale.
 
     response : (channels, m) signal of a perfect diffuser, quadrature weight included
+    full     : (channels,) scale, where it is not that of these spectra
     """
     seen = (response != 0.0).any(axis=0)
     if not seen.any():
         seen = np.arange(wavelength_nm.size) == 0
     density = np.stack([spectrum_at(s, wavelength_nm[seen]) for s in spectra])[:, None] * response[None, :, seen]
-    full = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
+    if full is None:
+        full = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
     return wavelength_nm[seen], density / np.where(full > 0.0, full, 1.0)[:, None]
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from scipy import fft
@@ -22,8 +23,8 @@ from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
-from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.kernels import add_fields, add_round
+from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
 from camsim.rendering.fourier.lens import (
     Fields,
     footprint_transfer,
@@ -36,6 +37,14 @@ from camsim.rendering.fourier.plan import PART, Kernel, Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions, clamped
 
 FINEST, COARSEST = 1e-11, 1e-2
+
+
+class Scenery(Protocol):
+    """What is transformed on a tile."""
+
+    def blocks(self) -> Iterator[tuple[Block, SceneBlock]]:
+        """Yield the band block by block, with 4π²|k|² times the transform of everything that has a spectrum."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -90,7 +99,7 @@ class FourierImage:
             if not len(seen):
                 continue  # all that could be seen lies elsewhere
             regions = Regions.of(seen, tile, plan, len(self.density) - 1, self.tolerance)
-            image[part] += self._tile(tile, plan, regions, channel[part])
+            image[part] += self.tile_image(tile, plan, regions, channel[part])
             progress((done + 1) / len(plan.tiles))
         return image
 
@@ -113,12 +122,13 @@ class FourierImage:
         return self.wavelength_nm[:1], self.density.sum(axis=2, keepdims=True)
 
     @functools.cached_property
-    def _kernel(self) -> Kernel:
+    def kernel(self) -> Kernel:
+        """What the plan has to know of the lens."""
         return kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
 
     def _plan(self, edges: Edges, shape: tuple[int, int]) -> Sizes:
         """Choose tiles and settings; ``edges`` from the first photosite."""
-        kernel, corners = self._kernel, edges.points
+        kernel, corners = self.kernel, edges.points
         spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
         spectra, channels, wavelengths = self._lit[1].shape
         longest = 2.0 * (sum(shape) + 4.0 * kernel.reach)  # that an edge may be once it is clamped
@@ -139,8 +149,8 @@ class FourierImage:
             )
         )
 
-    def _tile(self, tile: Tile, plan: Sizes, regions: Regions, channel: U8) -> F64:
-        """Return the tile's image, each photosite in its own channel, less the background."""
+    def tile_image(self, tile: Tile, plan: Sizes, regions: Scenery, channel: U8) -> F64:
+        """Return a tile's image, each photosite in its own channel, less the background."""
         image = np.empty(channel.shape)
         present, density = np.unique(channel), self._lit[1]
         for first in range(0, present.size, plan.channels):
@@ -152,7 +162,7 @@ class FourierImage:
                 image[mine] = np.broadcast_to(plane, channel.shape)[mine]
         return image
 
-    def _spectrum(self, tile: Tile, plan: Sizes, regions: Regions, contrast: F64) -> F64:
+    def _spectrum(self, tile: Tile, plan: Sizes, regions: Scenery, contrast: F64) -> F64:
         """Return the image's transform on the photosites' grid of frequencies: (channels, py, px//2 + 1, 2).
 
         contrast : (spectra, channels, j) against the background
@@ -160,8 +170,8 @@ class FourierImage:
         # Filled here: threads that touch fresh pages at once wait for one another.
         total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
         lens = self.system.lens
-        if self._kernel.round and isinstance(lens, Round):
-            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self._kernel, tile, plan)
+        if self.kernel.round and isinstance(lens, Round):
+            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 with ONE_AT_A_TIME:
@@ -178,7 +188,7 @@ class FourierImage:
     def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
         """Yield what gives the lens on a block, and the weights of its wavelengths."""
         wavelength_nm = self._lit[0]
-        if not self._kernel.tapered:
+        if not self.kernel.tapered:
             yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
             return
         precision = ErrorBudget(self.tolerance).allowed("pupil")

@@ -155,18 +155,18 @@ def _spread(strip: Strip, periods: tuple[int, int], nodes: F64, strengths: F64, 
     square = kx * kx + ky * ky
     flat_from, steep_stop = strip.flat_from, strip.steep_to + 1
     if flat_from < strip.count_i:
-        of_y = _modes(strip, flat_from, strip.count_i, periods, nodes, strengths[1], precision)
+        of_y = sums_of_waves(strip, flat_from, strip.count_i, periods, nodes, strengths[1], precision)
         across = np.where(kx[flat_from:] > 0.0, kx[flat_from:], 1.0)
         whole[:, flat_from:] = of_y * (2j * np.pi * square[:, flat_from:] / across)
     steep = np.abs(ky) > kx[:steep_stop]
     if steep.any():
-        of_x = _modes(strip, 0, steep_stop, periods, nodes, strengths[0], precision)
+        of_x = sums_of_waves(strip, 0, steep_stop, periods, nodes, strengths[0], precision)
         of_x *= -2j * np.pi * square[:, :steep_stop] / np.where(ky == 0.0, 1.0, ky)
         whole[:, :steep_stop][steep] = of_x[steep]
     return whole
 
 
-def _modes(
+def sums_of_waves(
     strip: Strip,
     first_i: int,
     stop_i: int,

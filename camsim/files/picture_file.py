@@ -1,0 +1,131 @@
+"""A picture from a file: what the numbers mean settled, and made reflectances."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from camsim.arrays import F64
+from camsim.errors import CamsimError, InputError, InvalidValueError
+from camsim.files.picture_samples import Read, read_samples
+from camsim.files.reading import opened
+from camsim.scene import Picture
+from camsim.spectra.light import Light
+from camsim.spectra.rgb import linear_of_srgb
+from camsim.typed import NonNegative, Positive, check
+
+Encoding: TypeAlias = Literal["srgb", "linear"]
+TOLERANCE = 1e-4
+
+
+def read_picture(
+    path: str | os.PathLike[str],
+    *,
+    encoding: Encoding | float | None = None,
+    scale: float = 1.0,
+    light: Light | None = None,
+    wavelength_nm: Sequence[float] | npt.NDArray[Any] | None = None,
+    tolerance: float = TOLERANCE,
+    **placed: Any,
+) -> Picture:
+    """Read a picture: PNG, JPEG, TIFF, EXR, NPY, NPZ, ENVI or MATLAB; colours or spectra.
+
+    encoding      : of colours: "srgb" (whole numbers, where the file says nothing else), "linear" (all others), or an
+                    exponent such as 2.2
+    scale         : what every number is multiplied by; of colours in whole numbers the largest there may be is 1
+    light         : of a cube of radiances in W·m⁻²·sr⁻¹·nm⁻¹: a diffuser's in it is a reflectance of 1
+    wavelength_nm : of the bands of a cube whose file does not say them
+    tolerance     : how far a cube's planes may lie from it, see ``Picture.of_cube``
+    placed        : ``width_um``, ``centre_um``, ``rotate_deg``, ``interpolation``, as of ``Picture``
+
+    Raises InputError or InvalidValueError in one sentence.
+    """
+    scale = check(scale, Positive, "scale")
+    tolerance = check(tolerance, NonNegative, "tolerance")
+    with opened(path) as (file, size):
+        read = read_samples(Path(path), file, size)
+        name = Path(path).name
+        try:
+            if read.wavelength_nm is not None or wavelength_nm is not None:
+                return _cube(read, wavelength_nm, scale, light, tolerance, {**placed, "source": name})
+            return _colours(read, encoding, scale, {**placed, "source": name})
+        except InputError:
+            raise
+        except CamsimError as error:
+            raise InvalidValueError(str(error), stage=repr(str(path))) from None
+
+
+def _colours(read: Read, encoding: Encoding | float | None, scale: float, placed: dict[str, Any]) -> Picture:
+    samples = read.samples
+    if samples.ndim == 3 and samples.shape[2] != 3:
+        raise InputError(
+            f"it has {samples.shape[2]} bands and says no wavelengths; give wavelength_nm, one for each band, "
+            "or a picture of 3 colours"
+        )
+    if encoding is None and read.profile and "srgb" not in read.profile.lower():
+        raise InputError(
+            f"its colours are those of the profile {read.profile[:60]!r}; convert it to sRGB, or give encoding: srgb "
+            "to take its numbers for sRGB's"
+        )
+    if encoding is None:
+        encoding = (read.gamma or "srgb") if read.encoded else "linear"
+    if not (encoding in ("srgb", "linear") or (isinstance(encoding, float | int) and 0.1 <= encoding <= 10.0)):
+        raise InvalidValueError(
+            f"must be 'srgb', 'linear' or an exponent from 0.1 to 10, not {encoding!r}", key="encoding"
+        )
+    whole = samples.dtype.kind in "ui"
+    values = samples / np.float64(np.iinfo(samples.dtype).max) if whole else np.asarray(samples, np.float64)
+    _refuse_strange(values)
+    if encoding == "srgb":
+        values = linear_of_srgb(values)
+    elif encoding != "linear":
+        values = np.sign(values) * np.abs(values) ** float(encoding)
+    return Picture.of_rgb(_fractions(values * scale), **placed)
+
+
+def _cube(
+    read: Read,
+    wavelength_nm: Sequence[float] | npt.NDArray[Any] | None,
+    scale: float,
+    light: Light | None,
+    tolerance: float,
+    placed: dict[str, Any],
+) -> Picture:
+    nodes = np.asarray(read.wavelength_nm if wavelength_nm is None else wavelength_nm, np.float64)
+    samples = read.samples if read.samples.ndim == 3 else read.samples[..., None]
+    if nodes.shape != (samples.shape[2],):
+        raise InputError(f"it has {samples.shape[2]} bands, and {nodes.size} wavelengths are given")
+    values = np.asarray(samples, np.float64) * scale
+    _refuse_strange(values)
+    if light is not None:
+        radiance = light.irradiance_at(nodes) / np.pi
+        if not (radiance > 0).all():
+            dark = float(nodes[np.argmin(radiance)])
+            raise InvalidValueError(f"has nothing at {dark:g} nm, where the cube has a band", key="light")
+        values = values / radiance
+    elif read.emissive and scale == 1.0:
+        raise InputError(
+            "its bands are radiances; give the light that fell on the scene, to make reflectances of them, or scale"
+        )
+    return Picture.of_cube(_fractions(values), nodes.tolist(), tolerance=tolerance, **placed)
+
+
+def _refuse_strange(values: F64) -> None:
+    if not np.isfinite(values).all():
+        row, col, *_ = np.argwhere(~np.isfinite(values))[0].tolist()
+        raise InputError(f"its sample [{row}, {col}] is not a finite number")
+
+
+def _fractions(values: F64) -> F64:
+    low, high = float(values.min()), float(values.max())
+    if low < -1e-6 or high > 1.0 + 1e-6:
+        way_out = "no reflectance is below 0"
+        if low >= -1e-6:
+            way_out = f"a reflectance is 0 to 1; give the white's, or {float(f'{0.99 / high:.2g}'):g} for the brightest"
+        raise InvalidValueError(f"makes samples from {low:g} to {high:g}, and {way_out}", key="scale")
+    return np.clip(values, 0.0, 1.0)

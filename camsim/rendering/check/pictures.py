@@ -1,0 +1,193 @@
+"""The judge of renderings with pictures: edges by their own check, and to that what pictures add, from the scene."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.quadrature import gauss_error
+from camsim.rendering.check.fields import DirectSums
+from camsim.rendering.check.judge import Found, Judge, Windows
+from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
+from camsim.rendering.check.polygons import polygons
+from camsim.rendering.check.scene_samples import Seen, Segments
+from camsim.rendering.check.scenery import pieces_of
+from camsim.rendering.check.wavelengths import condensed, densities
+from camsim.rendering.engine import Plan
+from camsim.scene import Picture, Scene
+from camsim.spectra.component import Component
+from camsim.spectra.curve import Curve, Spectrum
+
+FEWEST, MOST = 2, 24
+RIM = 1
+
+
+class Fields(Protocol):
+    """What the check is told of a rendering's pictures, and asks of the field engine where it cannot sum itself."""
+
+    @property
+    def tolerance(self) -> float: ...  # noqa: D102 (of the pictures)
+
+    def windows(self, tolerance: float) -> Windows: ...  # noqa: D102 (renders windows of the pictures)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PictureJudge:
+    """What recomputes photosites of a scene with pictures.
+
+    edges  : the judge of everything else;  scene: as it came in
+    fields : see there
+    """
+
+    edges: Judge
+    scene: Scene
+    fields: Fields
+
+    @functools.cached_property
+    def _sums(self) -> DirectSums | None:
+        job = self.edges.job
+        if not DirectSums.can(job.system):
+            return None
+        seen_nm = job.wavelength_nm[np.any(job.response != 0.0, axis=0)]
+        if not seen_nm.size:
+            seen_nm = job.wavelength_nm[:1]
+        allowed = job.budget.of_check.tolerance
+        background = self.scene.background
+        pictures, spectra = [], []
+        for number, shape in enumerate(self.scene.shapes):
+            if not isinstance(shape, Picture):
+                continue
+            grey = background if isinstance(background, float | int) else None
+            flat = None if grey is None else shape.flat
+            highest = (
+                max(job.system.cutoff_per_um(float(nm)) for nm in (seen_nm.min(), seen_nm.max())) * job.grid.pitch_um
+            )
+            step = shape.step_um / job.grid.pitch_um
+            order = 3
+            while order < 60 and gauss_error(order, math.pi * highest * step) > math.log(max(allowed, 1e-12)):
+                order += 1
+            pictures.append(
+                Seen(
+                    picture=shape,
+                    less=np.zeros(len(shape.planes)) if flat is None or grey is None else grey * flat,
+                    ones=flat is None,
+                    outline=_outline(self.scene, number, job.grid.pitch_um, 1.0 / highest, allowed),
+                    pitch_um=job.grid.pitch_um,
+                    order=order + 1,
+                )
+            )
+            spectra.extend(shape.spectra)
+            if flat is None:
+                spectra.append(_less(background))
+        wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm, full=job.signals.scale)
+        blur = job.system.blurs_um(wavelength_nm) / job.grid.pitch_um
+        sums = functools.partial(DirectSums, seen=tuple(pictures), system=job.system, grid=job.grid, allowed=allowed)
+        radius = sums(density=density, wavelength_nm=wavelength_nm).radius
+        phase = 2.0 * math.pi * radius * float(1.0 / blur.min() - 1.0 / blur.max())
+        nodes, moved = condensed(wavelength_nm, density, phase=phase, allowed=allowed)
+        return sums(density=moved, wavelength_nm=nodes)
+
+    @functools.cached_property
+    def _windows(self) -> Windows:
+        return self.fields.windows(max(self.edges.job.budget.of_check.tolerance, self.edges.transforms.finest))
+
+    def hardest(self, plan: Plan) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites to look at."""
+        grid, sums = self.edges.job.grid, self._sums
+        rows, cols = self.edges.hardest(plan) if len(self.edges.seen[0].left) else (np.empty(0, int), np.empty(0, int))
+        if sums is None:
+            own = _windows_of(self._places(2), grid.rows, grid.cols)
+            return (rows, cols) if rows.size else own
+        count = int(np.clip(SHARE_OF_TIME * plan.cost.seconds / sums.seconds_each, FEWEST, MOST))
+        own = self._places(count)
+        some = np.linspace(0, rows.size - 1, min(rows.size, count)).astype(int)
+        both = np.concatenate([np.stack([rows[some], cols[some]], axis=1), np.stack(own, axis=1)])
+        places = np.unique(both.astype(np.int64), axis=0)
+        return places[:, 0], places[:, 1]
+
+    def _places(self, count: int) -> tuple[I64, I64]:
+        """Return photosites at corners of pictures, in their middles, and anywhere."""
+        grid = self.edges.job.grid
+        x0, y0 = grid.first_centre
+        places = []
+        for shape in self.scene.shapes:
+            if isinstance(shape, Picture):
+                middle = np.array(shape.centre_um) / grid.pitch_um
+                half = 0.5 * np.array([shape.width_um, shape.height_um]) / grid.pitch_um
+                for across, down in ((-1, -1), (0, 0), (1, 1), (1, -1), (-1, 1)):
+                    places.append(middle + np.einsum("a,ax->x", half * [across, down], shape.axes))
+        spots: dict[tuple[int, int], None] = {}
+        turn = 0
+        while len(spots) < min(count, grid.rows * grid.cols):
+            part = (turn * GOLDEN) % 1.0
+            anywhere = x0 + part * (grid.cols - 1), y0 + (part * 37.0 % 1.0) * (grid.rows - 1)
+            for x, y in (*([places[turn % len(places)]] if turn < len(places) else []), anywhere):
+                row = int(np.clip(round(y - y0), 0, grid.rows - 1))
+                spots[(row, int(np.clip(round(x - x0), 0, grid.cols - 1)))] = None
+            turn += 1
+            if turn > 40 * count:
+                break
+        chosen = np.array(list(spots)[:count], np.int64)
+        return chosen[:, 0], chosen[:, 1]
+
+    def seconds(self, plan: Plan) -> float:
+        """Return what the check is expected to take."""
+        sums = self._sums
+        if sums is None:
+            return self.edges.seconds(plan)
+        return self.edges.seconds(plan) + FEWEST * sums.seconds_each
+
+    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
+        """Compare an image's values at photosites with what they should be."""
+        return self.edges.compare(plan, values, right, rows, cols)
+
+    def values(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        value = self.edges.values(rows, cols, sets)
+        if self._sums is not None:
+            return value + self._sums.values(rows, cols, sets)
+        x0, y0 = self.edges.job.grid.first_centre
+        for first in range(0, rows.size, 9):
+            part = slice(first, first + 9)
+            row, col = int(rows[part].min()) - RIM, int(cols[part].min()) - RIM
+            shape = int(rows[part].max()) - row + RIM + 1, int(cols[part].max()) - col + RIM + 1
+            channel = np.empty((*sets.shape[:-1], *shape), sets.dtype)
+            channel[...] = sets[..., part][..., :1, None]
+            places = (..., rows[part] - row, cols[part] - col)
+            channel[places] = sets[..., part]
+            value[..., part] += self._windows.rendered((x0 + col, y0 + row), channel)[places]
+        return value
+
+
+def _windows_of(places: tuple[I64, I64], rows: int, cols: int) -> tuple[I64, I64]:
+    """Return windows of 3 × 3 photosites about places."""
+    tall, wide = min(3, rows), min(3, cols)
+    down, across = np.divmod(np.arange(tall * wide), wide)
+    row = np.clip(places[0] - tall // 2, 0, rows - tall)
+    col = np.clip(places[1] - wide // 2, 0, cols - wide)
+    return (row[:, None] + down).ravel(), (col[:, None] + across).ravel()
+
+
+def _outline(scene: Scene, number: int, pitch_um: float, longest: float, allowed: float) -> Segments | None:
+    """Return what bounds what is seen of a picture, by the painter's rule; None for all of it."""
+    picture, later = scene.shapes[number], scene.shapes[number + 1 :]
+    if not later:
+        return None
+    assert isinstance(picture, Picture)
+    own = Curve((1.0, 2.0), (0.25, 0.75), name="the picture", outside="hold")
+    covered = Scene(background=0.5, shapes=[picture.frame(own), *later]).framed(0.5)
+    pieces, spectra = pieces_of(covered, pitch_um)
+    edges = polygons(pieces, longest, allowed)
+    mine = (edges.left == spectra.index(own)) | (edges.right == spectra.index(own))
+    return edges.start[mine], edges.end[mine]
+
+
+def _less(spectrum: Spectrum) -> Component:
+    if isinstance(spectrum, Curve):
+        return Component(np.array(spectrum.wavelength_nm, float), -np.array(spectrum.values, float))
+    return Component(np.array([1.0]), np.array([-float(spectrum)]))

@@ -1,0 +1,248 @@
+"""What the check sees of a picture: patches of its field that are whole, and points of light for parts of patches.
+
+The outline of what is seen comes from the check's own painter's rule. A patch that it cuts is integrated line by line:
+between the crossings of a horizontal with the outline there is picture, and then there is none.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy import fft
+
+from camsim.arrays import F64
+from camsim.quadrature import gauss_legendre
+from camsim.scene import Picture
+from camsim.scene.picture import DEGREES
+
+Segments = tuple[F64, F64]
+NEXT_TO = 1e-9  # of a patch: an outline this near to a side may be on it
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Seen:
+    """One picture, pitches.
+
+    picture : whose samples;  less: (planes,) taken off every plane;  ones: whether a plane of ones follows
+    outline : segments (start, end) (n, 2) about what is seen, in any order, pitches; None for all of it
+    pitch_um : of the photosites;  order: of the rule on a patch that is cut
+    """
+
+    picture: Picture
+    less: F64
+    ones: bool
+    outline: Segments | None
+    pitch_um: float
+    order: int
+
+    @property
+    def degree(self) -> int:
+        """Of the splines."""
+        return DEGREES[self.picture.interpolation]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of samples."""
+        return self.picture.shape
+
+    @property
+    def planes(self) -> int:
+        """Number of planes."""
+        return len(self.picture.planes) + self.ones
+
+    @property
+    def step(self) -> float:
+        """Distance of samples, pitches."""
+        return float(self.picture.width_um / self.pitch_um / self.shape[1])
+
+    @functools.cached_property
+    def axes(self) -> F64:
+        """Unit vectors along rows and columns."""
+        angle = math.radians(self.picture.rotate_deg)
+        return np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+
+    @functools.cached_property
+    def corner(self) -> F64:
+        """Where the first patch begins: the picture's own corner, or half a sample outside it."""
+        rows, cols = self.shape
+        outside = 0.0 if self.degree == 0 else 0.5
+        middle = np.array(self.picture.centre_um) / self.pitch_um
+        first: F64 = middle - self.step * np.einsum("a,ax->x", [0.5 * cols + outside, 0.5 * rows + outside], self.axes)
+        return first
+
+    @functools.cached_property
+    def values(self) -> F64:
+        """Coefficients (planes, rows, cols): a patch takes those from its own place on."""
+        planes = np.asarray(self.picture.planes, np.float64)
+        if self.degree == 3:
+            # A spline through mirrored samples is a cosine series, of which each is divided by what the splines pass.
+            for axis in (1, 2):
+                count = planes.shape[axis]
+                passed = (2.0 + np.cos(np.pi * np.arange(count) / count)) / 3.0
+                form = [1, 1, 1]
+                form[axis] = count
+                planes = fft.idct(fft.dct(planes, axis=axis) / passed.reshape(form), axis=axis)
+        planes = planes - self.less[:, None, None]
+        if self.ones:
+            planes = np.concatenate([planes, np.ones((1, *self.shape))])
+        # The patch before the first sample lies between it and its own image.
+        more = (self.degree + 1) // 2
+        return np.ascontiguousarray(np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric"))
+
+    @functools.cached_property
+    def _sides(self) -> Segments:
+        """Segments about what is seen, in patches from the first one."""
+        if self.outline is None:
+            rows, cols = self.shape
+            outside = 0.0 if self.degree == 0 else 0.5
+            corners = np.array([[0.0, 0.0], [cols, 0.0], [cols, rows], [0.0, rows]]) + outside
+            return corners, np.roll(corners, -1, axis=0)
+        start, end = (np.einsum("nx,ax->na", part - self.corner, self.axes) / self.step for part in self.outline)
+        return start, end
+
+    @functools.cached_property
+    def _states(self) -> tuple[np.ndarray, np.ndarray]:
+        """(rows, cols) of patches: which are whole, and which an outline may cut."""
+        rows, cols = (n + (self.degree > 0) for n in self.shape)
+        whole, cut = np.zeros((rows, cols), bool), np.zeros((rows, cols), bool)
+        start, end = self._sides
+        low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
+        for row in range(rows):
+            here = np.flatnonzero((high >= row - NEXT_TO) & (low <= row + 1 + NEXT_TO))
+            a, b = start[here], end[here]
+            crosses = (np.minimum(a[:, 1], b[:, 1]) <= row + 0.5) & (np.maximum(a[:, 1], b[:, 1]) > row + 0.5)
+            x = _crossing(a[crosses], b[crosses], row + 0.5)
+            turns = np.searchsorted(np.sort(x), np.arange(cols) + 0.5)
+            whole[row] = turns % 2 == 1
+            flat = np.abs(a[:, 1] - b[:, 1]) < NEXT_TO
+            at_top, at_bottom = (
+                np.where(flat, place, _crossing(a, np.where(flat[:, None], b + np.array([0.0, 1.0]), b), y))
+                for place, y in ((a[:, 0], row - NEXT_TO), (b[:, 0], row + 1 + NEXT_TO))
+            )
+            ends_low, ends_high = np.minimum(a[:, 0], b[:, 0]), np.maximum(a[:, 0], b[:, 0])
+            first = np.clip(np.minimum(at_top, at_bottom), ends_low, ends_high) - NEXT_TO
+            last = np.clip(np.maximum(at_top, at_bottom), ends_low, ends_high) + NEXT_TO
+            # A side of squares that an outline follows is no cut.
+            along = flat & (np.abs(a[:, 1] - np.round(a[:, 1])) < NEXT_TO)
+            upright = np.abs(a[:, 0] - b[:, 0]) < NEXT_TO
+            along |= upright & (np.abs(a[:, 0] - np.round(a[:, 0])) < NEXT_TO)
+            for f, g in zip(np.floor(first[~along]).tolist(), np.floor(last[~along]).tolist(), strict=True):
+                cut[row, max(0, int(f)) : max(0, int(g) + 1)] = True
+        return whole & ~cut, cut
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Which patches (rows, cols) are seen whole."""
+        return self._states[0]
+
+    @functools.cached_property
+    def _parts(self) -> tuple[F64, F64]:
+        """Places (m, 2) and light (planes, m) of the parts of patches, of a patch's area 1."""
+        start, end = self._sides
+        places, lights = [np.empty((0, 2))], [np.empty((self.planes, 0))]
+        low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
+        for row in np.flatnonzero(self._states[1].any(axis=1)).tolist():
+            here = np.flatnonzero((high >= row) & (low <= row + 1))
+            a, b = start[here], end[here]
+            for col in np.flatnonzero(self._states[1][row]).tolist():
+                nodes, weights = _in_patch(a - [col, row], b - [col, row], self.order)
+                if weights.size:
+                    places.append(nodes + np.array([col, row]))
+                    lights.append(self._field(row, col, nodes) * weights)
+        placed = self.corner + self.step * np.einsum("na,ax->nx", np.concatenate(places), self.axes)
+        return placed, np.concatenate(lights, axis=1)
+
+    @property
+    def points(self) -> F64:
+        """Where the light of parts of patches lies."""
+        return self._parts[0]
+
+    @property
+    def light(self) -> F64:
+        """How much it is, (planes, m), of a patch's area 1."""
+        return self._parts[1]
+
+    def _field(self, row: int, col: int, places: F64) -> F64:
+        """Return (planes, n) the field on a patch at places 0 … 1."""
+        n = self.degree + 1
+        own = self.values[:, row : row + n, col : col + n]
+        across, down = (_weights(self.degree, places[:, axis]) for axis in (0, 1))
+        field: F64 = np.einsum("pij,ni,nj->pn", own, down, across)
+        return field
+
+    def points_near(self, radius: float) -> float:
+        """Return about how many points lie within a radius of a photosite."""
+        around = np.count_nonzero(self._states[1]) * self.step**2
+        return self.order**2 * min(around, 4.0 * radius * self.step) / self.step**2
+
+    def farthest(self, points: F64) -> float:
+        """Return the largest distance of a photosite from the picture's first patch and its last."""
+        rows, cols = self.whole.shape
+        ends = self.corner + self.step * np.einsum(
+            "na,ax->nx", np.array([[0, 0], [cols, 0], [cols, rows], [0, rows]], float), self.axes
+        )
+        return float(np.hypot(*(points[:, None] - ends[None]).transpose(2, 0, 1)).max())
+
+
+def _crossing(a: F64, b: F64, y: float) -> F64:
+    """Return where lines through a and b cross a horizontal."""
+    along = b[:, 1] - a[:, 1]
+    x: F64 = a[:, 0] + (y - a[:, 1]) / np.where(along == 0.0, 1.0, along) * (b[:, 0] - a[:, 0])
+    return x
+
+
+def _rule(order: int, length: float) -> tuple[F64, F64]:
+    """Return a rule on 0 … 1 for a part of a patch's side, as good as ``order`` nodes are for all of it."""
+    x, w = gauss_legendre(min(order, math.ceil(order * length) + 3))
+    return 0.5 * (1.0 + x), 0.5 * w
+
+
+def _in_patch(a: F64, b: F64, order: int) -> tuple[F64, F64]:
+    """Return nodes (m, 2) and weights over what lies within outlines, a to b, of the square 0 … 1."""
+    # Between these heights the crossings with the sides and with one another come in one order.
+    safe = np.where(a[:, 0] == b[:, 0], 1.0, b[:, 0] - a[:, 0])
+    heights = [a[:, 1], b[:, 1]]
+    for side in (0.0, 1.0):
+        part = (side - a[:, 0]) / safe
+        heights.append((a[:, 1] + part * (b[:, 1] - a[:, 1]))[(part > 0.0) & (part < 1.0)])
+    breaks = np.unique(np.concatenate([[0.0, 1.0], *heights]))
+    breaks = breaks[(breaks >= 0.0) & (breaks <= 1.0)]
+    places, weights = [], []
+    for top, bottom in pairwise(breaks.tolist()):
+        if bottom - top < NEXT_TO**2:
+            continue
+        ty, wy = _rule(order, bottom - top)
+        y = top + (bottom - top) * ty
+        middle = 0.5 * (top + bottom)
+        crosses = (np.minimum(a[:, 1], b[:, 1]) <= middle) & (np.maximum(a[:, 1], b[:, 1]) > middle)
+        lines = np.stack([_crossing(a[crosses], b[crosses], float(height)) for height in y])
+        lines = np.sort(np.clip(lines, 0.0, 1.0), axis=1)
+        for k in range(0, lines.shape[1] - 1, 2):
+            length = lines[:, k + 1] - lines[:, k]
+            if length.max() <= 0.0:
+                continue
+            x, w = _rule(order, float(length.max()))
+            across = lines[:, k, None] + length[:, None] * x[None, :]
+            places.append(np.stack([across, np.broadcast_to(y[:, None], across.shape)], axis=-1).reshape(-1, 2))
+            weights.append((((bottom - top) * wy * length)[:, None] * w[None, :]).ravel())
+    if not places:
+        return np.empty((0, 2)), np.empty(0)
+    return np.concatenate(places), np.concatenate(weights)
+
+
+def _weights(degree: int, t: F64) -> F64:
+    """Return (n, degree + 1) splines by Cox and de Boor's recursion, on whole knots."""
+    weights = np.ones((t.size, 1))
+    for d in range(1, degree + 1):
+        wider = np.zeros((t.size, d + 1))
+        for k in range(d):
+            # Of spline k of degree d − 1, whose support begins d − 1 − k knots before this patch.
+            since = t + (d - 1 - k)
+            wider[:, k + 1] += weights[:, k] * since / d
+            wider[:, k] += weights[:, k] * (d - since) / d
+        weights = wider
+    return weights

@@ -1,0 +1,1 @@
+"""Pictures rendered: fields of samples by their transforms (docs/pictures.md)."""

@@ -1,0 +1,94 @@
+"""What of a lattice of patches can be seen: whole ones, none of them, and the parts of those that an outline cuts."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.rendering.fields.layer import Rings
+from camsim.scene.patches import edges_of, pieces_of
+
+ALONG = 0.25  # patches between points that mark where an outline runs; BESIDE: and how far from them it may pass
+BESIDE = 0.26
+WHOLE = 1.0 - 1e-12
+
+
+class Cover(NamedTuple):
+    """Of patches (rows, cols) of side 1, the first at (0, 0).
+
+    whole : (rows, cols) whether all of it is seen
+    cut   : (m, 2) row and column of those of which part is seen
+    start, end, owner : (n, 2) edges of those parts, from the patch's own middle, and (n,) which one of ``cut``;
+                        inside where cross(end − start, x − start) > 0
+    """
+
+    whole: np.ndarray
+    cut: I64
+    start: F64
+    end: F64
+    owner: I64
+
+
+def cover_of(outline: Rings, shape: tuple[int, int]) -> Cover:
+    """Return the cover of patches by an outline (start, end), closed, in patches."""
+    start, end = outline
+    touched = _touched(start, end, shape)
+    whole = _inside(start, end, shape) & ~touched
+    cut = np.argwhere(touched)
+    if not len(cut):
+        return Cover(whole, cut, np.empty((0, 2)), np.empty((0, 2)), np.empty(0, np.int64))
+    pieces, area = pieces_of(start, end, cut)
+    full = area >= WHOLE
+    whole[tuple(cut[full].T)] = True
+    kept = ~full & (area > 1.0 - WHOLE)
+    return Cover(whole, cut[kept], *edges_of(pieces[kept], cut[kept]))
+
+
+def _touched(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
+    """Return (rows, cols): where the outline may run."""
+    low, high = _clipped(start, end, shape)
+    seen = high > low
+    a, along, low, high = start[seen], (end - start)[seen], low[seen], high[seen]
+    count = np.ceil((high - low) * np.hypot(*along.T) / ALONG).astype(np.int64) + 1
+    owner = np.repeat(np.arange(len(a)), count)
+    part = (np.arange(owner.size) - np.repeat(np.cumsum(count) - count, count)) / np.maximum(count[owner] - 1, 1)
+    place = a[owner] + (low[owner] + part * (high - low)[owner])[:, None] * along[owner]
+    touched = np.zeros(shape, bool)
+    for dx in (-BESIDE, BESIDE):
+        for dy in (-BESIDE, BESIDE):
+            col, row = np.floor(place[:, 0] + dx).astype(np.int64), np.floor(place[:, 1] + dy).astype(np.int64)
+            within = (col >= 0) & (col < shape[1]) & (row >= 0) & (row < shape[0])
+            touched[row[within], col[within]] = True
+    return touched
+
+
+def _clipped(start: F64, end: F64, shape: tuple[int, int]) -> tuple[F64, F64]:
+    """Return from where to where (n,), shares of its length, each edge may be near the patches."""
+    low, high = np.zeros(len(start)), np.ones(len(start))
+    for axis, size in ((0, shape[1]), (1, shape[0])):
+        along = end[:, axis] - start[:, axis]
+        safe = np.where(along == 0.0, 1.0, along)
+        one, two = (-1.0 - start[:, axis]) / safe, (size + 1.0 - start[:, axis]) / safe
+        outside = (along == 0.0) & ((start[:, axis] < -1.0) | (start[:, axis] > size + 1.0))
+        low = np.where(along == 0.0, low, np.maximum(low, np.minimum(one, two)))
+        high = np.where(along == 0.0, np.where(outside, -1.0, high), np.minimum(high, np.maximum(one, two)))
+    return low, high
+
+
+def _inside(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
+    """Return (rows, cols): whether the middle of each patch lies within the outline."""
+    rows, cols = shape
+    low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
+    first = np.clip(np.ceil(low - 0.5), 0, rows).astype(np.int64)
+    stop = np.clip(np.ceil(high - 0.5), 0, rows).astype(np.int64)
+    count = np.maximum(stop - first, 0)
+    owner = np.repeat(np.arange(len(start)), count)
+    row = first[owner] + np.arange(owner.size) - np.repeat(np.cumsum(count) - count, count)
+    part = (row + 0.5 - start[owner, 1]) / (end[owner, 1] - start[owner, 1])
+    x = start[owner, 0] + part * (end[owner, 0] - start[owner, 0])
+    turns = np.zeros((rows, cols + 1), np.int64)
+    np.add.at(turns, (row, np.clip(np.ceil(x - 0.5), 0, cols).astype(np.int64)), 1)
+    inside: np.ndarray = np.cumsum(turns[:, :-1], axis=1) % 2 == 1
+    return inside

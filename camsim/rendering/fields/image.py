@@ -1,0 +1,289 @@
+"""Pictures behind a system: the near part of the pattern by transforms, tile by tile, the rest on a coarse lattice.
+
+The pattern is tapered as in the Fourier engine, from 1 at ``inner`` to 0 at ``outer``. Where all lies nearer than
+``inner`` that is all. Of a larger picture the rest of the pattern, (1 − taper) × pattern, is smooth but for its rings,
+which a field hears only by what it has at the cut-off frequency: they are averaged over, and what is left is folded
+with the picture on a coarse lattice (far.py). So no light is left out, however far away it comes from.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from camsim.arrays import F64, U8
+from camsim.errors import InvalidValueError
+from camsim.optics import OpticalSystem
+from camsim.optics.protocols import KnowsEnergy
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.edges import Edges
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.fields.far import FarLight
+from camsim.rendering.fields.layer import Layer, reach_of
+from camsim.rendering.fields.quiet import Reach, quiet_distance
+from camsim.rendering.fields.samples import parts_of, samples_of
+from camsim.rendering.fields.scenery import Fields
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.image import FourierImage, check_tolerance
+from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes, spreading_precision
+from camsim.rendering.fourier.taper import taper_margin
+
+TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
+STRIP_POINTS = 2_500_000
+
+# Seconds of one core, measured.
+PER_TILE, PER_POINT_WEIGHT, PER_POINT, PER_SAMPLE, PER_SAMPLE_STRIP = 5e-3, 8e-9, 1.6e-7, 2e-7, 1.2e-7
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FieldImage:
+    """Layers behind a system.
+
+    layers        : pictures, placed, in pitches
+    density       : (planes, channels, j) what each plane of each layer gives each channel at each wavelength
+    wavelength_nm : (j,)
+    tolerance     : largest error, in the unit of ``density``
+    """
+
+    layers: Sequence[Layer]
+    density: F64
+    wavelength_nm: F64
+    system: OpticalSystem
+    pitch_um: float
+    tolerance: float
+    memory_limit_bytes: float = MEMORY_LIMIT_BYTES
+
+    def rendered(
+        self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
+    ) -> F64:
+        """Render every photosite in its own channel, what the layers add to the background.
+
+        origin  : x, y of the first photosite's centre, pitches
+        channel : (..., rows, cols) index of each photosite's channel
+        """
+        check_tolerance(self.tolerance)
+        image = np.zeros(channel.shape)
+        shape = channel.shape[-2], channel.shape[-1]
+        reach, side, cost = self._planned(origin, shape)
+        if cost.memory_bytes > self.memory_limit_bytes:
+            raise InvalidValueError(
+                f"pictures would take {cost.memory_bytes / 1e9:.1f} GB for this frame and lens, and the limit is "
+                f"{self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, or allow a larger tolerance",
+                key="method",
+            )
+        windows = _windows(shape, side)
+        for done, window in enumerate(windows):
+            row, col, rows, cols = window
+            part = (..., slice(row, row + rows), slice(col, col + cols))
+            at = origin[0] + col, origin[1] + row
+            low, high, tile = self._tile(at, (rows, cols), reach)
+            found = [
+                samples_of(layer, low, high, cut=tile.cut, allowed=self._precision, origin=at) for layer in self.layers
+            ]
+            present = [k for k, samples in enumerate(found) if samples is not None]
+            if present:
+                scenery = Fields(
+                    tile=tile,
+                    plan=self._sizes(tile, reach),
+                    samples=[samples for samples in found if samples is not None],
+                    precision=self._precision,
+                )
+                image[part] += self._optics(present).tile_image(tile, scenery.plan, scenery, channel[part])
+            progress((done + 1) / len(windows))
+        if reach.far:
+            image += self._far(reach, origin, shape).rendered(channel)
+        return image
+
+    def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
+        """Return what rows and columns from ``origin`` on are expected to take, and the number of frequencies."""
+        reach, side, cost = self._planned(origin, shape)
+        points = sum(
+            self._tile((origin[0] + col, origin[1] + row), (rows, cols), reach)[2].points
+            for row, col, rows, cols in _windows(shape, side)
+        )
+        return cost, points
+
+    def reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
+        """Return how the pattern is parted for a window."""
+        kernel = self._kernel
+        if not kernel.tapered:
+            whole = (kernel.reach, kernel.reach)
+            return Reach(inner=whole, outer=whole, margin=0.0, sharpness=0.0, far=False)
+        extent = self._extent(origin, shape)
+        span = float(np.hypot(*extent))
+        inner = np.full(2, min(kernel.reach, span)) if kernel.round else np.minimum(extent, kernel.reach)
+        far = False
+        if kernel.round and isinstance(self.system.lens, KnowsEnergy) and not self.system.more:
+            quiet = quiet_distance(
+                self.layers, self.system, self.wavelength_nm, self.density, self.pitch_um, kernel, self._footprint,
+                within=span, allowed=0.5 * ErrorBudget(self.tolerance).allowed("reach"),
+            )  # fmt: skip
+            if quiet < float(inner[0]):
+                inner, far = np.full(2, quiet), True
+        level = ErrorBudget(self.tolerance).allowed("taper") / min(1.0, kernel.light(float(inner.min())))
+        margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
+        period = float(max(shape)) + 2.0 * float(inner.max()) if far else float(extent.max() + inner.max())
+        width = max(math.sqrt(margin * period / kernel.cutoff), margin * kernel.blur / 8.0)
+        if far:
+            width = min(width, max(0.5 * float(inner[0]), margin * kernel.blur / 8.0))
+        outer = inner + width
+        return Reach(
+            inner=(float(inner[0]), float(inner[1])),
+            outer=(float(outer[0]), float(outer[1])),
+            margin=margin,
+            sharpness=sharpness,
+            far=far,
+        )
+
+    @functools.cached_property
+    def _precision(self) -> float:
+        return spreading_precision(self.tolerance)
+
+    @functools.cached_property
+    def _kernel(self) -> Kernel:
+        return self._optics(range(len(self.layers))).kernel
+
+    def _optics(self, layers: Sequence[int]) -> FourierImage:
+        """Return what multiplies some layers' planes by lens and photosite: they stand for regions on no background."""
+        first = np.cumsum([0, *(layer.planes for layer in self.layers)])
+        planes = np.concatenate([np.arange(first[k], first[k + 1]) for k in layers])
+        nothing = np.zeros((1, *self.density.shape[1:]))
+        none = np.empty(0, np.int64)
+        return FourierImage(
+            edges=Edges(start=np.empty((0, 2)), end=np.empty((0, 2)), left=none, right=none),
+            density=np.concatenate([nothing, self.density[planes]]),
+            base=np.zeros(self.density.shape[1]),
+            wavelength_nm=self.wavelength_nm,
+            system=self.system,
+            pitch_um=self.pitch_um,
+            tolerance=self.tolerance,
+        )
+
+    @functools.cached_property
+    def _footprint(self) -> float:
+        """How far OLPF and photosite reach, pitches."""
+        spots = np.abs(self.system.spots_um()).max(axis=0)
+        extent = [s + p for s, p in zip(spots.tolist(), self.system.photosite.half_extent_um, strict=True)]
+        return float(max(extent)) / self.pitch_um
+
+    def _extent(self, origin: tuple[float, float], shape: tuple[int, int]) -> F64:
+        """Return how far along x and y a photosite and a seen part of a picture may lie apart."""
+        corners = np.concatenate([layer.corners for layer in self.layers]) - np.array(origin)
+        size = np.array([shape[1] - 1.0, shape[0] - 1.0])
+        apart: F64 = np.maximum(np.maximum(corners.max(axis=0), size - corners.min(axis=0)), 0.0) + self._footprint
+        return apart
+
+    def _tile(self, origin: tuple[float, float], shape: tuple[int, int], reach: Reach) -> tuple[F64, F64, Tile]:
+        """Return the box whose samples matter to a window, from its first photosite, and the window as a tile."""
+        size = np.array([shape[1] - 1.0, shape[0] - 1.0])
+        beyond = np.array(reach.outer) + self._footprint
+        corners = np.concatenate([layer.corners for layer in self.layers]) - np.array(origin)
+        low = np.maximum(-beyond, corners.min(axis=0))
+        high = np.minimum(size + beyond, corners.max(axis=0))
+        wide = 3.0 * max(reach_of(layer.degree, self._step(layer)) for layer in self.layers)
+        extent = np.maximum(np.maximum(high, size - low), 0.0) + wide
+        periods = [fft.next_fast_len(math.ceil(value), real=True) for value in extent + beyond]
+        width = reach.outer[0] - reach.inner[0]
+        tile = Tile(
+            row=0,
+            col=0,
+            rows=shape[0],
+            cols=shape[1],
+            inner=reach.inner,
+            outer=reach.outer,
+            periods=(max(periods[0], 2), max(periods[1], 2)),
+            cut=self._kernel.cutoff + (reach.margin / width if width else 0.0),
+            low=(float(low[0]), float(low[1])),
+            high=(float(high[0]), float(high[1])),
+        )
+        return low, high, tile
+
+    def _step(self, layer: Layer) -> float:
+        """Return the distance of a layer's samples once they are refined."""
+        return layer.step / parts_of(layer, self._kernel.cutoff)
+
+    def _sizes(self, tile: Tile, reach: Reach) -> Sizes:
+        kernel, count = self._kernel, len(self.density)
+        fields = 0 if kernel.round else self._fields(tile)
+        return Sizes(
+            tiles=(tile,),
+            margin=reach.margin,
+            sharpness=reach.sharpness,
+            spread=True,
+            channels=self.density.shape[1],
+            fields=fields,
+            block_points=max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + count + fields)),
+            strip_points=STRIP_POINTS,
+            seconds=0.0,
+            memory_bytes=0.0,
+        )
+
+    def _fields(self, tile: Tile) -> int:
+        """Return at how many wavelengths the transfer of a lens that is not round is held at a time."""
+        samples = 4.0 * tile.cut**2 * tile.periods[0] * tile.periods[1]
+        return max(1, min(self.wavelength_nm.size, int(0.3 * self.memory_limit_bytes / (8.7 * samples))))
+
+    def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Reach, int, Cost]:
+        """Return how the pattern is parted, the side of tiles, and what they take."""
+        reach = self.reach(origin, shape)
+        best: tuple[int, Cost] | None = None
+        for side in TILE_SIDES:
+            if best is not None and side >= max(shape):
+                continue
+            cost = self._cost(origin, shape, side, reach)
+            if best is None or cost.memory_bytes < best[1].memory_bytes:
+                best = side, cost
+            if best[1].memory_bytes <= self.memory_limit_bytes:
+                break
+        assert best is not None
+        return reach, *best
+
+    def _cost(self, origin: tuple[float, float], shape: tuple[int, int], side: int, reach: Reach) -> Cost:
+        planes, channels, wavelengths = self.density.shape
+        weights = planes * channels * (1 if self._kernel.round else wavelengths)
+        seconds, memory = 0.0, 0.0
+        for row, col, rows, cols in _windows(shape, side):
+            low, high, tile = self._tile((origin[0] + col, origin[1] + row), (rows, cols), reach)
+            area = float(np.prod(np.maximum(high - low, 0.0)))
+            samples = sum(
+                min(area, layer.shape[0] * layer.shape[1] * layer.step**2) / self._step(layer) ** 2
+                for layer in self.layers
+            )
+            spread = max(1.0, tile.points / STRIP_POINTS)
+            seconds += PER_TILE + tile.points * (weights * PER_POINT_WEIGHT + planes * PER_POINT)
+            seconds += samples * (PER_SAMPLE + planes * PER_SAMPLE_STRIP * spread)
+            held = min(STRIP_POINTS, 2.0 * tile.points)
+            bytes_held = 8.0 * channels * tile.periods[0] * tile.periods[1] + samples * (40.0 + 40.0 * planes)
+            bytes_held += 16.0 * held * (planes + 12) + 48.0 * area
+            memory = max(memory, bytes_held)
+        return Cost(seconds=seconds, memory_bytes=memory + 16.0 * shape[0] * shape[1])
+
+    def _far(self, reach: Reach, origin: tuple[float, float], shape: tuple[int, int]) -> FarLight:
+        return FarLight.of(
+            self.layers,
+            density=self.density,
+            wavelength_nm=self.wavelength_nm,
+            system=self.system,
+            pitch_um=self.pitch_um,
+            inner=reach.inner[0],
+            outer=reach.outer[0],
+            sharpness=reach.sharpness,
+            light=self._kernel.light(reach.inner[0]) / ErrorBudget(self.tolerance).allowed("reach"),
+            origin=origin,
+            shape=shape,
+        )
+
+
+def _windows(shape: tuple[int, int], side: int) -> list[tuple[int, int, int, int]]:
+    """Return windows (row, col, rows, cols), about alike."""
+    rows, cols = (math.ceil(size / math.ceil(size / side)) for size in shape)
+    return [
+        (row, col, min(rows, shape[0] - row), min(cols, shape[1] - col))
+        for row in range(0, shape[0], rows)
+        for col in range(0, shape[1], cols)
+    ]

@@ -1,0 +1,162 @@
+"""What there is of pictures in a scene, ready to be rendered: what of each is seen, and what it gives every channel."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fields.image import FieldImage
+from camsim.rendering.fields.layer import Layer, Rings
+from camsim.rendering.grid import Grid
+from camsim.rendering.outlines import arranged
+from camsim.rendering.spectral import Signals, blur_of, fuse, multiplied
+from camsim.scene import Picture, Scene
+from camsim.spectra.component import Component
+from camsim.spectra.curve import Curve, Spectrum
+
+TAILS = 0.02  # of the tolerance: light at either end of the spectrum whose wavelength may be taken for another
+OF_EDGES = 0.5  # of the tolerance, where there are pictures too
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FieldJob:
+    """Pictures of a scene.
+
+    layers        : those that can be seen
+    wavelength_nm : (n,);  density: (planes, channels, n) of all layers' planes, of full scale
+    tolerance     : that they may take
+    """
+
+    layers: tuple[Layer, ...]
+    wavelength_nm: F64
+    density: F64
+    system: OpticalSystem
+    grid: Grid
+    tolerance: float
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        system: OpticalSystem,
+        grid: Grid,
+        *,
+        response: F64,
+        wavelength_nm: F64,
+        scale: F64,
+        tolerance: float,
+    ) -> FieldJob:
+        """Find what is seen of every picture; ``scale``: (channels,) of the edges' signals."""
+        seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
+        layers: list[Layer] = []
+        spectra: list[Spectrum | Component] = []
+        for number, shape in enumerate(scene.shapes):
+            if not isinstance(shape, Picture):
+                continue
+            outline = _seen(scene, number, system, grid, seen_nm, ErrorBudget(tolerance))
+            if outline is not None and not len(outline[0]):
+                continue
+            layer = Layer.of(shape, scene.background, grid.pitch_um, outline)
+            layers.append(layer)
+            spectra.extend(shape.spectra)
+            if layer.ones:
+                spectra.append(_negative(scene.background))
+        nodes, density = multiplied(spectra, response, wavelength_nm)
+        nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
+        return cls(
+            layers=tuple(layers),
+            wavelength_nm=nodes,
+            density=density,
+            system=system,
+            grid=grid,
+            tolerance=tolerance,
+        )
+
+    def windows(self, tolerance: float) -> FieldImage:
+        """Return what renders windows at another tolerance, every wavelength on its own."""
+        return dataclasses.replace(self.image(), tolerance=tolerance)
+
+    def image(self) -> FieldImage:
+        """Return what renders them."""
+        return self._with(self.wavelength_nm, self.density)
+
+    def fused(self) -> FieldImage:
+        """Return what renders them, their wavelengths fused as far as the pattern reaches."""
+        grid, image = self.grid, self.image()
+        outer = max(image.reach(grid.first_centre, (grid.rows, grid.cols)).outer)
+        blur = blur_of(self.system, self.wavelength_nm, grid.pitch_um)
+        phase = 2.0 * math.pi * outer * float(1.0 / blur.min() - 1.0 / blur.max())
+        signals = Signals(wavelength_nm=self.wavelength_nm, density=self.density, scale=np.ones(len(self.density[0])))
+        allowed = ErrorBudget(self.tolerance).allowed("wavelengths")
+        return self._with(*fuse(signals, phase=phase, allowed=allowed))
+
+    def _with(self, wavelength_nm: F64, density: F64) -> FieldImage:
+        return FieldImage(
+            layers=self.layers,
+            density=density,
+            wavelength_nm=wavelength_nm,
+            system=self.system,
+            pitch_um=self.grid.pitch_um,
+            tolerance=self.tolerance,
+        )
+
+
+def _without_tails(wavelength_nm: F64, density: F64, allowed: float) -> tuple[F64, F64]:
+    """Return fewer wavelengths: either end's, which together give no channel more than is allowed, count at the next.
+
+    The shortest wavelength that is there sets how many frequencies there are.
+    """
+    size = np.abs(density).sum(axis=0).max(axis=0)
+    first = int(np.searchsorted(np.cumsum(size), allowed, side="right"))
+    stop = size.size - int(np.searchsorted(np.cumsum(size[::-1]), allowed, side="right"))
+    if first >= stop:
+        return wavelength_nm, density
+    kept = density[..., first:stop].copy()
+    kept[..., 0] += density[..., :first].sum(axis=-1)
+    kept[..., -1] += density[..., stop:].sum(axis=-1)
+    return wavelength_nm[first:stop], kept
+
+
+def edges_share(scene: Scene) -> float:
+    """Return the share of the tolerance that edges may take: all of it, but where both are there."""
+    pictures = sum(isinstance(shape, Picture) for shape in scene.shapes)
+    return 1.0 if not pictures else OF_EDGES if pictures < len(scene.shapes) else 1.0
+
+
+def _seen(
+    scene: Scene, number: int, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget
+) -> Rings | None:
+    """Return the outline of what is seen of a picture, as the edges are cut; None for all of it."""
+    picture = scene.shapes[number]
+    assert isinstance(picture, Picture)
+    later = scene.shapes[number + 1 :]
+    if not later:
+        return None
+    # A colour that nothing else has: its edges are the outline.
+    own = Curve((1.0, 2.0), (0.25, 0.75), name="the picture", outside="hold")
+    own_frame = picture.frame(own)
+    covered = Scene(background=scene.background, shapes=[own_frame, *later]).framed(scene.background)
+    found = arranged(covered, system, grid, seen_nm, budget)
+    if own not in found.spectra:
+        return np.empty((0, 2)), np.empty((0, 2))
+    which = found.spectra.index(own)
+    forth, back = found.left == which, found.right == which
+    start = np.concatenate([found.start_um[forth], found.end_um[back]])
+    end = np.concatenate([found.end_um[forth], found.start_um[back]])
+    [frame] = own_frame.primitives()
+    corners = frame.layers[0][0].curves.points[:, 0]
+    whole = len(start) == 4 and {*map(tuple, start.tolist())} == {*map(tuple, corners.tolist())}
+    return None if whole else (start, end)
+
+
+def _negative(spectrum: Spectrum) -> Component:
+    """Return what takes a reflectance off."""
+    if isinstance(spectrum, Curve):
+        return Component(np.array(spectrum.wavelength_nm, float), -np.array(spectrum.values, float))
+    return Component(np.array([1.0]), np.array([-float(spectrum)]))

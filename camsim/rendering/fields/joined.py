@@ -1,0 +1,42 @@
+"""A choice for the edges of a scene and the pictures in it made one."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from camsim.errors import UnsupportedError
+from camsim.rendering.auto import FOURIER, Choice
+from camsim.rendering.check.judge import Judge
+from camsim.rendering.check.pictures import PictureJudge
+from camsim.rendering.fields.job import FieldJob, edges_share
+from camsim.rendering.fields.plan import WithPictures
+from camsim.rendering.fourier.image import FINEST
+from camsim.rendering.paper import rules
+from camsim.scene import Scene
+
+
+def with_pictures(choice: Choice, scene: Scene, tolerance: float) -> Choice:
+    """Return the choice for a scene with pictures; ``choice``: for its edges.
+
+    tolerance : of both together
+    """
+    if choice.method in rules.METHODS:
+        raise UnsupportedError(
+            f"{choice.method} renders shapes and no pictures; use fourier, boundary or auto", key="method"
+        )
+    job = choice.plan.job
+    lone = edges_share(scene) == 1.0
+    fields = FieldJob.of(
+        scene,
+        job.system,
+        job.grid,
+        response=job.response,
+        wavelength_nm=job.wavelength_nm,
+        scale=job.signals.scale,
+        tolerance=tolerance if lone else max(tolerance - job.tolerance, FINEST),
+    )
+    judge = PictureJudge(edges=Judge(job, FOURIER), scene=scene, fields=fields)
+    plan = WithPictures(edges=choice.plan, fields=fields, tolerance=tolerance)
+    if lone:
+        return dataclasses.replace(choice, method="fourier", why="pictures are rendered by it", plan=plan, judge=judge)
+    return dataclasses.replace(choice, plan=plan, judge=judge)

@@ -1,0 +1,172 @@
+"""A picture as the field engine takes it: splines of samples in pitches, and what of them can be seen."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg, ndimage
+
+from camsim.arrays import F64
+from camsim.scene import Picture
+from camsim.scene.picture import DEGREES
+from camsim.spectra.curve import Spectrum
+
+Rings = tuple[F64, F64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Layer:
+    """One picture less the background that it hides.
+
+    The field is Σ coefficients × B-splines over sample coordinates: u along the picture's rows, v down them, whole
+    numbers at the sides of the samples' squares.
+
+    picture : whose samples they are
+    offset  : (planes,) what is taken off every plane: the background where the planes' spectra can make it
+    ones    : whether a plane of ones follows, to be weighed with the background's spectrum
+    step    : distance of neighbouring samples, pitches
+    corner  : (2,) where u = v = 0 lies, pitches from the optical axis;  axes: (2, 2) unit vectors along u and v
+    outline : (start, end) (n, 2) of what can be seen, u and v, inside where cross(end − start, x − start) > 0;
+              None where nothing hides the picture
+    """
+
+    picture: Picture
+    offset: F64
+    ones: bool
+    step: float
+    corner: F64
+    axes: F64
+    outline: Rings | None
+
+    @classmethod
+    def of(cls, picture: Picture, background: Spectrum, pitch_um: float, outline_um: Rings | None) -> Layer:
+        """Place a picture; ``outline_um``: edges (start, end) of what can be seen, µm, None for all of it."""
+        rows, cols = picture.shape
+        axes, step_um = picture.axes, picture.step_um
+        corner_um = np.array(picture.centre_um) - 0.5 * step_um * np.einsum("a,ax->x", np.array([cols, rows]), axes)
+        grey = background if isinstance(background, float | int) else None
+        flat = None if grey is None else picture.flat
+        planes = len(picture.planes)
+        outline = None
+        if outline_um is not None:
+            start, end = (np.einsum("nx,ax->na", (part - corner_um) / step_um, axes) for part in outline_um)
+            outline = start, end
+        return cls(
+            picture=picture,
+            offset=np.zeros(planes) if flat is None or grey is None else grey * flat,
+            ones=flat is None,
+            step=step_um / pitch_um,
+            corner=corner_um / pitch_um,
+            axes=axes,
+            outline=outline,
+        )
+
+    @property
+    def degree(self) -> int:
+        """Of the splines."""
+        return DEGREES[self.picture.interpolation]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of samples."""
+        return self.picture.shape
+
+    @property
+    def planes(self) -> int:
+        """Number of planes, the ones included."""
+        return len(self.picture.planes) + self.ones
+
+    @property
+    def corners(self) -> F64:
+        """Corners (4, 2) of the picture, pitches."""
+        rows, cols = self.shape
+        return self.places(np.array([[0, 0], [cols, 0], [cols, rows], [0, rows]], float))
+
+    def places(self, samples: F64) -> F64:
+        """Return places (n, 2), pitches, of sample coordinates (n, 2)."""
+        placed: F64 = self.corner + self.step * np.einsum("na,ax->nx", samples, self.axes)
+        return placed
+
+    def samples_at(self, places: F64) -> F64:
+        """Return sample coordinates (n, 2) of places (n, 2), pitches."""
+        there: F64 = np.einsum("nx,ax->na", places - self.corner, self.axes) / self.step
+        return there
+
+    @functools.cached_property
+    def _splines(self) -> F64:
+        """Coefficients (planes, rows, cols), as the picture has them: without offset and ones."""
+        planes: F64 = self.picture.planes
+        if self.degree < 2:
+            return planes
+        return np.stack([_spline_of(_spline_of(plane).T).T for plane in planes])
+
+    def coefficients(self, rows: range, cols: range) -> F64:
+        """Return coefficients (planes, rows, cols) of a window of samples; beyond the picture they are mirrored."""
+        down, across = mirrored(rows, self.shape[0]), mirrored(cols, self.shape[1])
+        own = self._splines[:, down[:, None], across[None, :]]
+        out = np.ones((self.planes, len(down), len(across)))
+        out[: len(own)] = own - self.offset[:, None, None]
+        return out
+
+
+def mirrored(wanted: range, count: int) -> np.ndarray:
+    """Return which of ``count`` samples stand for whole numbers from outside: d c b a | a b c d | d c b a.
+
+    >>> mirrored(range(-2, 5), 3).tolist()
+    [1, 0, 0, 1, 2, 2, 1]
+    """
+    place = np.arange(wanted.start, wanted.stop) % (2 * count)
+    return np.where(place < count, place, 2 * count - 1 - place)
+
+
+def _spline_of(values: F64) -> F64:
+    """Return the coefficients (n, m) of cubic splines through values (n, m), mirrored at either end."""
+    bands = np.tile(np.array([[1.0], [4.0], [1.0]]) / 6.0, (1, len(values)))
+    bands[1, 0] += 1.0 / 6.0
+    bands[1, -1] += 1.0 / 6.0
+    solved: F64 = linalg.solve_banded((1, 1), bands, np.asarray(values, np.float64))
+    return solved
+
+
+def refined(coefficients: F64, degree: int, times: int) -> F64:
+    """Return the coefficients of the same splines on a lattice ``times`` (odd) as fine; the outermost ones are wrong.
+
+    A B-spline is a sum of narrower ones, with the weights of ``degree + 1`` boxes folded with one another.
+
+    >>> refined(np.array([[[0.0, 0.0, 3.0, 3.0, 3.0]]]).repeat(5, 1), 1, 3)[0, 7, 4:10].tolist()
+    [0.0, 1.0, 2.0, 3.0, 3.0, 3.0]
+    """
+    if times == 1:
+        return coefficients
+    mask = np.ones(1)
+    for _ in range(degree + 1):
+        mask = np.convolve(mask, np.ones(times))
+    mask /= float(times) ** degree
+    for axis in (1, 2):
+        shape = list(coefficients.shape)
+        shape[axis] *= times
+        wide = np.zeros(shape)
+        middle = [slice(None)] * 3
+        middle[axis] = slice(times // 2, None, times)
+        wide[tuple(middle)] = coefficients
+        coefficients = ndimage.correlate1d(wide, mask, axis=axis, mode="constant")
+    return coefficients
+
+
+def basis(degree: int, t: F64) -> F64:
+    """Return (n, degree + 1): the B-splines that are not 0 at places 0 ≤ t ≤ 1 between two knots, in order."""
+    if degree == 0:
+        return np.ones((t.size, 1))
+    if degree == 1:
+        return np.stack([1.0 - t, t], axis=1)
+    s = 1.0 - t
+    inner = (3.0 * t**3 - 6.0 * t**2 + 4.0) / 6.0
+    return np.stack([s**3 / 6.0, inner, (3.0 * s**3 - 6.0 * s**2 + 4.0) / 6.0, t**3 / 6.0], axis=1)
+
+
+def reach_of(degree: int, step: float) -> float:
+    """Return how far from its sample a spline may be felt, pitches, on any diagonal, and a sample more."""
+    return (0.5 * (degree + 1) + 1.0) * step * math.sqrt(2.0)

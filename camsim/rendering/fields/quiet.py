@@ -1,0 +1,78 @@
+"""How far the pattern is taken as it is, ring by ring, before its rings are averaged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem
+from camsim.rendering.fields.layer import Layer
+from camsim.rendering.fourier.plan import Kernel
+
+DIRECTIONS = 64
+STEPS = 1.2  # of the search for the inner radius
+IN_STEP_UP_TO, IN_STEP_PLACES = 1.5, 96  # where rings are listened to beyond it
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reach:
+    """The pattern parted, pitches: whole within ``inner``, nothing beyond ``outer``; ``far``: whether a rest is."""
+
+    inner: tuple[float, float]
+    outer: tuple[float, float]
+    margin: float
+    sharpness: float
+    far: bool
+
+
+def quiet_distance(
+    layers: Sequence[Layer],
+    system: OpticalSystem,
+    wavelength_nm: F64,
+    density: F64,
+    pitch_um: float,
+    kernel: Kernel,
+    footprint: float,
+    *,
+    within: float,
+    allowed: float,
+) -> float:
+    """Return the distance from which on the pattern's rings may be averaged.
+
+    A picture hears them by what it has at the frequency of the rings, the cut-off; at most all of the light beyond
+    times what samples and footprint leave of that frequency, in the mean over directions. Sharp outlines have all
+    frequencies, and hear as much as any edge.
+    """
+    sides = sum(4 if layer.outline is None else len(layer.outline[0]) for layer in layers)
+    angle = 2.0 * np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    heard = 0.0
+    for nm in (float(wavelength_nm.min()), float(wavelength_nm.max())):
+        f = pitch_um / system.blur_um(nm)  # cycles/pitch
+        kx, ky = f * np.cos(angle), f * np.sin(angle)
+        passed = np.abs(system.footprint_otf(kx / pitch_um, ky / pitch_um))
+        for layer in layers:
+            along = [layer.step * (x * kx + y * ky) for x, y in layer.axes]
+            sample = np.abs(np.sinc(along[0]) * np.sinc(along[1]))
+            heard = max(heard, float(np.mean(passed * sample)))
+    distance = max(4.0 * footprint, 8.0 / kernel.cutoff, 12.0)
+    while distance < within:
+        by_edges = sides * sum(a * distance**-n for a, n in kernel.rings) if kernel.rings else math.inf
+        loud = max(kernel.light(distance) * heard, by_edges)
+        if loud <= allowed or loud * _in_step(wavelength_nm, density, system, pitch_um, distance) <= allowed:
+            break
+        distance *= STEPS
+    return distance
+
+
+def _in_step(wavelength_nm: F64, density: F64, system: OpticalSystem, pitch_um: float, distance: float) -> float:
+    """Return how much of the rings' light at all wavelengths adds up from a distance on."""
+    blur = system.blurs_um(wavelength_nm) / pitch_um
+    radius = distance * np.linspace(1.0, IN_STEP_UP_TO, IN_STEP_PLACES)
+    turns = np.exp(2j * np.pi * radius[:, None] / blur)
+    flat = density.reshape(-1, blur.size)
+    together = np.abs(np.einsum("qj,rj->qr", flat.astype(complex), turns)).max(axis=1)
+    return float(np.minimum(together.max(), 1.0))

@@ -1,0 +1,235 @@
+"""A layer near a window, ready to be transformed: a lattice of splines, and points that stand for what they get wrong.
+
+Splines whose samples can be seen are kept whole. Where the outline cuts the field, or a spline reaches beyond it, the
+difference between what is to be seen and what the kept splines give is integrated patch by patch with Gauss nodes: a
+patch is a square between neighbouring knots, and the field on it a polynomial. The nodes are points of light.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.quadrature import gauss_legendre, gauss_pieces
+from camsim.rendering.fields.cover import Cover, cover_of
+from camsim.rendering.fields.layer import Layer, basis, reach_of, refined
+
+LONGEST_PATCH = 9.0  # radians of half a patch's phase at the highest frequency, before its samples are refined
+LONGEST_SQUARE = 8.0  # pitches: larger squares would bring in light from beyond what a window takes
+THREE = 3  # samples in place of one
+MOST_NODES = 64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Samples:
+    """A layer about a window; lengths in pitches from an origin.
+
+    places    : (n, 2) of the kept splines;  strengths: (planes, n) their light
+    points    : (m, 2) of what they get wrong;  corrections: (planes, m) light
+    step, degree, axes : of the splines
+    """
+
+    places: F64
+    strengths: F64
+    points: F64
+    corrections: F64
+    step: float
+    degree: int
+    axes: F64
+
+
+def samples_of(
+    layer: Layer, low: F64, high: F64, *, cut: float, allowed: float, origin: tuple[float, float]
+) -> Samples | None:
+    """Return what of a layer lies in a box, exactly, and perhaps a little more beyond it; None where nothing does.
+
+    low, high : (2,) of the box, pitches from ``origin``;  cut: highest frequency, cycles/pitch
+    allowed   : error of the nodes, relative
+    """
+    at = np.array(origin)
+    box = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]) + at
+    u, v = layer.samples_at(box).T
+    times = 1
+    rows, cols = _window(layer, v, 1, layer.shape[0]), _window(layer, u, 1, layer.shape[1])
+    if not len(rows) or not len(cols):
+        return None
+    fine = layer.coefficients(rows, cols)
+    while times < parts_of(layer, cut):
+        fine, times = refined(fine, layer.degree, THREE), THREE * times
+        below, beside = _window(layer, v, times, layer.shape[0]), _window(layer, u, times, layer.shape[1])
+        fine = fine[:, _within(below, rows), _within(beside, cols)]
+        rows, cols = below, beside
+    step = layer.step / times
+    margin = reach_of(layer.degree, step)
+    # Sample (row, col) of the fine lattice lies at u = (col + 1/2)/times.
+    first_row, first_col = rows.start, cols.start
+    cover, knot = _cover(layer, times, (first_row, first_col), fine.shape[1:])
+    keep = _kept(cover.whole, layer.degree)
+    grid = np.stack(
+        np.meshgrid(first_col + 0.5 + np.arange(fine.shape[2]), first_row + 0.5 + np.arange(fine.shape[1])), axis=-1
+    )
+    places = layer.places((grid / times).reshape(-1, 2)) - at
+    inside = ((places >= low - 2.0 * margin) & (places <= high + 2.0 * margin)).all(axis=1)
+    keep &= inside.reshape(keep.shape)
+    lattice = np.where(keep, fine, 0.0)
+    near = low - margin, high + margin
+    points, corrections = _corrections(layer, times, fine, lattice, cover, knot, near, at, cut=cut, allowed=allowed)
+    flat = keep.ravel()
+    return Samples(
+        places=places[flat],
+        strengths=step**2 * fine.reshape(len(fine), -1)[:, flat],
+        points=points,
+        corrections=corrections,
+        step=step,
+        degree=layer.degree,
+        axes=layer.axes,
+    )
+
+
+def parts_of(layer: Layer, cut: float) -> int:
+    """Return into how many parts, a power of three, samples are refined: where patches are cut they are to be small."""
+    whole = layer.degree == 0 and layer.outline is None
+    longest = LONGEST_SQUARE if whole else LONGEST_PATCH / (math.pi * cut)
+    return int(THREE ** max(0, math.ceil(math.log(layer.step / longest, THREE) - 1e-9)))
+
+
+def _window(layer: Layer, places: F64, times: int, count: int) -> range:
+    """Return the samples of a box, refined: those of the picture, and around as many as splines there reach.
+
+    Mirrored samples beyond the picture's rim carry the splines on; and refining spoils the outermost ones.
+    """
+    around = 0 if layer.degree == 0 else layer.degree + 2
+    beyond = 2.0 * reach_of(layer.degree, 1.0) + 2.0 + around
+    first = max(-around, math.floor(float(places.min()) * times - beyond))
+    stop = min(count * times + around, math.ceil(float(places.max()) * times + beyond))
+    return range(first, max(first, stop))
+
+
+def _within(part: range, whole: range) -> slice:
+    """Return where refined samples lie among all that were made of ``whole``."""
+    first = part.start - THREE * whole.start
+    return slice(first, first + len(part))
+
+
+def _cover(layer: Layer, times: int, first: tuple[int, int], shape: tuple[int, ...]) -> tuple[Cover, F64]:
+    """Return what of each patch is seen, and where (u, v) the first one's first knot lies, in fine samples.
+
+    Patch p lies between the knots p and p + 1: sides of squares, or else the samples p and p + 1.
+    """
+    half = 0.0 if layer.degree == 0 else 0.5
+    knot = np.array([first[1], first[0]], float) + half
+    rows, cols = layer.shape
+    if layer.outline is None:
+        corners = np.array([[0.0, 0.0], [cols, 0.0], [cols, rows], [0.0, rows]])
+        outline = corners, np.roll(corners, -1, axis=0)
+    else:
+        outline = layer.outline
+    start, end = (times * part - knot for part in outline)
+    return cover_of((start, end), (shape[0], shape[1])), knot
+
+
+def _kept(whole: np.ndarray, degree: int) -> np.ndarray:
+    """Return which samples are kept: those of which some patch is wholly seen."""
+    if degree == 0:
+        return whole.copy()
+    # Sample a is felt on the patches a − n … a + n − 1.
+    n = (degree + 1) // 2
+    keep = whole
+    for axis in (0, 1):
+        total = np.zeros_like(keep)
+        for shift in range(-n, n):
+            total |= np.roll(keep, -shift, axis=axis)
+        keep = total
+    return keep
+
+
+def _corrections(
+    layer: Layer,
+    times: int,
+    fine: F64,
+    lattice: F64,
+    cover: Cover,
+    knot: F64,
+    box: tuple[F64, F64],
+    at: F64,
+    *,
+    cut: float,
+    allowed: float,
+) -> tuple[F64, F64]:
+    """Return nodes (m, 2) and light (planes, m): what is seen of patches less what the kept splines give there."""
+    step = layer.step / times
+    given = _patches(np.abs(lattice).sum(axis=0)[None], layer.degree)[0] > 0.0
+    wrong = given & ~cover.whole
+    here = np.zeros_like(wrong)
+    here[tuple(cover.cut.T)] = True
+    rows, cols = np.nonzero(wrong | here)
+    middle = layer.places((knot + np.stack([cols, rows], axis=1) + 0.5) / times) - at
+    near = ((middle >= box[0]) & (middle <= box[1])).all(axis=1)
+    wanted = np.zeros_like(wrong)
+    wanted[rows[near], cols[near]] = True
+    phase = np.array([math.pi * cut * step])
+    pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
+    x, w = _composite(int(pieces[0]), int(orders[0]) + 2)
+
+    # The kept splines, over all of a patch.
+    patch = np.argwhere(wrong & wanted)
+    t = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
+    whole_at = patch[:, None, ::-1] + t
+    taken = _values(lattice, layer.degree, patch, np.broadcast_to(t, (len(patch), *t.shape))) * -np.outer(w, w).ravel()
+
+    nodes, light = [whole_at.reshape(-1, 2)], [taken.reshape(len(fine), -1)]
+
+    # What is seen of it: triangles from its middle to every edge, of either sign, as Duffy's squares: out from the
+    # middle, and along the edge, where short ones need fewer nodes.
+    mine = np.flatnonzero(wanted[tuple(cover.cut.T)][cover.owner]) if len(cover.owner) else np.empty(0, np.int64)
+    length = np.hypot(*(cover.end - cover.start)[mine].T)
+    needed = np.minimum(x.size, np.ceil(x.size * length).astype(np.int64) + 3)
+    for order in np.unique(needed).tolist():
+        these = mine[needed == order]
+        a, b, of = cover.start[these], cover.end[these], cover.cut[cover.owner[these]]
+        s, ws = _composite(1, order) if order < x.size else (x, w)
+        along, across = (part.ravel() for part in np.meshgrid(x, s))
+        inside = along[None, :, None] * (a[:, None] + across[None, :, None] * (b - a)[:, None])
+        twice = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
+        seen = _values(fine, layer.degree, of, 0.5 + inside)
+        seen *= twice[:, None] * (np.outer(ws, w).ravel() * along)
+        nodes.append((of[:, None, ::-1] + 0.5 + inside).reshape(-1, 2))
+        light.append(seen.reshape(len(fine), -1))
+    places = layer.places((knot + np.concatenate(nodes)) / times) - at
+    return places, step**2 * np.concatenate(light, axis=1)
+
+
+def _patches(values: F64, degree: int) -> F64:
+    """Return the sums over the samples that are felt on each patch."""
+    if degree == 0:
+        return values
+    n = (degree + 1) // 2
+    for axis in (1, 2):
+        values = sum(np.roll(values, -shift, axis=axis) for shift in range(1 - n, n + 1))  # type: ignore[assignment]
+    return values
+
+
+def _composite(pieces: int, order: int) -> tuple[F64, F64]:
+    """Return a Gauss rule on 0 … 1 in pieces."""
+    x, w = gauss_legendre(order)
+    nodes = (np.arange(pieces)[:, None] + 0.5 * (1.0 + x)) / pieces
+    return nodes.ravel(), np.tile(0.5 * w / pieces, pieces)
+
+
+def _values(coefficients: F64, degree: int, patch: I64, t: F64) -> F64:
+    """Return (planes, patches, nodes): the field at places t (patches, nodes, 2), 0 … 1 along and down each patch."""
+    if not len(patch):
+        return np.zeros((len(coefficients), 0, t.shape[1]))
+    n = max((degree + 1) // 2 - 1, 0)
+    across = basis(degree, t[..., 0].ravel()).reshape(*t.shape[:2], -1)
+    down = basis(degree, t[..., 1].ravel()).reshape(*t.shape[:2], -1)
+    out = np.zeros((len(coefficients), *t.shape[:2]))
+    rows, cols = coefficients.shape[1:]
+    for i in range(degree + 1):
+        for j in range(degree + 1):
+            own = coefficients[:, np.clip(patch[:, 0] + i - n, 0, rows - 1), np.clip(patch[:, 1] + j - n, 0, cols - 1)]
+            out += own[:, :, None] * (down[..., i] * across[..., j])
+    return out

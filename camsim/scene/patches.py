@@ -1,0 +1,71 @@
+"""Squares of a lattice cut by an outline: what of each lies within, as edges."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+
+
+def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
+    """Return what of each square lies within the outline, and its area."""
+    import shapely
+
+    geometry = _geometry(start, end)
+    row, col = cut.T
+    low, high = int(col.min()) - 1.0, int(col.max()) + 2.0
+    bands: dict[int, Any] = {
+        int(r): shapely.intersection(geometry, shapely.box(low, r, high, r + 1.0)) for r in np.unique(row)
+    }
+    boxes = shapely.box(col, row, col + 1.0, row + 1.0)
+    pieces = shapely.intersection(boxes, np.array([bands[int(r)] for r in row], object))
+    return pieces, shapely.area(pieces)
+
+
+def _geometry(start: F64, end: F64) -> Any:
+    """Return the region of edges that lead from one to the next: the outer rings less the holes."""
+    import shapely
+
+    following: dict[tuple[float, float], list[int]] = {}
+    for k, place in enumerate(map(tuple, start.tolist())):
+        following.setdefault(place, []).append(k)
+    stops = list(map(tuple, end.tolist()))
+    rings: tuple[list[Any], list[Any]] = ([], [])
+    while following:
+        begin = next(iter(following))
+        ring, here = [begin], begin
+        while True:
+            here = stops[_taken(following, here)]
+            if here == begin:
+                break
+            ring.append(here)
+        if len(ring) > 2:
+            x, y = np.array(ring).T
+            area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+            rings[area < 0.0].append(shapely.make_valid(shapely.Polygon(ring)))
+    return shapely.difference(shapely.union_all(rings[0]), shapely.union_all(rings[1]))
+
+
+def _taken(following: dict[tuple[float, float], list[int]], here: tuple[float, float]) -> int:
+    edges = following[here]
+    edge = edges.pop()
+    if not edges:
+        del following[here]
+    return edge
+
+
+def edges_of(pieces: np.ndarray, cut: I64) -> tuple[F64, F64, I64]:
+    """Return the edges of pieces, from the middles of their squares, and which piece each belongs to."""
+    import shapely
+
+    # In the normal form outer rings run one way and holes the other.
+    parts, of_part = shapely.get_parts(shapely.normalize(pieces), return_index=True)
+    rings, of_ring = shapely.get_rings(parts, return_index=True)
+    points, of_point = shapely.get_coordinates(rings, return_index=True)
+    same = of_point[1:] == of_point[:-1]
+    owner = of_part[of_ring[of_point[:-1][same]]]
+    middle = cut[owner][:, ::-1] + 0.5
+    # Clockwise in axes with y up, so that the inside lies on the other side: turned round.
+    return points[1:][same] - middle, points[:-1][same] - middle, owner.astype(np.int64)

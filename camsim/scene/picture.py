@@ -1,0 +1,202 @@
+"""Pictures: fields of samples, planes of numbers each with a spectrum, placed among the shapes of a scene."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from camsim.arrays import F64
+from camsim.scene.primitives import Primitive
+from camsim.scene.shapes import Rectangle
+from camsim.spectra.component import Component
+from camsim.spectra.curve import Curve, Spectrum, spectrum_at
+from camsim.spectra.pca import planes_of_cube
+from camsim.spectra.rgb import rgb_basis
+from camsim.typed import Point, Positive, judge, refusal
+
+Interpolation: TypeAlias = Literal["squares", "linear", "cubic"]
+DEGREES: dict[str, int] = {"squares": 0, "linear": 1, "cubic": 3}
+"""Of the B-splines that the samples weigh."""
+
+MOST_PLANES = 64
+_ROUNDING = 1e-6  # of samples of reflectance in single precision
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Picture:
+    """A rectangle of samples in front of the camera, as it falls on the sensor.
+
+    planes        : (planes, rows, cols) or (rows, cols) numbers, row 0 at the top
+    spectra       : of every plane: the reflectance at a sample is the sum of plane × spectrum, from 0 to 1
+    width_um      : of the whole picture; its height follows, for every sample stands for a square
+    centre_um     : of the picture
+    rotate_deg    : clockwise as displayed
+    interpolation : between samples: "squares" (each is a square of one colour), "linear", or "cubic" (a spline through
+                    the samples, which may swing beyond them). At its rim the picture ends sharply, half a sample beyond
+                    the outermost ones, and goes on as its mirror image up to there
+
+    >>> picture = Picture.of_rgb(np.full((2, 3, 3), 0.5), width_um=30.0)
+    >>> picture.shape, picture.height_um, len(picture.spectra)
+    ((2, 3), 20.0, 3)
+    """
+
+    planes: Any = field(repr=False)
+    spectra: Any = field(default=(1.0,), repr=False)
+    width_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    interpolation: Interpolation = "squares"
+    source: str = ""
+    sha256: str = field(default="", init=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        planes = np.asarray(self.planes)
+        if planes.dtype.kind not in "fui":
+            raise refusal(self, "planes", f"must be numbers, not {planes.dtype}")
+        planes = np.array(planes, np.float32 if planes.dtype == np.float32 else np.float64, order="C")
+        planes = planes[None] if planes.ndim == 2 else planes
+        if planes.ndim != 3 or not planes.size:
+            raise refusal(self, "planes", f"must be (planes, rows, cols), not an array of shape {planes.shape}")
+        spectra = tuple(self.spectra) if isinstance(self.spectra, Sequence) else (self.spectra,)
+        if len(spectra) != len(planes) or len(planes) > MOST_PLANES:
+            raise refusal(
+                self, "spectra", f"{len(spectra)} for {len(planes)} planes; one each, at most {MOST_PLANES} of them"
+            )
+        for spectrum in spectra:
+            if not isinstance(spectrum, float | int | Curve | Component):
+                raise refusal(self, "spectra", f"must be numbers or curves, not {type(spectrum).__name__}")
+        if not np.isfinite(planes).all():
+            raise refusal(self, "planes", f"{_first(~np.isfinite(planes))} is not a finite number")
+        planes.flags.writeable = False
+        object.__setattr__(self, "planes", planes)
+        object.__setattr__(self, "spectra", spectra)
+        if all(isinstance(spectrum, float | int | Curve) for spectrum in spectra):
+            low, high = float(planes.min()), float(planes.max())
+            if low < -_ROUNDING or high > 1.0 + _ROUNDING:
+                raise refusal(
+                    self,
+                    "planes",
+                    f"must be from 0 to 1, fractions of the light that come back, not {low if low < 0 else high:g}; "
+                    "divide by the value that is to be a perfect diffuser's",
+                )
+        object.__setattr__(self, "sha256", hashlib.sha256(planes.tobytes()).hexdigest())
+
+    @classmethod
+    def of_rgb(cls, rgb: ArrayLike, **placed: Any) -> Picture:
+        """Return a picture of linear sRGB (rows, cols, 3), from 0 to 1; a grey one may be (rows, cols).
+
+        Three planes with the spectra of Mallett & Yuksel (2019): smooth, from 0 to 1, of exactly that colour under D65,
+        and flat where a sample is grey. ``placed``: where and how, as of the class.
+        """
+        samples = np.asarray(rgb)
+        if samples.ndim == 2:
+            return cls(planes=samples, spectra=(1.0,), **placed)
+        if samples.ndim != 3 or samples.shape[2] != 3:
+            raise refusal(_OfRgb(), "rgb", f"must be (rows, cols, 3), not an array of shape {samples.shape}")
+        if np.array_equal(samples[..., 0], samples[..., 1]) and np.array_equal(samples[..., 0], samples[..., 2]):
+            return cls(planes=samples[..., 0], spectra=(1.0,), **placed)
+        basis = rgb_basis()
+        wavelength_nm = tuple(basis.wavelength_nm.tolist())
+        curves = [Curve(wavelength_nm, tuple(values.tolist()), outside="hold") for values in basis.values]
+        return cls(planes=np.moveaxis(samples, 2, 0), spectra=curves, **placed)
+
+    @classmethod
+    def of_cube(
+        cls, cube: ArrayLike, wavelength_nm: Sequence[float], *, tolerance: float = 1e-4, **placed: Any
+    ) -> Picture:
+        """Return a picture of reflectance spectra (rows, cols, bands), from 0 to 1, straight between the wavelengths.
+
+        tolerance : how far any sample may lie from the cube at any wavelength: it becomes as few planes as keep it
+                    (principal components); 0 keeps every band
+        """
+        planes, components = planes_of_cube(np.asarray(cube), np.asarray(wavelength_nm, float), error=tolerance)
+        return cls(planes=planes, spectra=components, **placed)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of samples."""
+        return self.planes.shape[1], self.planes.shape[2]
+
+    @property
+    def step_um(self) -> float:
+        """Distance between neighbouring samples."""
+        return self.width_um / self.shape[1]
+
+    @property
+    def height_um(self) -> float:
+        """Height of the whole picture."""
+        return self.step_um * self.shape[0]
+
+    @property
+    def axes(self) -> F64:
+        """Unit vectors (2, 2) along the picture's rows and columns."""
+        angle = math.radians(self.rotate_deg)
+        quarter = self.rotate_deg / 90.0
+        # At whole quarters without the rounding of a cosine of π/2.
+        turned = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+        cosine, sine = turned[int(quarter) % 4] if quarter.is_integer() else (math.cos(angle), math.sin(angle))
+        return np.array([[cosine, sine], [-sine, cosine]])
+
+    @property
+    def flat(self) -> F64 | None:
+        """Weights of the planes that are a reflectance of 1 at every wavelength; None where none are known to be."""
+        if self.spectra == (1.0,):
+            return np.ones(1)
+        curves = [spectrum for spectrum in self.spectra if isinstance(spectrum, Curve)]
+        if len(curves) == len(self.spectra) and len({curve.wavelength_nm for curve in curves}) == 1:
+            total = np.sum([np.asarray(curve.values) for curve in curves], axis=0)
+            held = all(curve.outside == "hold" for curve in curves)
+            return np.ones(len(curves)) if held and np.abs(total - 1.0).max() < 1e-12 else None
+        return None
+
+    @property
+    def reflectance(self) -> Spectrum:
+        """Its mean over all samples: what it is where only outlines are looked at."""
+        means = self.planes.mean(axis=(1, 2), dtype=np.float64)
+        if self.spectra == (1.0,):
+            return float(np.clip(means[0], 0.0, 1.0))
+        nodes = np.unique(np.concatenate([_nodes(spectrum) for spectrum in self.spectra]))
+        total = np.einsum("p,pn->n", means, np.stack([spectrum_at(spectrum, nodes) for spectrum in self.spectra]))
+        return Curve(tuple(nodes.tolist()), tuple(np.clip(total, 0.0, 1.0).tolist()), outside="hold")
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its rectangle in its mean colour, for those who look at outlines only."""
+        return self.frame(self.reflectance).primitives()
+
+    def frame(self, reflectance: Spectrum) -> Rectangle:
+        """Return the picture's rectangle in one colour."""
+        return Rectangle(
+            width_um=self.width_um,
+            height_um=self.height_um,
+            centre_um=self.centre_um,
+            rotate_deg=self.rotate_deg,
+            reflectance=reflectance,
+        )
+
+    @property
+    def surfaces(self) -> tuple[Spectrum, ...]:
+        """Curves that bend where the planes' spectra do."""
+        return tuple(s.size if isinstance(s, Component) else s for s in self.spectra)
+
+
+def _nodes(spectrum: Spectrum | Component) -> F64:
+    return np.array([1.0, 2.0]) if isinstance(spectrum, float | int) else np.asarray(spectrum.wavelength_nm, float)
+
+
+class _OfRgb:
+    """Names ``Picture.of_rgb`` in messages."""
+
+
+_OfRgb.__name__ = "Picture.of_rgb"
+
+
+def _first(wrong: NDArray[np.bool_]) -> str:
+    plane, row, col = np.argwhere(wrong)[0].tolist()
+    return f"sample [{row}, {col}] of plane {plane}"

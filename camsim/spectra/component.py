@@ -1,0 +1,33 @@
+"""A part of a spectrum: what one plane of a picture adds, which may be less than nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.spectra.curve import Curve, Spectrum
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Component:
+    """A curve of any sign through tabulated points, straight in between; beyond them it goes on as it ends.
+
+    wavelength_nm, values : (n,)
+    """
+
+    wavelength_nm: F64
+    values: F64
+
+    def at(self, wavelength_nm: F64) -> F64:
+        """Return the values at ``wavelength_nm`` (any shape)."""
+        values: F64 = np.interp(wavelength_nm, self.wavelength_nm, self.values)
+        return values
+
+    @property
+    def size(self) -> Spectrum:
+        """The curve without its sign: it bends where this one does."""
+        if self.values.size == 1:
+            return abs(float(self.values[0]))
+        return Curve(tuple(self.wavelength_nm.tolist()), tuple(np.abs(self.values).tolist()), outside="hold")

@@ -1,0 +1,120 @@
+"""Anyone's array as a DNG: read back by LibRaw, developed as a capture's file is, refused in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import rawpy
+
+import camsim
+from camsim.errors import CamsimError, InvalidValueError, OutputError
+from camsim.files import preview
+from camsim.frame import Frame
+from camsim.sensor.colour_matrix import as_shot_neutral, fit
+
+CODES = np.arange(48 * 66).reshape(48, 66)
+
+
+@pytest.mark.parametrize("cfa", ["RGGB", "BGGR", "GRBG", "GBRG"])
+@pytest.mark.parametrize(("dtype", "white_dn"), [(np.uint8, 255), (np.uint16, 1023), (np.int64, 65535)])
+def test_libraw_reads_the_codes_and_levels(tmp_path: Path, cfa: str, dtype: type, white_dn: int) -> None:
+    codes = np.random.default_rng(4).integers(0, white_dn + 1, (49, 66)).astype(dtype)
+    camsim.write_dng(tmp_path / "a.dng", codes, cfa, black_level_dn=16, white_level_dn=white_dn)
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image_visible, codes)
+        assert raw.black_level_per_channel == [16] * 4
+        assert raw.white_level == white_dn
+        colours = np.where(raw.raw_colors_visible == 3, 1, raw.raw_colors_visible)[:2, :2]
+        assert "".join("RGB"[k] for k in colours.ravel()) == cfa
+
+
+@pytest.mark.parametrize("cfa", ["x-trans", "mono"])
+def test_libraw_reads_other_arrays(tmp_path: Path, cfa: str) -> None:
+    codes = np.random.default_rng(4).integers(0, 4096, (516, 600)).astype(np.uint16)
+    camsim.write_dng(tmp_path / "a.dng", codes, cfa, white_level_dn=4095, compress=True)
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image_visible, codes)
+
+
+def test_an_array_develops_as_the_capture_that_it_came_from(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+    """By LibRaw from both files, and by ``develop`` as by the preview."""
+    frame = make_frame(pattern="GB RG")
+    said: dict[str, Any] = {
+        "cfa": "GBRG",
+        "black_level_dn": 128,
+        "white_level_dn": 4023,
+        "colour_matrix": 3.0 * fit(frame.colour, "D65").xyz_to_camera,
+        "as_shot_neutral": 2.0 * as_shot_neutral(frame.colour),
+    }
+    np.testing.assert_array_equal(camsim.develop(frame.mosaic, **said), preview.develop(frame))
+    camsim.write_dng(tmp_path / "array.dng", frame.mosaic, **said)
+    camsim.save(frame, tmp_path / "frame.dng")
+    developed = []
+    for name in ("array", "frame"):
+        with rawpy.imread(str(tmp_path / f"{name}.dng")) as raw:
+            developed.append(raw.postprocess(use_camera_wb=True, no_auto_bright=True, output_bps=16) / 65535)
+    assert np.abs(developed[0] - developed[1]).max() < 2e-4
+
+
+def test_an_array_of_srgb_is_seen_as_it_is(tmp_path: Path) -> None:
+    """Without a matrix the channels are linear sRGB's: LibRaw gives the flat colour back."""
+    colour = np.array([0.7, 0.4, 0.2])
+    index = camsim.Cfa.bayer("RGGB").channel_index(48, 66)
+    camsim.write_dng(tmp_path / "a.dng", np.rint(16383 * colour[index]).astype(np.uint16), white_level_dn=16383)
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        linear = raw.postprocess(use_camera_wb=True, no_auto_bright=True, output_bps=16, gamma=(1, 1)) / 65535
+    np.testing.assert_allclose(linear[8:-8, 8:-8].mean(axis=(0, 1)), colour, atol=1e-3)
+
+
+def test_equal_arrays_give_equal_bytes(tmp_path: Path) -> None:
+    for name in ("a.dng", "b.dng"):
+        camsim.write_dng(tmp_path / name, CODES, white_level_dn=4095)
+    assert (tmp_path / "a.dng").read_bytes() == (tmp_path / "b.dng").read_bytes()
+
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"mosaic": CODES / 4095}, "mosaic: must be whole numbers, not float64; scale to data numbers first: np.rint("),
+    ({"mosaic": CODES > 3}, "mosaic: must be whole numbers, not bool"),
+    ({"mosaic": CODES - 1}, "mosaic: codes must be 0 to 65535, not -1"),
+    ({"mosaic": CODES + 65535}, "mosaic: codes must be 0 to 65535, not 68702"),
+    ({"mosaic": np.zeros((4, 4, 3), int)}, "mosaic: must be (rows, cols), one code for each photosite, not an array "),
+    ({"mosaic": np.zeros((0, 4), int)}, "mosaic: must be (rows, cols), one code"),
+    ({"cfa": "RGBG"}, "cfa: unknown array 'RGBG'; did you mean"),
+    ({"cfa": ("RG", "GBG")}, "Cfa.pattern: rows of [2, 3] letters; all rows of a pattern are equally long"),
+    ({"cfa": ("RGBW", "BWRG")}, "colour_matrix: filters R, G, B, W are not sRGB's; give the matrix, 4 × 3"),
+    ({"cfa": "ryyb", "colour_matrix": np.eye(3)}, "raw developers misread a DNG of the colour filter array RY / YB"),
+    ({"cfa": "mono", "colour_matrix": np.eye(3)}, "colour_matrix: cfa 'mono' has one channel, which has no colour"),
+    ({"white_level_dn": 65536}, "white_level_dn: must be 1 to 65535, not 65536"),
+    ({"white_level_dn": 4095.5}, "white_level_dn: must be a whole number, not 4095.5"),
+    ({"black_level_dn": 4095}, "black_level_dn: must be from 0 to below white_level_dn=4095, not 4095"),
+    ({"black_level_dn": [[0, 1], [-2, 1]]}, "black_level_dn: must be from 0 to below white_level_dn=4095, not -2"),
+    ({"black_level_dn": np.zeros((17, 1))}, "black_level_dn: must be a number or a table of at most 16 × 16, not one"),
+    ({"black_level_dn": "dark"}, "black_level_dn: must be numbers, not 'dark'"),
+    ({"colour_matrix": np.ones((3, 3))}, "colour_matrix: must be 3 × 3 numbers, a row for each of R, G, B, none of"),
+    ({"colour_matrix": -np.eye(3)}, "colour_matrix: white under D65 gives R, G, B"),
+    ({"colour_matrix": np.full((3, 3), np.nan)}, "colour_matrix: must be finite numbers"),
+    ({"as_shot_neutral": [1.0, 1.0]}, "as_shot_neutral: must be 3 numbers from 0.001 to 1000, one for each of R, G, B"),
+    ({"as_shot_neutral": [1.0, 0.0, 1.0]}, "as_shot_neutral: must be 3 numbers from 0.001 to 1000"),
+    ({"path": "a.tiff"}, "cannot write 'a.tiff': a DNG's name ends in .dng"),
+    ({"camera_name": 7}, "camera_name: must be a text, not 7"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), WRONG)
+def test_what_is_wrong_is_one_sentence_and_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: dict[str, Any], words: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((InvalidValueError, OutputError)) as refused:
+        camsim.write_dng(**{"path": "a.dng", "mosaic": CODES, "white_level_dn": 4095, **change})
+    assert str(refused.value).startswith(words)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_not_there_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(CamsimError, match="cannot write"):
+        camsim.write_dng(tmp_path / "no" / "a.dng", CODES, white_level_dn=4095)

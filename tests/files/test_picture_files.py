@@ -1,0 +1,255 @@
+"""Pictures from files that other programs wrote: the right reflectances, or one sentence."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import imagecodecs
+import numpy as np
+import OpenEXR
+import pytest
+import tifffile
+from PIL import Image, ImageCms
+from scipy import io as scipy_io
+
+import camsim
+from camsim.errors import CamsimError, InputError
+
+ROWS, COLS = 5, 7
+RGB = np.random.default_rng(3).integers(0, 256, (ROWS, COLS, 3)).astype(np.uint8)
+DEEP = (RGB.astype(np.uint16) << 8) + 77
+WAVELENGTH_NM = np.array([450.0, 520.0, 610.0, 700.0])
+CUBE = np.random.default_rng(4).random((ROWS, COLS, 4))
+
+
+def linear(encoded: np.ndarray) -> np.ndarray:
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def planes_of(path: Path, **how: Any) -> np.ndarray:
+    """Return (rows, cols, planes) as the file is read."""
+    picture = camsim.read_picture(path, width_um=100.0, **how)
+    assert picture.source == path.name
+    return np.moveaxis(picture.planes, 0, 2)
+
+
+def cube_of(path: Path, **how: Any) -> np.ndarray:
+    """Return (rows, cols, bands) at the cube's own wavelengths, put together again from planes and components."""
+    picture = camsim.read_picture(path, width_um=100.0, tolerance=1e-6, **how)
+    spectra = np.stack([spectrum.at(WAVELENGTH_NM) for spectrum in picture.spectra])
+    return np.einsum("prc,pn->rcn", picture.planes, spectra)
+
+
+@pytest.mark.parametrize(("samples", "top"), [(RGB, 255), (DEEP, 65535)])
+@pytest.mark.parametrize("kind", ["png", "tiff"])
+def test_encoded_colours(tmp_path: Path, samples: np.ndarray, top: int, kind: str) -> None:
+    path = tmp_path / f"a.{kind}"
+    if kind == "png":
+        path.write_bytes(imagecodecs.png_encode(samples))
+    else:
+        tifffile.imwrite(path, samples, photometric="rgb")
+    np.testing.assert_allclose(planes_of(path), linear(samples / top), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(planes_of(path, encoding="linear"), samples / top, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(planes_of(path, encoding=1.8), (samples / top) ** 1.8, rtol=0, atol=1e-12)
+
+
+def test_jpeg_and_grey(tmp_path: Path) -> None:
+    Image.fromarray(RGB).resize((64, 48)).save(tmp_path / "a.jpg", quality=100, subsampling=0)
+    with Image.open(tmp_path / "a.jpg") as image:
+        expected = linear(np.asarray(image) / 255)
+    np.testing.assert_allclose(planes_of(tmp_path / "a.jpg"), expected, rtol=0, atol=1e-12)
+    Image.fromarray(RGB[..., 0]).save(tmp_path / "grey.png")
+    picture = camsim.read_picture(tmp_path / "grey.png", width_um=1.0)
+    assert picture.spectra == (1.0,)
+    np.testing.assert_allclose(picture.planes[0], linear(RGB[..., 0] / 255), rtol=0, atol=1e-12)
+
+
+def test_gamma_of_a_png_is_noticed(tmp_path: Path) -> None:
+    Image.fromarray(RGB).save(tmp_path / "a.png")
+    content = (tmp_path / "a.png").read_bytes()
+    import zlib
+
+    chunk = b"gAMA" + struct.pack(">I", 55556)  # 1/1.8
+    content = content[:33] + struct.pack(">I", 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) + content[33:]
+    (tmp_path / "a.png").write_bytes(content)
+    np.testing.assert_allclose(planes_of(tmp_path / "a.png"), (RGB / 255) ** 1.8, rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["png", "jpg", "tiff"])
+def test_colour_profiles_are_noticed(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / f"a.{kind}"
+    for name, profile in (("sRGB", ImageCms.createProfile("sRGB")), ("LAB", ImageCms.createProfile("LAB"))):
+        content = ImageCms.ImageCmsProfile(profile).tobytes()
+        Image.fromarray(RGB).save(path, icc_profile=content)
+        if name == "sRGB":
+            assert planes_of(path).shape == (ROWS, COLS, 3)
+            continue
+        with pytest.raises(InputError, match=r"its colours are those of the profile '.*'; convert it to sRGB, or give"):
+            planes_of(path)
+        assert planes_of(path, encoding="srgb").shape == (ROWS, COLS, 3)
+
+
+def test_exr_is_linear(tmp_path: Path) -> None:
+    light = (RGB / 255).astype(np.float32)
+    OpenEXR.File({}, {"RGB": light}).write(str(tmp_path / "a.exr"))
+    np.testing.assert_array_equal(planes_of(tmp_path / "a.exr"), light)
+    OpenEXR.File({}, {"RGB": 4 * light}).write(str(tmp_path / "b.exr"))
+    np.testing.assert_allclose(planes_of(tmp_path / "b.exr", scale=0.25), light, rtol=1e-7)
+    with pytest.raises(CamsimError, match=r"scale: makes samples from 0 to \d.*, and a reflectance is 0 to 1; give"):
+        planes_of(tmp_path / "b.exr")
+
+
+@pytest.mark.parametrize("name", ["T.{:.6f}nm", "S0.{:.6f}nm", "w{:.0f}nm", "{:.0f}nm"])
+def test_spectral_exr(tmp_path: Path, name: str) -> None:
+    names = [name.format(nm) for nm in WAVELENGTH_NM]
+    if name.startswith(("T", "S0")):
+        names = [f"{own[:3] if own[0] == 'S' else own[:2]}{own.split('.', 1)[1].replace('.', ',')}" for own in names]
+    channels = {own: CUBE[..., k].astype(np.float32) for k, own in enumerate(names)}
+    if name.startswith("S0"):
+        channels |= {own.replace("S0", "S1"): np.full((ROWS, COLS), -9.0, np.float32) for own in names}
+    OpenEXR.File({}, channels).write(str(tmp_path / "a.exr"))
+    np.testing.assert_allclose(cube_of(tmp_path / "a.exr"), CUBE, rtol=0, atol=2e-6)
+
+
+@pytest.mark.parametrize("interleave", ["bsq", "bil", "bip"])
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_envi(tmp_path: Path, interleave: str, order: str) -> None:
+    axes = {"bsq": (2, 0, 1), "bil": (0, 2, 1), "bip": (0, 1, 2)}[interleave]
+    whole = np.rint(10_000 * CUBE).astype(f"{order}i2")
+    (tmp_path / "a.img").write_bytes(b"xx" + np.ascontiguousarray(whole.transpose(axes)).tobytes())
+    (tmp_path / "a.hdr").write_text(
+        f"ENVI\ndescription = {{a\n cube}}\nsamples = {COLS}\nlines = {ROWS}\nbands = 4\nheader offset = 2\n"
+        f"data type = 2\ninterleave = {interleave.upper()}\nbyte order = {int(order == '>')}\n"
+        "reflectance scale factor = 10000\nwavelength units = Micrometers\n"
+        f"wavelength = {{ {', '.join(str(nm / 1e3) for nm in WAVELENGTH_NM)} }}\n"
+    )
+    for name in ("a.img", "a.hdr"):
+        np.testing.assert_allclose(cube_of(tmp_path / name), whole / 10_000, rtol=0, atol=2e-6)
+
+
+def test_matlab_of_both_versions(tmp_path: Path) -> None:
+    scipy_io.savemat(
+        tmp_path / "five.mat", {"cube": CUBE, "wavelengths": WAVELENGTH_NM, "note": "x"}, do_compression=True
+    )
+    with h5py.File(tmp_path / "hdf.mat", "w", userblock_size=512) as file:
+        file["rad"] = CUBE.T  # as MATLAB writes it: columns first
+        file["bands"] = WAVELENGTH_NM[:, None]
+    for name in ("five.mat", "hdf.mat"):
+        np.testing.assert_allclose(cube_of(tmp_path / name), CUBE, rtol=0, atol=2e-6)
+
+
+def test_numpys_own(tmp_path: Path) -> None:
+    np.save(tmp_path / "cube.npy", CUBE)
+    np.testing.assert_allclose(cube_of(tmp_path / "cube.npy", wavelength_nm=WAVELENGTH_NM), CUBE, rtol=0, atol=2e-6)
+    np.savez_compressed(tmp_path / "cube.npz", cube=CUBE, wavelength_nm=WAVELENGTH_NM)
+    np.testing.assert_allclose(cube_of(tmp_path / "cube.npz"), CUBE, rtol=0, atol=2e-6)
+    np.save(tmp_path / "rgb.npy", RGB / 255)
+    np.testing.assert_array_equal(planes_of(tmp_path / "rgb.npy"), RGB / 255)
+
+
+def test_radiances_become_reflectances_in_their_light(tmp_path: Path) -> None:
+    light = camsim.Light("D65", illuminance_lux=20_000.0)
+    radiance = CUBE * light.irradiance_at(WAVELENGTH_NM) / np.pi
+    channels = {f"S0.{nm:.6f}nm".replace(".", ",").replace("S0,", "S0."): radiance[..., k].astype(np.float32)
+                for k, nm in enumerate(WAVELENGTH_NM)}  # fmt: skip
+    OpenEXR.File({"emissiveUnits": "W.m^-2.sr^-1.nm^-1"}, channels).write(str(tmp_path / "a.exr"))
+    np.testing.assert_allclose(cube_of(tmp_path / "a.exr", light=light), CUBE, rtol=0, atol=2e-6)
+    with pytest.raises(InputError, match="its bands are radiances; give the light"):
+        cube_of(tmp_path / "a.exr")
+
+
+def envi_of_a_thousand_million(folder: Path) -> Path:
+    (folder / "a.img").write_bytes(bytes(100))
+    (folder / "a.hdr").write_text(
+        "ENVI\nsamples = 40000\nlines = 25000\nbands = 1\ndata type = 4\nwavelength = {500}\n"
+    )
+    return folder / "a.img"
+
+
+def png_of_a_thousand_million(folder: Path) -> Path:
+    import zlib
+
+    head = b"IHDR" + struct.pack(">2I5B", 40_000, 25_000, 8, 2, 0, 0, 0)
+    data = b"IDAT" + zlib.compress(bytes(1000))
+    chunks = [struct.pack(">I", len(c) - 4) + c + struct.pack(">I", zlib.crc32(c)) for c in (head, data, b"IEND")]
+    (folder / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+    return folder / "a.png"
+
+
+def hdf5_of_a_thousand_million(folder: Path) -> Path:
+    with h5py.File(folder / "a.mat", "w") as file:
+        file.create_dataset("cube", (31, 40_000, 25_000), "f4", chunks=(1, 100, 100), compression="gzip")
+    return folder / "a.mat"
+
+
+def saved(name: str, image: Any, **how: Any) -> Callable[[Path], Path]:
+    def save(folder: Path) -> Path:
+        path = folder / name
+        if isinstance(image, np.ndarray):
+            np.save(path, image)
+        else:
+            image.save(path, **how)
+        return path
+
+    return save
+
+
+def truncated(name: str, image: Any) -> Callable[[Path], Path]:
+    def save(folder: Path) -> Path:
+        buffer = io.BytesIO()
+        image.resize((64, 64)).save(buffer, format={"jpg": "JPEG"}.get(name[2:], name[2:].upper()))
+        (folder / name).write_bytes(buffer.getvalue()[:-900])
+        return folder / name
+
+    return save
+
+
+def with_alpha(alpha: int) -> Image.Image:
+    return Image.fromarray(np.dstack([RGB, np.full((ROWS, COLS), alpha, np.uint8)]))
+
+
+REFUSED: list[tuple[str, Callable[[Path], Path], str]] = [
+    ("ENVI of 10⁹", envi_of_a_thousand_million, "it is cut short: its header says 25000 × 40000 × 1 numbers"),
+    ("PNG of 10⁹", png_of_a_thousand_million, "its image takes 3000 MB unpacked, from"),
+    ("HDF5 of 10⁹", hdf5_of_a_thousand_million, "its image takes 248000 MB unpacked"),
+    ("cube without wavelengths", saved("a.npy", CUBE), "it has 4 bands and says no wavelengths; give wavelength_nm"),
+    ("NaN", saved("a.npy", np.where(RGB > 100, np.nan, 0.5)), "its sample ["),
+    ("negative", saved("a.npy", np.full((4, 4), -0.5)), "scale: makes samples from -0.5 to -0.5, and no reflectance"),
+    ("complex", saved("a.npy", np.ones((4, 4), complex)), "its array holds no plain numbers"),
+    ("CMYK", saved("a.jpg", Image.fromarray(RGB).convert("CMYK")), "it has 4 colours (CMYK, for printing)"),
+    ("CMYK TIFF", saved("a.tiff", Image.fromarray(RGB).convert("CMYK")), "its samples mean something else than light"),
+    ("alpha", saved("a.png", with_alpha(200)), "it is transparent in places (alpha)"),
+    ("palette", saved("a.png", Image.fromarray(RGB).convert("P")), "it is an image of a colour palette"),
+    ("JPEG cut short", truncated("a.jpg", Image.fromarray(RGB)), "its JPEG is damaged"),
+    ("PNG cut short", truncated("a.png", Image.fromarray(RGB)), "it is cut short"),
+    ("another kind", saved("a.gif", Image.fromarray(RGB)), "a file of the kind .gif is no picture that is read"),
+    ("nothing", lambda folder: folder / "a.png", "there is no such file"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "words"), [case[1:] for case in REFUSED], ids=[case[0] for case in REFUSED])
+def test_what_cannot_be_read_is_one_sentence(tmp_path: Path, make: Callable[[Path], Path], words: str) -> None:
+    path = make(tmp_path)
+    with pytest.raises(CamsimError) as refused:
+        camsim.read_picture(path, width_um=10.0)
+    said = str(refused.value)
+    assert words in said
+    assert str(path) in said
+    assert "\n" not in said
+
+
+def test_alpha_that_hides_nothing_is_no_matter(tmp_path: Path) -> None:
+    with_alpha(255).save(tmp_path / "a.png")
+    np.testing.assert_allclose(planes_of(tmp_path / "a.png"), linear(RGB / 255), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["a.mat", "a.hdr", "a.exr", "a.npz"])
+def test_noise_is_no_picture(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(np.random.default_rng(1).bytes(3000))
+    with pytest.raises(CamsimError, match="cannot read"):
+        camsim.read_picture(tmp_path / name, width_um=10.0)
