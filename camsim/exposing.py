@@ -134,7 +134,15 @@ class Capture:
 
     def plan(self) -> Choice:
         """Decide how the scene is rendered, and render nothing."""
-        return self._plan(self.tolerance)
+        return plan_render(
+            self.scene,
+            self.camera.optics,
+            self.window.wide,
+            response=self.camera.electrons_per_reflectance(self.samples, self.time_s),
+            wavelength_nm=self.samples.wavelength_nm,
+            tolerance=self.tolerance,
+            method=self.method,
+        )
 
     def notes(self, choice: Choice, products: Collection[str] = ("mosaic",)) -> tuple[str, ...]:
         """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
@@ -143,22 +151,10 @@ class Capture:
             scene=self.scene,
             exposure=self.exposure,
             time_s=self.time_s,
-            light=self.light,
             noise=self.noise,
             mean_wanted="truth" in products,
         )
-        return tuple(notes_before(setting, choice, self._plan))
-
-    def _plan(self, tolerance: float) -> Choice:
-        return plan_render(
-            self.scene,
-            self.camera.optics,
-            self.window.wide,
-            response=self.camera.electrons_per_reflectance(self.samples, self.time_s),
-            wavelength_nm=self.samples.wavelength_nm,
-            tolerance=tolerance,
-            method=self.method,
-        )
+        return tuple(notes_before(setting, choice))
 
     def frame(self, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None) -> Frame:
         """Take the picture.
