@@ -38,7 +38,6 @@ from .rendering import Rendering as Rendering
 from .rendering import render as render
 from .scene import Chart as Chart
 from .scene import Disc as Disc
-from .scene import Drawing as Drawing
 from .scene import Ellipse as Ellipse
 from .scene import Group as Group
 from .scene import HalfPlane as HalfPlane
@@ -54,6 +53,7 @@ from .scene import Ring as Ring
 from .scene import Scene as Scene
 from .scene import Sector as Sector
 from .scene import Star as Star
+from .scene import Svg as Svg
 from .scene import Text as Text
 from .scene import charts as charts
 from .scene import read_svg as read_svg

@@ -12,6 +12,7 @@ import numpy as np
 from annotated_types import MinLen
 
 from camsim.arrays import F64
+from camsim.errors import UnknownNameError
 from camsim.marks import Called
 from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
 from camsim.optics.own import check_own
@@ -112,6 +113,10 @@ class Body(Electronics):
     @spelled_out(Changes)
     def replace(self, **changes: Unpack[Changes]) -> Self:
         """Return a camera with some stages exchanged, such as ``replace(olpf=None)``."""
+        known = [field.name for field in dataclasses.fields(self)]
+        for name in changes:
+            if name not in known:
+                raise UnknownNameError("parameter", name, known, stage=type(self).__name__)
         return dataclasses.replace(self, **changes)
 
     @property

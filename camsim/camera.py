@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from camsim.body import Body
 from camsim.exposing import Capture, Method
-from camsim.frame import Frame
+from camsim.frame import Frame, Products
 from camsim.optics import Lens
 from camsim.scene import Scene
 from camsim.sensor.colour_matrix import MatrixOf
@@ -48,7 +48,7 @@ class Camera(Body):
         colour_matrix: MatrixOf = "standard",
         spectral_nm: Several[float] | None = None,
         scene_name: str = "scene",
-        products: Collection[str] = ("mosaic",),
+        products: Products = ("mosaic",),
         progress: Callable[[str, float], None] | None = None,
     ) -> Frame:
         """Take a picture; the arguments are those of ``Capture`` and of its ``frame``.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -17,7 +17,7 @@ from camsim.config.sensor_search import SensorSearch
 from camsim.config.tree import MOST_FAULTS
 from camsim.errors import CamsimError, ConfigError, Fault, InvalidValueError
 from camsim.exposing import Capture, Progress
-from camsim.frame import Frame
+from camsim.frame import Frame, Products
 from camsim.optics import Lens
 
 PathOrName = str | os.PathLike[str]
@@ -31,7 +31,7 @@ def capture(
     sensor: PathOrName | None = None,
     overrides: Iterable[str] = (),
     seed: int | None = None,
-    products: Collection[str] = ("mosaic",),
+    products: Products = ("mosaic",),
     sensors: Iterable[PathOrName] = (),
     progress: Progress | None = None,
 ) -> Frame:
@@ -57,7 +57,7 @@ def load(
     sensor: PathOrName | None = None,
     overrides: Iterable[str] = (),
     seed: int | None = None,
-    products: Collection[str] = ("mosaic",),
+    products: Products = ("mosaic",),
     sensors: Iterable[PathOrName] = (),
     held: bool = True,
 ) -> Capture:
@@ -100,7 +100,7 @@ def _capture(
     sensor: SensorDocument | None,
     stem: str,
     seed: int | None,
-    products: Collection[str],
+    products: Products,
     *,
     held: bool,
 ) -> Capture | None:
@@ -139,7 +139,7 @@ def _capture(
 
 
 def _refuse_what_does_not_fit(
-    scene: SceneDocument, sensor: SensorDocument, camera: Camera, products: Collection[str], *, held: bool
+    scene: SceneDocument, sensor: SensorDocument, camera: Camera, products: Products, *, held: bool
 ) -> None:
     region = scene.part(("region",), schema.Region)
     rows, cols = (region.rows, region.cols) if region else (camera.rows, camera.cols)

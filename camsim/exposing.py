@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Any, Literal, TypeAlias
@@ -15,7 +15,7 @@ from camsim.arrays import F64, U16
 from camsim.body import Body
 from camsim.description import OWN_STAGES, describe
 from camsim.errors import InvalidValueError
-from camsim.frame import ChannelSignal, Frame, Report, check_products
+from camsim.frame import ChannelSignal, Frame, Products, Report, check_products
 from camsim.lit import Lit, Window
 from camsim.marks import Called
 from camsim.notes import Setting, notes_after, notes_before
@@ -133,33 +133,29 @@ class Capture:
 
     def plan(self) -> Choice:
         """Decide how the scene is rendered, and render nothing."""
-        return self._plan(self.tolerance)
-
-    def notes(self, choice: Choice, products: Collection[str] = ("mosaic",)) -> tuple[str, ...]:
-        """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
-        setting = Setting(
-            camera=self.camera,
-            scene=self.scene,
-            exposure=self.exposure,
-            time_s=self.time_s,
-            light=self.light,
-            noise=self.noise,
-            mean_wanted="truth" in products,
-        )
-        return tuple(notes_before(setting, choice, self._plan))
-
-    def _plan(self, tolerance: float) -> Choice:
         return plan_render(
             self.scene,
             self.camera.optics,
             self.window.wide,
             response=self.camera.electrons_per_reflectance(self.samples, self.time_s),
             wavelength_nm=self.samples.wavelength_nm,
-            tolerance=tolerance,
+            tolerance=self.tolerance,
             method=self.method,
         )
 
-    def frame(self, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None) -> Frame:
+    def notes(self, choice: Choice, products: Products = ("mosaic",)) -> tuple[str, ...]:
+        """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
+        setting = Setting(
+            camera=self.camera,
+            scene=self.scene,
+            exposure=self.exposure,
+            time_s=self.time_s,
+            noise=self.noise,
+            mean_wanted="truth" in products,
+        )
+        return tuple(notes_before(setting, choice))
+
+    def frame(self, *, products: Products = ("mosaic",), progress: Progress | None = None) -> Frame:
         """Take the picture.
 
         products : "truth" fills ``Frame.truth``, "spectral" ``Frame.spectral``; everything else is there anyway
@@ -168,7 +164,7 @@ class Capture:
         return next(self.frames(products=products, progress=progress))
 
     def frames(
-        self, count: int = 1, *, products: Collection[str] = ("mosaic",), progress: Progress | None = None
+        self, count: int = 1, *, products: Products = ("mosaic",), progress: Progress | None = None
     ) -> Iterator[Frame]:
         """Take pictures of one scene, rendered once, with frame numbers from ``frame_number`` on.
 
@@ -208,7 +204,7 @@ class Capture:
         self,
         take: Callable[[U16], None],
         *,
-        products: Collection[str] = ("mosaic",),
+        products: Products = ("mosaic",),
         progress: Progress | None = None,
     ) -> Frame:
         """Take a picture that memory need not hold: ``take`` is given the codes (m, cols) as they are finished.
@@ -256,7 +252,7 @@ class Capture:
             report=self._report(rendering, clock.seconds, signals.all(), self.notes(choice, products)),
         )
 
-    def _cube(self, products: Collection[str]) -> SpectralCube | None:
+    def _cube(self, products: Products) -> SpectralCube | None:
         if "spectral" not in products:
             return None
         return radiance_cube(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     from camsim.rendering.cube import SpectralCube
 
 
-PRODUCTS: Mapping[str, str] = {
+Product: TypeAlias = Literal["mosaic", "electrons", "truth", "spectral", "preview", "frame"]
+Products: TypeAlias = tuple[Product, ...] | Collection[Product]
+"""Several of them; type checkers see a tuple's words where it is said to be one."""
+
+PRODUCTS: Mapping[Product, str] = {
     "mosaic": "the sensor's codes",
     "electrons": "each photosite's own electrons",
     "truth": "mean electrons of every channel at every photosite, before noise",
@@ -162,7 +166,7 @@ class Frame:
         self,
         path: str | os.PathLike[str],
         *,
-        product: str | None = None,
+        product: Product | None = None,
         force: bool = False,
         allow_odd_cfa: bool = False,
         compress: bool = False,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,6 @@ from camsim.rendering.auto import Choice
 from camsim.rendering.grid import Grid
 from camsim.scene import Scene
 from camsim.sensor.exposure import Exposure
-from camsim.spectra.light import Light
 from camsim.words import percent
 
 # A full well that ends a percent beyond the last code is meant to end there.
@@ -44,17 +43,13 @@ class Setting:
     camera: Body
     scene: Scene
     exposure: Exposure
-    light: Light
     time_s: float
     noise: bool
     mean_wanted: bool = False
 
 
-def notes_before(setting: Setting, choice: Choice, plan: Callable[[float], Choice]) -> Iterator[str]:
-    """Yield what can be said before the picture is taken.
-
-    choice : how it will be rendered;  plan: returns how it would be with another tolerance
-    """
+def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
+    """Yield what can be said before the picture is taken; ``choice``: how it will be rendered."""
     yield from _of_own_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
@@ -62,7 +57,7 @@ def notes_before(setting: Setting, choice: Choice, plan: Callable[[float], Choic
     if setting.noise:
         yield from _of_dark_current(setting)
         if not setting.mean_wanted:
-            yield from _of_the_tolerance(setting, choice, plan)
+            yield from _of_the_tolerance(setting, choice)
 
 
 def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float) -> Iterator[str]:
@@ -156,22 +151,17 @@ def _of_dark_current(setting: Setting) -> Iterator[str]:
         )
 
 
-def _of_the_tolerance(setting: Setting, choice: Choice, plan: Callable[[float], Choice]) -> Iterator[str]:
-    seconds, tolerance = choice.cost.seconds, choice.plan.job.tolerance
-    if seconds < _WORTH_SECONDS:
-        return
-    camera, iso = setting.camera, setting.exposure.iso
-    diffuser_e = float(camera.diffuser_electrons(setting.light, setting.time_s).max())
-    if not diffuser_e:
-        return
+def _of_the_tolerance(setting: Setting, choice: Choice) -> Iterator[str]:
+    camera, iso, job = setting.camera, setting.exposure.iso, choice.plan.job
+    diffuser_e = float(job.response.sum(axis=1).max())
     noise_e = math.hypot(camera.dark_noise_e(iso), camera.adc.electrons_per_dn_at(iso) / math.sqrt(12.0))
-    error_e = tolerance * diffuser_e
-    enough = min(10.0 ** math.floor(math.log10(_ENOUGH * noise_e / diffuser_e)), 1e-2)
-    if error_e >= _FAR_FINER * noise_e or enough <= tolerance:
+    error_e = job.tolerance * diffuser_e
+    if not 0.0 < error_e < _FAR_FINER * noise_e:
         return
-    with_enough = plan(enough).cost.seconds
-    if with_enough <= seconds / 2.0:
+    enough = min(10.0 ** math.floor(math.log10(_ENOUGH * noise_e / diffuser_e)), 1e-2)
+    seconds = choice.plan.cost.seconds
+    if enough > job.tolerance and seconds >= _WORTH_SECONDS:
         yield (
-            f"the tolerance of {tolerance:g} is {error_e:.2g} e⁻, far below the noise of {noise_e:.2g} e⁻ that the "
-            f"darkest photosite has; {enough:g} would do, for about {with_enough:.2g} s of one core, not {seconds:.2g}"
+            f"the tolerance of {job.tolerance:g} is {error_e:.2g} e⁻, far below the noise of {noise_e:.2g} e⁻ that the "
+            f"darkest photosite has, and takes about {seconds:.2g} s of one core; {enough:g} would do"
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,6 +15,7 @@ from camsim.errors import CamsimError, UnknownNameError
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
+    from camsim.frame import Products
     from camsim.rendering.engine import Decision
 
 # Seconds of one core: what comes before, a random number with what is done to it, a photosite's code, a byte of a file.
@@ -69,7 +70,7 @@ def explain(
         _print(told)
 
 
-def explained(capture: Capture, products: Collection[str], files: list[tuple[str, str]]) -> dict[str, Any]:
+def explained(capture: Capture, products: Products, files: list[tuple[str, str]]) -> dict[str, Any]:
     """Return every decision about a capture and what it is expected to take, as a plain tree."""
     from camsim.cli.explain_charts import chart_decisions
     from camsim.config.memory import needed_bytes
@@ -114,7 +115,7 @@ def explained(capture: Capture, products: Collection[str], files: list[tuple[str
     }
 
 
-def _of_channels(capture: Capture, products: Collection[str]) -> Iterator[Decision]:
+def _of_channels(capture: Capture, products: Products) -> Iterator[Decision]:
     from camsim.rendering.engine import Decision
 
     channels = capture.camera.cfa.channels

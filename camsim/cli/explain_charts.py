@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from camsim.exposing import Capture
     from camsim.rendering.engine import Decision
     from camsim.rendering.grid import Grid
-    from camsim.scene import Chart, Drawing
+    from camsim.scene import Chart, Svg
 
 
 def chart_decisions(capture: Capture) -> Iterator[Decision]:
@@ -27,12 +27,12 @@ def chart_decisions(capture: Capture) -> Iterator[Decision]:
         )
 
 
-def _charts(shapes: Iterable[Any], *, alone: bool) -> Iterator[tuple[Chart | Drawing, bool]]:
+def _charts(shapes: Iterable[Any], *, alone: bool) -> Iterator[tuple[Chart | Svg, bool]]:
     """Yield charts, and whether they lie where they say: in no group that moves them."""
-    from camsim.scene import Chart, Drawing
+    from camsim.scene import Chart, Svg
 
     for shape in shapes:
-        if isinstance(shape, Chart | Drawing):
+        if isinstance(shape, Chart | Svg):
             yield shape, alone
         else:
             yield from _charts(getattr(shape, "shapes", ()), alone=False)
@@ -47,7 +47,7 @@ def _leaves(shapes: Iterable[Any]) -> Iterator[Any]:
             yield from _leaves(inner)
 
 
-def _counted(chart: Chart | Drawing, grid: Grid) -> tuple[int, int, int, int]:
+def _counted(chart: Chart | Svg, grid: Grid) -> tuple[int, int, int, int]:
     """Return straight sides, curves, what of all that is painted lies outside the window, and how much is painted."""
     from camsim.scene.curves import STRAIGHT
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from camsim.errors import CamsimError, OutputError
 from camsim.files import check_output
+from camsim.frame import Product
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +18,7 @@ class Output:
     """One file with the product that it is to hold."""
 
     path: str
-    product: str
+    product: Product
 
 
 def parse(text: str) -> tuple[str, str | None]:

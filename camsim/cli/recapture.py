@@ -6,7 +6,7 @@ import contextlib
 import filecmp
 import gc
 import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,7 @@ from camsim.files.reading import Held, read_file
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
-    from camsim.frame import Frame
+    from camsim.frame import Frame, Product, Products
 
 
 def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> None:
@@ -49,7 +49,9 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
 
 def _frame_of(held: Held, outputs: Sequence[Output], bar: Bar) -> Frame:
     """Take the picture that a file describes once more; raises InputError when it describes none."""
-    products = {output.product for output in outputs} | ({"truth"} if held.has_truth else set())
+    products: set[Product] = {output.product for output in outputs}
+    if held.has_truth:
+        products.add("truth")
     with _named(held):
         capture = _capture_of(held)
         _refuse_what_does_not_fit(capture, products, held=True)
@@ -84,7 +86,7 @@ def _capture_of(held: Held) -> Capture:
     return capture
 
 
-def _refuse_what_does_not_fit(capture: Capture, products: Collection[str], *, held: bool) -> None:
+def _refuse_what_does_not_fit(capture: Capture, products: Products, *, held: bool) -> None:
     from camsim.config import memory
 
     grid = capture.grid

@@ -21,7 +21,7 @@ from camsim.errors import CamsimError, InvalidValueError, OutputError
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
-    from camsim.frame import Frame, Report
+    from camsim.frame import Frame, Products, Report
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,7 +165,7 @@ def _compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
     return []
 
 
-def _take_rows(capture: Capture, outputs: list[Output], products: set[str], bar: Bar, request: Request) -> Frame:
+def _take_rows(capture: Capture, outputs: list[Output], products: Products, bar: Bar, request: Request) -> Frame:
     """Take the picture and write its mosaics while it is computed: memory does not grow with the frame."""
     return write_mosaics(
         outputs,

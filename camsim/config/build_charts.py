@@ -12,7 +12,7 @@ from camsim.config.schema.charts import LENGTH, is_of_reflectances, key_of
 from camsim.config.tree import KeyPath
 from camsim.errors import CamsimError
 from camsim.scene.charts import KNOWN, Chart, parameters
-from camsim.scene.svg import Drawing, read_svg
+from camsim.scene.svg import Svg, read_svg
 from camsim.spectra.curve import Spectrum
 
 Document: TypeAlias = Judged[schema.SceneFile]
@@ -49,7 +49,7 @@ def chart(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum
         return in_its_unit and scene.build(path, lambda: make(unit_um), keys=keys)
 
 
-def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Drawing | None:
+def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Svg | None:
     """Return the drawing at ``path``; None when it is wrong (the document has the faults)."""
     given = scene.value(path)
     colours = given.get("palette") if isinstance(given.get("palette"), Mapping) else {}

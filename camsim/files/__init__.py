@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from camsim.body import Body
 from camsim.errors import OutputError, did_you_mean
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
-from camsim.frame import PRODUCTS, Frame
+from camsim.frame import PRODUCTS, Frame, Product
 from camsim.window import Region
 
 
@@ -22,10 +22,10 @@ class Format:
     """What one suffix holds: a writer for each product; without a name the first product is meant."""
 
     title: str
-    writers: Mapping[str, Callable[[Frame, Path], None]]
+    writers: Mapping[Product, Callable[[Frame, Path], None]]
 
     @property
-    def default(self) -> str:
+    def default(self) -> Product:
         """The product that is written when none is named."""
         return next(iter(self.writers))
 
@@ -49,7 +49,7 @@ def save(
     frame: Frame,
     path: str | os.PathLike[str],
     *,
-    product: str | None = None,
+    product: Product | None = None,
     force: bool = False,
     allow_odd_cfa: bool = False,
     compress: bool = False,
@@ -77,7 +77,7 @@ def save(
         writer(frame, beside)
 
 
-def comes_row_by_row(path: str, product: str) -> bool:
+def comes_row_by_row(path: str, product: Product) -> bool:
     """Whether ``writing_rows`` can write this."""
     return SUFFIXES[Path(path).suffix.lower()].writers[product] is dng.write_dng
 
@@ -111,7 +111,7 @@ def _refuse_what_exists(path: str | os.PathLike[str], *, force: bool) -> None:
         raise OutputError(f"cannot write {str(path)!r}: it exists; overwrite it with force=True")
 
 
-def check_output(path: str | os.PathLike[str], product: str | None = None) -> str:
+def check_output(path: str | os.PathLike[str], product: str | None = None) -> Product:
     """Return the product that ``path`` is to hold, or raise OutputError if it could not be written.
 
     To be called before the work begins: looks at the suffix, the product and the folder.
@@ -138,7 +138,7 @@ def check_output(path: str | os.PathLike[str], product: str | None = None) -> st
     return chosen
 
 
-def _product(shown: str, suffix: str, product: str | None) -> str:
+def _product(shown: str, suffix: str, product: str | None) -> Product:
     form = SUFFIXES.get(suffix.lower())
     if form is None:
         what = f"unknown suffix {suffix!r}" if suffix else "the name has no suffix to choose the format by"
@@ -147,15 +147,16 @@ def _product(shown: str, suffix: str, product: str | None) -> str:
         return form.default
     if product not in PRODUCTS:
         raise OutputError(f"cannot write {shown}: unknown product {product!r}{did_you_mean(product, PRODUCTS)}")
-    if product not in form.writers:
+    known: dict[str, Product] = {name: name for name in PRODUCTS}
+    if known[product] not in form.writers:
         able = [name for name, other in SUFFIXES.items() if product in other.writers]
         raise OutputError(
             f"cannot write {shown}: {form.title} holds {_either(form.writers)} and not {product}; "
             f"{product} goes into {_either(able)}"
         )
-    return product
+    return known[product]
 
 
-def _either(names: Mapping[str, object] | list[str]) -> str:
+def _either(names: Collection[str]) -> str:
     *rest, last = names
     return f"{', '.join(rest)} or {last}" if rest else last

@@ -23,13 +23,12 @@ from camsim.scene.shapes import (
     Star,
     Text,
 )
-from camsim.scene.svg import Drawing, read_svg
+from camsim.scene.svg import Svg, read_svg
 
 __all__ = [
     "Arrangement",
     "Chart",
     "Disc",
-    "Drawing",
     "Ellipse",
     "Group",
     "HalfPlane",
@@ -47,6 +46,7 @@ __all__ = [
     "Sector",
     "Shape",
     "Star",
+    "Svg",
     "Text",
     "arrange",
     "charts",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -114,6 +115,25 @@ def of_cfa(cfa: camsim.Cfa, **table: Any) -> Twin:
         sensor={"cfa": table, "quantum_efficiency": efficiency}, camera={"cfa": cfa, "quantum_efficiency": stage}
     )
 
+
+def of_shape(make: Callable[..., camsim.scene.Shape], kind: str, **table: Any) -> Twin:
+    """A shape about the middle of the window; a length ends in µm in Python, and is in the scene's unit in a file."""
+    painted = table if "shapes" in table else {**table, "reflectance": 0.1}
+    named = {f"{key}_um" if key in LENGTHS else key: value for key, value in painted.items()}
+    if "shapes" in table:
+        named["shapes"] = [camsim.Disc(radius_um=3, centre_um=(-8, 1), reflectance=0.1)]
+        painted["shapes"] = [{"kind": "disc", "radius": 3, "centre": [-8, 1], "reflectance": 0.1}]
+    if "clip" in table:
+        named["clip"] = camsim.Rectangle(width_um=16, height_um=30, reflectance=0)
+    return of_scene(camsim.Scene(background=0.8, shapes=[make(**named)]), shapes=[{"kind": kind, **painted}])
+
+
+LENGTHS = {
+    "radius", "radius_x", "radius_y", "inner_radius", "centre", "through", "segments", "width", "size", "at", "points",
+    "holes", "move", "step",
+}  # fmt: skip
+BEND = [["move", -12, -8], ["cubic", 0, -20, 8, 14, 12, 2], ["arc", 9, 6, 20, 0, 1, -12, 8], ["close"]]
+OUTER_CORNERS = [[-14, -10], [13, -9], [10, 15], [-12, 12]]
 
 RISE = {"wavelength_nm": [300, 900], "values": [0.2, 0.9]}
 RISING = camsim.Curve([300, 900], [0.2, 0.9])
@@ -282,6 +302,30 @@ TWINS = {
     "polygon": of_scene(
         camsim.Scene(background=0.8, shapes=[camsim.Polygon(points_um=[(-9, 0), (9, -3), (0, 9)], reflectance=0)]),
         shapes=[{"kind": "polygon", "points": [[-9, 0], [9, -3], [0, 9]], "reflectance": 0}],
+    ),
+    "polygon with a hole": of_shape(
+        camsim.Polygon, "polygon", points=OUTER_CORNERS, holes=[[[-3, -3], [3, -2], [0, 4]]]
+    ),
+    "regular polygon": of_shape(camsim.RegularPolygon, "regular-polygon", sides=5, radius=12, rotate_deg=10),
+    "star": of_shape(camsim.Star, "star", tips=5, radius=14, inner_radius=6, centre=[1, 2]),
+    "elliptical shape": of_shape(camsim.Ellipse, "ellipse", radius_x=12, radius_y=7, rotate_deg=25),
+    "ring": of_shape(camsim.Ring, "ring", radius=12, inner_radius=7),
+    "sector": of_shape(camsim.Sector, "sector", radius=14, inner_radius=3, from_deg=20, turn_deg=130),
+    "half-plane": of_shape(camsim.HalfPlane, "half-plane", through=[1, 2], towards_deg=85),
+    "path": of_shape(camsim.Path, "path", segments=BEND, fill_rule="evenodd"),
+    "line": of_shape(camsim.Line, "line", segments=BEND[:2], width=3, cap="round", join="bevel"),
+    "text": of_shape(camsim.Text, "text", text="µ9", size=18, at=[-9, 6], weight="Bold"),
+    "group": of_shape(
+        camsim.Group, "group", shapes=[], mirror="left-right", scale=[1.5, 1], turn_deg=10, move=[2, -1],
+        clip={"kind": "rectangle", "width": 16, "height": 30, "reflectance": 0},
+    ),
+    "grid": of_shape(camsim.RepeatOnGrid, "repeat-on-grid", shapes=[], cols=3, rows=2, step=[8, 9]),
+    "ring of copies": of_shape(camsim.RepeatOnRing, "repeat-on-ring", shapes=[], count=5, upright=True),
+    "chart": of_scene(
+        camsim.Scene(
+            background=0.8, shapes=[camsim.Chart(name="siemens-star", parameters={"radius_um": 14, "cycles": 7})]
+        ),
+        shapes=[{"kind": "chart", "name": "siemens-star", "radius": 14, "cycles": 7}],
     ),
     "pixels": of_scene(
         camsim.Scene(background=0.8, shapes=[camsim.Disc(radius_um=10, centre_um=(4, -6), reflectance=0.1)]),

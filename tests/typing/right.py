@@ -69,6 +69,7 @@ numbers: npt.NDArray[np.uint16] = frame.mosaic
 truth: npt.NDArray[np.float32] | None = frame.truth
 picture: npt.NDArray[np.uint8] = frame.preview()
 notes: tuple[str, ...] = frame.report.notes
+both = camera.expose(scene, light=light, exposure=exposure, tolerance=1e-2, products=("mosaic", "truth"))
 frame.save(pathlib.Path("right.tiff"), force=True)
 camsim.save(frame, "right.npy", product="electrons", force=True)
 capture: camsim.Capture = camsim.load("slanted-edge", sensor="mono-345", overrides=["exposure.iso=800"], seed=7)

@@ -17,11 +17,11 @@ from camsim.scene.svg.reader import Reader
 from camsim.spectra.curve import Reflectance, Spectrum
 from camsim.typed import Point, Positive, Several, check, judge
 
-__all__ = ["Drawing", "read_svg"]
+__all__ = ["Svg", "read_svg"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Drawing:
+class Svg:
     """The shapes of a drawing.
 
     name : of its file
@@ -53,7 +53,7 @@ def read_svg(
     rotate_deg: float = 0.0,
     palette: Mapping[str, Spectrum] | None = None,
     shown: str = "",
-) -> Drawing:
+) -> Svg:
     """Return a drawing as shapes.
 
     width_um, height_um : of the drawing's page; one of the two, the other follows
@@ -86,7 +86,7 @@ def read_svg(
     left, top = 0.5 * view.width, 0.5 * view.height
     matrix = (c, s, -s, c, x - c * left + s * top, y - s * left - c * top)
     group = Group(shapes=shapes, matrix=matrix, clip=page if beyond else None)
-    return Drawing(name=os.path.basename(name), shapes=(group,))
+    return Svg(name=os.path.basename(name), shapes=(group,))
 
 
 def _within(boxes: np.ndarray, width: float, height: float) -> bool:
