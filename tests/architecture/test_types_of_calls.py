@@ -36,9 +36,7 @@ camsim.Cfa(["RG", "GB"])
 camsim.Cfa(("RG", "GB"))
 camsim.QuantumEfficiency([("Y", camsim.Curve(a, a))], "photon", 0.5)
 camsim.QuantumEfficiency((("Y", camsim.Curve(a, a)),), per="photon", peak=0.5)
-camsim.QuantumEfficiency([("Y", camsim.Curve.from_csv("qe.csv", column="Y"))], "energy", "as given")
-camsim.Curve.from_csv("qe.csv", column=2, outside="hold", name="measured").at(a)
-camsim.capture("flat-field", sensor="mine", sensors=["sensors"])
+camsim.QuantumEfficiency([("Y", camsim.Curve([400, 700], [0.1, 0.2]))], "energy", "as given")
 camsim.Region(rows=4, cols=4, origin=(0, 0))
 camsim.Defects(hot=[(1, 2, 3.0)], dead=[(1, 2)])
 camsim.Light("D55", illuminance_lux=5)
@@ -49,6 +47,12 @@ camsim.Adc(bit_depth=12, black_level_dn=1, electrons_per_dn=1, base_iso=100, bla
 camsim.PolynomialResponse([0.1], 1e4)
 camsim.ResponseTable(a, [1, 2])
 x: float = camsim.Curve(a, a).wavelength_nm[0]
+
+
+def with_files() -> None:
+    camsim.Curve.from_csv("qe.csv", column="Y")
+    camsim.Curve.from_csv("qe.csv", column=2, outside="hold", name="measured").at(a)
+    camsim.capture("flat-field", sensor="mine", sensors=["sensors"])
 """
 WRONG = """\
 import camsim
