@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import types
 from collections.abc import Iterable, Mapping, Sequence
@@ -152,3 +153,40 @@ def called(kind: type) -> str:
     """
     name = getattr(kind, "__name__", "something else")
     return f"{'an' if name[:1] in 'AEIOaeiou' else 'a'} {name}"
+
+
+def brief(value: object) -> str:
+    """Return a stage as people write it, on a line: what is as usual left out, of long lists the ends.
+
+    >>> from camsim.spectra.curve import Curve
+    >>> Curve(range(400, 701, 10), [0.5] * 31)
+    Curve(wavelength_nm=(400.0, 410.0, …, 700.0: 31), values=(0.5, 0.5, …, 0.5: 31))
+    """
+    if not dataclasses.is_dataclass(value):
+        return _in_short(value) if isinstance(value, int | float | str) else f"{type(value).__name__}(…)"
+    parts = ((field, getattr(value, field.name)) for field in dataclasses.fields(value) if field.repr)
+    told = [f"{field.name}={_in_short(part)}" for field, part in parts if not _as_usual(field, part)]
+    return f"{type(value).__name__}({', '.join(told)})"
+
+
+_MOST_LETTERS, _MOST_ITEMS = 100, 6
+
+
+def _as_usual(field: dataclasses.Field[Any], value: object) -> bool:
+    if field.default_factory is not dataclasses.MISSING:
+        return bool(value == field.default_factory())
+    return value is field.default or (type(value) is type(field.default) and bool(value == field.default))
+
+
+def _in_short(value: object) -> str:
+    if isinstance(value, list | tuple) and value:
+        ends = value if len(value) <= _MOST_ITEMS else (*value[:2], "…", value[-1])
+        items = ", ".join("…" if item == "…" else _in_short(item) for item in ends)
+        whole = f"{items}: {len(value)}" if len(value) > _MOST_ITEMS else f"{items}," if len(value) == 1 else items
+        return f"({whole})"
+    if isinstance(value, np.ndarray):
+        return shown(value)
+    text = brief(value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else repr(value)
+    if len(text) <= _MOST_LETTERS:
+        return text
+    return f"{text[:40]}…" if isinstance(value, str) else f"{type(value).__name__}(…)"

@@ -106,6 +106,7 @@ def explained(capture: Capture, products: Collection[str], files: list[tuple[str
         "tolerance": capture.tolerance,
         "method": choice.method,
         "decisions": [asdict(decision) for decision in decisions],
+        "notes": capture.notes(choice, products),
         "expected": {"seconds": seconds, "memory_bytes": memory, "error": expected["error"]},
         "work": {**choice.plan.work(images).counts(), "random_numbers": capture.random_numbers},
     }
@@ -131,7 +132,7 @@ def _of_channels(capture: Capture, products: Collection[str]) -> Iterator[Decisi
 
 def _of_camera(capture: Capture) -> Iterator[Decision]:
     from camsim.rendering.engine import Decision
-    from camsim.reporting import sentence
+    from camsim.words import brief
 
     camera = capture.camera
     if camera.falloff is None:
@@ -143,7 +144,7 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
     if not capture.noise:
         yield Decision(topic="noise", decision="no random number", reason="noise is switched off")
     else:
-        stages = [sentence(stage) for stage in capture.electronics]
+        stages = [brief(stage) for stage in capture.electronics]
         yield Decision(
             topic="noise",
             decision=f"{capture.random_numbers} random numbers",
@@ -184,6 +185,8 @@ def _print(told: dict[str, Any]) -> None:
     table.add_row("time", f"about {sum(seconds.values()):.2g} s of one core", f"kernels compiled: {parts}")
     table.add_row("memory", f"about {readable(expected['memory_bytes'])}", "beyond what the program itself holds")
     table.add_row("error", f"at most {expected['error']:g}", "of a perfect diffuser, or of the brightest surface")
+    for note in told["notes"]:
+        table.add_row("note", note)
     with console.capture() as printed:
         console.print(table)
     print("\n".join(line.rstrip() for line in printed.get().splitlines()))

@@ -8,6 +8,7 @@ from typing import Any
 
 from camsim.config.memory import readable
 from camsim.config.yaml_text import yaml_text
+from camsim.description import OWN_STAGES
 from camsim.files.reading import Held, read_file
 from camsim.files.record import Record
 
@@ -46,7 +47,8 @@ def json_of_file(path: str) -> str:
 def _figures(held: Held) -> list[tuple[str, str]]:
     record = held.record
     channels, pattern = _printable(", ".join(record.channels)), _printable(" / ".join(record.cfa_pattern))
-    error = record.error_estimate
+    error, own = record.error_estimate, record.description.get(OWN_STAGES)
+    alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, own)))}" if own else "yes"
     return [
         ("file", f"{held.path} ({held.form}, {readable(held.size_bytes)})"),
         ("product", f"{held.product}, {held.rows} × {held.cols}"),
@@ -57,6 +59,7 @@ def _figures(held: Held) -> list[tuple[str, str]]:
         ("seed", str(record.seed)),
         ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),
         ("written by", _printable(record.software)),
+        ("reproducible", alone),
         ("record", "whole: it fits its checksum"),
     ]
 

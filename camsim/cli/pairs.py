@@ -143,9 +143,9 @@ def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int, c
     # What raw developers would misread goes into a plain TIFF.
     suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
     names = {"noisy": f"{stem}-noisy{suffix}", "clean": f"{stem}-clean{suffix}", "truth": f"{stem}-truth.exr"}
-    save(frame, folder / names["noisy"], compress=compress)
-    save(clean, folder / names["clean"], compress=compress)
-    save(clean, folder / names["truth"], product="truth")
+    save(frame, folder / names["noisy"], force=True, compress=compress)
+    save(clean, folder / names["clean"], force=True, compress=compress)
+    save(clean, folder / names["truth"], product="truth", force=True)
     return {**names, **_figures(variant, frame, level)}
 
 

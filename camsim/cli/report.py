@@ -46,13 +46,6 @@ def print_report(
     if report.truth_error_estimate is not None:
         lines.add_row("", f"{report.truth_error_estimate:.2g} in the truth, every channel at every photosite")
     lines.add_row("signal", _signal(frame))
-    for channel in report.signal:
-        if channel.clipped_photosites > channel.photosites // 20:
-            share = channel.clipped_photosites / channel.photosites
-            lines.add_row(
-                "note",
-                f"{percent(share)} of {channel.name} is clipped; exposure.time_s: auto puts white at 80 %",
-            )
     for note in report.notes:
         lines.add_row("note", note)
     if report.standard_error is not None:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from camsim.config import library, yaml_source
 from camsim.config.library import Located
 from camsim.config.sensor_search import SensorSearch
+from camsim.optics.protocols import KnowsSplits
 
 if TYPE_CHECKING:
     from camsim.body import Body
-    from camsim.optics import FourSpotOlpf
 
 Row = tuple[str, str]
 
@@ -94,7 +94,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
         ("size", f"{width_mm:.2f} × {height_mm:.2f} mm, diagonal {math.hypot(width_mm, height_mm):.2f} mm"),
         ("Nyquist frequency", f"{0.5 / pitch_um:.5g} cycles/µm ({500.0 / pitch_um:.1f} line pairs/mm), all photosites"),
     ]
-    if camera.olpf is not None:
+    if isinstance(camera.olpf, KnowsSplits):
         rows.append(("OLPF null", _olpf_null(camera.olpf, pitch_um)))
     rows += [
         ("white level", f"{adc.white_level_dn(adc.base_iso, well_e)} DN at ISO {adc.base_iso:g}"),
@@ -120,9 +120,9 @@ def _blur(camera: Body, wavelength_nm: float) -> Row:
     return "lens", f"{kind}, the same at every wavelength: {scale_um:.4g} µm, {ends}"
 
 
-def _olpf_null(olpf: FourSpotOlpf, pitch_um: float) -> str:
+def _olpf_null(olpf: KnowsSplits, pitch_um: float) -> str:
     """Return the frequencies at which the low-pass filter first passes nothing."""
-    splits = {"x": olpf.split_um, "y": olpf.split_down_um}
+    splits = dict(zip("xy", olpf.splits_um, strict=True))
     along = [axis for axis, split_um in splits.items() if split_um]
     if len(along) == 2 and splits["x"] == splits["y"]:
         splits, along = {"x and y": splits["x"]}, ["x and y"]

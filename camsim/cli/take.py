@@ -186,6 +186,7 @@ def _write(frame: Frame, outputs: list[Output], bar: Bar, request: Request) -> N
             frame,
             output.path,
             product=output.product,
+            force=True,  # judged before the work
             allow_odd_cfa=request.allow_odd_cfa,
             compress=request.compress,
         )

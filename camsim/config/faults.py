@@ -15,7 +15,7 @@ from camsim.config.scalars import resolve
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
 from camsim.errors import ConfigError, Fault
-from camsim.words import number_hint, percent_hint, word_hint
+from camsim.words import either, number_hint, percent_hint, word_hint
 
 T = TypeVar("T", bound=Table)
 
@@ -168,8 +168,13 @@ def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
     parent = document.find(path[:-1])
     table = holder.table(parent) if holder is not None and parent is not None else None
     assert table is not None, f"{path}: a key too many outside a table"
+    assert holder is not None
     if comma := _comma(parent, key):
         return comma
+    # A key of another kind is no misspelling of one of this kind.
+    others = [other for other in holder.tables() if key in other.model_fields]
+    if kinds := [word for other in others for word in get_args(other.model_fields["kind"].annotation)]:
+        return f"unknown key of this kind; it is one of kind {either(kinds)}"
     allowed = [name for name in table.model_fields if name != "source"]
     if near := meant(key, allowed):
         description = table.model_fields[near].description

@@ -13,6 +13,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Corners, Point, Positive, judge, refusal
+from camsim.words import brief
 
 Place: TypeAlias = tuple[float, float]
 Longer: TypeAlias = Callable[[tuple[float, float, float]], tuple[F64, F64]]
@@ -32,6 +33,8 @@ class Polygon:
 
     points_um: Corners
     reflectance: Reflectance
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

@@ -16,6 +16,7 @@ from camsim.spectra.curve import Curve
 from camsim.spectra.light import LIGHT_SPEED_M_PER_S, PLANCK_J_S
 from camsim.spectra.named import sensitivities
 from camsim.typed import judge, refusal
+from camsim.words import brief
 
 ELECTRON_CHARGE_C = 1.602176634e-19
 """Exact in the SI of 2019."""
@@ -50,6 +51,8 @@ class QuantumEfficiency:
     per: Literal["energy", "photon"]
     peak: Annotated[float, Gt(0), Le(1)] | Literal["as given"]
     source: str = ""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

@@ -10,11 +10,13 @@ from typing import Annotated, Literal, Self, TypeAlias
 
 import numpy as np
 
+from camsim import notebook
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
 from camsim.spectra.csv_table import Column, read_points
 from camsim.typed import Count, Fraction, NonNegative, Positive, Several, check, judge
+from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +40,8 @@ class Curve:
     name: str = ""
     outside: Literal["zero", "hold"] | None = None
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         judge(self)
         what = f"Curve {self.name!r}" if self.name else "Curve"
@@ -58,6 +62,14 @@ class Curve:
                     key="wavelength_nm",
                     stage=what,
                 )
+
+    def _repr_html_(self) -> str:
+        points = f"{len(self.values)} from {self.wavelength_nm[0]:g} to {self.wavelength_nm[-1]:g} nm"
+        highest = max(self.values)
+        peak = f"{highest:.4g} at {self.wavelength_nm[int(np.argmax(self.values))]:g} nm"
+        beyond = {"zero": "0", "hold": "as at the ends", None: "goes by what it is of"}[self.outside]
+        rows = [("points", points), ("highest", peak), ("beyond", beyond)]
+        return notebook.table(rows, self.name or "Curve") + notebook.line(self.wavelength_nm, self.values)
 
     @classmethod
     def from_csv(

@@ -40,7 +40,7 @@ FAULTS = {
     "key of another shape": (
         "radius: 3,",
         "radius: 3, width: 4,",
-        ["scene.yaml:15:31: scene.shapes.2.width: unknown key; known here: kind, radius, centre, reflectance"],
+        ["scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle"],
     ),
     "missing key": (
         "{time_s: 0.01, iso: 200}",
@@ -55,7 +55,8 @@ FAULTS = {
         "",
         [
             "scene.yaml:1:1: lens: missing; "
-            "a table of kind airy, annular, gaussian, wavefront, radial-otf, measured-psf or measured-otf (the lens)"
+            "a table of kind airy, annular-airy, gaussian, elliptical-gaussian, wavefront, radial-otf, measured-psf or "
+            "measured-otf (the lens)"
         ],
     ),
     "missing in a list": (
@@ -77,8 +78,8 @@ FAULTS = {
         "kind: airy",
         "kind: wavefrnt",
         [
-            "scene.yaml:3:14: lens.kind: must be airy, annular, gaussian, wavefront, radial-otf, measured-psf or "
-            "measured-otf, not 'wavefrnt'; did you mean 'wavefront'?"
+            "scene.yaml:3:14: lens.kind: must be airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
+            "radial-otf, measured-psf or measured-otf, not 'wavefrnt'; did you mean 'wavefront'?"
         ],
     ),
     "word for a number": (
