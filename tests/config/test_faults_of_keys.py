@@ -150,8 +150,8 @@ FAULTS = {
         "kind: airy",
         "type: airy",
         [
-            "scene.yaml:3:1: lens.kind: missing; airy, annular, gaussian, wavefront, radial-otf, measured-psf or "
-            "measured-otf; write kind in place of 'type'"
+            "scene.yaml:3:1: lens.kind: missing; airy, annular-airy, gaussian, elliptical-gaussian, wavefront, radial-otf, "
+            "measured-psf or measured-otf; write kind in place of 'type'"
         ],
     ),
     "a value for its table": (
