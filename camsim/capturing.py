@@ -9,8 +9,8 @@ from typing import Any, TypeVar
 
 from camsim.camera import Camera
 from camsim.config import build, build_sensor, coverage, csv_curves, library, memory, overrides, schema, yaml_source
-from camsim.config.build import SceneDocument
 from camsim.config.build_sensor import SensorDocument
+from camsim.config.build_shapes import SceneDocument
 from camsim.config.judged import Judged
 from camsim.config.overrides import Override
 from camsim.config.sensor_search import SensorSearch
@@ -108,7 +108,7 @@ def _capture(
     frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
     mount, light, exposure = build.mount(scene), build.light(scene), build.exposure(scene)
     region = build.region(scene, frame)
-    content = build.scene_content(scene, frame.pitch_um if frame else None)
+    content = build.scene_content(scene, frame)
     camera = build_sensor.camera(sensor, mount.lens if mount else None) if sensor else None
     if mount and camera:
         camera = mount.on(camera)

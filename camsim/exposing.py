@@ -103,7 +103,7 @@ class Capture:
     @functools.cached_property
     def samples(self) -> LightSamples:
         """The light at nodes that follow every curve of camera and scene."""
-        surfaces = (self.scene.background, *(shape.reflectance for shape in self.scene.shapes))
+        surfaces = self.scene.spectra
         return self.camera.samples(self.light, surfaces)
 
     @functools.cached_property

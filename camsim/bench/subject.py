@@ -49,7 +49,7 @@ class Subject:
         camera, samples = capture.camera, capture.samples
         grid = capture.grid if region is None else camera.grid(region)
         response = camera.electrons_per_reflectance(samples, capture.time_s)
-        surfaces = (capture.scene.background, *(shape.reflectance for shape in capture.scene.shapes))
+        surfaces = capture.scene.spectra
         seen = [(response * spectrum_at(surface, samples.wavelength_nm)).sum(axis=1) for surface in set(surfaces)]
         scale = np.maximum(response.sum(axis=1), np.max(seen, axis=0))
         channel = camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)

@@ -8,7 +8,9 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.rendering import Grid
-from camsim.scene import Scene
+from camsim.scene import Scene, flattened
+from camsim.scene.outlines import Outlines
+from camsim.scene.sides import SideLimits
 from camsim.window import Region
 
 SIDE = 128  # photosites: a second or two for every engine at its finest
@@ -42,7 +44,9 @@ def busiest(scene: Scene, grid: Grid, side: int = SIDE) -> Region:
 
 def along_outlines(scene: Scene, grid: Grid) -> F64:
     """Return points (n, 2), row and col of the grid, spread evenly along what of the outlines lies within it."""
-    outlines = [shape.outline_um(64.0 * grid.pitch_um) / grid.pitch_um for shape in scene.shapes]
+    primitives = flattened(scene.shapes)
+    rings = Outlines.of(primitives).rings(SideLimits(64.0 * grid.pitch_um))
+    outlines = [ring / grid.pitch_um for own in rings for ring in own]
     if not outlines:
         return np.empty((0, 2))
     starts = np.concatenate(outlines)

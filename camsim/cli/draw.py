@@ -5,11 +5,12 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.scene.outlines import loops_of
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.words import percent
 
@@ -31,10 +32,22 @@ def colour_of(spectrum: Spectrum) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def outlines_pitch(capture: Capture) -> list[F64]:
-    """Return the corners (n, 2) of every shape in painter's order, in pitches from the optical axis."""
+class Painted(NamedTuple):
+    """What is painted in one go: the number of its shape, its loops (n, 2) in pitches, and its surface."""
+
+    number: int
+    loops: list[F64]
+    surface: Spectrum
+
+
+def painted(capture: Capture) -> list[Painted]:
+    """Return everything that is painted, in painter's order, in pitches from the optical axis."""
     pitch_um = capture.camera.pitch_um
-    return [shape.outline_um(_ROUND * pitch_um) / pitch_um for shape in capture.scene.shapes]
+    return [
+        Painted(number, [loop / pitch_um for loop in loops_of(one, _ROUND * pitch_um)], one.reflectance)
+        for number, shape in enumerate(capture.scene.shapes)
+        for one in shape.primitives()
+    ]
 
 
 def ends_of(capture: Capture) -> tuple[float, float, float, float]:
@@ -49,8 +62,9 @@ def picture(capture: Capture, suffix: str) -> bytes:
     import matplotlib as mpl
 
     mpl.use("Agg")
-    from matplotlib.collections import PolyCollection
+    from matplotlib.collections import PathCollection
     from matplotlib.figure import Figure
+    from matplotlib.path import Path
 
     camera = capture.camera
     left, right, top, bottom = ends_of(capture)
@@ -58,10 +72,14 @@ def picture(capture: Capture, suffix: str) -> bytes:
     figure = Figure(figsize=(9.0, min(12.0, max(4.0, 1.6 + 7.4 * high / wide))), layout="constrained")
     axes = figure.subplots()
     axes.set_facecolor(colour_of(capture.scene.background))
-    outlines = outlines_pitch(capture)
-    colours = [colour_of(shape.reflectance) for shape in capture.scene.shapes]
-    axes.add_collection(PolyCollection(outlines, facecolors=colours, edgecolors="#c0392b", linewidths=0.6))
-    for number, outline in enumerate(outlines[:_MOST_NUMBERS]):
+    seen = [one for one in painted(capture) if one.loops]
+    paths = [
+        Path.make_compound_path(*(Path(np.vstack([loop, loop[:1]]), closed=True) for loop in one.loops)) for one in seen
+    ]
+    colours = [colour_of(one.surface) for one in seen]
+    axes.add_collection(PathCollection(paths, facecolors=colours, edgecolors="#c0392b", linewidths=0.6))
+    firsts = {one.number: one.loops[0] for one in reversed(seen) if one.number < _MOST_NUMBERS}
+    for number, outline in firsts.items():
         x, y = np.clip(outline.mean(axis=0), (left, top), (right, bottom))
         axes.annotate(str(number), (x, y), color="#c0392b", fontsize=8, ha="center", va="center", clip_on=True)
     _rectangle(axes, (-camera.cols / 2, camera.cols / 2, -camera.rows / 2, camera.rows / 2), "black", "frame")
@@ -112,9 +130,11 @@ def lines(capture: Capture) -> Iterator[str]:
     x = left + (np.arange(cols) + 0.5) * wide / cols
     y = top + (np.arange(rows) + 0.5) * high / rows
     on_top = np.full((rows, cols), -1)
-    for number, outline in enumerate(outlines_pitch(capture)):
-        _paint(on_top, number, outline, x, y)
-    surfaces = [*(shape.reflectance for shape in capture.scene.shapes), capture.scene.background]
+    everything = painted(capture)
+    for place, one in enumerate(everything):
+        if one.loops:
+            _paint(on_top, place, one.loops, x, y)
+    surfaces = [*(one.surface for one in everything), capture.scene.background]
     shade = [_SHADES[min(len(_SHADES) - 1, round(float(np.mean(colour_of(s))) * (len(_SHADES) - 1)))] for s in surfaces]
     yield f"┌{'─' * cols}┐"
     for row in on_top:
@@ -125,7 +145,7 @@ def lines(capture: Capture) -> Iterator[str]:
     window = f"rows {round(top + camera.rows / 2)} to {round(bottom + camera.rows / 2) - 1}"
     window += f", cols {round(left + camera.cols / 2)} to {round(right + camera.cols / 2) - 1}"
     yield f"window: {window} of {camera.rows} × {camera.cols} photosites of {camera.name}"
-    yield from _legend(capture, on_top)
+    yield from _legend(capture, everything, on_top)
 
 
 def _scale(pitches_per_cell: float, cols: int, pitch_um: float) -> Iterator[str]:
@@ -136,13 +156,16 @@ def _scale(pitches_per_cell: float, cols: int, pitch_um: float) -> Iterator[str]
     yield f"├{'─' * max(0, round(pitches / pitches_per_cell) - 2)}┤ {pitches:g} photosites, {pitches * pitch_um:g} µm"
 
 
-def _legend(capture: Capture, on_top: Any) -> Iterator[str]:
+def _legend(capture: Capture, everything: list[Painted], on_top: Any) -> Iterator[str]:
     shapes: Sequence[Any] = capture.scene.shapes
+    owner = np.array([*(one.number for one in everything), -1])
     for number, shape in enumerate(shapes[:_MOST_LINES]):
-        share = float(np.mean(on_top == number))
+        share = float(np.mean(owner[on_top] == number))
         seen = f"{percent(share)} of the window" if share else "not seen in the window, or smaller than a cell"
         kind = type(shape).__name__.lower()
-        yield f"  scene.shapes.{number}: {kind}, reflectance {_words(shape.reflectance)}: {seen}"
+        surfaces = list(dict.fromkeys(_words(one.surface) for one in everything if one.number == number))
+        surface = surfaces[0] if len(surfaces) == 1 else f"{len(surfaces)} surfaces"
+        yield f"  scene.shapes.{number}: {kind}, reflectance {surface}: {seen}"
     if len(shapes) > _MOST_LINES:
         yield f"  … and {len(shapes) - _MOST_LINES} more shapes"
     yield f"  background: reflectance {_words(capture.scene.background)}: {percent(float(np.mean(on_top < 0)))}"
@@ -152,15 +175,17 @@ def _words(spectrum: Spectrum) -> str:
     return (spectrum.name or "by a table") if isinstance(spectrum, Curve) else f"{spectrum:g}"
 
 
-def _paint(on_top: Any, number: int, outline: F64, x: F64, y: F64) -> None:
-    """Put a shape's number where it lies: inside, a line to the right crosses an odd number of sides."""
-    low, high = outline.min(axis=0), outline.max(axis=0)
+def _paint(on_top: Any, place: int, loops: list[F64], x: F64, y: F64) -> None:
+    """Put a number where something is painted: inside, a line to the right crosses an odd number of sides."""
+    corners = np.concatenate(loops)
+    following = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+    low, high = corners.min(axis=0), corners.max(axis=0)
     cols, rows = (np.flatnonzero((at >= low[k]) & (at <= high[k])) for k, at in enumerate((x, y)))
     if not cols.size or not rows.size:
         return
     px, py = x[cols][None, :], y[rows][:, None]
     inside = np.zeros((rows.size, cols.size), bool)
-    for (x0, y0), (x1, y1) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+    for (x0, y0), (x1, y1) in zip(corners, following, strict=True):
         if y0 != y1:
             inside ^= ((y0 > py) != (y1 > py)) & (px < x0 + (x1 - x0) * (py - y0) / (y1 - y0))
-    on_top[np.ix_(rows, cols)] = np.where(inside, number, on_top[np.ix_(rows, cols)])
+    on_top[np.ix_(rows, cols)] = np.where(inside, place, on_top[np.ix_(rows, cols)])

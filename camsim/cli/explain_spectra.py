@@ -57,7 +57,7 @@ def draw_efficiency(figure: Any, capture: Capture) -> None:
 def draw_spectra(figure: Any, capture: Capture) -> None:
     """Draw the light, what surfaces return and lens and filters pass, and what each channel collects of white."""
     camera, light = capture.camera, capture.light
-    surfaces = dict.fromkeys((capture.scene.background, *(shape.reflectance for shape in capture.scene.shapes)))
+    surfaces = dict.fromkeys(capture.scene.spectra)
     passes = (camera.lens.transmission, *camera.filters)
     low_nm, high_nm = light.ends_nm
     one_line = light.is_one_line

@@ -8,12 +8,10 @@ from typing import TypeAlias
 
 from camsim.camera import Camera
 from camsim.config import build_optics, schema
-from camsim.config.build_sensor import curve_of, filters_at
-from camsim.config.judged import Judged
-from camsim.config.tree import KeyPath
-from camsim.errors import CamsimError
+from camsim.config.build_sensor import filters_at
+from camsim.config.build_shapes import SceneDocument, shape_at, spectrum_at
 from camsim.optics import Lens
-from camsim.scene import Disc, Polygon, Rectangle, Scene
+from camsim.scene import Scene
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import Cos4Falloff, Falloff, RadialFalloff
 from camsim.spectra import named
@@ -21,14 +19,7 @@ from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.light import Light
 from camsim.window import Region
 
-SceneDocument: TypeAlias = Judged[schema.SceneFile]
 Progress: TypeAlias = Callable[[str, float], None]
-
-# What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
-_ANY_SPECTRUM = 0.5
-
-# Lengths of a shape, which a file gives in the scene's unit.
-_LENGTHS: dict[str, KeyPath] = {f"{key}_um": (key,) for key in ("points", "width", "height", "centre", "radius")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +43,7 @@ class Mount:
 
 def mount(scene: SceneDocument) -> Mount | None:
     """Make the lens of a scene file and everything that is on it."""
-    transmission = _spectrum(scene, ("lens", "transmission"), names=False)
+    transmission = spectrum_at(scene, ("lens", "transmission"), names=False)
     filters = filters_at(scene, ("lens", "filters"))
     table = scene.part(("lens",), schema.LensTable)
     if table is None or filters is None:
@@ -137,57 +128,19 @@ def region(scene: SceneDocument, frame: schema.SensorFrame | None) -> Region | N
     return Region(rows=table.rows, cols=table.cols, origin=table.origin)
 
 
-def scene_content(scene: SceneDocument, pitch_um: float | None) -> Scene | None:
-    """Make what is in front of the camera; without a known pitch only to find its faults."""
-    unit_um = {"pixel": pitch_um, "um": 1.0, "mm": 1000.0}.get(str(scene.value(("scene", "unit")))) or 1.0
-    background = _spectrum(scene, ("scene", "background", "reflectance"))
+def scene_content(scene: SceneDocument, frame: schema.SensorFrame | None) -> Scene | None:
+    """Make what is in front of the camera; without a known frame only to find its faults."""
+    units_um = {"um": 1.0, "mm": 1000.0}
+    if frame is not None:
+        units_um |= {"pixel": frame.pitch_um, "frame": frame.rows * frame.pitch_um}
+    unit_um = units_um.get(str(scene.value(("scene", "unit"))), 1.0)
+    background = spectrum_at(scene, ("scene", "background", "reflectance"))
     tables = scene.value(("scene", "shapes"))
     shapes = [
-        None if scene.full else _shape(scene, ("scene", "shapes", index), unit_um)
+        None if scene.full else shape_at(scene, ("scene", "shapes", index), unit_um)
         for index in range(len(tables) if isinstance(tables, list) else 0)
     ]
     whole = [shape for shape in shapes if shape is not None]
     if background is None or len(whole) < len(shapes):
         return None
     return scene.build(("scene",), lambda: Scene(background=background, shapes=whole))
-
-
-def _shape(scene: SceneDocument, path: KeyPath, unit_um: float) -> Polygon | Rectangle | Disc | None:
-    reflectance = _spectrum(scene, (*path, "reflectance"))
-    spectrum = _ANY_SPECTRUM if reflectance is None else reflectance
-    table = scene.part(path, schema.Table)
-
-    def make(scale: float) -> Polygon | Rectangle | Disc | None:
-        if isinstance(table, schema.Polygon):
-            points_um = tuple((x * scale, y * scale) for x, y in table.points)
-            return Polygon(points_um=points_um, reflectance=spectrum)
-        if isinstance(table, schema.Rectangle):
-            return Rectangle(
-                width_um=table.width * scale,
-                height_um=table.height * scale,
-                centre_um=(table.centre[0] * scale, table.centre[1] * scale),
-                rotate_deg=table.rotate_deg,
-                reflectance=spectrum,
-            )
-        if isinstance(table, schema.Disc):
-            centre_um = (table.centre[0] * scale, table.centre[1] * scale)
-            return Disc(radius_um=table.radius * scale, centre_um=centre_um, reflectance=spectrum)
-        return None
-
-    try:
-        return make(unit_um)
-    except CamsimError:
-        # The numbers of a message are to be those of the file: its unit, not µm.
-        in_its_unit = scene.build(path, lambda: make(1.0), keys=_LENGTHS)
-        return in_its_unit and scene.build(path, lambda: make(unit_um), keys=_LENGTHS)
-
-
-def _spectrum(scene: SceneDocument, path: KeyPath, *, names: bool = True) -> Spectrum | None:
-    """Make a reflectance (which may have a name) or a transmission of whatever stands at ``path``."""
-    value = scene.value(path)
-    if names and isinstance(value, str):
-        return scene.build(path, lambda: named.reflectance(value))
-    if isinstance(value, dict):
-        table = scene.part(path, schema.Fractions)
-        return None if table is None else scene.build(path, lambda: curve_of(table))
-    return float(value) if isinstance(value, int | float) else None

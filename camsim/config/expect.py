@@ -57,8 +57,15 @@ class Expected:
 
     def tables(self) -> tuple[type[Table], ...]:
         """Return the tables that may stand here."""
-        kinds = [alternative.kind for alternative in self.alternatives()]
-        return tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Table))
+        if isinstance(self.kind, type) and issubclass(self.kind, Table):
+            return (self.kind,)
+        return tuple(table for a in self.alternatives() if _is_union(self.kind) for table in a.tables())
+
+    def holds(self) -> Iterator[type[Table]]:
+        """Yield the tables that may stand here, or in a list here."""
+        yield from self.tables()
+        for alternative in self._with_origin(list):
+            yield from Expected.of(get_args(alternative.kind)[0]).holds()
 
     def table(self, node: Node) -> type[Table] | None:
         """Return the table that ``node`` is meant to be; None when it is none, or its kind says nothing.
@@ -68,26 +75,31 @@ class Expected:
         tables = self.tables()
         if not isinstance(node.content, Mapping):
             return None
-        if len(tables) == 1:
-            return tables[0]
-        word = self.meant_kind(node)
-        return next((table for table in tables if word is not None and word in kinds_of(table)), None)
+        for key in ("kind", "name"):
+            if len(tables) > 1:
+                word = self.meant_word(node, key)
+                tables = tuple(table for table in tables if word is not None and word in words_of(table, key))
+        return tables[0] if tables else None
 
-    def meant_kind(self, node: Node) -> str | None:
-        """Return the word of a kind that stands in ``node``, or the one that it is near to."""
-        kind = node.content.get("kind") if isinstance(node.content, Mapping) else None
-        words = [word for table in self.tables() for word in kinds_of(table)]
-        if kind is None or kind.content in words:
-            return None if kind is None else str(kind.content)
-        near = nearest(str(kind.content), words)
+    def telling_key(self) -> str:
+        """Return the key that tells tables apart: their kind, or the name where all are of one kind."""
+        return "kind" if len({kinds_of(table) for table in self.tables()}) > 1 else "name"
+
+    def meant_word(self, node: Node, key: str) -> str | None:
+        """Return the word that stands under ``kind`` or ``name`` in ``node``, or the known one that it is near to."""
+        said = node.content.get(key) if isinstance(node.content, Mapping) else None
+        words = [word for table in self.tables() for word in words_of(table, key)]
+        if said is None or said.content in words:
+            return None if said is None else str(said.content)
+        near = nearest(str(said.content), words)
         return near[0] if near else None
 
     def inside(self, node: Node, key: str | int) -> Expected | None:
         """Return what is expected under ``key`` of a value; None where the schema has nothing to say."""
         if isinstance(key, str):
-            if key == "kind" and len(self.tables()) > 1:
-                return Expected(Literal[tuple(kind for each in self.tables() for kind in kinds_of(each))])
             table = self.table(node)
+            if len(telling := self._words_that_tell(node, key)) > 1:
+                return Expected(Literal[telling])
             if table is not None:
                 field = table.model_fields.get(key)
                 return None if field is None else expected_of_field(field)
@@ -99,8 +111,19 @@ class Expected:
             return Expected.of(items[key]) if key < len(items) else None
         return None
 
+    def _words_that_tell(self, node: Node, key: str) -> tuple[str, ...]:
+        """Return the words under ``kind``, or under the ``name`` of tables of one kind, that tell tables apart."""
+        kind = self.meant_word(node, "kind") if key == "name" else None
+        tables = [table for table in self.tables() if key == "kind" or kind in kinds_of(table)]
+        known = [word for table in tables for word in words_of(table, key)] if key in ("kind", "name") else []
+        return tuple(dict.fromkeys(known)) if len(tables) > 1 else ()
+
     def member(self, node: Node) -> Expected:
         """Return the member of a union that ``node`` is meant to be; this itself when that cannot be told."""
+        kind = self.meant_word(node, "kind")
+        for alternative in self.alternatives():
+            if _is_union(alternative.kind) and any(kind in kinds_of(table) for table in alternative.tables()):
+                return alternative
         table = self.table(node)
         if table is not None:
             return Expected.of(table)
@@ -134,9 +157,9 @@ class Expected:
     def words(self) -> str:
         """Return what may stand here, as in 'must be …'."""
         tables = self.tables()
-        parts = [_words(a) for a in self.alternatives() if a.kind not in tables or len(tables) == 1]
+        parts = [_words(a) for a in self.alternatives() if not a.tables() or len(tables) == 1]
         if len(tables) > 1:
-            kinds = [kind for table in tables for kind in kinds_of(table)]
+            kinds = list(dict.fromkeys(kind for table in tables for kind in kinds_of(table)))
             parts.append(f"a table of kind {either(kinds)}")
         return either(parts)
 
@@ -157,23 +180,32 @@ def along(root: Expected, node: Node, path: KeyPath) -> Expected | None:
     return here
 
 
-def can_contradict(expected: Expected) -> bool:
-    """Whether any table in here has keys that may contradict each other (a long list of shapes has none)."""
+def can_contradict(expected: Expected, above: tuple[type[Table], ...] = ()) -> bool:
+    """Whether any table in here has keys that may contradict each other (a long list of shapes has none).
+
+    above : tables that this lies in; some hold others of their own kind
+    """
     for member in expected.alternatives():
         items = get_args(member.kind) if get_origin(member.kind) in (list, tuple, dict) else ()
-        if any(can_contradict(Expected.of(item)) for item in items):
+        if any(can_contradict(Expected.of(item), above) for item in items):
             return True
     return any(
         "contradictions" in vars(table)
-        or any(can_contradict(expected_of_field(field)) for field in table.model_fields.values())
+        or any(can_contradict(expected_of_field(field), (*above, table)) for field in table.model_fields.values())
         for table in expected.tables()
+        if table not in above
     )
 
 
 def kinds_of(table: type[Table]) -> tuple[str, ...]:
     """Return the words that ``kind`` may be in a table."""
-    field = table.model_fields.get("kind")
-    return () if field is None else get_args(field.annotation)
+    return words_of(table, "kind")
+
+
+def words_of(table: type[Table], key: str) -> tuple[str, ...]:
+    """Return the words that a key of a table may be, where they are a fixed few."""
+    field = table.model_fields.get(key)
+    return () if field is None or get_origin(field.annotation) is not Literal else get_args(field.annotation)
 
 
 def _is_union(annotation: Any) -> bool:

@@ -103,14 +103,15 @@ def _format_fault(document: Document, model: type[Table]) -> Fault | None:
 
 
 def _mend_kind(tree: Any, root: Expected, document: Document, path: KeyPath) -> bool:
-    """Put the kind that is meant in place of a misspelt one, so that it does not hide what is wrong beside it."""
-    expected, node = along(root, document.root, path[:-1]), document.find(path[:-1])
-    word = expected.meant_kind(node) if expected is not None and node is not None else None
-    for key in path[:-1]:
+    """Put the kind (or name) that is meant in place of a misspelt one, so that it hides nothing beside it."""
+    *holder, telling = path
+    expected, node = along(root, document.root, tuple(holder)), document.find(tuple(holder))
+    word = expected.meant_word(node, str(telling)) if expected is not None and node is not None else None
+    for key in holder:
         tree = tree[key]
-    if word is None or tree.get("kind") == word:
+    if word is None or tree.get(telling) == word:
         return False
-    tree["kind"] = word
+    tree[telling] = word
     return True
 
 
@@ -132,7 +133,7 @@ def _path_of(root: Expected, node: Node, loc: tuple[str | int, ...], error: str)
     if error == "missing" and isinstance(last[0], int):
         last = ()  # a point with one number: the point is wrong
     if error.startswith("union_tag") and here is not None and len(here.tables()) > 1:
-        last = ("kind",)
+        last = (here.telling_key(),)
     return (*path, *last)
 
 

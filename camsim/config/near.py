@@ -99,11 +99,13 @@ def place_of(word: str) -> str | None:
     return next((dotted(path) for path in found if path[-1] == name), None)
 
 
-def _all_keys(expected: Expected, path: KeyPath) -> Iterator[KeyPath]:
+def _all_keys(expected: Expected, path: KeyPath, above: tuple[type[Table], ...] = ()) -> Iterator[KeyPath]:
     for table in expected.tables():
         for name, field in table.model_fields.items():
             yield (*path, name)
-            yield from _all_keys(expected_of_field(field), (*path, name))
+            inside = expected_of_field(field)
+            if not {*inside.holds()} & {*above, table}:  # a group's shapes are told once
+                yield from _all_keys(inside, (*path, name), (*above, table))
     for alternative in expected.alternatives():
         if get_origin(alternative.kind) is list:
-            yield from _all_keys(Expected.of(get_args(alternative.kind)[0]), (*path, 0))
+            yield from _all_keys(Expected.of(get_args(alternative.kind)[0]), (*path, 0), above)

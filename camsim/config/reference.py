@@ -52,14 +52,19 @@ def markdown() -> str:
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
-def _tables(table: type[Table], path: str) -> Iterator[tuple[str, type[Table]]]:
-    """Yield a table and all tables inside it, with the paths at which they stand; kinds are told apart."""
+def _tables(table: type[Table], path: str, above: tuple[type[Table], ...] = ()) -> Iterator[tuple[str, type[Table]]]:
+    """Yield a table and all tables inside it, with the paths at which they stand; kinds are told apart.
+
+    above : tables that this lies in; what holds others of its own list is told once
+    """
     yield path, table
     for key, field in table.model_fields.items():
         inside = f"{path}.{key}" if path else key
+        if set(expected_of_field(field).holds()) & {*above, table}:
+            continue
         for member, place in _members(expected_of_field(field), inside):
             kinds = kinds_of(member)
-            yield from _tables(member, f"{place} (kind {', '.join(kinds)})" if kinds else place)
+            yield from _tables(member, f"{place} (kind {', '.join(kinds)})" if kinds else place, (*above, table))
 
 
 def _short(paths: list[str]) -> list[str]:

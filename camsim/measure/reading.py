@@ -26,6 +26,7 @@ from camsim.frame import Frame
 from camsim.measure.dng import read_raw
 from camsim.measure.picture import Picture, Plane, mosaic_planes
 from camsim.sensor.cfa import BAYER, PATTERNS
+from camsim.spectra.rgb import linear_of_srgb
 
 _NAMES = {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}
 _CFA_TAG, _COLOUR_PROFILE_TAG = 33422, 34675
@@ -202,8 +203,7 @@ def decode(encoded: F64, gamma: float | str) -> F64:
     if isinstance(gamma, str):
         if gamma.lower() != "srgb":
             raise InvalidValueError(f"{gamma!r}; give srgb or an exponent such as 2.2", key="gamma")
-        linear: F64 = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-        return linear
+        return linear_of_srgb(encoded)
     if not 0.1 <= gamma <= 10.0:
         raise InvalidValueError(f"{gamma:g}; give srgb or an exponent between 0.1 and 10, such as 2.2", key="gamma")
     power: F64 = np.sign(encoded) * np.abs(encoded) ** gamma

@@ -12,6 +12,7 @@ from camsim.body import Body
 from camsim.exposing import Capture
 from camsim.measure.geometry import EdgeLine
 from camsim.scene import Scene
+from camsim.scene.outlines import surface_at
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.integral import lumped
 from camsim.spectra.light import Light
@@ -69,13 +70,7 @@ class CameraOtf:
 
     def _reflectance_beside(self, line: EdgeLine, distance_pixel: float) -> Spectrum:
         """Return the surface at a distance from the edge's point, along its normal."""
-        import shapely
-
         left, top = self.camera.grid(self.region).first_centre
         x = left - 0.5 + line.x_pixel + distance_pixel * math.cos(line.normal_rad)
         y = top - 0.5 + line.y_pixel + distance_pixel * math.sin(line.normal_rad)
-        point = shapely.Point(x * self.camera.pitch_um, y * self.camera.pitch_um)
-        for shape in reversed(self.scene.shapes):
-            if shapely.Polygon(shape.outline_um(self.camera.pitch_um)).contains(point):
-                return shape.reflectance
-        return self.scene.background
+        return surface_at(self.scene, x * self.camera.pitch_um, y * self.camera.pitch_um)

@@ -15,7 +15,7 @@ Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
     "rings", "taper", "reach", "spreading", "pupil",
-    "footprint rule", "beyond", "meeting", "own wavelengths",
+    "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
 
 
@@ -55,7 +55,8 @@ FOURIER: dict[Source, Share] = {
     "pupil": Share(0.02, "a pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
 }
 CHECK: dict[Source, Share] = {
-    "footprint rule": Share(0.40, "Gauss rule over the photosite"),
+    "footprint rule": Share(0.35, "Gauss rule over the photosite"),
+    "own curves": Share(0.05, "curves as pairs of arcs: what lies between, in one pair and in all"),
     "beyond": Share(0.35, "rings of ends and lines past the radius of the table"),
     "meeting": Share(0.20, "rings that meet: of round outlines and of many lines"),
     "own wavelengths": Share(0.05, "its own fused wavelengths"),

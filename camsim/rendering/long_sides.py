@@ -1,6 +1,6 @@
-"""How long the sides of a round outline may be, however they fall: where little light comes from between side and arc.
+"""How long sides of a curved outline may be, however they fall: where little light comes from between side and curve.
 
-A side s and its arc, R about the centre, lie no farther than s²/12R apart when the corners lie a little outside.
+A side s and its curve, of radius R there, lie no farther than s²/12R apart when the corners lie a little outside.
 
 * Anywhere, a strip so wide takes no more than its width times the peak of the line spread. Where that is little enough,
   sides may be longer than the waves that pass.
@@ -25,22 +25,22 @@ from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
-from camsim.scene import Disc
+from camsim.scene import Primitive
+from camsim.scene.curves import STRAIGHT, joined
+from camsim.scene.sides import MOST_TURN, SideLimits
+from camsim.scene.stretches import stretches
 
-MOST_TURN = 2.0 * math.pi / 64.0  # of a side, radians
-STEP = 0.25  # of the distance: half an arc over which it is taken for the same
+STEP = 0.25  # of the distance: half a stretch of curve over which it is taken for the same
 FAR_PART = 0.2  # of the outlines' share, for sides that are long because they are far away
 HALVINGS = 60
 NO_LIGHT = 1e-60  # of a Gaussian far out: any side will do there
-
-Circle = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LongSides:
     """Sides that are short enough however they fall; lengths in µm.
 
-    off       : distance between a side and its arc that is small enough anywhere
+    off       : distance between a side and its curve that is small enough anywhere
     low, high : corners of the outermost photosites' centres;  extent: how far OLPF and photosite reach from them
     pattern   : of the lens; None when it is not known, and then no distance helps
     blur, quiet : its longest length, and from where on its far form holds
@@ -61,19 +61,19 @@ class LongSides:
     @classmethod
     def of(
         cls,
-        discs: Sequence[Disc],
+        primitives: Sequence[Primitive],
         *,
-        limits_um: tuple[float, float, float],
+        limits: SideLimits,
         system: OpticalSystem,
         grid: Grid,
         blur_um: tuple[float, float],
         line_per_um: float,
         budget: ErrorBudget,
     ) -> LongSides:
-        """Choose them for all discs of a scene together.
+        """Choose them for all curves of a scene together.
 
-        limits_um   : the longest segment, the largest wobble and the largest cut that are short enough anyway
-        blur_um     : of the lens, shortest and longest;  line_per_um: peak of its line spread
+        limits   : of sides that are short enough anyway
+        blur_um  : of the lens, shortest and longest;  line_per_um: peak of its line spread
         """
         allowed = budget.allowed("outlines")
         pattern = system.lens.pattern() if isinstance(system.lens, RoundLens) and not system.more else None
@@ -94,69 +94,61 @@ class LongSides:
             own = dataclasses.replace(own, densest=min(own.densest, 1.0 / area))
         if pattern is None:
             return own
-        return dataclasses.replace(own, factor=own._factor(discs, limits_um, FAR_PART * allowed))
+        return dataclasses.replace(own, factor=own._factor(primitives, limits, FAR_PART * allowed))
 
-    def along(self, circle: Circle) -> tuple[F64, F64]:
-        """Return angles (n + 1,) all the way round a circle, and how long sides may be (n,) between them, µm."""
-        radius = circle[2]
-        most = MOST_TURN * radius
+    def along(self, place: F64, radius: F64, length: F64) -> F64:
+        """Return how long sides may be (n,) about places (n, 2) of curves, µm; see ``SideLimits.longer``."""
         anywhere = self._anywhere(radius)
-        if anywhere >= most or self.factor == 0.0:
-            return np.array([0.0, 2.0 * math.pi]), np.array([min(anywhere, most)])
-        angle, light = self._arcs(circle)
-        longest = np.maximum(anywhere, self.factor * np.cbrt(radius / np.maximum(light, NO_LIGHT)))
-        return angle, np.minimum(longest, most)
+        if self.factor == 0.0:
+            return anywhere
+        light = self._light(self._gap(place) - 0.5 * length)
+        longer: F64 = np.maximum(anywhere, self.factor * np.cbrt(radius / np.maximum(light, NO_LIGHT)))
+        return longer
 
-    def _anywhere(self, radius: float) -> float:
-        return math.sqrt(12.0 * radius * self.off)
+    def apart(self, place: F64, length: F64) -> F64:
+        """Return how long stretches of curve may be (n,) that are taken for equally far away; see ``sides.Apart``."""
+        gap = self._gap(place)
+        most = 2.0 * STEP * np.maximum(np.abs(gap), self.blur)
+        # What lies wholly within the frame is near everywhere.
+        return np.where((self.pattern is not None) & (gap + 0.5 * length > 0.0), most, np.inf)
 
-    def _arcs(self, circle: Circle) -> tuple[F64, F64]:
-        """Return angles (n + 1,) and the most light (n,) per area between them: arcs short for their distance."""
-        x, y, radius = circle
-        angle = np.linspace(0.0, 2.0 * math.pi, 65)
-        middle = 0.5 * (self.low + self.high)
-        while True:
-            centre, half = 0.5 * (angle[:-1] + angle[1:]), 0.5 * radius * np.diff(angle)
-            place = np.stack([x + radius * np.cos(centre), y + radius * np.sin(centre)], axis=1)
-            beside = np.abs(place - middle) - 0.5 * (self.high - self.low)
-            # Below 0 inside.
-            gap = np.hypot(*np.maximum(beside, 0.0).T) + np.minimum(beside.max(axis=1), 0.0)
-            long = (half > STEP * np.maximum(np.abs(gap), self.blur)) & (gap + half > 0.0)
-            long &= half > 1e-12 * radius
-            if not long.any():
-                break
-            angle = np.sort(np.concatenate([angle, centre[long]]))
-        distance = np.maximum(gap - half - self.extent, 0.0)
-        return angle, self._light(distance)
+    def _anywhere(self, radius: F64) -> F64:
+        longest: F64 = np.sqrt(12.0 * radius * self.off)
+        return longest
 
-    def _light(self, distance: F64) -> F64:
+    def _gap(self, place: F64) -> F64:
+        """Return how far places lie outside the frame; below 0 inside."""
+        beside = np.abs(place - 0.5 * (self.low + self.high)) - 0.5 * (self.high - self.low)
+        gap: F64 = np.hypot(*np.maximum(beside, 0.0).T) + np.minimum(beside.max(axis=1), 0.0)
+        return gap
+
+    def _light(self, gap: F64) -> F64:
+        """Return the most light per area from places no nearer than that."""
         assert self.pattern is not None
+        distance = np.maximum(gap - self.extent, 0.0)
         far = np.maximum(distance, self.quiet) / self.blur
         light: F64 = np.minimum(self.pattern.spread(far) / self.blur**2, self.densest)
         light[distance < self.quiet] = self.densest
         return light
 
-    def _factor(self, discs: Sequence[Disc], limits_um: tuple[float, float, float], allowed: float) -> float:
+    def _factor(self, primitives: Sequence[Primitive], limits: SideLimits, allowed: float) -> float:
         """Return the factor with which all sides that are longer for it add up to what is allowed."""
-        arcs = []
-        for disc in discs:
-            radius = disc.radius_um
-            short, most = max(disc.side_um(*limits_um), self._anywhere(radius)), MOST_TURN * radius
-            if short < most:
-                angle, light = self._arcs(disc.circle_um)
-                each = np.ones_like(light)
-                arcs.append(np.stack([radius * np.diff(angle), light, radius * each, short * each, most * each]))
-        if not arcs:
+        curves = joined([fill.curves for one in primitives for fill in one.fills])
+        found = stretches(curves.some(curves.kind != STRAIGHT), self.apart)
+        anywhere, most = self._anywhere(found.radius_um), MOST_TURN * found.radius_um
+        short = np.maximum(limits.side_um(found.radius_um, True, True), anywhere)
+        found, short, most = found.some(short < most), short[short < most], most[short < most]
+        if not short.size:
             return 0.0
-        length, light, radius_of, short_of, most_of = np.concatenate(arcs, axis=1)
-        shape = np.cbrt(radius_of / np.maximum(light, NO_LIGHT))
+        light = self._light(self._gap(found.place_um) - 0.5 * found.length_um)
+        shape = np.cbrt(found.radius_um / np.maximum(light, NO_LIGHT))
 
         def lost(factor: float) -> float:
-            side = np.minimum(factor * shape, most_of)
-            longer = side > short_of
-            return float(np.sum((length * side**2 / (12.0 * radius_of) * light)[longer]))
+            side = np.minimum(factor * shape, most)
+            longer = side > short
+            return float(np.sum((found.length_um * side**2 / (12.0 * found.radius_um) * light)[longer]))
 
-        low, high = float((short_of / shape).min()), float((most_of / shape).max())
+        low, high = float((short / shape).min()), float((most / shape).max())
         if lost(high) <= allowed:
             return high
         for _ in range(HALVINGS):

@@ -1,4 +1,4 @@
-"""The scene's outlines as edges: round ones become polygons whose sides no photosite can tell from the arc."""
+"""The scene's outlines as edges: curved ones become polygons whose sides no photosite can tell from the curve."""
 
 from __future__ import annotations
 
@@ -12,39 +12,40 @@ from camsim.quadrature import gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.long_sides import LongSides
-from camsim.scene import Disc, Scene, arrange
-from camsim.scene.arrange import Arrangement
+from camsim.scene import Arrangement, Scene, arrange, flattened
+from camsim.scene.outlines import has_curves
+from camsim.scene.sides import SideLimits
 
 SLOPE_NODES = 24  # of a bound: a few per cent of it do not matter
 
 
 def arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget) -> Arrangement:
-    """Return the scene's edges, its round outlines as polygons; ``seen_nm``: wavelengths that carry signal."""
-    discs = [shape for shape in scene.shapes if isinstance(shape, Disc)]
-    if not discs or not seen_nm.size:
-        return arrange(scene, max_segment_um=math.inf)
+    """Return the scene's edges, its curved outlines as polygons; ``seen_nm``: wavelengths that carry signal."""
+    primitives = flattened(scene.shapes)
+    if not seen_nm.size or not has_curves(primitives):
+        return arrange(scene)
     shortest_nm, longest_nm = float(seen_nm.min()), float(seen_nm.max())
-    segment_um, wobble_um, cut_um2, line_per_um = _limits(system, shortest_nm, budget.allowed("outlines"))
+    limits, line_per_um = _limits(system, shortest_nm, budget.allowed("outlines"))
     long = LongSides.of(
-        discs,
-        limits_um=(segment_um, wobble_um, cut_um2),
+        primitives,
+        limits=limits,
         system=system,
         grid=grid,
         blur_um=(system.blur_um(shortest_nm), system.blur_um(longest_nm)),
         line_per_um=line_per_um,
         budget=budget,
     )
-    return arrange(scene, max_segment_um=segment_um, max_wobble_um=wobble_um, max_cut_um2=cut_um2, longer=long.along)
+    return arrange(scene, limits._replace(longer=long.along), apart=long.apart)
 
 
-def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[float, float, float, float]:
-    """Return the longest side of a curved outline's polygon and its largest wobble, µm, its largest cut, µm², and the
-    peak of the line spread, 1/µm.
+def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[SideLimits, float]:
+    """Return the limits of a curved outline's sides, and the peak of the line spread, 1/µm.
 
     Sides no longer than the inverse of the highest frequency that passes in any direction wobble at frequencies that
     the lens does not pass. What stays is of second order: half the mean square of the wobble times the slope of the
     line spread, which is no more than ∫2π|f|·|OTF| df along it. Where another shape cuts the outline, what is left of
-    the last side counts at once: its area times the pattern's peak, which is half that slope.
+    the last side counts at once: its area times the pattern's peak, which is half that slope. Where sides differ,
+    what one lacks is made up for beside it: the moment counts, times the pattern's slope, at most ∫∫2π|f_x|·|OTF| d²f.
     """
     highest = system.cutoff_per_um(shortest_nm)
     x, w = gauss_legendre(SLOPE_NODES)
@@ -55,4 +56,6 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[
     ]
     slope = max(2.0 * math.pi * float(np.sum(f * otf)) for otf in passes)
     line_per_um = max(float(np.sum(otf)) for otf in passes)
-    return 1.0 / highest, math.sqrt(2.0 * allowed / slope), 2.0 * allowed / slope, line_per_um
+    steepest = 4.0 * math.pi * max(float(np.sum(f * f * otf)) for otf in passes)
+    cut_um2, moment_um3 = 2.0 * allowed / slope, allowed / steepest
+    return SideLimits(1.0 / highest, math.sqrt(cut_um2), cut_um2, moment_um3), line_per_um

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.scene.outlines import Outlines
+from camsim.scene.primitives import flattened
 from camsim.scene.scene import Scene
-from camsim.scene.shapes import Longer
+from camsim.scene.sides import SideLimits
+from camsim.scene.stretches import Apart
+from camsim.scene.visible import Covers, visible_rings
 from camsim.spectra.curve import Spectrum
-
-GRID_BITS = (48, 46, 44)  # of the largest coordinate: at 50 GEOS fails to close rings now and then, at 49 it never did
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -36,165 +35,53 @@ class Arrangement:
     outline_edges: int = 0
 
 
-def arrange(
-    scene: Scene,
-    *,
-    max_segment_um: float,
-    max_wobble_um: float = math.inf,
-    max_cut_um2: float = math.inf,
-    longer: Longer | None = None,
-) -> Arrangement:
+def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | None = None) -> Arrangement:
     """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
 
-    max_segment_um, max_wobble_um, longer : how finely curved outlines are cut into sides (``Disc.outline_um``);
-                     max_cut_um2: those that another shape may cut
+    limits, apart : how finely curved outlines are cut into sides (``sides.polygons``)
 
     Every visible region contributes its outline against the background; where two regions share an edge
     exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.
 
-    >>> from camsim.scene.shapes import Rectangle
+    >>> from camsim.scene import Rectangle
     >>> grey = Rectangle(width_um=2.0, height_um=2.0, reflectance=0.5)
-    >>> len(arrange(Scene(background=1.0, shapes=[grey]), max_segment_um=1.0).left)
+    >>> len(arrange(Scene(background=1.0, shapes=[grey])).left)
     4
-    >>> len(arrange(Scene(background=0.5, shapes=[grey]), max_segment_um=1.0).left)
+    >>> len(arrange(Scene(background=0.5, shapes=[grey])).left)
     0
     """
-    spectra: list[Spectrum] = [scene.background]
-    index_of: dict[Spectrum, int] = {scene.background: 0}
-    outlines: list[F64] = []
-    regions: list[int] = []
-    for shape in scene.shapes:
-        outlines.append(_positive(shape.outline_um(max_segment_um, max_wobble_um, math.inf, longer)))
-        region = index_of.setdefault(shape.reflectance, len(spectra))
-        if region == len(spectra):
-            spectra.append(shape.reflectance)
-        regions.append(region)
-
-    touching = _touching(outlines)
-    for i in np.flatnonzero(touching[0]).tolist():
-        outlines[i] = _positive(scene.shapes[i].outline_um(max_segment_um, max_wobble_um, max_cut_um2, longer))
-    outline_edges = sum(map(len, outlines))
+    spectra: dict[Spectrum, int] = {scene.background: 0}
+    primitives = flattened(scene.shapes)
+    regions = [spectra.setdefault(primitive.reflectance, len(spectra)) for primitive in primitives]
+    outlines = Outlines.of(primitives)
+    limits = limits or SideLimits()
+    covers = Covers.of(primitives, outlines)
+    rings = outlines.some(covers.seen).rings(limits, crossing=covers.crossing, apart=apart)
     starts: list[F64] = []
     ends: list[F64] = []
     lefts: list[I64] = []
-    for region, rings in _visible_rings(outlines, regions, touching):
+    seen = [(primitives[i], regions[i]) for i in covers.seen.tolist()]
+    for region, visible in visible_rings(seen, rings, covers):
         if region == 0:
             continue
-        for ring in rings:
+        for ring in visible:
             starts.append(ring)
             ends.append(np.roll(ring, -1, axis=0))
             lefts.append(np.full(len(ring), region))
-    if not starts:
-        nothing = np.empty((0, 2))
-        none = np.empty(0, np.int64)
-        return Arrangement(
-            start_um=nothing,
-            end_um=nothing,
-            left=none,
-            right=none,
-            spectra=tuple(spectra),
-            outline_edges=outline_edges,
-        )
-    start, end, left = np.concatenate(starts), np.concatenate(ends), np.concatenate(lefts)
+    hidden = int(np.count_nonzero(~np.isin(outlines.owner, covers.seen)))
+    start, end = np.concatenate([np.empty((0, 2)), *starts]), np.concatenate([np.empty((0, 2)), *ends])
+    left = np.concatenate([np.empty(0, np.int64), *lefts])
     # An edge whose squared length is no longer a number above 0 contributes nothing.
     keep = np.sum((end - start) ** 2, axis=1) > 0.0
-    start, end, left = start[keep], end[keep], left[keep]
-    start, end, left, right = _merge_shared(start, end, left)
+    start, end, left, right = _merge_shared(start[keep], end[keep], left[keep])
     return Arrangement(
-        start_um=start, end_um=end, left=left, right=right, spectra=tuple(spectra), outline_edges=outline_edges
+        start_um=start,
+        end_um=end,
+        left=left,
+        right=right,
+        spectra=tuple(spectra),
+        outline_edges=sum(len(ring) for own in rings for ring in own) + hidden,
     )
-
-
-def _positive(outline: F64) -> F64:
-    """Return the outline in the direction that has its inside where the cross product is positive."""
-    x, y = (outline - outline[0]).T
-    area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    return outline if area > 0 else outline[::-1].copy()
-
-
-Touching = tuple[np.ndarray, I64, I64]
-
-
-def _touching(outlines: Sequence[F64]) -> Touching:
-    """Return which outlines may touch another, and the pairs whose boxes do."""
-    if not outlines:
-        nobody = np.empty(0, np.int64)
-        return np.empty(0, bool), nobody, nobody
-    import shapely
-
-    boxes = shapely.box(*np.array([[*o.min(axis=0), *o.max(axis=0)] for o in outlines]).T)
-    first, second = shapely.STRtree(boxes).query(boxes, predicate="intersects")
-    touching = np.zeros(len(outlines), bool)
-    touching[first[first != second]] = True
-    return touching, first, second
-
-
-def _visible_rings(outlines: Sequence[F64], regions: Sequence[int], found: Touching) -> list[tuple[int, list[F64]]]:
-    """Return (region, rings) of what can be seen; a shape that touches no other keeps its very numbers."""
-    if not outlines:
-        return []
-    import shapely
-
-    touching, first, second = found
-
-    visible = [(regions[i], [outlines[i]]) for i in np.flatnonzero(~touching).tolist()]
-    pieces: dict[int, list[Any]] = {}
-    overlapped_by: dict[int, list[int]] = {}
-    for a, b in zip(first, second, strict=True):
-        if b > a:
-            overlapped_by.setdefault(int(a), []).append(int(b))
-    polygons = {i: shapely.Polygon(outlines[i]) for i in np.flatnonzero(touching).tolist()}
-    for i, polygon in polygons.items():
-        later = [polygons[j] for j in overlapped_by.get(i, [])]
-        piece = polygon if not later else _overlaid(_without, [polygon, *later])
-        pieces.setdefault(regions[i], []).append(piece)
-    for region, parts in pieces.items():
-        joined = _overlaid(shapely.union_all, parts) if len(parts) > 1 else parts[0]
-        visible.append((region, _rings(joined)))
-    return visible
-
-
-def _without(polygons: Sequence[Any], grid_size: float | None = None) -> Any:
-    """Return the first polygon without all others."""
-    import shapely
-
-    first, *others = polygons
-    return shapely.difference(first, shapely.union_all(others, grid_size=grid_size), grid_size=grid_size)
-
-
-def _overlaid(overlay: Callable[..., Any], polygons: Sequence[Any]) -> Any:
-    """Return what an overlay makes of polygons, their very numbers kept where that can be trusted.
-
-    In floating point GEOS loses whole faces, without a word, where edges all but coincide: a corner of one on a side of
-    another (3 of 1000 random fans of triangles). On a grid every crossing is rounded and nothing is lost; corners move
-    by half its size. So both are made: where their areas differ by more than that explains, the grid's is right.
-    """
-    import shapely
-
-    exact = overlay(polygons)
-    size = math.frexp(float(np.abs(shapely.total_bounds(polygons)).max()))[1]
-    for bits in GRID_BITS:
-        grid = math.ldexp(1.0, size - bits)
-        try:
-            rounded = overlay(polygons, grid_size=grid)
-        except shapely.errors.GEOSException:  # rings that cannot be closed: too fine for its own rounding
-            continue
-        moved = 4.0 * grid * float(np.sum(shapely.length(polygons)))
-        return exact if abs(exact.area - rounded.area) <= moved else rounded
-    return exact
-
-
-def _rings(geometry: Any) -> list[F64]:
-    """Return the outlines (inside on the positive side) and holes of a Shapely geometry, unclosed."""
-    import shapely
-
-    rings: list[F64] = []
-    for part in shapely.get_parts(geometry):
-        if part.geom_type != "Polygon" or part.is_empty:
-            continue
-        rings.append(_positive(shapely.get_coordinates(part.exterior)[:-1]))
-        rings.extend(_positive(shapely.get_coordinates(hole)[:-1])[::-1].copy() for hole in part.interiors)
-    return rings
 
 
 def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:

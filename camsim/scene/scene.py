@@ -7,9 +7,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from camsim import notebook
-from camsim.scene.shapes import Shape
-from camsim.spectra.curve import Reflectance
-from camsim.typed import judge
+from camsim.errors import InvalidValueError
+from camsim.scene.primitives import Shape, counted, flattened
+from camsim.spectra.curve import Reflectance, Spectrum
+from camsim.typed import judge, refusal
 from camsim.words import brief
 
 _SHOWN = 10
@@ -31,6 +32,16 @@ class Scene:
 
     def __post_init__(self) -> None:
         judge(self)
+        try:
+            counted(self.shapes)
+        except InvalidValueError as error:
+            raise refusal(self, "shapes", error.message) from None
+
+    @property
+    def spectra(self) -> tuple[Spectrum, ...]:
+        """Distinct reflectances, the background's first."""
+        painted = (primitive.reflectance for primitive in flattened(self.shapes))
+        return tuple(dict.fromkeys((self.background, *painted)))
 
     @classmethod
     def from_yaml(

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import camsim
+from camsim.scene import flattened
+from camsim.scene.outlines import Outlines
+from camsim.scene.sides import SideLimits
 from tests.truth import closed_forms, rays
 
 
@@ -94,7 +97,8 @@ def test_the_middle_of_a_polygon_whose_sides_touch_a_circle(sides):
 
 def test_the_outline_has_the_area_of_the_disc_and_the_wobble_asked_for():
     """The polygon's corners and the middles of its sides lie outside and inside: their mean square is the wobble's."""
-    outline = camsim.Disc(radius_um=7.0, reflectance=1.0).outline_um(1.0, 1e-4)
+    disc = flattened([camsim.Disc(radius_um=7.0, reflectance=1.0)])
+    [[outline]] = Outlines.of(disc).rings(SideLimits(1.0, 1e-4))
     following = np.roll(outline, -1, axis=0)
     area = 0.5 * np.sum(outline[:, 0] * following[:, 1] - outline[:, 1] * following[:, 0])
     assert area == pytest.approx(np.pi * 49.0, rel=1e-12)

@@ -379,7 +379,7 @@ def test_channels_one_by_one_where_memory_is_short(monkeypatch):
     monkeypatch.setattr(fourier_plan, "_tiled", lambda *a: plans.append(planned(*a)) or plans[-1])
 
     def image(limit):
-        edges = camsim.scene.arrange(scene, max_segment_um=1.0)
+        edges = camsim.scene.arrange(scene)
         density = rng.uniform(size=(len(edges.spectra), 3, 5)) if not densities else densities[0]
         densities.append(density)
         return FourierImage(

@@ -21,7 +21,7 @@ PUBLIC = (
 )
 
 UNITS = (
-    *("um", "um2", "mm", "m", "nm", "per_um", "per_um2", "deg", "rad", "waves", "pitches"),
+    *("lp_per_mm", "um", "um2", "um3", "mm", "m", "nm", "per_um", "per_um2", "deg", "rad", "waves", "pitches"),
     *("w_per_m2", "w_per_m2_nm", "cd_per_m2", "lux", "um2_s_nm"),
     *("e", "electrons", "e_per_s", "dn", "dn_per_e", "electrons_per_dn", "ff"),
     *("s", "seconds", "per_s", "c", "k", "iso", "fraction"),
@@ -76,6 +76,19 @@ DIMENSIONLESS = {
     "powers": "powers of it",
     "rings": "cycles in it, shares, powers",
     "finest": "a tolerance",
+    "points": "curves': µm, in the check pitches",
+    "matrix": "a linear map; its last column is µm",
+    "t": "share of a curve's parameter",
+    "t0": "share of a curve's parameter",
+    "t1": "share of a curve's parameter",
+    "longest": "in the curves' unit",
+    "allowed": "of full scale",
+    "scale": "a factor",
+    "miter_limit": "in widths",
+    "line": "in sizes of the font",
+    "large": "a flag, as in SVG",
+    "sweep": "a flag, as in SVG",
+    **dict.fromkeys(("rx", "ry", "x1", "y1", "x2", "y2"), "a pen's: µm"),
 }
 NUMBERS = ("float", "F64", "F32", "Spectrum", "Reflectance", "Transmission", "Filter", "Corners", "Point")
 LIMITED = ("Positive", "NonNegative", "Fraction", "Celsius")

@@ -27,7 +27,7 @@ def test_scaling_is_lines_and_words(monkeypatch, tmp_path):
 @pytest.mark.parametrize(("over", "size"), [("photosites", 10_000), ("edges", 1000), ("patches", 24), ("threads", 1)])
 def test_scenes_of_every_size_are_as_large_as_they_say(over, size):
     task = sizes.task_of(over, size)
-    edges = arrange(task.scene, max_segment_um=1.0).start_um.shape[0]
+    edges = arrange(task.scene).start_um.shape[0]
     if over == "photosites":
         assert task.rows * task.cols == size
     if over == "edges":

@@ -9,7 +9,17 @@ import pytest
 from camsim.capturing import load
 from camsim.errors import ConfigError
 
+KINDS = (
+    "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
+    "repeat-on-grid or repeat-on-ring"
+)
+
 # What is replaced in the good file of conftest.py, by what, and the messages.
+KINDS = (
+    "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
+    "repeat-on-grid, repeat-on-ring, chart or svg"
+)
+
 FAULTS = {
     "unknown key": (
         "iso: 200",
@@ -67,12 +77,12 @@ FAULTS = {
     "missing kind": (
         "kind: disc, radius: 3",
         "radius: 3",
-        ["scene.yaml:15:7: scene.shapes.2.kind: missing; rectangle, polygon or disc"],
+        [f"scene.yaml:15:7: scene.shapes.2.kind: missing; {KINDS}"],
     ),
     "unknown kind": (
         "kind: disc",
         "kind: disk",
-        ["scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'disk'; did you mean 'disc'?"],
+        [f"scene.yaml:15:14: scene.shapes.2.kind: must be {KINDS}, not 'disk'; did you mean 'disc'?"],
     ),
     "unknown kind of lens": (
         "kind: airy",
@@ -150,8 +160,8 @@ FAULTS = {
         "kind: airy",
         "type: airy",
         [
-            "scene.yaml:3:1: lens.kind: missing; airy, annular-airy, gaussian, elliptical-gaussian, wavefront, radial-otf, "
-            "measured-psf or measured-otf; write kind in place of 'type'"
+            "scene.yaml:3:1: lens.kind: missing; airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
+            "radial-otf, measured-psf or measured-otf; write kind in place of 'type'"
         ],
     ),
     "a value for its table": (

@@ -196,7 +196,7 @@ FAULTS = {
         "unit: pixel",
         "unit: px",
         [
-            "scene.yaml:8:9: scene.unit: must be pixel, um or mm, not 'px'; did you mean 'pixel'? "
+            "scene.yaml:8:9: scene.unit: must be pixel, um, mm or frame, not 'px'; did you mean 'pixel'? "
             "(of all lengths in the scene; pixel is the sensor's pitch)"
         ],
     ),

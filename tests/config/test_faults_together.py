@@ -13,6 +13,11 @@ from camsim.capturing import load
 from camsim.config.tree import MOST_FAULTS, Document
 from camsim.errors import ConfigError, Fault
 
+KINDS = (
+    "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
+    "repeat-on-grid, repeat-on-ring, chart or svg"
+)
+
 
 def test_the_good_files_have_no_faults(folder: Path) -> None:
     assert load("good.yaml").scene_name == "good"
@@ -188,7 +193,7 @@ def test_a_misspelt_kind_does_not_hide_what_is_wrong_beside_it(folder: Path) -> 
     said = {fault.key: fault.message for fault in caught.value.faults}
     # The reflectance, which stands there as a colour, is not missing too.
     assert set(said) == {"scene.shapes.0.kind", "scene.shapes.0.radius", "scene.shapes.0.colour"}
-    assert said["scene.shapes.0.kind"] == "must be rectangle, polygon or disc, not 'disk'; did you mean 'disc'?"
+    assert said["scene.shapes.0.kind"] == f"must be {KINDS}, not 'disk'; did you mean 'disc'?"
 
 
 @pytest.mark.parametrize(

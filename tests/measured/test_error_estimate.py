@@ -19,7 +19,7 @@ from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
 from camsim.rendering.fourier import regions as fourier_regions
 from camsim.rendering.render import render_channels
-from camsim.scene import shapes
+from camsim.scene import outlines as scene_outlines
 
 # Short waves on a wide footprint: there the far form begins where the footprint's moments still matter.
 WIDE = [
@@ -134,14 +134,14 @@ def edge_lost(found):
 
 
 def seen_by_reversed_painter(function):
-    return lambda scene, **limits: function(dataclasses.replace(scene, shapes=scene.shapes[::-1]), **limits)
+    return lambda scene, *limits, **how: function(dataclasses.replace(scene, shapes=scene.shapes[::-1]), *limits, **how)
 
 
 def uncut(function):
     """No shape hides another."""
 
-    def arranged(scene, **limits):
-        parts = [function(dataclasses.replace(scene, shapes=[shape]), **limits) for shape in scene.shapes]
+    def arranged(scene, *limits, **how):
+        parts = [function(dataclasses.replace(scene, shapes=[shape]), *limits, **how) for shape in scene.shapes]
         joined = {name: np.concatenate([getattr(p, name) for p in parts]) for name in ("start_um", "end_um", "right")}
         left = np.concatenate([np.full(len(p.left), k + 1) for k, p in enumerate(parts)])
         spectra = (scene.background, *(shape.reflectance for shape in scene.shapes))
@@ -207,21 +207,21 @@ CORRUPTIONS = {
     "an edge is lost": (outlines, "arrange", returning(edge_lost), {}),
     "the scene is a ten-thousandth too large": (outlines, "arrange", returning(moved), {}),
     "discs have 64 sides": (
-        shapes.Disc,
-        "outline_um",
-        lambda f: lambda self, *limits: f(self, np.inf),
+        outlines,
+        "arrange",
+        lambda f: lambda scene, limits, **how: f(scene),
         {"scene": "disc"},
     ),
     "cut discs are cut as others": (
-        shapes.Disc,
-        "outline_um",
-        lambda f: lambda self, segment, wobble=np.inf, cut=np.inf, *longer: f(self, segment, wobble),
+        outlines,
+        "arrange",
+        lambda f: lambda scene, limits, **how: f(scene, limits._replace(cut_um2=np.inf, longer=None)),
         {"scene": "cut disc", "over": 3.0},
     ),
     "discs are a ten-thousandth too large": (
-        shapes.Disc,
-        "outline_um",
-        lambda f: lambda self, *limits: 1.0001 * f(self, *limits),
+        scene_outlines,
+        "polygons",
+        returning(lambda found: found._replace(corners_um=1.0001 * found.corners_um)),
         {"scene": "disc"},
     ),
     # painter's order

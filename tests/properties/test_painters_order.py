@@ -90,7 +90,7 @@ def covered(shape, x, y):
 
 def enclosed(outlines):
     """Area to the left of each piece, as Green's theorem has it: half of ∫ x dy − y dx along it."""
-    x, y, dx, dy, begin, turn, _ = outlines
+    x, y, dx, dy, begin, turn = outlines
     end = begin + turn
     arcs = dx * (dx * turn + x * (np.sin(end) - np.sin(begin)) - y * (np.cos(end) - np.cos(begin)))
     return 0.5 * np.where(turn == 0.0, x * dy - y * dx, arcs)
@@ -158,5 +158,5 @@ def test_fans_of_triangles():
         painted_last = np.zeros(len(points), int)
         for k, triangle in enumerate(triangles):
             painted_last[within(triangle, points)] = 1 + k % 2
-        found = arrange(camsim.Scene(background=0.9, shapes=shapes), max_segment_um=np.inf)
+        found = arrange(camsim.Scene(background=0.9, shapes=shapes))
         np.testing.assert_array_equal(region_at(found, points), painted_last, err_msg=f"fan {seed}")

@@ -93,7 +93,7 @@ def test_cut_across_its_edges_is_the_whole(optics):
 def test_neighbours_of_equal_spectrum_leave_no_edge(spectrum):
     left = np.array([(-5, -5), (0.3, -5), (0.3, 5), (-5, 5)])
     right = np.array([(0.3, -5), (6, -5), (6, 5), (0.3, 5)])
-    arrangement = arrange(scene_of([(left, spectrum), (right, spectrum)]), max_segment_um=1.0)
+    arrangement = arrange(scene_of([(left, spectrum), (right, spectrum)]))
     inside = np.abs(arrangement.start_um[:, 0] - 0.3 * PITCH_UM) < 1e-9
     inside &= np.abs(arrangement.end_um[:, 0] - 0.3 * PITCH_UM) < 1e-9
     assert not inside.any()

@@ -4,6 +4,7 @@ Every field says what it means and in which unit: messages, reference and JSON S
 """
 
 from camsim.config.schema.base import LISTS, Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table, Tabulated
+from camsim.config.schema.drawings import Svg
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.config.schema.lens import (
     AiryLens,
@@ -21,17 +22,13 @@ from camsim.config.schema.lens import (
 )
 from camsim.config.schema.scene import (
     Background,
-    Disc,
     Exposure,
     Light,
     Noise,
-    Polygon,
-    Rectangle,
     Region,
     Render,
     SceneContent,
     SceneFile,
-    Shape,
 )
 from camsim.config.schema.sensor import (
     BayerCfa,
@@ -49,6 +46,24 @@ from camsim.config.schema.sensor import (
     SquarePhotosite,
     TwoSpotOlpf,
 )
+from camsim.config.schema.shapes import (
+    Disc,
+    Ellipse,
+    Group,
+    HalfPlane,
+    Line,
+    Path,
+    Polygon,
+    Rectangle,
+    RegularPolygon,
+    RepeatOnGrid,
+    RepeatOnRing,
+    Ring,
+    Sector,
+    Shape,
+    Star,
+    Text,
+)
 from camsim.marks import Called
 
 __all__ = [
@@ -63,22 +78,27 @@ __all__ = [
     "Cos4Falloff",
     "Curve",
     "Disc",
+    "Ellipse",
     "EllipticalGaussianLens",
     "Exposure",
     "FilterCurve",
     "FourSpotOlpf",
     "Fractions",
     "GaussianLens",
+    "Group",
+    "HalfPlane",
     "LensTable",
     "Letter",
     "LetterCfa",
     "Light",
     "LightTable",
+    "Line",
     "Makes",
     "MeasuredOtfLens",
     "MeasuredPsfLens",
     "NamedCfa",
     "Noise",
+    "Path",
     "Polygon",
     "PolygonPhotosite",
     "Pupil",
@@ -90,16 +110,24 @@ __all__ = [
     "Rectangle",
     "RectangularPhotosite",
     "Region",
+    "RegularPolygon",
     "Render",
+    "RepeatOnGrid",
+    "RepeatOnRing",
+    "Ring",
     "RoundedPhotosite",
     "SceneContent",
     "SceneFile",
+    "Sector",
     "SensorFile",
     "SensorFrame",
     "Shape",
     "SquarePhotosite",
+    "Star",
+    "Svg",
     "Table",
     "Tabulated",
+    "Text",
     "TwoSpotOlpf",
     "WavefrontLens",
 ]

@@ -42,6 +42,8 @@ def _form(value: Any) -> str:
     """Tell the alternatives of a value apart by what it looks like, so that only one of them complains."""
     if isinstance(value, Mapping | BaseModel):
         return "table"
+    if isinstance(value, list | tuple):
+        return "list"
     return "word" if isinstance(value, str) else "number"
 
 
@@ -110,6 +112,7 @@ class LightTable(Tabulated):
     values: list[NonNegative] = Field(min_length=2, description="relative power per nm, one for each wavelength")
 
 
+Point: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
 Reflectance: TypeAlias = Annotated[
     Annotated[Fraction, Tag("number")] | Annotated[Name, Tag("word")] | Annotated[Fractions, Tag("table")],
     by_form,

@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_form
 from camsim.config.schema.lens import Lens
+from camsim.config.schema.shapes import Shape
 from camsim.marks import Called
 from camsim.typed import Positive
 
@@ -87,46 +88,6 @@ class Region(Table):
     )
 
 
-Point: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
-
-
-class Rectangle(Table):
-    """A rectangle about its centre."""
-
-    kind: Literal["rectangle"] = Field(description="which shape")
-    width: float = Field(gt=0, description="side along x before it is turned, in the scene's unit")
-    height: float = Field(gt=0, description="side along y before it is turned, in the scene's unit")
-    centre: Point = Field(default=(0.0, 0.0), description="from the optical axis, in the scene's unit")
-    rotate_deg: float = Field(default=0.0, description="clockwise as displayed, degrees")
-    reflectance: Reflectance = Field(
-        description="fraction of the light that it returns; names: camsim list reflectances"
-    )
-
-
-class Polygon(Table):
-    """Any outline that does not cross itself."""
-
-    kind: Literal["polygon"] = Field(description="which shape")
-    points: list[Point] = Field(min_length=3, description="corners [x, y] in order, in the scene's unit")
-    reflectance: Reflectance = Field(
-        description="fraction of the light that it returns; names: camsim list reflectances"
-    )
-
-
-class Disc(Table):
-    """A round disc."""
-
-    kind: Literal["disc"] = Field(description="which shape")
-    radius: float = Field(gt=0, description="in the scene's unit")
-    centre: Point = Field(default=(0.0, 0.0), description="from the optical axis, in the scene's unit")
-    reflectance: Reflectance = Field(
-        description="fraction of the light that it returns; names: camsim list reflectances"
-    )
-
-
-Shape: TypeAlias = Annotated[Rectangle | Polygon | Disc, Field(discriminator="kind")]
-
-
 class Background(Table):
     """Everything that no shape covers, out to infinity."""
 
@@ -138,7 +99,9 @@ class Background(Table):
 class SceneContent(Table):
     """What is in front of the camera, as it falls on the sensor: x right, y down, from the optical axis."""
 
-    unit: Literal["pixel", "um", "mm"] = Field(description="of all lengths in the scene; pixel is the sensor's pitch")
+    unit: Literal["pixel", "um", "mm", "frame"] = Field(
+        description="of all lengths in the scene; pixel is the sensor's pitch, frame the height of its full frame"
+    )
     background: Background = Field(description="everything that no shape covers")
     shapes: list[Shape] = Field(default=[], description="later ones cover earlier ones")
 

@@ -8,25 +8,60 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
+from camsim.rendering.check.near import Squares, touching
 from camsim.rendering.check.outlines import Outlines
 
 
 @kernel()
-def _on_line(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: int) -> int:
-    """Append where a place lies on a part, as a share of it (nothing where it does not)."""
+def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
+    """Return where the foot of a place lies on a part, as a share of it; just below 0 rather than far above 1."""
     if o.turn_rad[e] == 0.0:
         square = o.dx[e] ** 2 + o.dy[e] ** 2
-        t = ((x - o.x[e]) * o.dx[e] + (y - o.y[e]) * o.dy[e]) / square
-        off = abs((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) / math.sqrt(square)
-        if off <= same and 0.0 < t < 1.0:
-            out[count] = t
-            return count + 1
-    elif abs(math.hypot(x - o.x[e], y - o.y[e]) - o.dx[e]) <= same:
-        t = ((math.atan2(y - o.y[e], x - o.x[e]) - o.from_rad[e]) % math.tau) / o.turn_rad[e]
+        along: float = ((x - o.x[e]) * o.dx[e] + (y - o.y[e]) * o.dy[e]) / square
+        return along
+    turn: float = abs(o.turn_rad[e])
+    angle: float = math.atan2(y - o.y[e], x - o.x[e]) - o.from_rad[e]
+    angle = (angle if o.turn_rad[e] > 0.0 else -angle) % math.tau
+    if angle > turn and math.tau - angle <= slack / o.dx[e]:
+        angle -= math.tau
+    return angle / turn
+
+
+@kernel()
+def off_of(o: Outlines, e: int, x: float, y: float) -> float:
+    """Return how far a place lies off a part's line or circle."""
+    if o.turn_rad[e] == 0.0:
+        off: float = abs((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) / math.hypot(o.dx[e], o.dy[e])
+    else:
+        off = abs(math.hypot(x - o.x[e], y - o.y[e]) - o.dx[e])
+    return off
+
+
+@kernel()
+def lies_on(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
+    """Return whether a place lies on a part."""
+    if off_of(o, e, x, y) > same:
+        return False
+    long = math.hypot(o.dx[e], o.dy[e]) if o.turn_rad[e] == 0.0 else o.dx[e] * abs(o.turn_rad[e])
+    share = share_of(o, e, x, y, same)
+    return -same <= share * long <= long + same
+
+
+@kernel()
+def _add(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: int) -> int:
+    """Append where a place lies on a part, as a share of it (nothing where it does not)."""
+    if off_of(o, e, x, y) <= same:
+        t = share_of(o, e, x, y, same)
         if 0.0 < t < 1.0:
             out[count] = t
             return count + 1
     return count
+
+
+@kernel()
+def _both(o: Outlines, e: int, f: int, x: float, y: float, same: float, out: F64, count: int) -> int:
+    """Append a place on part ``e`` where it lies on part ``f`` as well."""
+    return _add(o, e, x, y, 1e3 * same, out, count) if lies_on(o, f, x, y, 1e3 * same) else count
 
 
 @kernel()
@@ -49,78 +84,68 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
         tx, ty = o.dx[line] / length, o.dy[line] / length
         px, py = o.x[ring] - o.x[line], o.y[ring] - o.y[line]
         foot, off = px * tx + py * ty, px * ty - py * tx
-        square = o.dx[ring] ** 2 - off * off
+        square = (o.dx[ring] - off) * (o.dx[ring] + off)
         if square > 0.0:
             half = math.sqrt(square)
             for s in (foot - half, foot + half):
                 if -same <= s <= length + same:
-                    x, y = o.x[line] + s * tx, o.y[line] + s * ty
-                    count = _on_line(o, e, x, y, 1e3 * same, out, count)
+                    count = _both(o, e, f, o.x[line] + s * tx, o.y[line] + s * ty, same, out, count)
     else:
         px, py = o.x[f] - o.x[e], o.y[f] - o.y[e]
         gap = math.hypot(px, py)
         if gap > same:
-            along = (gap * gap + o.dx[e] ** 2 - o.dx[f] ** 2) / (2.0 * gap)
-            square = o.dx[e] ** 2 - along * along
+            along = 0.5 * (gap + (o.dx[e] - o.dx[f]) * (o.dx[e] + o.dx[f]) / gap)
+            square = (o.dx[e] - along) * (o.dx[e] + along)
             if square > 0.0:
                 half = math.sqrt(square)
                 for side in (-half, half):
                     x = o.x[e] + (along * px - side * py) / gap
                     y = o.y[e] + (along * py + side * px) / gap
-                    count = _on_line(o, e, x, y, 1e3 * same, out, count)
+                    count = _both(o, e, f, x, y, same, out, count)
     # The other part's ends: parts that run along each other cross nowhere.
     if o.turn_rad[f] == 0.0:
-        count = _on_line(o, e, o.x[f], o.y[f], same, out, count)
-        count = _on_line(o, e, o.x[f] + o.dx[f], o.y[f] + o.dy[f], same, out, count)
+        count = _add(o, e, o.x[f], o.y[f], same, out, count)
+        count = _add(o, e, o.x[f] + o.dx[f], o.y[f] + o.dy[f], same, out, count)
+    elif abs(o.turn_rad[f]) < math.tau * (1.0 - 1e-15):
+        for angle in (o.from_rad[f], o.from_rad[f] + o.turn_rad[f]):
+            x, y = o.x[f] + o.dx[f] * math.cos(angle), o.y[f] + o.dx[f] * math.sin(angle)
+            count = _add(o, e, x, y, same, out, count)
     return count
 
 
 @kernel()
-def cuts_of(
-    o: Outlines, boxes: F64, first: I64, begin: I64, near: I64, shape_boxes: F64, same: float
-) -> tuple[I64, F64]:
-    """Return where every part is cut: (n + 1,) where each one's cuts begin, and they, in order, as shares of it."""
-    count = len(o.x)
-    starts = np.zeros(count + 1, np.int64)
-    places = np.empty(64)
+def _cuts(o: Outlines, squares: Squares, same: F64) -> tuple[I64, F64]:
+    """Return all cuts: whose (n,), and where (n,)."""
+    owner, places = np.empty(64, np.int64), np.empty(64)
     total = 0
-    out = np.empty(8)
-    for e in range(count):
-        x0, y0, x1, y1 = boxes[e]
-        for k in range(begin[o.shape[e]], begin[o.shape[e] + 1]):
-            j = near[k]
-            if (
-                shape_boxes[j, 0] > x1 + same
-                or shape_boxes[j, 2] < x0 - same
-                or shape_boxes[j, 1] > y1 + same
-                or shape_boxes[j, 3] < y0 - same
-            ):
-                continue
-            for f in range(first[j], first[j + 1]):
-                if boxes[f, 0] > x1 + same or boxes[f, 2] < x0 - same:
-                    continue
-                if boxes[f, 1] > y1 + same or boxes[f, 3] < y0 - same:
-                    continue
-                found = _crossings(o, e, f, same, out)
-                if total + found > places.size:
-                    more = np.empty(2 * (total + found))
-                    more[:total] = places[:total]
-                    places = more
-                places[total : total + found] = out[:found]
-                total += found
-        places[starts[e] : total] = np.sort(places[starts[e] : total])
-        starts[e + 1] = total
-    return starts, places[:total]
+    out, found = np.empty(8), np.empty(64, np.int64)
+    for a in range(len(o.x)):
+        found, count = touching(squares, a, found)
+        for k in range(count):
+            b = found[k]
+            for e, f in ((a, b), (b, a)):
+                cuts = _crossings(o, e, f, max(same[e], same[f]), out)
+                if total + cuts > places.size:
+                    more_owner, more = np.empty(2 * (total + cuts), np.int64), np.empty(2 * (total + cuts))
+                    more_owner[:total], more[:total] = owner[:total], places[:total]
+                    owner, places = more_owner, more
+                owner[total : total + cuts] = e
+                places[total : total + cuts] = out[:cuts]
+                total += cuts
+    return owner[:total], places[:total]
 
 
-def between(cuts: I64, places: F64) -> tuple[I64, F64, F64]:
-    """Return the pieces between the cuts: whose part, from where to where."""
-    parts = len(cuts) - 1
-    owner = np.repeat(np.arange(parts), np.diff(cuts))
-    owners = np.concatenate([np.arange(parts), owner, np.arange(parts)])
-    ends = np.concatenate([np.zeros(parts), places, np.ones(parts)])
-    order = np.lexsort((ends, owners))
-    owners, ends = owners[order], ends[order]
+def pieces_between_cuts(o: Outlines, boxes: F64, same: F64) -> tuple[I64, F64, F64]:
+    """Return the pieces between all cuts: whose part, from where to where, as shares of it.
+
+    boxes, same : (n, 4) about each part, and (n,) how near places are one
+    """
+    cut_owner, places = _cuts(o, Squares.of(boxes + same[:, None] * np.array([-1.0, -1.0, 1.0, 1.0])), same)
+    parts = np.arange(len(same))
+    owner = np.concatenate([parts, parts, cut_owner])
+    ends = np.concatenate([np.zeros(len(same)), np.ones(len(same)), places])
+    order = np.lexsort((ends, owner))
+    owner, ends = owner[order], ends[order]
     low, high = ends[:-1], ends[1:]
-    real = (owners[:-1] == owners[1:]) & (high > low)
-    return owners[:-1][real], low[real], high[real]
+    real = (owner[:-1] == owner[1:]) & (high > low)
+    return owner[:-1][real], low[real], high[real]

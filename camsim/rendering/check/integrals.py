@@ -15,7 +15,7 @@ from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.pattern import Table, loudness, table_of
-from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, Tables, light_at_points
+from camsim.rendering.check.points import FEW_NODES, PANEL_BLURS, PANEL_NODES, SHORT, Tables, light_at_points
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
 
@@ -99,9 +99,11 @@ class Integrals:
         gap = np.hypot(places[:, :1] - middle_x, places[:, 1:] - middle_y) - 0.5 * length
         near = np.where(gap < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
         panels = np.ceil(near / (PANEL_BLURS * float(blur.min())))
-        # Beyond the table a round piece takes panels that double in length on either side.
-        beyond = np.where(o.turn_rad == 0.0, 0.0, 2.0 + 2.0 * np.log2(1.0 + length / self.radius))
-        nodes = PANEL_NODES * ((panels * np.where(o.turn_rad == 0.0, 1.0, ROUND)) + ROUND * beyond).sum(axis=1).mean()
+        # Beyond the table a round piece takes panels that double in length on either side, a short one but a few nodes.
+        beyond = PANEL_NODES * (2.0 + 2.0 * np.log2(1.0 + length / self.radius))
+        beyond = np.where((gap > self.radius) & (0.5 * length < SHORT * gap), FEW_NODES, beyond)
+        bent = o.turn_rad != 0.0
+        nodes = (PANEL_NODES * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent).sum(axis=1).mean()
         per_point = nodes * NODE_SECONDS + len(length) * PIECE_SECONDS
         return POINT_SECONDS + len(self.rule[1]) * float(per_point)
 
@@ -110,7 +112,7 @@ class Integrals:
         radius = np.array([self._radius_at(point) for point in points])
         table = self._table(float(radius.max()), float(radius.max()))
         pairs, channels = self.weights.shape[:2]
-        gauss = np.stack(gauss_legendre(PANEL_NODES))
+        rules = np.stack(gauss_legendre(PANEL_NODES)), np.stack(gauss_legendre(FEW_NODES))
         nodes, weights = self.rule
         with ONE_AT_A_TIME:
             light = light_at_points(
@@ -126,7 +128,7 @@ class Integrals:
                     table.far.reshape(pairs, channels, 4),
                 ),
                 PANEL_BLURS * float(self._blur.min()),
-                gauss,
+                rules,
             )
         values: F64 = light @ weights
         return values

@@ -19,6 +19,7 @@ from camsim.rendering.check.wavelengths import densities
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Plan
 from camsim.rendering.job import Job
+from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
@@ -94,7 +95,9 @@ class Judge:
     def seen(self) -> tuple[Pieces, F64, F64]:
         """Pieces of the scene, wavelengths, and densities (spectra, channels, n)."""
         job = self.job
-        pieces, spectra = pieces_of(job.scene, job.grid.pitch_um)
+        highest = max(job.system.cutoff_per_um(float(w)) for w in job.wavelength_nm[job.response.any(axis=0)])
+        fine = Fineness(1.0 / (highest * job.grid.pitch_um), job.budget.of_check.allowed("own curves"))
+        pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine)
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm)
         return pieces, wavelength_nm, density
 

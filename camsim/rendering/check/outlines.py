@@ -1,22 +1,27 @@
-"""The scene's outlines as the check takes them: straight parts and whole circles, nothing clipped or cut."""
+"""The scene's outlines as the check takes them: straight parts and arcs of circles, nothing clipped or cut."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.scene import Scene
+from camsim.scene import Primitive, Scene, flattened
+from camsim.scene.arcs import Fineness, arcs_of
+from camsim.scene.curves import ARC, STRAIGHT, Curves, joined
+
+ROUND = 1e-12  # by which half axes of a circle differ, relative
 
 
 class Outlines(NamedTuple):
-    """Straight and round parts of outlines, all of a shape's side by side, insides to the left (cross product above 0).
+    """Straight and round parts of outlines, fill by fill and loop by loop.
 
     x, y, dx, dy : start and vector to the end of a straight part; of a round one its centre, and (radius, 0)
-    from_rad, turn_rad : of a round part, the angle at which it begins and how far it goes; a turn of 0 is straight
-    shape        : which shape it belongs to
+    from_rad, turn_rad : of a round part, the angle at which it begins and how far it goes, below 0 the other way round;
+                   a turn of 0 is straight
     """
 
     x: F64
@@ -25,27 +30,110 @@ class Outlines(NamedTuple):
     dy: F64
     from_rad: F64
     turn_rad: F64
-    shape: I64
+
+    def some(self, which: I64 | np.ndarray) -> Outlines:
+        """Return picked ones."""
+        return Outlines(*(column[which] for column in self))
+
+    @property
+    def length(self) -> F64:
+        """Of each (n,)."""
+        length: F64 = np.where(self.turn_rad == 0.0, np.hypot(self.dx, self.dy), self.dx * np.abs(self.turn_rad))
+        return length
 
 
-def outlines_of(scene: Scene, pitch_um: float) -> Outlines:
-    """Return the outlines of all shapes, pitches; discs are circles."""
-    rows: list[F64] = []
-    for number, shape in enumerate(scene.shapes):
-        if shape.circle_um is not None:
-            x, y, radius = np.array(shape.circle_um) / pitch_um
-            rows.append(np.array([[x, y, radius, 0.0, 0.0, math.tau, number]]))
-            continue
-        corners = np.asarray(shape.outline_um(math.inf), float) / pitch_um
-        along = np.roll(corners, -1, axis=0) - corners
-        from_first = corners - corners[0]
-        if (
-            np.sum(from_first[:, 0] * np.roll(from_first[:, 1], -1) - from_first[:, 1] * np.roll(from_first[:, 0], -1))
-            < 0
-        ):
-            corners, along = corners + along, -along
-        part = np.concatenate([corners, along, np.zeros((len(corners), 2))], axis=1)
-        rows.append(np.column_stack([part, np.full(len(corners), number)])[np.any(along != 0.0, axis=1)])
-    table = np.concatenate(rows) if rows else np.empty((0, 7))
-    x, y, dx, dy, from_rad, turn_rad = (np.ascontiguousarray(column) for column in table.T[:6])
-    return Outlines(x, y, dx, dy, from_rad, turn_rad, table[:, 6].astype(np.int64))
+class Owners(NamedTuple):
+    """Whose each part is: parts of fills, fills of layers, layers of primitives, each where the next begins.
+
+    even_odd : (fills,) whether it is filled where a place is wound about an odd number of times
+    ends     : (n, 4) x, y where each part begins and where it ends: the very numbers with which the next one begins
+    """
+
+    part: I64
+    fill: I64
+    layer: I64
+    even_odd: np.ndarray
+    ends: F64
+
+    @property
+    def primitive(self) -> I64:
+        """Of each part (n,)."""
+        first = self.part[self.fill[self.layer]]
+        return np.repeat(np.arange(len(first) - 1), np.diff(first))
+
+
+def outlines_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Outlines, Owners, list[Primitive]]:
+    """Return the outlines of all shapes, pitches; circles stay circles, what else bends becomes arcs."""
+    primitives = flattened(scene.shapes)
+    fills = [fill for one in primitives for fill in one.fills]
+    curves = joined([fill.curves for fill in fills])
+    curves = curves._replace(points=curves.points / pitch_um)
+    outlines, ends, counts = _parts(curves, fine)
+    begins = np.concatenate([[0], np.cumsum(counts)])
+    pieces = np.cumsum([0, *(len(fill.curves.kind) for fill in fills)])
+    owners = Owners(
+        part=begins[pieces],
+        fill=_firsts([len(layer) for one in primitives for layer in one.layers]),
+        layer=_firsts([len(one.layers) for one in primitives]),
+        even_odd=np.array([fill.rule == "evenodd" for fill in fills], bool),
+        ends=ends,
+    )
+    return outlines, owners, primitives
+
+
+def _firsts(counts: Sequence[int]) -> I64:
+    return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
+
+
+def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
+    """Return the parts of all curves in order, their ends, and how many each curve has."""
+    p, turn = curves.points, curves.turn_rad
+    u, v = p[:, 1], p[:, 2]
+    size = np.hypot(u[:, 0], u[:, 1])
+    same = np.abs(np.hypot(v[:, 0], v[:, 1]) - size) <= ROUND * size
+    square = np.abs(np.einsum("ij,ij->i", u, v)) <= ROUND * size * size
+    circle = (curves.kind == ARC) & same & square
+    straight = curves.kind == STRAIGHT
+    columns = np.zeros((len(straight), 10))
+    columns[:, 6:8], columns[:, 8:] = p[:, 0], p[:, 3]
+    columns[straight, :2], columns[straight, 2:4] = p[straight, 0], (p[:, 3] - p[:, 0])[straight]
+    columns[circle, :2], columns[circle, 2] = (p[:, 0] - u)[circle], size[circle]
+    way = np.sign(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    columns[circle, 4] = np.arctan2(u[:, 1], u[:, 0])[circle]
+    columns[circle, 5] = (way * turn)[circle]
+    whole = straight | circle
+    nowhere = straight & ~np.any(columns[:, 2:4] != 0.0, axis=1)
+    owner, rows = np.flatnonzero(whole & ~nowhere), columns[whole & ~nowhere]
+    if not whole.all():
+        others = np.flatnonzero(~whole)
+        bent = arcs_of(curves.some(others), fine)
+        owner = np.concatenate([owner, others[bent.owner]])
+        start, chord, bend = bent.start, bent.end - bent.start, bent.bend_rad
+        # The centre lies to the left of the chord by half of it over tan(bend/2).
+        half = np.where(bend == 0.0, 1.0, 0.5 * bend)
+        centre = start + 0.5 * chord * (1.0 + 1j / np.tan(half))
+        radius = 0.5 * np.abs(chord) / np.abs(np.sin(half))
+        line = bend == 0.0
+        place = np.where(line, start, centre)
+        more = np.stack(
+            [
+                place.real,
+                place.imag,
+                np.where(line, chord.real, radius),
+                np.where(line, chord.imag, 0.0),
+                np.where(line, 0.0, np.angle(start - centre)),
+                bend,
+                *(start.real, start.imag, bent.end.real, bent.end.imag),
+            ],
+            axis=1,
+        )
+        rows = np.concatenate([rows, more])
+        order = np.argsort(owner, kind="stable")
+        owner, rows = owner[order], rows[order]
+    counts = np.bincount(owner, minlength=len(straight))
+    return Outlines(*(np.ascontiguousarray(column) for column in rows.T[:6])), rows[:, 6:].copy(), counts
+
+
+def full_turn(turn_rad: float) -> bool:
+    """Return whether an arc is a whole circle."""
+    return abs(turn_rad) >= math.tau * (1.0 - 1e-15)

@@ -3,114 +3,199 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
-from camsim.rendering.check.outlines import Outlines
+from camsim.rendering.check.cuts import lies_on
+from camsim.rendering.check.outlines import Outlines, Owners
+
+BESIDE = 4.0  # times as far as places that are one: what is seen is asked there, on either side
+PARTS_A_ROW = 4  # at the most, on average
+
+
+class Rows(NamedTuple):
+    """Parts of each fill by rows of equal height, so that few are asked about a place.
+
+    low, per_row : (fills,) where the first row begins, and rows in a pitch
+    begin        : (fills + 1,) where each fill's rows begin in ``first``
+    first, part  : where each row's parts begin, and they
+    """
+
+    low: F64
+    per_row: F64
+    begin: I64
+    first: I64
+    part: I64
+
+    @classmethod
+    def of(cls, owners: Owners, boxes: F64, same: F64) -> Rows:
+        """Sort parts into rows; boxes (n, 4) about each part, and (n,) how near places are one."""
+        parts = np.diff(owners.part)
+        fill = np.repeat(np.arange(len(parts)), parts)
+        low_y, high_y = boxes[:, 1] - 2.0 * BESIDE * same, boxes[:, 3] + 2.0 * BESIDE * same
+        count = len(parts)
+        low, high, tall = np.full(count, np.inf), np.full(count, -np.inf), np.bincount(fill, high_y - low_y, count)
+        np.minimum.at(low, fill, low_y)
+        np.maximum.at(high, fill, high_y)
+        some = parts > 0
+        low, high = np.where(some, low, 0.0), np.where(some, high, 1.0)
+        height = np.maximum(high - low, np.finfo(float).tiny)
+        # Tall parts lie in many rows: then there are fewer.
+        rows = np.clip(PARTS_A_ROW * parts * height / np.where(some, tall, 1.0), 1, np.maximum(parts, 1)).astype(
+            np.int64
+        )
+        per_row = rows / height
+        begin = np.concatenate([[0], np.cumsum(rows)])
+        one = np.clip(((low_y - low[fill]) * per_row[fill]).astype(np.int64), 0, rows[fill] - 1)
+        two = np.clip(((high_y - low[fill]) * per_row[fill]).astype(np.int64), 0, rows[fill] - 1)
+        times = two - one + 1
+        part = np.repeat(np.arange(len(fill)), times)
+        row = begin[fill[part]] + one[part] + np.arange(part.size) - np.repeat(np.cumsum(times) - times, times)
+        order = np.argsort(row, kind="stable")
+        return cls(low, per_row, begin, np.searchsorted(row[order], np.arange(begin[-1] + 1)), part[order])
 
 
 @kernel()
-def _side(o: Outlines, f: int, x: float, y: float, tx: float, ty: float, same: float) -> float:
-    """Return +1 where a place lies on part ``f`` and a direction runs as that does, −1 if against it; 0 elsewhere."""
-    if o.turn_rad[f] == 0.0:
-        square = o.dx[f] ** 2 + o.dy[f] ** 2
-        length = math.sqrt(square)
-        t = ((x - o.x[f]) * o.dx[f] + (y - o.y[f]) * o.dy[f]) / square
-        off = abs((x - o.x[f]) * o.dy[f] - (y - o.y[f]) * o.dx[f]) / length
-        if off > same or t < 0.0 or t > 1.0:
-            return 0.0
-        return 1.0 if tx * o.dx[f] + ty * o.dy[f] > 0.0 else -1.0
-    if abs(math.hypot(x - o.x[f], y - o.y[f]) - o.dx[f]) > same:
-        return 0.0
-    return 1.0 if -tx * (y - o.y[f]) + ty * (x - o.x[f]) > 0.0 else -1.0
+def _row(rows: Rows, fill: int, y: float) -> int:
+    """Return the row of a fill that a place lies in, −1 for none."""
+    number = math.floor((y - rows.low[fill]) * rows.per_row[fill])
+    count = rows.begin[fill + 1] - rows.begin[fill]
+    if number < 0 or number > count:
+        return -1
+    return int(rows.begin[fill] + min(number, count - 1))
 
 
 @kernel()
-def _winds(o: Outlines, begin: int, end: int, x: float, y: float) -> bool:
-    """Return whether an outline winds about a place."""
+def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: float) -> int:
+    """Return how often a fill's outlines wind about a place."""
     turns = 0
-    for f in range(begin, end):
-        if o.turn_rad[f] != 0.0:
-            if math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]:
-                turns += 1
-            continue
-        above, below = o.y[f] <= y, o.y[f] + o.dy[f] <= y
+    row = _row(rows, fill, y)
+    if row < 0:
+        return 0
+    for k in range(rows.first[row], rows.first[row + 1]):
+        f = rows.part[k]
+        x0, y0, x1, y1 = owners.ends[f]
+        side = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)
+        if o.turn_rad[f] != 0.0 and math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]:
+            whole = abs(o.turn_rad[f]) >= math.tau * (1.0 - 1e-15)
+            # Between the chord and its arc; a place on the chord is one that does not count as left of it below.
+            right = side < 0.0 or (side == 0.0 and y1 > y0)
+            if whole or right == (o.turn_rad[f] > 0.0):
+                turns += 1 if o.turn_rad[f] > 0.0 else -1
+            if whole:
+                continue
+        above, below = y0 <= y, y1 <= y
         if above != below:
-            side = o.dx[f] * (y - o.y[f]) - (x - o.x[f]) * o.dy[f]
             if above and side > 0.0:
                 turns += 1
             elif below and side < 0.0:
                 turns -= 1
-    return turns != 0
+    return turns
 
 
 @kernel()
-def _seen(
-    o: Outlines, e: int, t: float, first: I64, begin: I64, near: I64, shape_boxes: F64, same: float
-) -> tuple[int, int, int, bool]:
-    """Return the shapes seen to the left and right of a place on part ``e`` (−1: none), how many others' outlines lie
-    there too, and whether an earlier shape's does."""
-    if o.turn_rad[e] == 0.0:
-        x, y = o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e]
-        tx, ty = o.dx[e], o.dy[e]
-    else:
-        angle = o.from_rad[e] + t * o.turn_rad[e]
-        tx, ty = -math.sin(angle), math.cos(angle)
-        x, y = o.x[e] + o.dx[e] * ty, o.y[e] - o.dx[e] * tx
-    own = o.shape[e]
-    left, right, touching, earlier = own, -1, 0, False
-    for k in range(begin[own], begin[own + 1]):
-        j = near[k]
-        if x < shape_boxes[j, 0] - same or x > shape_boxes[j, 2] + same:
-            continue
-        if y < shape_boxes[j, 1] - same or y > shape_boxes[j, 3] + same:
-            continue
-        runs = 0.0
-        for f in range(first[j], first[j + 1]):
-            runs = _side(o, f, x, y, tx, ty, same)
-            if runs != 0.0:
+def _covers(o: Outlines, rows: Rows, owners: Owners, primitive: int, x: float, y: float) -> bool:
+    """Return whether a primitive covers a place: some fill of every layer does."""
+    for layer in range(owners.layer[primitive], owners.layer[primitive + 1]):
+        filled = False
+        for fill in range(owners.fill[layer], owners.fill[layer + 1]):
+            turns = _winds(o, rows, owners, fill, x, y)
+            if turns % 2 == 1 if owners.even_odd[fill] else turns != 0:
+                filled = True
                 break
-        touching += runs != 0.0
-        earlier |= runs != 0.0 and j < own
-        inside = runs == 0.0 and _winds(o, first[j], first[j + 1], x, y)
-        if (inside or runs > 0.0) and j > left:
-            left = j
-        if (inside or runs < 0.0) and j > right:
-            right = j
-    return left, right, touching, earlier
+        if not filled:
+            return False
+    return True
+
+
+class Near(NamedTuple):
+    """Which primitives lie near each one, itself among them, in painter's order: where they begin, and they."""
+
+    begin: I64
+    other: I64
+    boxes: F64
+
+
+@kernel()
+def _seen(o: Outlines, rows: Rows, owners: Owners, near: Near, own: int, x: float, y: float) -> int:
+    """Return the last primitive that covers a place, −1 for none."""
+    for k in range(near.begin[own + 1] - 1, near.begin[own] - 1, -1):
+        j = near.other[k]
+        within = near.boxes[j, 0] <= x <= near.boxes[j, 2] and near.boxes[j, 1] <= y <= near.boxes[j, 3]
+        if within and _covers(o, rows, owners, j, x, y):
+            return int(j)
+    return -1
+
+
+@kernel()
+def _others(
+    o: Outlines, rows: Rows, owners: Owners, near: Near, own: int, e: int, place: tuple[float, float, float]
+) -> tuple[int, bool]:
+    """Return how many other parts a place on part ``e`` lies on, and whether an earlier one is among them.
+
+    place : x, y, and how near places are one
+    """
+    x, y, same = place
+    count, earlier = 0, False
+    for k in range(near.begin[own], near.begin[own + 1]):
+        j = near.other[k]
+        if not (near.boxes[j, 0] - same <= x <= near.boxes[j, 2] + same):
+            continue
+        if not (near.boxes[j, 1] - same <= y <= near.boxes[j, 3] + same):
+            continue
+        for fill in range(owners.fill[owners.layer[j]], owners.fill[owners.layer[j + 1]]):
+            row = _row(rows, fill, y)
+            if row < 0:
+                continue
+            for p in range(rows.first[row], rows.first[row + 1]):
+                f = rows.part[p]
+                if f != e and lies_on(o, f, x, y, same):
+                    count += 1
+                    earlier |= f < e
+    return count, earlier
 
 
 @kernel(parallel=True)
 def sides_of(
-    o: Outlines,
-    owner: I64,
-    low: F64,
-    high: F64,
-    first: I64,
-    begin: I64,
-    near: I64,
-    shape_boxes: F64,
-    of_shape: I64,
-    same: float,
+    o: Outlines, rows: Rows, owners: Owners, near: Near, piece: tuple[I64, F64, F64], whose: I64, of: I64, same: F64
 ) -> tuple[I64, I64]:
-    """Return the spectra to the left and right of every piece; the same twice where another piece stands for it."""
+    """Return the spectra to the left and right of every piece; the same twice where another piece stands for it.
+
+    piece : whose part (n,), from where and to where (n,);  whose, same: each part's primitive and how near is the same
+    of    : (primitives,) spectrum of each
+    """
+    owner, low, high = piece
     left, right = np.zeros(len(owner), np.int64), np.zeros(len(owner), np.int64)
     for p in nb.prange(len(owner)):
+        e = owner[p]
         fewest = 1 << 60
         # Where another outline just touches a piece its sides are asked elsewhere; what runs along does so everywhere.
         for part in (0.5, 0.382, 0.7):
             t = low[p] + part * (high[p] - low[p])
-            top_left, top_right, touching, earlier = _seen(o, owner[p], t, first, begin, near, shape_boxes, same)
-            if touching >= fewest:
+            if o.turn_rad[e] == 0.0:
+                x, y = o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e]
+                length = math.hypot(o.dx[e], o.dy[e])
+                tx, ty = o.dx[e] / length, o.dy[e] / length
+            else:
+                angle = o.from_rad[e] + t * o.turn_rad[e]
+                way = 1.0 if o.turn_rad[e] > 0.0 else -1.0
+                x, y = o.x[e] + o.dx[e] * math.cos(angle), o.y[e] + o.dx[e] * math.sin(angle)
+                tx, ty = -way * math.sin(angle), way * math.cos(angle)
+            count, earlier = _others(o, rows, owners, near, whose[e], e, (x, y, same[e]))
+            if count >= fewest:
                 continue
-            fewest = touching
+            fewest = count
             left[p] = right[p] = 0
             if not earlier:
-                left[p] = of_shape[top_left]
-                right[p] = of_shape[top_right] if top_right >= 0 else 0
-            if not touching:
+                off = BESIDE * same[e]
+                one = _seen(o, rows, owners, near, whose[e], x - off * ty, y + off * tx)
+                two = _seen(o, rows, owners, near, whose[e], x + off * ty, y - off * tx)
+                left[p] = of[one] if one >= 0 else 0
+                right[p] = of[two] if two >= 0 else 0
+            if count == 0:
                 break
     return left, right

@@ -14,6 +14,8 @@ from camsim.rendering.check.outlines import Outlines
 
 PANEL_NODES = 20
 PANEL_BLURS = 4.0
+FEW_NODES = 8
+SHORT = 0.25  # of its distance, half an arc for which these do: 8^{-16} of what it gives
 FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
 
 
@@ -129,12 +131,20 @@ def _panel(arc: Arc, start: float, stop: float, inside: bool, energy: Energy, g:
 
 
 @kernel()
-def _round(x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, g: F64) -> float:
+def _round(
+    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, rules: tuple[F64, F64]
+) -> float:
     """One round piece: with d from the point to the centre and e(φ) to the rim, r × dr = (R² + R·d·e)dφ."""
+    g, few = rules
     big = o.dx[e]
     dx, dy = o.x[e] - x, o.y[e] - y
     gap = math.hypot(dx, dy)
     begin, end = o.from_rad[e], o.from_rad[e] + o.turn_rad[e]
+    # From afar a short arc is smooth all along.
+    middle = begin + 0.5 * (end - begin)
+    at, half = math.hypot(dx + big * math.cos(middle), dy + big * math.sin(middle)), 0.5 * big * (end - begin)
+    if at - half > radius and half < SHORT * at:
+        return _panel(Arc(dx, dy, big, begin, end), 0.0, 1.0, False, energy, few)
     # Cut where the rim is nearest and farthest, and where it crosses the table's radius:
     # |d|² + R² + 2R|d|cos(φ − φd) = radius².
     cuts = np.full(10, end)
@@ -188,15 +198,17 @@ def light_at_points(
     pair: I64,
     tables: Tables,
     panel: float,
-    gauss: F64,
+    rules: tuple[F64, F64],
 ) -> F64:
     """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
 
     sets   : (points,) channel of each;  radius: (points,) within which E is taken from the table
     pair   : (pieces,) which two spectra
-    panel  : longest that one rule integrates, pitches;  gauss: (2, q) nodes and weights
+    panel  : longest that one rule integrates, pitches
+    rules  : (2, q) nodes and weights, and of fewer for what is short and far
     """
     count, per_step = len(nodes), 1.0 / tables.step
+    gauss, few = rules
     light = np.zeros((len(points), count))
     for job in nb.prange(len(points) * count):
         point, node = job // count, job % count
@@ -208,6 +220,6 @@ def light_at_points(
             if o.turn_rad[e] == 0.0:
                 total += _straight(x, y, o, e, reach, panel, energy, gauss)
             else:
-                total += _round(x, y, o, e, reach, panel, energy, gauss)
+                total += _round(x, y, o, e, reach, panel, energy, (gauss, few))
         light[point, node] = total / math.tau
     return light

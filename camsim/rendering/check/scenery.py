@@ -1,9 +1,8 @@
 """What the check sees of a scene: pieces of outlines, straight or round, and what is to be seen on either side of each.
 
-No polygon is clipped. Every outline is cut where another crosses it; in the middle of each piece the painter's rule is
-asked twice, on its left and on its right: of all shapes that cover the place the last one is seen. A shape covers a
-place when its outline winds about it; where the place lies on the shape's own outline, one side is inside and the other
-is not.
+No polygon is clipped. Every outline is cut where another crosses it, or where it crosses itself; in the middle of each
+piece the painter's rule is asked twice, just to its left and just to its right: of all shapes that cover the place the
+last one is seen. A shape covers a place when its outlines wind about it, by its rule and by that of all that clips it.
 """
 
 from __future__ import annotations
@@ -13,10 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.rendering.check.cuts import between, cuts_of
+from camsim.rendering.check.cuts import pieces_between_cuts
+from camsim.rendering.check.near import Squares, pairs
 from camsim.rendering.check.outlines import Outlines, outlines_of
-from camsim.rendering.check.painter import sides_of
+from camsim.rendering.check.painter import BESIDE, Near, Rows, sides_of
 from camsim.scene import Scene
+from camsim.scene.arcs import Fineness
 from camsim.spectra.curve import Spectrum
 
 SAME = 1e-10  # pitches, and as a share of the largest coordinate: places this near are one
@@ -30,32 +31,32 @@ class Pieces(NamedTuple):
     right: I64
 
 
-def pieces_of(scene: Scene, pitch_um: float) -> tuple[Pieces, tuple[Spectrum, ...]]:
+def pieces_of(
+    scene: Scene,
+    pitch_um: float,
+    fine: Fineness = Fineness(),  # noqa: B008 (a tuple of numbers)
+) -> tuple[Pieces, tuple[Spectrum, ...]]:
     """Return the pieces of a scene, pitches, and its spectra: the background first."""
+    outlines, owners, primitives = outlines_of(scene, pitch_um, fine)
     spectra: dict[Spectrum, int] = {scene.background: 0}
-    of_shape = np.array([spectra.setdefault(shape.reflectance, len(spectra)) for shape in scene.shapes], np.int64)
-    outlines = outlines_of(scene, pitch_um)
+    of_primitive = np.array([spectra.setdefault(one.reflectance, len(spectra)) for one in primitives], np.int64)
     if not len(outlines.x):
         nothing = np.empty(0, np.int64)
         return Pieces(outlines, nothing, nothing), tuple(spectra)
     boxes = _boxes(outlines)
-    first = np.searchsorted(outlines.shape, np.arange(len(scene.shapes) + 1))
-    filled = np.flatnonzero(np.diff(first))
-    shape_boxes = np.full((len(scene.shapes), 4), np.inf)
-    shape_boxes[:, 2:] = -np.inf
-    shape_boxes[filled, :2] = np.minimum.reduceat(boxes[:, :2], first[filled])
-    shape_boxes[filled, 2:] = np.maximum.reduceat(boxes[:, 2:], first[filled])
-    size = float(np.abs(np.concatenate([outlines.x, outlines.y])).max())
-    same = SAME * max(1.0, size)
-    begin, near = _neighbours(shape_boxes, same)
-    cuts, places = cuts_of(outlines, boxes, first, begin, near, shape_boxes, same)
-    owner, low, high = between(cuts, places)
-    left, right = sides_of(outlines, owner, low, high, first, begin, near, shape_boxes, of_shape, same)
-    length = np.where(outlines.turn_rad == 0.0, np.hypot(outlines.dx, outlines.dy), outlines.dx * outlines.turn_rad)
+    # An arc's places are its centre's and its radius's numbers.
+    size = np.maximum(np.abs(outlines.x) + np.where(outlines.turn_rad == 0.0, 0.0, outlines.dx), np.abs(outlines.y))
+    same = np.maximum(SAME * np.maximum(1.0, np.abs(boxes).max(axis=1)), 1e-14 * size)
+    whose = owners.primitive
+    near = _neighbours(_around(boxes, whose, len(primitives)), 4.0 * BESIDE * float(same.max()))
+    piece = pieces_between_cuts(outlines, boxes, same)
+    rows = Rows.of(owners, boxes, same)
+    left, right = sides_of(outlines, rows, owners, near, piece, whose, of_primitive, same)
+    owner, low, high = piece
     # A piece as short as rounding has no direction.
-    seen = (left != right) & ((high - low) * length[owner] > 1e-3 * same)
+    seen = (left != right) & ((high - low) * outlines.length[owner] > 1e-3 * same[owner])
     owner, low, high = owner[seen], low[seen], high[seen]
-    whole = Outlines(*(column[owner] for column in outlines))
+    whole = outlines.some(owner)
     straight = whole.turn_rad == 0.0
     cut = Outlines(
         x=whole.x + np.where(straight, low * whole.dx, 0.0),
@@ -64,40 +65,57 @@ def pieces_of(scene: Scene, pitch_um: float) -> tuple[Pieces, tuple[Spectrum, ..
         dy=np.where(straight, (high - low) * whole.dy, 0.0),
         from_rad=whole.from_rad + low * whole.turn_rad,
         turn_rad=(high - low) * whole.turn_rad,
-        shape=whole.shape,
     )
-    return Pieces(cut, left[seen], right[seen]), tuple(spectra)
+    return Pieces(_one_way_round(cut), *_sides(cut, left[seen], right[seen])), tuple(spectra)
+
+
+def _one_way_round(o: Outlines) -> Outlines:
+    """Return the same with all arcs the positive way round."""
+    back = o.turn_rad < 0.0
+    return o._replace(from_rad=np.where(back, o.from_rad + o.turn_rad, o.from_rad), turn_rad=np.abs(o.turn_rad))
+
+
+def _sides(o: Outlines, left: I64, right: I64) -> tuple[I64, I64]:
+    """Return what is left and right of each when all arcs go the positive way round."""
+    back = o.turn_rad < 0.0
+    return np.where(back, right, left), np.where(back, left, right)
 
 
 def _boxes(o: Outlines) -> F64:
-    """Return (n, 4) low x, low y, high x, high y; of a round part its whole circle's."""
+    """Return (n, 4) low x, low y, high x, high y of each part."""
     straight = o.turn_rad == 0.0
-    x2, y2 = np.where(straight, o.x + o.dx, o.x), np.where(straight, o.y + o.dy, o.y)
-    more = np.where(straight, 0.0, o.dx)
-    return np.stack(
-        [
-            np.minimum(o.x, x2) - more,
-            np.minimum(o.y, y2) - more,
-            np.maximum(o.x, x2) + more,
-            np.maximum(o.y, y2) + more,
-        ],
-        axis=1,
+    begin, middle, end = (o.from_rad + share * o.turn_rad for share in (0.0, 0.5, 1.0))
+    x = np.stack([np.where(straight, o.x, o.x + o.dx * np.cos(a)) for a in (begin, middle, end)])
+    y = np.stack([np.where(straight, o.y, o.y + o.dx * np.sin(a)) for a in (begin, middle, end)])
+    x[2], y[2] = np.where(straight, o.x + o.dx, x[2]), np.where(straight, o.y + o.dy, y[2])
+    # An arc of up to half a turn lies about its chord and middle by no more than its height; others about the centre.
+    short = np.abs(o.turn_rad) <= np.pi
+    height = np.where(straight, 0.0, o.dx * (1.0 - np.cos(0.5 * np.minimum(np.abs(o.turn_rad), np.pi))))
+    low_x, high_x = (
+        np.where(short, x.min(axis=0) - height, o.x - o.dx),
+        np.where(short, x.max(axis=0) + height, o.x + o.dx),
     )
+    low_y, high_y = (
+        np.where(short, y.min(axis=0) - height, o.y - o.dx),
+        np.where(short, y.max(axis=0) + height, o.y + o.dx),
+    )
+    return np.stack([low_x, low_y, high_x, high_y], axis=1)
 
 
-def _neighbours(boxes: F64, same: float) -> tuple[I64, I64]:
-    """Return for each shape the others whose boxes touch its own, in painter's order: where they begin, and they."""
-    count = len(boxes)
-    order = np.argsort(boxes[:, 0], kind="stable")
-    lows = boxes[order, 0]
-    pairs: list[tuple[I64, I64]] = []
-    for place, i in enumerate(order.tolist()):
-        stop = int(np.searchsorted(lows, boxes[i, 2] + same, side="right"))
-        other = order[place + 1 : stop]
-        other = other[(boxes[other, 1] <= boxes[i, 3] + same) & (boxes[other, 3] >= boxes[i, 1] - same)]
-        pairs.append((np.full(other.size, i), other))
-    one = np.concatenate([pair[0] for pair in pairs])
-    two = np.concatenate([pair[1] for pair in pairs])
-    a, b = np.concatenate([one, two]), np.concatenate([two, one])
-    sort = np.lexsort((b, a))
-    return np.searchsorted(a[sort], np.arange(count + 1)), b[sort]
+def _around(boxes: F64, whose: I64, count: int) -> F64:
+    """Return boxes (count, 4) about all parts of each primitive."""
+    around = np.full((count, 4), np.inf)
+    around[:, 2:] = -np.inf
+    filled, first = np.unique(whose, return_index=True)
+    around[filled, :2] = np.minimum.reduceat(boxes[:, :2], first)
+    around[filled, 2:] = np.maximum.reduceat(boxes[:, 2:], first)
+    return around
+
+
+def _neighbours(boxes: F64, same: float) -> Near:
+    """Return for each primitive those whose boxes touch its own, itself among them, in painter's order."""
+    some = np.flatnonzero(np.isfinite(boxes).all(axis=1))
+    a, b = pairs(Squares.of(boxes[some] + same * np.array([-1.0, -1.0, 1.0, 1.0])))
+    one, two = np.concatenate([some, some[a], some[b]]), np.concatenate([some, some[b], some[a]])
+    sort = np.lexsort((two, one))
+    return Near(np.searchsorted(one[sort], np.arange(len(boxes) + 1)), two[sort], boxes)

@@ -1,0 +1,86 @@
+"""Shapes of a scene file: each kind's table becomes the shape of the same name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+from camsim import scene as shapes
+from camsim.config import build_charts, schema
+from camsim.config.build_sensor import curve_of
+from camsim.config.judged import Judged
+from camsim.config.tree import KeyPath
+from camsim.errors import CamsimError
+from camsim.scene import Shape
+from camsim.spectra import named
+from camsim.spectra.curve import Spectrum
+
+SceneDocument: TypeAlias = Judged[schema.SceneFile]
+
+# What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
+_ANY_SPECTRUM = 0.5
+
+# What becomes more than one shape.
+_BECOME = {"chart": build_charts.chart, "svg": build_charts.drawing}
+
+_NO_LENGTHS = {"arc": (3, 4, 5)}
+"""Of a segment: which of its numbers are none."""
+
+
+def shape_at(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | None:
+    """Make the shape at a place of a file, whose lengths are in its unit."""
+    table, written = scene.part(path, schema.Table), scene.value(path)
+    if not isinstance(written, Mapping):
+        return None
+    if (become := _BECOME.get(str(written.get("kind")))) is not None:
+        return become(scene, path, unit_um, spectrum_at)
+    given: dict[str, Any] = {}
+    if "reflectance" in (written if table is None else type(table).model_fields):
+        spectrum = spectrum_at(scene, (*path, "reflectance"))
+        given["reflectance"] = _ANY_SPECTRUM if spectrum is None else spectrum
+    inner, clip = written.get("shapes"), written.get("clip")
+    if isinstance(inner, list):
+        places = [(*path, "shapes", index) for index in range(len(inner))]
+        given["shapes"] = [None if scene.full else shape_at(scene, place, unit_um) for place in places]
+    if isinstance(clip, Mapping):
+        given["clip"] = shape_at(scene, (*path, "clip"), unit_um)
+    if table is None or None in given.get("shapes", ()) or (clip is not None and given.get("clip") is None):
+        return None
+    made_of = getattr(shapes, type(table).__name__)
+    keys = [key for key in type(table).model_fields if key not in ("kind", "source")]
+    lengths = {f"{key}_um": (key,) for key in keys if f"{key}_um" in made_of.__slots__}
+
+    def make(scale: float) -> Shape:
+        parts = {key: given.get(key, getattr(table, key)) for key in keys}
+        for name, (key,) in lengths.items():
+            parts[name] = _scaled(parts.pop(key), scale)
+        shape: Shape = made_of(**parts)
+        return shape
+
+    try:
+        return make(unit_um)
+    except CamsimError:
+        # The numbers of a message are to be those of the file: its unit, not µm.
+        in_its_unit = scene.build(path, lambda: make(1.0), keys=lengths)
+        return in_its_unit and scene.build(path, lambda: make(unit_um), keys=lengths)
+
+
+def _scaled(value: Any, scale: float) -> Any:
+    """Return a length, a point, or a list of these or of segments, in µm."""
+    if isinstance(value, list | tuple):
+        if value and isinstance(value[0], str):
+            bare = _NO_LENGTHS.get(value[0], ())
+            return (value[0], *(v if k in bare else _scaled(v, scale) for k, v in enumerate(value[1:], 1)))
+        return tuple(_scaled(part, scale) for part in value)
+    return value * scale if isinstance(value, int | float) else value
+
+
+def spectrum_at(scene: SceneDocument, path: KeyPath, *, names: bool = True) -> Spectrum | None:
+    """Make a reflectance (which may have a name) or a transmission of whatever stands at ``path``."""
+    value = scene.value(path)
+    if names and isinstance(value, str):
+        return scene.build(path, lambda: named.reflectance(value))
+    if isinstance(value, dict):
+        table = scene.part(path, schema.Fractions)
+        return None if table is None else scene.build(path, lambda: curve_of(table))
+    return float(value) if isinstance(value, int | float) else None

@@ -1,0 +1,147 @@
+"""Curves as arcs of circles, two by two: the way in which the check follows what bends, and by which lines are drawn.
+
+A pair of arcs that leaves and arrives as the curve does lies off it by about h³·|κ′|/324, to one side in its first half
+and to the other in its second. So what it gives and takes away is nearly the same, and what stays is of higher order.
+Places are complex numbers here.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import C128, F64, I64
+from camsim.scene.curves import ARC, CUBIC, Curves
+
+HALVINGS = 40
+BESIDE = 0.02  # of an arc's length
+LOOKED_AT = (0.15, 0.3, 0.5, 0.7, 0.85)  # of a piece: where the distance is measured
+MOST_BEND = 0.5  # of a piece, radians
+STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far as numbers go
+
+
+class Fineness(NamedTuple):
+    """How closely curves are followed; pitches.
+
+    longest : the shortest wave that passes
+    allowed : error of a photosite, of full scale
+    """
+
+    longest: float = 1.0
+    allowed: float = 1e-9
+
+
+class Arcs(NamedTuple):
+    """Straight or round parts (n,), in order along their curves.
+
+    owner : whose;  start, end: complex;  bend_rad: how far the direction turns along it (0: straight)
+    """
+
+    owner: I64
+    start: C128
+    end: C128
+    bend_rad: F64
+
+
+def arcs_of(curves: Curves, fine: Fineness) -> Arcs:
+    """Follow curves that are neither straight nor circles."""
+    owner = np.repeat(np.arange(len(curves.kind)), 4)
+    t0 = np.tile(np.arange(4) / 4.0, len(curves.kind))
+    t1 = t0 + 0.25
+    done: list[tuple[I64, F64, Arcs]] = []
+    for turn in range(HALVINGS):
+        pairs, off, bend, length = _fitted(curves, owner, t0, t1)
+        most_off = fine.longest * math.sqrt(fine.allowed / math.pi)
+        good = (off <= most_off) & (off * length**2 <= fine.allowed * fine.longest**3) & (length <= 0.35 * fine.longest)
+        good |= off <= 0.5 * fine.allowed * fine.longest
+        good &= bend <= MOST_BEND
+        if turn == HALVINGS - 1:
+            good[:] = True
+        done.append((owner[good], t0[good], _picked(pairs, good)))
+        if good.all():
+            break
+        owner, t0, t1 = np.repeat(owner[~good], 2), np.repeat(t0[~good], 2), np.repeat(t1[~good], 2)
+        middle = 0.5 * (t0 + t1)
+        t1[::2], t0[1::2] = middle[::2], middle[1::2]
+    owners = np.concatenate([part[0] for part in done])
+    begins = np.concatenate([part[1] for part in done])
+    order = np.lexsort((begins, owners))
+    # Pairs are stored as first arcs and second arcs: (n, 2).
+    start, end, bends = (
+        np.concatenate([np.asarray(part[2][column]) for part in done])[order].ravel() for column in (1, 2, 3)
+    )
+    arcs = Arcs(np.repeat(owners[order], 2), start, end, bends.real)
+    kept = arcs.start != arcs.end
+    return Arcs(*(column[kept] for column in arcs))
+
+
+def _picked(pairs: Arcs, which: np.ndarray) -> Arcs:
+    return Arcs(*(column[which] for column in pairs))
+
+
+def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
+    """Return places and directions of curves, each at its parameter."""
+    p = curves.points[owner, :, 0] + 1j * curves.points[owner, :, 1]
+    a, b, c, d = p.T
+    kind, turn = curves.kind[owner], curves.turn_rad[owner]
+    s = 1.0 - t
+    # De Casteljau's scheme.
+    ab, bc, cd = s * a + t * b, s * b + t * c, s * c + t * d
+    abc, bcd = s * ab + t * bc, s * bc + t * cd
+    phase = turn * t
+    round_place, round_way = (
+        (a - b) + b * np.cos(phase) + c * np.sin(phase),
+        turn * (c * np.cos(phase) - b * np.sin(phase)),
+    )
+    place = np.where(kind == CUBIC, s * abc + t * bcd, np.where(kind == ARC, round_place, s * a + t * d))
+    way = np.where(kind == CUBIC, bcd - abc, np.where(kind == ARC, round_way, d - a))
+    # Where control points coincide the direction is that of the next ones.
+    none = (np.abs(way) <= 1e-14 * (np.abs(b - a) + np.abs(c - b) + np.abs(d - c))) & (kind == CUBIC)
+    way = np.where(none, np.where(t < 0.5, np.where(c != a, c - a, d - a), np.where(d != b, d - b, d - a)), way)
+    size = np.abs(way)
+    return place, way / np.where(size > 0.0, size, 1.0)
+
+
+def _fitted(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Arcs, F64, F64, F64]:
+    """Return a pair of arcs for each stretch, the largest distance from it, how far it turns, and how long it is."""
+    begin, out = _places(curves, owner, t0)
+    finish, into = _places(curves, owner, t1)
+    at_begin, at_end = t0 == 0.0, t1 == 1.0
+    own = curves.points[owner]
+    begin = np.where(at_begin, own[:, 0, 0] + 1j * own[:, 0, 1], begin)
+    finish = np.where(at_end, own[:, 3, 0] + 1j * own[:, 3, 1], finish)
+    chord = finish - begin
+    size = np.abs(chord)
+    both = out + into
+    along = (chord * both.conj()).real
+    apart = 2.0 * (1.0 - (out * into.conj()).real)
+    root = np.sqrt(along * along + apart * size * size)
+    # The smaller of the two lengths of both tangents, in the form that does not cancel.
+    reach = size * size / np.where(along + root > 0.0, along + root, 1.0)
+    middle = 0.5 * (begin + reach * out + finish - reach * into)
+    usable = (along + root > 0.0) & (size > 0.0)
+    middle = np.where(usable, middle, 0.5 * (begin + finish))
+    first, second = middle - begin, finish - middle
+    bends = np.stack([2.0 * np.angle(first * out.conj()), 2.0 * np.angle(into * second.conj())], axis=1)
+    bends = np.where(usable[:, None], bends, 0.0)
+    start, end = np.stack([begin, middle], axis=1), np.stack([middle, finish], axis=1)
+    bends = np.where(np.abs(np.sin(0.5 * bends)) < STRAIGHT_SINE, 0.0, bends)
+    off = np.zeros(len(owner))
+    for share in LOOKED_AT:
+        place, _ = _places(curves, owner, t0 + share * (t1 - t0))
+        off = np.maximum(off, np.minimum(*(_distance(place, start[:, k], end[:, k], bends[:, k]) for k in (0, 1))))
+    bend = np.abs(np.angle(into * out.conj())) + np.abs(bends).max(axis=1)
+    return Arcs(owner, start, end, bends), off, bend, size
+
+
+def _distance(place: C128, start: C128, end: C128, bend: F64) -> F64:
+    """Return how far places are from arcs; infinity beside them."""
+    chord = end - start
+    size = np.where(np.abs(chord) > 0.0, np.abs(chord), 1.0)
+    local = (place - start) * chord.conj() / size
+    x, y = local.real, local.imag
+    # Of the circle through 0 and (size, 0): its equation over the length of its slope.
+    off = np.abs((x * x + y * y - size * x) / size * np.sin(0.5 * bend) - y * np.cos(0.5 * bend))
+    return np.where((x > -BESIDE * size) & (x < (1.0 + BESIDE) * size), off, np.inf)

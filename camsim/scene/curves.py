@@ -1,0 +1,217 @@
+"""Closed outlines of straight, cubic and elliptical pieces, all in a few arrays; linear maps move points only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+
+STRAIGHT, CUBIC, ARC = 0, 1, 2
+
+
+class Curves(NamedTuple):
+    """Pieces of closed outlines, one loop after the other; each ends where the next of its loop begins.
+
+    points   : (n, 4, 2) x, y in µm: start, two more, end. The two are a cubic's control points; of an arc they are the
+               vectors u, v of two half axes, start − u is its centre and centre + u·cos φ + v·sin φ runs along it
+    turn_rad : (n,) of an arc, how far φ goes from 0 on
+    kind     : (n,) STRAIGHT, CUBIC or ARC
+    first    : (loops + 1,) where each loop begins
+    """
+
+    points: F64
+    turn_rad: F64
+    kind: I64
+    first: I64
+
+    def moved(self, matrix: F64) -> Curves:
+        """Return them under x, y → matrix · (x, y, 1); matrix (2, 3)."""
+        points = np.einsum("ij,nkj->nki", matrix[:, :2], self.points)
+        places = points + matrix[:, 2]
+        places[:, 1:3] = np.where((self.kind == ARC)[:, None, None], points[:, 1:3], places[:, 1:3])
+        return self._replace(points=places)
+
+    def some(self, which: I64 | np.ndarray) -> Curves:
+        """Return picked pieces, with no loops."""
+        return Curves(self.points[which], self.turn_rad[which], self.kind[which], np.zeros(1, np.int64))
+
+    def at(self, t: F64) -> F64:
+        """Return places (n, 2), one on each piece, at shares t (n,) of its parameter."""
+        p = self.points
+        cubic = (self.kind == CUBIC)[:, None]
+        s = 1.0 - t
+        b = np.stack([s**3, 3.0 * s * s * t, 3.0 * s * t * t, t**3], axis=1)
+        phi = (self.turn_rad * t)[:, None]
+        arc = p[:, 0] - p[:, 1] + p[:, 1] * np.cos(phi) + p[:, 2] * np.sin(phi)
+        straight = p[:, 0] + t[:, None] * (p[:, 3] - p[:, 0])
+        places: F64 = np.where(
+            cubic, np.einsum("nk,nkj->nj", b, p), np.where((self.kind == ARC)[:, None], arc, straight)
+        )
+        return places
+
+    def slopes(self, t: F64) -> tuple[F64, F64]:
+        """Return first and second derivatives (n, 2) by the parameter."""
+        p, turn = self.points, self.turn_rad[:, None]
+        cubic, arc = (self.kind == CUBIC)[:, None], (self.kind == ARC)[:, None]
+        s, t = (1.0 - t)[:, None], t[:, None]
+        a, b, c = p[:, 1] - p[:, 0], p[:, 2] - p[:, 1], p[:, 3] - p[:, 2]
+        along, bend = 3.0 * (s * s * a + 2.0 * s * t * b + t * t * c), 6.0 * (s * (b - a) + t * (c - b))
+        cos, sin = np.cos(turn * t), np.sin(turn * t)
+        round_along, round_bend = turn * (p[:, 2] * cos - p[:, 1] * sin), -turn * turn * (p[:, 1] * cos + p[:, 2] * sin)
+        first: F64 = np.where(cubic, along, np.where(arc, round_along, p[:, 3] - p[:, 0]))
+        second: F64 = np.where(cubic, bend, np.where(arc, round_bend, 0.0))
+        return first, second
+
+    def areas(self, t0: F64, t1: F64) -> F64:
+        """Return the areas (n,) between pieces from t0 to t1 and their chords, above 0 where they bulge outwards of
+        what lies where the cross product is positive."""
+        at0, at1 = self.at(t0), self.at(t1)
+        step = (t1 - t0)[:, None] / 3.0
+        one, whole = step * self.slopes(t0)[0], at1 - at0
+        two = whole - step * self.slopes(t1)[0]
+        cubic = 0.15 * (cross(one, two) + cross(one, whole) + 2.0 * cross(two, whole))
+        angle = self.turn_rad * (t1 - t0)
+        # φ − sin φ without its cancellation.
+        small = np.abs(angle) < 0.1
+        square = angle * angle
+        series = angle * square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0)))
+        arc = 0.5 * cross(self.points[:, 1], self.points[:, 2]) * np.where(small, series, angle - np.sin(angle))
+        areas: F64 = np.where(self.kind == CUBIC, cubic, np.where(self.kind == ARC, arc, 0.0))
+        return areas
+
+    @property
+    def boxes(self) -> F64:
+        """Boxes (n, 4) around them: low x, low y, high x, high y, none too small."""
+        p = self.points
+        arc = self.kind == ARC
+        reach = np.where(arc[:, None], np.hypot(p[:, 1], p[:, 2]), 0.0)
+        centre = np.where(arc[:, None], p[:, 0] - p[:, 1], p[:, 0])
+        corners = np.where((self.kind == CUBIC)[:, None, None], p, p[:, [0, 0, 3, 3]])
+        low = np.minimum(corners.min(axis=1), centre - reach)
+        high = np.maximum(corners.max(axis=1), centre + reach)
+        return np.concatenate([low, high], axis=1)
+
+    @property
+    def loop(self) -> I64:
+        """Which loop each belongs to (n,)."""
+        return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+
+
+def cross(a: F64, b: F64) -> F64:
+    """Return a.x·b.y − a.y·b.x of vectors (..., 2)."""
+    product: F64 = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product
+
+
+def joined(parts: Sequence[Curves]) -> Curves:
+    """Return the loops of several as one."""
+    if len(parts) == 1:
+        return parts[0]
+    counts = np.cumsum([0, *(len(part.kind) for part in parts)])
+    first = [part.first[:-1] + count for part, count in zip(parts, counts, strict=False)]
+    return Curves(
+        np.concatenate([np.empty((0, 4, 2)), *(part.points for part in parts)]),
+        np.concatenate([np.empty(0), *(part.turn_rad for part in parts)]),
+        np.concatenate([np.empty(0, np.int64), *(part.kind for part in parts)]),
+        np.concatenate([*first, counts[-1:]]).astype(np.int64),
+    )
+
+
+def through(corners: F64) -> Curves:
+    """Return straight pieces round corners (n, 2)."""
+    count = len(corners)
+    points = np.empty((count, 4, 2))
+    points[:, 0] = points[:, 1] = corners
+    points[:-1, 3], points[-1, 3] = corners[1:], corners[0]
+    points[:, 2] = points[:, 3]
+    return Curves(points, np.zeros(count), np.zeros(count, np.int64), np.array([0, count]))
+
+
+def around(centre: Sequence[float] | F64, u: F64, v: F64) -> Curves:
+    """Return a whole ellipse by the vectors of two half axes."""
+    start = np.asarray(centre) + u
+    return Curves(np.array([[start, u, v, start]]), np.array([math.tau]), np.array([ARC]), np.array([0, 1]))
+
+
+class Pen:
+    """Draws loops piece by piece, each from where the one before ended; a loop left open is closed by a straight one.
+
+    Pieces that go nowhere are left out.
+    """
+
+    def __init__(self) -> None:
+        self._points: list[tuple[tuple[float, float], ...]] = []
+        self._turn: list[float] = []
+        self._kind: list[int] = []
+        self._first = [0]
+        self.start = self.place = (0.0, 0.0)
+
+    def move(self, x: float, y: float) -> None:
+        """Close what is open and begin a loop."""
+        self.close()
+        self.start = self.place = (x, y)
+
+    def line(self, x: float, y: float) -> None:
+        """Draw a straight piece."""
+        if (x, y) != self.place:
+            self._add((self.place, self.place, (x, y), (x, y)), 0.0, STRAIGHT)
+
+    def quadratic(self, x1: float, y1: float, x: float, y: float) -> None:
+        """Draw a parabola: the same as a cubic."""
+        x0, y0 = self.place
+        one = (x0 + 2.0 / 3.0 * (x1 - x0), y0 + 2.0 / 3.0 * (y1 - y0))
+        self.cubic(*one, x + 2.0 / 3.0 * (x1 - x), y + 2.0 / 3.0 * (y1 - y), x, y)
+
+    def cubic(self, x1: float, y1: float, x2: float, y2: float, x: float, y: float) -> None:
+        """Draw a cubic Bézier curve."""
+        points = (self.place, (x1, y1), (x2, y2), (x, y))
+        if len(set(points)) > 1:
+            self._add(points, 0.0, CUBIC)
+
+    def arc(self, rx: float, ry: float, rotate_deg: float, large: float, sweep: float, x: float, y: float) -> None:
+        """Draw part of an ellipse, as SVG gives it (SVG 1.1, F.6.5): half axes too short are lengthened."""
+        rx, ry = abs(rx), abs(ry)
+        if (x, y) == self.place or rx == 0.0 or ry == 0.0:
+            self.line(x, y)
+            return
+        x0, y0 = self.place
+        c, s = math.cos(math.radians(rotate_deg)), math.sin(math.radians(rotate_deg))
+        # In units of the half axes, turned: a circle of radius 1 through two points half the chord from its middle.
+        px, py = (c * 0.5 * (x0 - x) + s * 0.5 * (y0 - y)) / rx, (c * 0.5 * (y0 - y) - s * 0.5 * (x0 - x)) / ry
+        half = math.hypot(px, py)
+        if half > 1.0:
+            rx, ry, px, py, half = rx * half, ry * half, px / half, py / half, 1.0
+        off = math.sqrt(max(0.0, 1.0 / (half * half) - 1.0)) * (-1.0 if bool(large) == bool(sweep) else 1.0)
+        qx, qy = off * py, -off * px  # the centre
+        begin, end = math.atan2(py - qy, px - qx), math.atan2(-py - qy, -px - qx)
+        turn = (end - begin) % math.tau if sweep else -((begin - end) % math.tau)
+        u, v = (math.cos(begin), math.sin(begin)), (-math.sin(begin), math.cos(begin))
+        axes = [(c * rx * a - s * ry * b, s * rx * a + c * ry * b) for a, b in (u, v)]
+        self._add((self.place, *axes, (x, y)), turn, ARC)
+
+    def close(self) -> None:
+        """Close the loop; the next begins where it began."""
+        self.line(*self.start)
+        if len(self._kind) > self._first[-1]:
+            self._first.append(len(self._kind))
+        self.place = self.start
+
+    def curves(self) -> Curves:
+        """Return what was drawn."""
+        self.close()
+        return Curves(
+            np.array(self._points).reshape(-1, 4, 2),
+            np.array(self._turn),
+            np.array(self._kind, np.int64),
+            np.array(self._first),
+        )
+
+    def _add(self, points: tuple[tuple[float, float], ...], turn: float, kind: int) -> None:
+        self._points.append(points)
+        self._turn.append(turn)
+        self._kind.append(kind)
+        self.place = points[3]

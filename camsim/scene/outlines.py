@@ -1,0 +1,126 @@
+"""The outlines of a scene's primitives together, what they cover, and what is seen in one place."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.scene.curves import STRAIGHT, Curves, joined
+from camsim.scene.primitives import Primitive, flattened
+from camsim.scene.regions import common, joined_areas, region_of, without
+from camsim.scene.scene import Scene
+from camsim.scene.sides import SideLimits, polygons
+from camsim.scene.stretches import Apart, Whose
+from camsim.spectra.curve import Spectrum
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outlines:
+    """The loops of all primitives together, and which are whose.
+
+    curves : all;  loop_of: (loops,) the primitive of each;  simple: (primitives,) see ``Fill``
+    """
+
+    curves: Curves
+    loop_of: I64
+    simple: np.ndarray
+
+    @classmethod
+    def of(cls, primitives: Sequence[Primitive]) -> Outlines:
+        """Collect them."""
+        parts = [(number, fill.curves) for number, one in enumerate(primitives) for fill in one.fills]
+        loops = np.array([len(curves.first) - 1 for _, curves in parts], np.int64)
+        owners = np.array([number for number, _ in parts], np.int64)
+        return cls(
+            joined([curves for _, curves in parts]),
+            np.repeat(owners, loops),
+            np.array([primitive.simple for primitive in primitives], bool),
+        )
+
+    def some(self, which: I64) -> Outlines:
+        """Return those of picked primitives, in the order of their numbers."""
+        number = np.full(len(self.simple), -1)
+        number[which] = np.arange(len(which))
+        loops = number[self.loop_of] >= 0
+        pieces = number[self.owner] >= 0
+        first = np.concatenate([[0], np.cumsum(np.diff(self.curves.first)[loops])])
+        curves = self.curves.some(pieces)._replace(first=first)
+        return Outlines(curves, number[self.loop_of[loops]], self.simple[which])
+
+    @property
+    def owner(self) -> I64:
+        """The primitive of each piece."""
+        return self.loop_of[self.curves.loop]
+
+    @property
+    def boxes(self) -> F64:
+        """Boxes (primitives, 4) about each."""
+        boxes, owner = self.curves.boxes, self.owner
+        around = np.full((len(self.simple), 4), np.inf)
+        around[:, 2:] = -np.inf
+        filled, first = np.unique(owner, return_index=True)
+        if filled.size:
+            around[filled, :2] = np.minimum.reduceat(boxes[:, :2], first)
+            around[filled, 2:] = np.maximum.reduceat(boxes[:, 2:], first)
+        return around
+
+    def rings(self, limits: SideLimits, *, crossing: bool = False, apart: Apart | None = None) -> list[list[F64]]:
+        """Return the polygons of each primitive, fill by fill; ``crossing``: whether outlines may cut one another."""
+        owner = self.owner
+        whose = Whose(owner, ~self.simple[owner]) if crossing else None
+        each = polygons(self.curves, limits, whose, apart).each if len(owner) else []
+        found: list[list[F64]] = [[] for _ in self.simple]
+        for number, ring in zip(self.loop_of.tolist(), each, strict=True):
+            found[number].append(ring)
+        return found
+
+
+def has_curves(primitives: Sequence[Primitive]) -> bool:
+    """Return whether any outline bends."""
+    return any(bool(np.any(fill.curves.kind != STRAIGHT)) for one in primitives for fill in one.fills)
+
+
+def area_of(primitive: Primitive, rings: list[F64]) -> Any:
+    """Return the Shapely geometry of what a primitive covers."""
+    layers, used = [], 0
+    for layer in primitive.layers:
+        fills = []
+        for fill in layer:
+            loops = len(fill.curves.first) - 1
+            fills.append(region_of(rings[used : used + loops], fill.rule, simple=fill.simple))
+            used += loops
+        whole = fills[0]
+        for fill_area in fills[1:]:
+            whole = joined_areas([whole, without(fill_area, [whole])])
+        layers.append(whole)
+    return functools.reduce(common, layers)
+
+
+def loops_of(primitive: Primitive, side_um: float) -> list[F64]:
+    """Return the loops (n, 2) about what a primitive covers, to draw: holes run the other way, sides are this long."""
+    import shapely
+
+    area = area_of(primitive, Outlines.of([primitive]).rings(SideLimits(side_um))[0])
+    polygons = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon"]
+    oriented = [shapely.geometry.polygon.orient(part) for part in polygons]
+    return [np.asarray(ring.coords)[:-1] for part in oriented for ring in (part.exterior, *part.interiors)]
+
+
+def surface_at(scene: Scene, x_um: float, y_um: float) -> Spectrum:
+    """Return what is seen in one place; curves are taken as polygons of many sides."""
+    import shapely
+
+    primitives = flattened(scene.shapes)
+    boxes = Outlines.of(primitives).boxes
+    about = (boxes[:, 0] <= x_um) & (x_um <= boxes[:, 2]) & (boxes[:, 1] <= y_um) & (y_um <= boxes[:, 3])
+    for number in np.flatnonzero(about)[::-1]:
+        primitive = primitives[int(number)]
+        own = Outlines.of([primitive]).rings(SideLimits())[0]
+        if area_of(primitive, own).contains(shapely.Point(x_um, y_um)):
+            return primitive.reflectance
+    return scene.background

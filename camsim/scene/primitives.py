@@ -1,0 +1,111 @@
+"""What every shape is made of: closed outlines with a rule for what lies inside, and a spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Literal, NamedTuple, Protocol
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.scene.curves import Curves
+from camsim.spectra.curve import Spectrum
+
+MOST_PIECES = 5_000_000
+"""Sides and curves of a scene; what repeats or draws more is refused before memory is taken."""
+
+MOST_DEPTH = 64
+"""Of groups within groups."""
+
+FillRule = Literal["nonzero", "evenodd"]
+
+
+class Fill(NamedTuple):
+    """Everything that loops wind about: at all, or an odd number of times.
+
+    simple : no loop crosses itself or another one; the first is the outline and the others are holes in it
+    """
+
+    curves: Curves
+    rule: FillRule = "nonzero"
+    simple: bool = False
+
+
+class Primitive(NamedTuple):
+    """What is painted in one go: places that lie in some fill of every layer (the shape, and what clips it)."""
+
+    layers: tuple[tuple[Fill, ...], ...]
+    reflectance: Spectrum
+
+    def moved(self, matrix: F64) -> Primitive:
+        """Return it under a linear map (2, 3)."""
+        return self._replace(
+            layers=tuple(
+                tuple(fill._replace(curves=fill.curves.moved(matrix)) for fill in layer) for layer in self.layers
+            )
+        )
+
+    @property
+    def fills(self) -> Iterator[Fill]:
+        """All of them, layer by layer."""
+        return (fill for layer in self.layers for fill in layer)
+
+    @property
+    def simple(self) -> bool:
+        """Whether it is one outline with holes, none crossing."""
+        return len(self.layers) == 1 and len(self.layers[0]) == 1 and self.layers[0][0].simple
+
+
+class Shape(Protocol):
+    """What a scene is made of: it knows what it is painted as.
+
+    depth, pieces : of groups within groups, and of all sides and curves; a shape counts them before it makes them
+    """
+
+    @property
+    def depth(self) -> int: ...  # noqa: D102 (above)
+
+    @property
+    def pieces(self) -> int: ...  # noqa: D102
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what is painted, one after the other; lengths in µm."""
+        ...
+
+
+def flattened(shapes: Iterable[Shape]) -> list[Primitive]:
+    """Return all that shapes are painted as, in painter's order: no groups, repeats or transforms are left.
+
+    >>> from camsim.scene import Disc, Group
+    >>> group = Group(shapes=[Disc(radius_um=1.0, reflectance=0.0)], move_um=(3.0, 0.0), scale=2.0)
+    >>> [primitive] = flattened([group])
+    >>> primitive.layers[0][0].curves.boxes
+    array([[ 1., -2.,  5.,  2.]])
+    """
+    return [primitive for shape in shapes for primitive in shape.primitives()]
+
+
+def counted(shapes: Iterable[Shape], *, copies: int = 1, deeper: int = 0) -> tuple[int, int]:
+    """Return depth and pieces of some shapes together; raises InvalidValueError where there are too many."""
+    shapes = tuple(shapes)
+    depth = deeper + max((shape.depth for shape in shapes), default=0)
+    pieces = copies * sum(shape.pieces for shape in shapes)
+    if depth > MOST_DEPTH:
+        raise InvalidValueError(f"groups lie {depth} deep in one another; the most is {MOST_DEPTH}", key="shapes")
+    if pieces > MOST_PIECES:
+        raise InvalidValueError(f"makes {pieces} sides and curves; the most is {MOST_PIECES}", key="shapes")
+    return depth, pieces
+
+
+def one(curves: Curves, reflectance: Spectrum, *, rule: FillRule = "nonzero", simple: bool = False) -> Primitive:
+    """Return a primitive of one fill."""
+    return Primitive(((Fill(curves, rule, simple),),), reflectance)
+
+
+def turned(points: F64, rotate_deg: float) -> F64:
+    """Return points or vectors (n, 2) turned about the origin, clockwise as displayed."""
+    angle = np.radians(rotate_deg)
+    matrix = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    turned_points: F64 = np.einsum("ij,nj->ni", matrix, points)
+    return turned_points

@@ -1,0 +1,161 @@
+"""Shapes together: moved, turned, scaled and mirrored, clipped, or repeated on a grid or a ring."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.scene.primitives import Fill, Primitive, Shape, counted
+from camsim.typed import Count, Point, Positive, Several, judge, refusal
+
+Matrix = tuple[float, float, float, float, float, float]
+Finite = Annotated[float, Ge(-1e6), Le(1e6)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """Shapes that are mirrored, scaled, turned and moved together, in this order, all about the origin.
+
+    mirror    : "left-right" or "up-down"
+    scale     : along x and along y
+    turn_deg  : clockwise as displayed
+    move_um   : to the right and down
+    matrix    : instead of all these, (a, b, c, d, e, f) as in SVG: x, y → a·x + c·y + e, b·x + d·y + f, µm
+    clip      : nothing outside this shape is painted; it moves with the group, and its reflectance plays no part
+    """
+
+    shapes: Several[Shape]
+    mirror: Literal["left-right", "up-down"] | None = None
+    scale: Positive | tuple[Positive, Positive] = 1.0
+    turn_deg: Finite = 0.0
+    move_um: Point = (0.0, 0.0)
+    matrix: Matrix | None = None
+    clip: Shape | None = None
+    depth: int = field(init=False, repr=False, compare=False)
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        _count(self, (*self.shapes, *(() if self.clip is None else (self.clip,))), 1)
+        if self.matrix is not None:
+            a, b, c, d, _, _ = self.matrix
+            if (self.mirror, self.scale, self.turn_deg, tuple(self.move_um)) != (None, 1.0, 0.0, (0.0, 0.0)):
+                raise refusal(self, "matrix", "given together with mirror, scale, turn_deg or move_um; leave one out")
+            if not abs(a * d - b * c) > 1e-12 * (abs(a * d) + abs(b * c)):
+                raise refusal(self, "matrix", "flattens all shapes to a line; its first four numbers must not")
+        if self.clip is not None and any(len(primitive.layers) > 1 for primitive in self.clip.primitives()):
+            raise refusal(self, "clip", "is clipped itself; clip this group in another group")
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return the shapes where they come to lie."""
+        matrix = self._matrix
+        clip: tuple[tuple[Fill, ...], ...] = ()
+        if self.clip is not None:
+            clip = (tuple(fill for primitive in self.clip.primitives() for fill in primitive.fills),)
+        for shape in self.shapes:
+            for primitive in shape.primitives():
+                clipped = primitive._replace(layers=primitive.layers + clip) if clip else primitive
+                yield clipped if matrix is None else clipped.moved(matrix)
+
+    @property
+    def _matrix(self) -> F64 | None:
+        """The linear map (2, 3), None where it changes nothing."""
+        if self.matrix is not None:
+            return np.array(self.matrix).reshape(3, 2).T
+        x, y = self.scale if isinstance(self.scale, tuple) else (self.scale, self.scale)
+        x, y = (-x if self.mirror == "left-right" else x), (-y if self.mirror == "up-down" else y)
+        matrix = np.column_stack([_turn(self.turn_deg) * [x, y], self.move_um])
+        return None if np.array_equal(matrix, np.eye(2, 3)) else matrix
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RepeatOnGrid:
+    """Shapes repeated in rows and columns, row by row, about where they are given.
+
+    step_um : from one column and from one row to the next
+    """
+
+    shapes: Several[Shape]
+    cols: Count = 1
+    rows: Count = 1
+    step_um: Point
+    depth: int = field(init=False, repr=False, compare=False)
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        _count(self, self.shapes, self.cols * self.rows)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return all copies."""
+        own = [primitive for shape in self.shapes for primitive in shape.primitives()]
+        matrix = np.eye(2, 3)
+        for row in range(self.rows):
+            for col in range(self.cols):
+                place = (col - 0.5 * (self.cols - 1), row - 0.5 * (self.rows - 1))
+                matrix[:, 2] = np.array(self.step_um) * place
+                yield from (primitive.moved(matrix) for primitive in own)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RepeatOnRing:
+    """Shapes repeated on a ring: copies, evenly turned about a centre, the first as it is given.
+
+    upright : copies keep their direction and are only moved along
+    """
+
+    shapes: Several[Shape]
+    count: Count
+    centre_um: Point = (0.0, 0.0)
+    upright: bool = False
+    depth: int = field(init=False, repr=False, compare=False)
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        _count(self, self.shapes, self.count)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return all copies."""
+        own = [primitive for shape in self.shapes for primitive in shape.primitives()]
+        centre = np.array(self.centre_um)
+        middle = self._middle(own) if self.upright else centre
+        for copy in range(self.count):
+            turn = _turn(360.0 * copy / self.count)
+            kept = np.eye(2) if self.upright else turn
+            # What lies at ``middle`` comes to lie where the turn about the centre puts it.
+            moved = centre + np.einsum("ij,j->i", turn, middle - centre) - np.einsum("ij,j->i", kept, middle)
+            yield from (primitive.moved(np.column_stack([kept, moved])) for primitive in own)
+
+    @staticmethod
+    def _middle(own: list[Primitive]) -> F64:
+        """The middle of the box about what is repeated."""
+        boxes = np.concatenate([np.zeros((0, 4)), *(fill.curves.boxes for one in own for fill in one.fills)])
+        middle: F64 = 0.5 * (boxes[:, :2].min(axis=0, initial=np.inf) + boxes[:, 2:].max(axis=0, initial=-np.inf))
+        return middle if len(boxes) else np.zeros(2)
+
+
+def _turn(degrees: float) -> F64:
+    """Return the matrix that turns clockwise as displayed; exact in quarter turns."""
+    quarters, rest = divmod(degrees, 90.0)
+    angle = math.radians(rest)
+    c, s = (math.cos(angle), math.sin(angle)) if rest else (1.0, 0.0)
+    for _ in range(int(quarters) % 4):
+        c, s = -s, c
+    return np.array([[c, -s], [s, c]])
+
+
+def _count(group: Group | RepeatOnGrid | RepeatOnRing, shapes: Iterable[Shape], copies: int) -> None:
+    try:
+        depth, pieces = counted(shapes, copies=copies, deeper=1)
+    except InvalidValueError as error:
+        raise refusal(group, "shapes", error.message) from None
+    object.__setattr__(group, "depth", depth)
+    object.__setattr__(group, "pieces", pieces)

@@ -1,0 +1,49 @@
+"""Everything on one side of a line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from camsim.scene.curves import through
+from camsim.scene.primitives import Primitive, one, turned
+from camsim.spectra.curve import Reflectance
+from camsim.typed import Point, judge
+
+REACH_UM = 1e10
+"""How far it goes: behind an f/8 lens less than 1e-10 of the light comes from beyond."""
+
+STEP = 100.0  # its line is cut at distances that grow by this, so that numbers are small where the frame is
+FIRST_UM = 1e4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HalfPlane:
+    """Everything on one side of a line: 10 km of it.
+
+    through_um  : a point of the line
+    towards_deg : the direction in which it lies, square to the line, clockwise as displayed from the right
+    """
+
+    depth: ClassVar[int] = 0
+    pieces: ClassVar[int] = 11
+
+    through_um: Point = (0.0, 0.0)
+    towards_deg: float = 0.0
+    reflectance: Reflectance
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline: a square of which the line is one side."""
+        count = int(np.ceil(np.log(REACH_UM / FIRST_UM) / np.log(STEP)))
+        away = np.minimum(FIRST_UM * STEP ** np.arange(count + 1), REACH_UM)
+        along = np.concatenate([-away[::-1], away])
+        line = np.stack([np.zeros_like(along), along], axis=1)
+        far = np.array([[2.0 * REACH_UM, REACH_UM], [2.0 * REACH_UM, -REACH_UM]])
+        corners = np.array(self.through_um) + turned(np.concatenate([line, far]), self.towards_deg)
+        yield one(through(corners), self.reflectance, simple=True)

@@ -1,0 +1,94 @@
+"""A path: straight lines, Bézier curves and elliptical arcs, filled by one of two rules."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar
+
+from camsim.errors import InvalidValueError
+from camsim.kind import LARGEST, Misfit
+from camsim.marks import After, Called
+from camsim.scene.curves import Curves, Pen
+from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, one
+from camsim.spectra.curve import Reflectance
+from camsim.typed import Several, judge, refusal
+
+Segment = tuple[Any, ...]
+
+NUMBERS: Mapping[str, int] = {"move": 2, "line": 2, "quadratic": 4, "cubic": 6, "arc": 7, "close": 0}
+"""How many follow each word; the last two are where it ends, those of an arc are in the order of SVG."""
+
+
+def segments(given: Sequence[Any]) -> tuple[Segment, ...]:
+    """Return a path's segments in one form; raises InvalidValueError that says which one is wrong."""
+    if len(given) > MOST_PIECES:
+        raise InvalidValueError(f"{len(given)} segments; the most is {MOST_PIECES}", key="segments_um")
+    kept = tuple(_segment(index, segment) for index, segment in enumerate(given))
+    if kept and kept[0][0] != "move":
+        raise InvalidValueError(f"begins with {kept[0][0]!r}; a path begins with ('move', x, y)", key="segments_um")
+    return kept
+
+
+def _segment(index: int, given: Any) -> Segment:
+    words = f"a segment such as ('line', x, y): one of {', '.join(NUMBERS)}, and its numbers"
+    if not isinstance(given, list | tuple) or not given or given[0] not in NUMBERS:
+        raise Misfit(words, given, item=str(index))
+    word, *numbers = given
+    count = NUMBERS[word]
+    if len(numbers) != count:
+        raise Misfit(f"{word!r} and {count} numbers", given, item=str(index))
+    try:
+        kept = (word, *(float(number) for number in numbers))
+    except (TypeError, ValueError, OverflowError):
+        raise Misfit(f"{word!r} and {count} numbers", given, item=str(index)) from None
+    for place, number in enumerate(kept[1:]):
+        if not abs(number) <= LARGEST:
+            raise Misfit(f"a finite number, at most {LARGEST:g}", number, item=f"{index}.{place + 1}")
+    return kept
+
+
+Segments = Annotated[Several[Any], Called("a list of segments"), After(segments)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Path:
+    """What one or more outlines enclose, each begun by a ``move`` and closed by a straight line where it is left open.
+
+    segments_um : ("move", x, y), ("line", x, y), ("quadratic", x1, y1, x, y), ("cubic", x1, y1, x2, y2, x, y),
+                  ("arc", rx, ry, rotate_deg, large, sweep, x, y), ("close",), µm
+    fill_rule   : inside is where the outlines wind about a place, at all or (evenodd) an odd number of times
+
+    >>> Path(segments_um=[("line", 1, 0)], reflectance=0.0)
+    Traceback (most recent call last):
+        ...
+    camsim.errors.InvalidValueError: Path.segments_um: begins with 'line'; a path begins with ('move', x, y)
+    """
+
+    depth: ClassVar[int] = 0
+
+    segments_um: Segments
+    fill_rule: FillRule = "nonzero"
+    reflectance: Reflectance
+    _curves: Curves = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        pen = Pen()
+        for word, *numbers in self.segments_um:
+            getattr(pen, word)(*numbers)
+        curves = pen.curves()
+        if not math.isfinite(float(abs(curves.points).sum())):
+            raise refusal(self, "segments_um", "its numbers are too far apart to draw an arc through them")
+        object.__setattr__(self, "_curves", curves)
+
+    @property
+    def pieces(self) -> int:
+        """Sides and curves."""
+        return len(self._curves.kind)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what it encloses."""
+        if self.pieces:
+            yield one(self._curves, self.reflectance, rule=self.fill_rule)

@@ -1,0 +1,178 @@
+"""Shapes with straight sides: polygons, rectangles, regular polygons and stars."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from camsim.arrays import F64
+from camsim.scene.curves import joined, through
+from camsim.scene.primitives import Primitive, one
+from camsim.spectra.curve import Reflectance
+from camsim.typed import Corners, Point, Positive, Several, judge, refusal
+from camsim.words import brief
+
+Sides = Annotated[int, Ge(3), Le(100_000)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Polygon:
+    """A simple polygon: its outline does not cross itself; either direction round.
+
+    points_um : at least three corners (x, y), µm
+    holes_um  : outlines of holes in it, which neither cross nor leave it
+
+    >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    camsim.errors.InvalidValueError: Polygon.points_um: the outline crosses itself at (1, 1); list ...
+    """
+
+    depth: ClassVar[int] = 0
+
+    points_um: Corners
+    holes_um: Several[Corners] = ()
+    reflectance: Reflectance
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        judge(self)
+        for key, outline in (("points_um", self.points_um), *(("holes_um", hole) for hole in self.holes_um)):
+            corners = len(set(outline))
+            if corners < 3:
+                raise refusal(self, key, f"{corners} different points make no polygon; give at least 3")
+            if (place := _fault((outline,))) is not None:
+                message = f"the outline crosses itself at {place[1]}; list the corners in order round the shape"
+                raise refusal(self, key, message)
+        if self.holes_um and (place := _fault((self.points_um, *self.holes_um))) is not None:
+            what = "a hole lies outside" if place[0].startswith("Hole") else "outlines of holes cross or share sides"
+            raise refusal(self, "holes_um", f"{what} at {place[1]}; a path takes outlines that cross")
+
+    @property
+    def pieces(self) -> int:
+        """Sides."""
+        return len(self.points_um) + sum(map(len, self.holes_um))
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return it as one outline with holes."""
+        outlines = [through(np.array(outline, float)) for outline in (self.points_um, *self.holes_um)]
+        yield one(joined(outlines), self.reflectance, rule="evenodd", simple=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rectangle:
+    """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down)."""
+
+    depth: ClassVar[int] = 0
+    pieces: ClassVar[int] = 4
+
+    width_um: Positive
+    height_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    reflectance: Reflectance
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    @property
+    def corners_um(self) -> F64:
+        """The four corners (4, 2)."""
+        angle = math.radians(self.rotate_deg)
+        across = 0.5 * self.width_um * np.array([math.cos(angle), math.sin(angle)])
+        down = 0.5 * self.height_um * np.array([-math.sin(angle), math.cos(angle)])
+        corners: F64 = np.array(self.centre_um) + np.array(
+            [-across - down, across - down, across + down, -across + down]
+        )
+        return corners
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline."""
+        yield one(through(self.corners_um), self.reflectance, simple=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RegularPolygon:
+    """A polygon of equal sides and angles; its first corner lies to the right of its centre before it is turned.
+
+    radius_um : from the centre to a corner
+    """
+
+    depth: ClassVar[int] = 0
+
+    sides: Sides
+    radius_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    reflectance: Reflectance
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    @property
+    def pieces(self) -> int:
+        """Sides."""
+        return self.sides
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline."""
+        corners = _round(np.full(self.sides, self.radius_um), self.rotate_deg)
+        yield one(through(np.array(self.centre_um) + corners), self.reflectance, simple=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Star:
+    """A star of ``tips``; the first lies to the right of its centre before it is turned.
+
+    radius_um, inner_radius_um : from the centre to the tips, and to the corners between them
+    """
+
+    depth: ClassVar[int] = 0
+
+    tips: Sides
+    radius_um: Positive
+    inner_radius_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    reflectance: Reflectance
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    @property
+    def pieces(self) -> int:
+        """Sides."""
+        return 2 * self.tips
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline."""
+        corners = _round(np.tile([self.radius_um, self.inner_radius_um], self.tips), self.rotate_deg)
+        yield one(through(np.array(self.centre_um) + corners), self.reflectance, simple=True)
+
+
+def _round(radii: F64, rotate_deg: float) -> F64:
+    """Return points at distances (n,) from the origin, evenly turned about it."""
+    angle = math.radians(rotate_deg) + math.tau * np.arange(len(radii)) / len(radii)
+    corners: F64 = radii[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return corners
+
+
+def _fault(outlines: tuple[Corners, ...]) -> tuple[str, str] | None:
+    """Return what is wrong with an outline and its holes and where; None when none touches or crosses."""
+    import shapely
+    from shapely.validation import explain_validity
+
+    polygon = shapely.Polygon(outlines[0], outlines[1:])
+    if polygon.is_valid:
+        return None
+    said = explain_validity(polygon)
+    where = re.search(r"\[(\S+) (\S+)\]", said)
+    x, y = (float(where[1]), float(where[2])) if where else outlines[0][0]
+    return said, f"({x:.6g}, {y:.6g})"

@@ -1,0 +1,140 @@
+"""Round shapes: discs, ellipses, rings and sectors. They stay round; engines choose sides for their tolerance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+from annotated_types import Ge, Gt, Le
+
+from camsim.arrays import F64
+from camsim.scene.curves import ARC, Curves, around, joined
+from camsim.scene.primitives import Primitive, one, turned
+from camsim.spectra.curve import Reflectance
+from camsim.typed import NonNegative, Point, Positive, judge, refusal
+
+Turn = Annotated[float, Gt(0), Le(360)]
+Angle = Annotated[float, Ge(-1e6), Le(1e6)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Disc:
+    """A round disc."""
+
+    depth: ClassVar[int] = 0
+    pieces: ClassVar[int] = 1
+
+    radius_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    reflectance: Reflectance
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline."""
+        yield one(_circle(self.centre_um, self.radius_um), self.reflectance, simple=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ellipse:
+    """An ellipse; ``rotate_deg`` turns it clockwise as displayed.
+
+    radius_x_um, radius_y_um : half its width and half its height before it is turned
+    """
+
+    depth: ClassVar[int] = 0
+    pieces: ClassVar[int] = 1
+
+    radius_x_um: Positive
+    radius_y_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    reflectance: Reflectance
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline."""
+        u, v = turned(np.diag([self.radius_x_um, self.radius_y_um]), self.rotate_deg)
+        yield one(around(self.centre_um, u, v), self.reflectance, simple=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ring:
+    """What lies between two circles about one centre."""
+
+    depth: ClassVar[int] = 0
+    pieces: ClassVar[int] = 2
+
+    radius_um: Positive
+    inner_radius_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    reflectance: Reflectance
+
+    def __post_init__(self) -> None:
+        judge(self)
+        _judge_radii(self, self.inner_radius_um, self.radius_um)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline and its hole."""
+        circles = [_circle(self.centre_um, radius) for radius in (self.radius_um, self.inner_radius_um)]
+        yield one(joined(circles), self.reflectance, rule="evenodd", simple=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sector:
+    """Part of a disc, or of a ring where ``inner_radius_um`` is above 0.
+
+    from_deg, turn_deg : where it begins, clockwise as displayed from the right, and how far it goes on from there
+    """
+
+    depth: ClassVar[int] = 0
+    pieces: ClassVar[int] = 4
+
+    radius_um: Positive
+    inner_radius_um: NonNegative = 0.0
+    from_deg: Angle = 0.0
+    turn_deg: Turn
+    centre_um: Point = (0.0, 0.0)
+    reflectance: Reflectance
+
+    def __post_init__(self) -> None:
+        judge(self)
+        _judge_radii(self, self.inner_radius_um, self.radius_um)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline: there along the rim, back along the inner one."""
+        if self.turn_deg == 360.0:
+            radii = (self.radius_um, self.inner_radius_um)
+            circles = [_circle(self.centre_um, radius) for radius in radii if radius > 0.0]
+            yield one(joined(circles), self.reflectance, rule="evenodd", simple=True)
+            return
+        turn, centre = math.radians(self.turn_deg), np.array(self.centre_um)
+        begin, end = turned(np.eye(2), self.from_deg), turned(np.eye(2), self.from_deg + self.turn_deg)
+        corners = [
+            centre + radius * side[0] for radius in (self.radius_um, self.inner_radius_um) for side in (begin, end)
+        ]
+        there = [corners[0], self.radius_um * begin[0], self.radius_um * begin[1], corners[1]]
+        back = [corners[3], self.inner_radius_um * end[0], -self.inner_radius_um * end[1], corners[2]]
+        sides = [[corners[1], corners[1], corners[3], corners[3]], [corners[2], corners[2], corners[0], corners[0]]]
+        rows = [(there, turn, ARC), (sides[0], 0.0, 0), (back, turn, ARC), (sides[1], 0.0, 0)]
+        if self.inner_radius_um == 0.0:
+            del rows[2]
+        points, turns, kinds = zip(*rows, strict=True)
+        curves = Curves(np.array(points), np.array(turns), np.array(kinds, np.int64), np.array([0, len(rows)]))
+        yield one(curves, self.reflectance, simple=True)
+
+
+def _circle(centre_um: Point, radius_um: float) -> Curves:
+    axes: F64 = radius_um * np.eye(2)
+    return around(centre_um, *axes)
+
+
+def _judge_radii(shape: Ring | Sector, inner_um: float, outer_um: float) -> None:
+    if inner_um >= outer_um:
+        raise refusal(shape, "inner_radius_um", f"is {inner_um:g}; it must be below radius_um, {outer_um:g}")

@@ -1,0 +1,142 @@
+"""Text: the outlines of a font's letters, set in lines."""
+
+from __future__ import annotations
+
+import functools
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from camsim.scene.curves import Curves, Pen
+from camsim.scene.primitives import MOST_PIECES, Primitive, one, turned
+from camsim.spectra.curve import Reflectance
+from camsim.typed import Point, Positive, judge, refusal
+
+Weight = Literal[
+    "Light", "LightItalic", "Regular", "Italic", "SemiBold", "SemiBoldItalic", "Bold", "BoldItalic", "ExtraBold",
+    "ExtraBoldItalic",
+]  # fmt: skip
+Spacing = Annotated[float, Ge(0), Le(100)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Text:
+    """Text in Open Sans (Apache 2.0), which the package ttf-opensans ships; lines end at a line feed.
+
+    size_um  : of the font (its em): capitals are 0.714 of it high
+    at_um    : where the first line begins, ends or has its middle, as ``align`` says; on its baseline, or where the
+               block of lines has its middle, from the top of the first's capitals to the last's baseline (``vertical``)
+    line     : from one baseline to the next, in sizes
+    rotate_deg : clockwise as displayed about that point
+
+    Letters stand as far apart as the font says; there is no kerning and there are no ligatures. What the font has not,
+    and signs that stand upon others, are refused.
+    """
+
+    depth: ClassVar[int] = 0
+
+    text: str
+    size_um: Positive
+    at_um: Point = (0.0, 0.0)
+    align: Literal["left", "centre", "right"] = "left"
+    vertical: Literal["baseline", "middle"] = "baseline"
+    weight: Weight = "Regular"
+    line: Spacing = 1.36
+    rotate_deg: float = 0.0
+    reflectance: Reflectance
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        font = font_of(self.weight)
+        pieces = 0
+        for letter in self.text:
+            if letter != "\n" and letter not in font:
+                raise refusal(self, "text", _missing(letter))
+            pieces += 0 if letter == "\n" else len(font.glyph(letter).kind)
+        if pieces > MOST_PIECES:
+            raise refusal(self, "text", f"makes {pieces} sides and curves; the most is {MOST_PIECES}")
+        object.__setattr__(self, "pieces", pieces)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return letter by letter."""
+        font, lines = font_of(self.weight), self.text.split("\n")
+        turn = turned(np.eye(2), self.rotate_deg).T
+        top = 0.0
+        if self.vertical == "middle":
+            top = 0.5 * (font.capital - self.line * (len(lines) - 1))
+        for number, line in enumerate(lines):
+            widths = [font.advance(letter) for letter in line]
+            left = -{"left": 0.0, "centre": 0.5, "right": 1.0}[self.align] * sum(widths)
+            for letter, width in zip(line, widths, strict=True):
+                glyph = font.glyph(letter)
+                if len(glyph.kind):
+                    place = np.array([left, top + number * self.line])
+                    moved = np.array(self.at_um) + self.size_um * np.einsum("ij,j->i", turn, place)
+                    matrix = np.column_stack([self.size_um * turn, moved])
+                    yield one(glyph.moved(matrix), self.reflectance)
+                left += width
+
+
+class Font:
+    """A TrueType font: outlines in sizes, y down, each from its place on the baseline."""
+
+    def __init__(self, path: Any) -> None:
+        from fontTools.ttLib import TTFont
+
+        self._font = TTFont(path, lazy=True)
+        self._names = self._font.getBestCmap()
+        self._glyphs = self._font.getGlyphSet()
+        self._em = float(self._font["head"].unitsPerEm)
+        self._kept: dict[str, Curves] = {}
+        self.capital = float(self._font["OS/2"].sCapHeight) / self._em
+
+    def __contains__(self, letter: str) -> bool:
+        """Whether it has a letter that can be set alone."""
+        return ord(letter) in self._names and unicodedata.combining(letter) == 0
+
+    def advance(self, letter: str) -> float:
+        """Return how far the next letter stands, in sizes."""
+        return float(self._glyphs[self._names[ord(letter)]].width) / self._em
+
+    def glyph(self, letter: str) -> Curves:
+        """Return a letter's outlines."""
+        if letter not in self._kept:
+            from fontTools.pens.basePen import decomposeQuadraticSegment
+            from fontTools.pens.recordingPen import DecomposingRecordingPen
+
+            recorded, pen, em = DecomposingRecordingPen(self._glyphs), Pen(), self._em
+            self._glyphs[self._names[ord(letter)]].draw(recorded)
+            for word, points in recorded.value:
+                places = [(x / em, -y / em) for x, y in points]
+                if word == "moveTo":
+                    pen.move(*places[0])
+                elif word == "lineTo":
+                    pen.line(*places[0])
+                elif word == "qCurveTo":
+                    for one_off, on in decomposeQuadraticSegment(places):
+                        pen.quadratic(*one_off, *on)
+                elif word == "curveTo":
+                    pen.cubic(*places[0], *places[1], *places[2])
+                elif word == "closePath":
+                    pen.close()
+            self._kept[letter] = pen.curves()
+        return self._kept[letter]
+
+
+@functools.cache
+def font_of(weight: str) -> Font:
+    """Return Open Sans in one of its weights."""
+    import ttf_opensans
+
+    return Font(next(font.path for font in ttf_opensans.FONTS if font.name == f"OpenSans-{weight}"))
+
+
+def _missing(letter: str) -> str:
+    name = unicodedata.name(letter, "a character without a name").lower()
+    what = f"Open Sans has no {letter!a} (U+{ord(letter):04X}, {name})"
+    return f"{what}; it has Latin, Greek and Cyrillic letters: draw others as paths"

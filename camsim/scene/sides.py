@@ -1,0 +1,233 @@
+"""Curved outlines as polygons: as many sides as bends and tolerance ask for, each with its curve's area.
+
+A side s of a curve of radius R lies no farther than s²/12R from it when its ends are moved outwards by as much, so that
+areas stay. What limits s is said in lengths (``SideLimits``); here sides are laid along the curves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.errors import InvalidValueError
+from camsim.scene.curves import STRAIGHT, Curves, cross
+from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, distances, halved, stretches
+
+MOST_TURN = 2.0 * math.pi / 64.0
+"""Of a side, radians."""
+
+GROWTH = 1.3  # of sides from an end on
+SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
+HALVINGS = 40
+MOST_SIDES = 20_000_000  # of all curves
+FINEST = 1e-4  # of a curve's length: the first side at a corner is no shorter
+
+Longest = Callable[[F64, F64, F64], F64]
+
+
+class SideLimits(NamedTuple):
+    """How long a side may be where a curve's radius is R.
+
+    segment_um : at most
+    wobble_um  : root-mean-square distance between side and curve: s²/(R·√720), the parabola s²/8R less its mean
+    cut_um2    : area between them over a part of a side, which no other part makes up for where another shape cuts
+                 the outline: s³/(72·√3·R); and what a side leaves at a corner, whose place is kept: s³/24R
+    moment_um3 : that a side leaves where the next one is longer or shorter: s⁴/96R
+    longer     : lengths (n,) that will do whatever those limits say, by places (n, 2), radii (n,) and the lengths (n,)
+                 of curve about each place
+    """
+
+    segment_um: float = math.inf
+    wobble_um: float = math.inf
+    cut_um2: float = math.inf
+    moment_um3: float = math.inf
+    longer: Longest | None = None
+
+    def side_um(self, radius_um: F64, cut: np.ndarray | bool, uneven: np.ndarray | bool) -> F64:
+        """Return the longest sides (n,) but for ``longer``.
+
+        cut, uneven : whether another outline may cut there, and whether sides of the same outline differ for that
+        """
+        side = np.minimum(self.segment_um, np.sqrt(self.wobble_um * radius_um * math.sqrt(720.0)))
+        if math.isfinite(self.cut_um2):
+            cut_side = np.cbrt(self.cut_um2 * radius_um * 72.0 * math.sqrt(3.0))
+            side = np.where(cut, np.minimum(side, cut_side), side)
+        if math.isfinite(self.moment_um3):
+            even_side = np.sqrt(np.sqrt(96.0 * self.moment_um3 * radius_um))
+            side = np.where(uneven, np.minimum(side, even_side), side)
+        return np.minimum(side, MOST_TURN * radius_um)
+
+    def corner_um(self, radius_um: F64) -> F64:
+        """Return the longest first sides (n,) from a corner."""
+        if not math.isfinite(self.cut_um2):
+            return np.full_like(radius_um, np.inf)
+        return np.cbrt(24.0 * self.cut_um2 * radius_um)
+
+
+class Polygons(NamedTuple):
+    """Corners (n, 2) of polygons, one after the other, µm, and where each begins (loops + 1,)."""
+
+    corners_um: F64
+    first: I64
+
+    @property
+    def each(self) -> list[F64]:
+        """The corners of each."""
+        return np.split(self.corners_um, self.first[1:-1])
+
+
+def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apart: Apart | None = None) -> Polygons:
+    """Return the loops as polygons; ``whose``: by which it is found what another outline may cut, None for nothing."""
+    if not np.any(curves.kind != STRAIGHT):
+        return Polygons(curves.points[:, 0], curves.first)
+    following = _following(curves.first)
+    smooth = _smooth(curves, following)
+    through = np.zeros(len(curves.kind), bool)  # whether the piece's start is no corner
+    through[following] = smooth
+    sides = np.ones(len(curves.kind), np.int64)
+    bent = np.flatnonzero(curves.kind != STRAIGHT)
+    found = stretches(curves.some(bent), apart)
+    cut = np.zeros(len(found.owner), bool)
+    if whose is not None:
+        found, cut = cut_stretches(found._replace(owner=bent[found.owner]), curves, whose)
+        found = found._replace(owner=np.searchsorted(bent, found.owner))
+    corners = ~np.stack([through[bent], smooth[bent]], axis=1)
+    uneven = np.zeros(len(curves.first) - 1, bool)
+    uneven[curves.loop[bent[found.owner[cut]]]] = True
+    uneven[curves.loop[bent[corners.any(axis=1)]]] = True
+    sides[bent], t = _laid(found, limits, cut, uneven[curves.loop[bent]], corners)
+    owner = np.repeat(np.arange(len(sides)), sides)
+    begin = np.cumsum(sides) - sides
+    t0 = np.zeros(owner.size)
+    t0[(curves.kind != STRAIGHT)[owner]] = t
+    last = np.ones(owner.size, bool)
+    last[:-1] = owner[1:] != owner[:-1]
+    t1 = np.where(last, 1.0, np.roll(t0, -1))
+    own = curves.some(owner)
+    corners = own.at(t0)
+    corners[begin] = curves.points[:, 0]
+    first = np.concatenate([begin, [owner.size]])[curves.first]
+    free = np.ones(owner.size, bool)
+    free[begin] = through
+    return Polygons(_with_areas(corners, own.areas(t0, t1), free, first), first)
+
+
+def _following(first: I64) -> I64:
+    """Return which one follows each in its loop."""
+    following = np.arange(1, first[-1] + 1)
+    following[first[1:] - 1] = first[:-1]
+    return following
+
+
+def _smooth(curves: Curves, following: I64) -> np.ndarray:
+    """Return whether each curve goes on in the next without a corner; where one of them is straight none does."""
+    count = len(curves.kind)
+    ends, starts = curves.slopes(np.ones(count))[0], curves.slopes(np.zeros(count))[0][following]
+    sizes = np.hypot(ends[:, 0], ends[:, 1]) * np.hypot(starts[:, 0], starts[:, 1])
+    bent = curves.kind != STRAIGHT
+    on: np.ndarray = np.einsum("ij,ij->i", ends, starts) > 0.0
+    smooth: np.ndarray = bent & bent[following] & on & (np.abs(cross(ends, starts)) <= SMOOTH * sizes)
+    return smooth
+
+
+def _laid(
+    found: Stretches, limits: SideLimits, cut: np.ndarray, uneven: np.ndarray, corners: np.ndarray
+) -> tuple[I64, F64]:
+    """Return how many sides each curve gets, and where they begin, curve after curve.
+
+    cut     : stretches that another outline may cut;  uneven: curves in whose outline there are such, or corners
+    corners : (n, 2) whether a curve's start and end are corners, whose places are kept: sides grow from there on
+    """
+    side = limits.side_um(found.radius_um, cut, uneven[found.owner])
+    if limits.longer is not None:
+        longer = limits.longer(found.place_um, found.radius_um, found.length_um)
+        side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius_um)
+    found, side = _graded(found, side, limits, corners)
+    each = found.length_um / side
+    count = len(corners)
+    total = np.bincount(found.owner, each, count)
+    # A curve between two corners has a side in its middle that can be moved.
+    sides = np.maximum(np.ceil(total - 1e-9), np.where(corners.all(axis=1), 2, 1))
+    if sides.sum() > MOST_SIDES:
+        raise InvalidValueError(
+            f"curves of the scene would take {sides.sum():.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "
+            "give a coarser one, or draw less of them",
+            key="shapes",
+            stage="Scene",
+        )
+    sides = sides.astype(np.int64)
+    # As a share of its own total, and curve after curve: both rise all along.
+    share = each / np.where(total > 0.0, total, 1.0)[found.owner]
+    until = np.cumsum(share)
+    starts = np.concatenate([[0.0], until[:-1]])
+    first = np.searchsorted(found.owner, np.arange(count))
+    offset = starts[first]
+    x = np.minimum(starts - offset[found.owner], 1.0) + found.owner
+    owner = np.repeat(np.arange(count), sides)
+    wanted = (np.arange(owner.size) - np.repeat(np.cumsum(sides) - sides, sides)) / sides[owner]
+    t = np.interp(wanted + owner, np.append(x, count), np.append(found.t0 + found.owner, count)) - owner
+    return sides, np.clip(t, 0.0, 1.0)
+
+
+def _graded(found: Stretches, side: F64, limits: SideLimits, corners: np.ndarray) -> tuple[Stretches, F64]:
+    """Return stretches, cut again near corners, and their sides, which grow from what a corner asks for."""
+    if not math.isfinite(limits.cut_um2) or not corners.any():
+        return found, side
+    for _ in range(HALVINGS):
+        from_start, from_end, total = distances(found)
+        allowed = np.full_like(side, np.inf)
+        for column, distance in enumerate((from_start, from_end)):
+            nearest = np.maximum(limits.corner_um(found.radius_um), FINEST * total)
+            grown = nearest + (1.0 - 1.0 / GROWTH) * distance
+            allowed = np.where(corners[found.owner, column], np.minimum(allowed, grown), allowed)
+        # Where sides grow by half over one stretch it is cut in two.
+        long = (allowed < side) & (found.length_um > np.maximum(2.0 * np.minimum(from_start, from_end), allowed))
+        if not long.any():
+            break
+        found, side = halved(found, side, long)
+    return found, np.minimum(side, allowed)
+
+
+def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:
+    """Return corners moved so that sides have their curves' areas: each but for higher powers, each loop to rounding.
+
+    areas : (n,) between the curve and the side that begins at each corner;  free: (n,) corners that may move
+    """
+    following = _following(first)
+    before = np.empty_like(following)
+    before[following] = np.arange(len(following))
+    share = np.where(free[following], np.where(free, 0.5, 0.0), np.where(free, 1.0, 0.0))
+    moved = corners
+    for _ in range(2):
+        missing = areas - _gained(corners, moved, following)
+        needed = share * missing + ((1.0 - share) * missing)[before] * free
+        chord = moved[following] - moved[before]
+        size = _squares(chord)
+        size = np.where(size > 0.0, size, np.inf)
+        # No farther than a side is long: hairpins have areas that no corner can make up for.
+        most = np.sqrt(np.minimum(_squares(corners[following] - corners), _squares(corners - corners[before])) / size)
+        pace = np.where(free, np.clip(2.0 * needed / size, -most, most), 0.0)
+        moved = moved + pace[:, None] * np.stack([chord[:, 1], -chord[:, 0]], axis=1)
+    whole = np.add.reduceat(areas, first[:-1])
+    for _ in range(2):
+        ratio = whole / np.where(whole == 0.0, 1.0, np.add.reduceat(_gained(corners, moved, following), first[:-1]))
+        ratio = np.where((whole != 0.0) & (np.abs(ratio - 1.0) < 0.1), ratio, 1.0)
+        moved = corners + np.repeat(ratio, np.diff(first))[:, None] * (moved - corners)
+    return moved
+
+
+def _gained(corners: F64, moved: F64, following: I64) -> F64:
+    """Return the areas (n,) of the quadrilaterals corner, its new place, the next one's new place, the next corner."""
+    here, there = moved - corners, (moved - corners)[following]
+    base = corners[following] - corners
+    areas: F64 = 0.5 * (cross(here, base + there) - cross(base, there))
+    return areas
+
+
+def _squares(vectors: F64) -> F64:
+    squares: F64 = np.einsum("ij,ij->i", vectors, vectors)
+    return squares

@@ -1,0 +1,152 @@
+"""Parts of curves that bend alike all along, and which of them another outline may cut."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.scene.curves import ARC, STRAIGHT, Curves, cross
+
+TURN = 0.25  # radians over which a bend is taken for the same
+HALVINGS = 40
+ROUNDS = 3  # of cutting stretches in two that others come near
+HIGH = 0.05  # of a stretch's length: it rises less above its chord
+
+
+class Stretches(NamedTuple):
+    """Parts of curves so short that they bend alike all along.
+
+    owner : (n,) whose;  t0, t1: from where to where of its parameter
+    place_um, radius_um, length_um : (n, 2), (n,), (n,) its middle, its smallest radius, how long it is
+    """
+
+    owner: I64
+    t0: F64
+    t1: F64
+    place_um: F64
+    radius_um: F64
+    length_um: F64
+
+    def some(self, which: I64 | np.ndarray) -> Stretches:
+        """Return picked ones."""
+        owner, t0, t1, place, radius, length = self
+        return Stretches(owner[which], t0[which], t1[which], place[which], radius[which], length[which])
+
+
+Apart = Callable[[F64, F64], F64]
+
+
+def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
+    """Cut curves that are not straight until each part bends alike, and is no longer than ``apart`` says of its place
+    and length."""
+    count = len(curves.kind)
+    initial = np.where(curves.kind == ARC, np.ceil(np.abs(curves.turn_rad) / TURN), 4).astype(np.int64)
+    owner = np.repeat(np.arange(count), initial)
+    step = np.arange(owner.size) - np.repeat(np.cumsum(initial) - initial, initial)
+    t0, t1 = step / initial[owner], (step + 1) / initial[owner]
+    done: list[Stretches] = []
+    for turn in range(HALVINGS):
+        found, bends = _measured(curves, owner, t0, t1)
+        long = bends > TURN
+        if apart is not None:
+            long |= found.length_um > apart(found.place_um, found.length_um)
+        if turn == HALVINGS - 1:
+            long[:] = False
+        done.append(found.some(~long))
+        if not long.any():
+            break
+        owner, t0, t1 = np.repeat(owner[long], 2), np.repeat(t0[long], 2), np.repeat(t1[long], 2)
+        middle = 0.5 * (t0 + t1)
+        t1[::2], t0[1::2] = middle[::2], middle[1::2]
+    joined = Stretches(*(np.concatenate([part[column] for part in done]) for column in range(len(Stretches._fields))))
+    return joined.some(np.lexsort((joined.t0, joined.owner)))
+
+
+def _measured(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Stretches, F64]:
+    """Return stretches and how far each turns."""
+    own = curves.some(owner)
+    speeds, radii, ways = [], [], []
+    for t in (t0, 0.5 * (t0 + t1), t1):
+        along, bend = own.slopes(t)
+        speed = np.hypot(along[:, 0], along[:, 1])
+        turning = np.abs(cross(along, bend))
+        straight = turning <= 1e-300 + 1e-15 * speed * np.hypot(bend[:, 0], bend[:, 1])
+        radii.append(np.where(straight, np.inf, speed**3 / np.where(straight, 1.0, turning)))
+        speeds.append(speed)
+        ways.append(along)
+    length = (t1 - t0) * (speeds[0] + 4.0 * speeds[1] + speeds[2]) / 6.0
+    bends = _angle(ways[0], ways[1]) + _angle(ways[1], ways[2])
+    # A cusp's radius is 0 in one point; what a stretch turns says enough of it.
+    radius = np.maximum(np.minimum.reduce(radii), length / TURN * 0.1)
+    return Stretches(owner, t0, t1, own.at(0.5 * (t0 + t1)), radius, length), bends
+
+
+def _angle(a: F64, b: F64) -> F64:
+    angle: F64 = np.abs(np.arctan2(cross(a, b), np.einsum("ij,ij->i", a, b)))
+    return angle
+
+
+def distances(found: Stretches) -> tuple[F64, F64, F64]:
+    """Return how far each stretch is from its curve's start and from its end, and the curve's whole length (n,)."""
+    whole = np.bincount(found.owner, found.length_um).astype(float)[found.owner]
+    until = np.cumsum(found.length_um)
+    first = np.searchsorted(found.owner, found.owner)
+    start = until - found.length_um
+    from_start = start - start[first]
+    return from_start, np.maximum(whole - from_start - found.length_um, 0.0), whole
+
+
+def halved(found: Stretches, side: F64, long: np.ndarray) -> tuple[Stretches, F64]:
+    """Return stretches of which some are cut in two, and what is known of each by number."""
+    twice = np.repeat(np.arange(len(side)), np.where(long, 2, 1))
+    first = np.searchsorted(twice, np.flatnonzero(long))
+    halves = found.some(twice)
+    middle = 0.5 * (found.t0 + found.t1)[long]
+    halves.t1[first], halves.t0[first + 1] = middle, middle
+    halves.length_um[first] *= 0.5
+    halves.length_um[first + 1] *= 0.5
+    return halves, side[twice]
+
+
+class Whose(NamedTuple):
+    """Whose pieces of outlines are, as far as one may cut another.
+
+    primitive : (n,) of each piece
+    crosses   : (n,) whether its own primitive's outlines may cut it
+    """
+
+    primitive: I64
+    crosses: np.ndarray
+
+
+def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stretches, np.ndarray]:
+    """Return stretches, finer where others are near, and which of them another outline may cut.
+
+    found : of the curves that bend, numbered as in ``curves``
+    """
+    import shapely
+
+    straight = np.flatnonzero(curves.kind == STRAIGHT)
+    fixed = shapely.box(*_boxes(curves.points[straight, 0], curves.points[straight, 3], 0.0).T)
+    cut = np.ones(len(found.owner), bool)
+    for turn in range(ROUNDS):
+        if turn:
+            found, flags = halved(found, cut.astype(float), cut)
+            cut = flags > 0.0
+        own = curves.some(found.owner)
+        boxes = shapely.box(*_boxes(own.at(found.t0), own.at(found.t1), HIGH * found.length_um[:, None]).T)
+        asked = np.flatnonzero(cut)
+        first, second = shapely.STRtree(np.concatenate([boxes, fixed])).query(boxes[asked])
+        one, two = found.owner[asked[first]], np.concatenate([found.owner, straight])[second]
+        other = whose.primitive[one] != whose.primitive[two]
+        other |= whose.crosses[one] & (np.abs(one - two) > 1)
+        cut[:] = False
+        cut[asked[first[other]]] = True
+    return found, cut
+
+
+def _boxes(start: F64, end: F64, more: F64 | float) -> F64:
+    return np.concatenate([np.minimum(start, end) - more, np.maximum(start, end) + more], axis=1)

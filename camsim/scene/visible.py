@@ -1,0 +1,170 @@
+"""What of each shape can be seen: later ones cover earlier ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.scene.outlines import Outlines, area_of
+from camsim.scene.primitives import Primitive
+from camsim.scene.regions import joined_areas, positive, rings_of, without
+from camsim.scene.sides import SideLimits
+
+ROUGH = 0.01  # of a shape's size: more than a rough outline is off
+LONG = 48  # corners of a shape from which on it is cut to what another one needs of it
+BESIDE = 0.01  # of a box's size: how much larger it is cut
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Covers:
+    """Which primitives may cover which.
+
+    seen     : those that no single later one hides, in painter's order
+    first, second : pairs of them, by their place in ``seen``, whose boxes touch; the first is painted earlier
+    boxes_um : (seen, 4)
+    alone    : (seen,) those that touch no other and whose outlines are simple: they keep their very numbers
+    """
+
+    seen: I64
+    first: I64
+    second: I64
+    boxes_um: F64
+    alone: np.ndarray
+
+    @classmethod
+    def of(cls, primitives: Sequence[Primitive], outlines: Outlines) -> Covers:
+        """Find them."""
+        boxes = outlines.boxes
+        first, second = _touching(boxes)
+        hidden = _hidden(primitives, outlines, boxes, first, second)
+        seen = np.flatnonzero(~hidden)
+        number = np.cumsum(~hidden) - 1
+        both = ~hidden[first] & ~hidden[second]
+        first, second = number[first[both]], number[second[both]]
+        alone = outlines.simple[seen].copy()
+        alone[first] = alone[second] = False
+        return cls(seen, first, second, boxes[seen], alone)
+
+    @property
+    def crossing(self) -> bool:
+        """Whether any outlines may cross."""
+        return not bool(self.alone.all())
+
+    def after(self) -> list[I64]:
+        """Return which later ones each touches."""
+        order = np.lexsort((self.second, self.first))
+        parts = np.searchsorted(self.first[order], np.arange(1, len(self.seen)))
+        return np.split(self.second[order], parts)
+
+
+def _touching(boxes: F64) -> tuple[I64, I64]:
+    """Return the pairs of primitives whose boxes touch, the earlier first."""
+    import shapely
+
+    filled = np.flatnonzero(np.isfinite(boxes).all(axis=1))
+    areas = shapely.box(*boxes[filled].T)
+    first, second = shapely.STRtree(areas).query(areas)
+    earlier = first < second
+    return filled[first[earlier]], filled[second[earlier]]
+
+
+def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, first: I64, second: I64) -> np.ndarray:
+    """Return which primitives lie wholly under a single later one that is simple.
+
+    Asked of rough outlines, and of boxes larger than these are off.
+    """
+    import shapely
+
+    size = boxes[:, 2:] - boxes[:, :2]
+    grown = boxes + ROUGH * size.max(axis=1)[:, None] * [-1.0, -1.0, 1.0, 1.0]
+    slack = ROUGH * size[second].max(axis=1)
+    larger = outlines.simple[second] & (boxes[second, :2] + slack[:, None] <= grown[first, :2]).all(axis=1)
+    larger &= (boxes[second, 2:] - slack[:, None] >= grown[first, 2:]).all(axis=1)
+    hidden = np.zeros(len(boxes), bool)
+    if not larger.any():
+        return hidden
+    first, second, slack = first[larger], second[larger], slack[larger]
+    covering, number = np.unique(second, return_inverse=True)
+    rough = outlines.some(covering).rings(SideLimits())
+    areas = np.array([area_of(primitives[i], rings) for i, rings in zip(covering.tolist(), rough, strict=True)])
+    shapely.prepare(areas)
+    wanted = grown[first] + slack[:, None] * [-1.0, -1.0, 1.0, 1.0]
+    covered = shapely.contains_properly(areas[number.ravel()], shapely.box(*wanted.T))
+    hidden[first[covered]] = True
+    return hidden
+
+
+def visible_rings(
+    seen: Sequence[tuple[Primitive, int]], rings: Sequence[list[F64]], covers: Covers
+) -> list[tuple[int, list[F64]]]:
+    """Return (region, rings) of what can be seen; a shape that touches no other keeps its very numbers.
+
+    seen, rings : primitives with their regions, and the polygons of each
+    """
+    import shapely
+
+    visible = [
+        (seen[i][1], [positive(rings[i][0]), *(positive(hole)[::-1].copy() for hole in rings[i][1:])])
+        for i in np.flatnonzero(covers.alone).tolist()
+        if rings[i]
+    ]
+    others = np.flatnonzero(~covers.alone)
+    areas = np.full(len(seen), None, object)
+    for i in others.tolist():
+        areas[i] = area_of(seen[i][0], rings[i])
+    corners = shapely.get_num_coordinates(areas)
+    pieces: dict[int, list[Any]] = {}
+    after = covers.after()
+    for i in others.tolist():
+        later = _near(areas[after[i]], corners[after[i]], covers.boxes_um[i])
+        piece = without(areas[i], later)
+        if not piece.is_empty:
+            pieces.setdefault(seen[i][1], []).append(piece)
+    for region, parts in pieces.items():
+        visible += [(region, rings_of(together)) for together in _joined(parts)]
+    return visible
+
+
+def _near(areas: np.ndarray, corners: I64, box: F64) -> np.ndarray:
+    """Return areas, those of many corners cut to a little more than a box; without those that do not reach it."""
+    import shapely
+
+    if not len(areas):
+        return areas
+    low, high = box[:2], box[2:]
+    more = BESIDE * float((high - low).max())
+    cut = areas.copy()
+    long = corners > LONG
+    clipped = shapely.clip_by_rect(areas[long], *(low - more), *(high + more))
+    sound = shapely.is_valid(clipped)
+    cut[np.flatnonzero(long)[sound]] = clipped[sound]
+    near: np.ndarray = cut[~shapely.is_empty(cut)]
+    # The largest first: they leave least.
+    return near[np.argsort(-shapely.area(near), kind="stable")]
+
+
+def _joined(parts: list[Any]) -> list[Any]:
+    """Return areas of one region: those joined that touch."""
+    import shapely
+
+    if len(parts) == 1:
+        return parts
+    found = np.array(parts)
+    first, second = shapely.STRtree(found).query(found)
+    group = np.arange(len(found))
+    while True:  # each takes the least number among its neighbours
+        least = group.copy()
+        np.minimum.at(least, first, group[second])
+        least = least[least]
+        if np.array_equal(least, group):
+            break
+        group = least
+    together = []
+    for number in np.unique(group).tolist():
+        members = found[group == number]
+        together.append(joined_areas(members))
+    return together
