@@ -68,7 +68,6 @@ def bench(
     from camsim.bench.running import LONGEST_S, bench_of, bench_scene
     from camsim.bench.settings import SAMPLES, numbers, parsed_methods
     from camsim.cli.progress import Bar
-    from camsim.cli.take import say_that_it_compiles
 
     check_matplotlib()
     decades = None if tolerances is None else numbers(tolerances, "--tolerances", "1e-3,1e-6", float)
@@ -79,8 +78,6 @@ def bench(
         raise OutputError(
             f"{str(folder / LINES)!r} exists; overwrite it with --force, or choose another folder with -o"
         )
-    if not quiet:
-        say_that_it_compiles()
     records: list[Record] = []
     with Bar(shown=not quiet) as bar, ExitStack() as files:
         # Made with the first record: a scene that is refused leaves no folder behind.

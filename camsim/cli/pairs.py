@@ -14,7 +14,7 @@ from typing import Any
 
 from camsim.cli.pairs_readme import readme
 from camsim.errors import CamsimError, InvalidValueError, OutputError
-from camsim.exposing import Capture
+from camsim.exposing import Capture, Progress
 from camsim.files import save
 from camsim.files.atomic import replacing, write_chunks
 from camsim.files.describe import record
@@ -73,11 +73,15 @@ def check_folder(path: str, *, force: bool) -> Path:
     return folder
 
 
-def write_pairs(capture: Capture, folder: Path, levels: Sequence[float], *, compress: bool, quiet: bool) -> None:
+def write_pairs(
+    capture: Capture, folder: Path, levels: Sequence[float], *, compress: bool, quiet: bool, progress: Progress
+) -> None:
     """Write noisy and clean mosaics (.dng) and the truth (.exr) of every variant and level, an index and a page."""
     rows: list[dict[str, Any]] = []
-    for variant in _variants(capture):
+    variants = list(_variants(capture))
+    for variant in variants:
         for level in levels:
+            progress("pairs", len(rows) / (len(variants) * len(levels)))
             rows.append(_write_pair(variant, level, folder, number=len(rows), compress=compress))
             if not quiet:
                 print(f"{rows[-1]['noisy']}, {rows[-1]['clean']}, {rows[-1]['truth']}", file=sys.stderr)

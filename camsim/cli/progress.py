@@ -21,6 +21,7 @@ class Bar:
     """
 
     def __init__(self, *, shown: bool) -> None:
+        self._shown = shown
         self._wanted = shown and sys.stderr.isatty()
         self._began = time.perf_counter()
         self._bar: tuple[Progress, TaskID] | None = None
@@ -28,6 +29,8 @@ class Bar:
         self._listening = ExitStack()
 
     def __enter__(self) -> Bar:
+        if self._shown:
+            _say_that_it_compiles()
         if self._wanted:
             from camsim.kernels import compiling
 
@@ -56,6 +59,14 @@ class Bar:
             self._bar = _start()
         progress, task = self._bar
         progress.update(task, description=stage, completed=fraction)
+
+
+def _say_that_it_compiles() -> None:
+    """Say, in a log file too, why the first rendering takes so long, when it will."""
+    from camsim.rendering import kernels_compiled
+
+    if not kernels_compiled():
+        print("camsim: compiling its kernels, once on this machine (about a minute)", file=sys.stderr)
 
 
 def _start() -> tuple[Progress, TaskID]:

@@ -73,8 +73,6 @@ def take(request: Request) -> None:
         raise CamsimError("\n".join(str(error) for error in errors))
     if warning:
         print(f"camsim: warning: {warning}", file=sys.stderr)
-    if not request.quiet:
-        say_that_it_compiles()
     gc.freeze()
     gc.enable()
     ready_s = time.perf_counter()
@@ -126,11 +124,10 @@ def take_pairs(request: Request) -> None:
         sensors=request.sensors,
     )
     folder = check_folder(request.pairs, force=request.force)
-    if not request.quiet:
-        say_that_it_compiles()
     gc.freeze()
     gc.enable()
-    write_pairs(ready, folder, levels, compress=request.compress, quiet=request.quiet)
+    with Bar(shown=not request.quiet) as bar:
+        write_pairs(ready, folder, levels, compress=request.compress, quiet=request.quiet, progress=bar.update)
 
 
 def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: bool) -> str | None:
@@ -142,14 +139,6 @@ def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: 
     if why and not allowed:
         raise OutputError(f"cannot write {file!r}: {why}, or insist with --allow-odd-cfa")
     return f"{file}: {why}" if why else None
-
-
-def say_that_it_compiles() -> None:
-    """Say on stderr why the first rendering takes a minute, when it will."""
-    from camsim.rendering import kernels_compiled
-
-    if not kernels_compiled():
-        print("camsim: compiling its kernels, once on this machine (about a minute)", file=sys.stderr)
 
 
 def _compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:

@@ -16,7 +16,7 @@ PATH_VARIABLE = "CAMSIM_PATH"
 """Folders with sensors, separated as in PATH; those that do not exist are passed over, as there."""
 
 _HEAD_BYTES = 65_536
-_SENSOR = re.compile(r"^\s*camsim\s*:\s*['\"]?sensor/", re.MULTILINE)
+_SENSOR = re.compile(r"^\s*\{?\s*['\"]?camsim['\"]?\s*:\s*['\"]?sensor/", re.MULTILINE)
 _WHERE = (
     "; your own lies beside the scene, in sensors there or in ../sensors, in --sensors DIR, or is named by its path"
 )

@@ -113,7 +113,7 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
         "--sensor: unknown sensor 'd40like'; did you mean 'd40-like'? "
         "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, "
         "phone-080, pi-155, x-trans-376); "
-        "a file of your own needs its path, such as ./my.yaml",
+        "your own lies beside the scene, in sensors there or in ../sensors, in --sensors DIR, or is named by its path",
         "--set iso: unknown key here; did you mean 'exposure.iso'?",
         "bad.yaml:4:1: light.illuminant: missing; give an illuminant such as D55, or line_nm for a single wavelength",
         "bad.yaml:4:9: light.line: unknown key; did you mean 'line_nm'? "
