@@ -64,11 +64,12 @@ def _shapes(job: Job) -> Iterator[Decision]:
         outlines, sides, bent, hidden = (sum(column) for column in zip(*parts, strict=True))
         many = f"{len(parts)} × " if len(parts) > 1 else ""
         curves = f", {bent} curves among them cut for the tolerance" if bent else ""
+        plural = "s" if outlines != 1 else ""
         cover = f"; {hidden} left out: wholly under a later one" if hidden else ""
         yield Decision(
             topic="shape",
             decision=f"{many}{name}: {sides} sides",
-            reason=f"{outlines} outline{'s' if outlines != 1 else ''}{curves}{cover}",
+            reason=f"{outlines} outline{plural}{curves}{cover}",
         )
 
 

@@ -36,8 +36,9 @@ class SideLimits(NamedTuple):
 
     segment_um : at most
     wobble_um  : root-mean-square distance between side and curve: s²/(R·√720), the parabola s²/8R less its mean
-    cut_um2    : area between them over a part of a side, which no other part makes up for where another shape cuts
-                 the outline: s³/(72·√3·R); and what a side leaves at a corner, whose place is kept: s³/24R
+    cut_um2    : area between them that no other side makes up for: what one leaves at a corner, whose place is kept,
+                 s³/24R, and over a part of a side where another shape cuts the outline, s³/(72·√3·R). Both are
+                 taken for the first: an arc then has the sides of the circle that it lies on
     moment_um3 : that a side leaves where the next one is longer or shorter: s⁴/96R
     longer     : lengths (n,) that will do whatever those limits say, by places (n, 2), radii (n,) and the lengths (n,)
                  of curve about each place
@@ -56,8 +57,7 @@ class SideLimits(NamedTuple):
         """
         side = np.minimum(self.segment_um, np.sqrt(self.wobble_um * radius_um * math.sqrt(720.0)))
         if math.isfinite(self.cut_um2):
-            cut_side = np.cbrt(self.cut_um2 * radius_um * 72.0 * math.sqrt(3.0))
-            side = np.where(cut, np.minimum(side, cut_side), side)
+            side = np.where(cut, np.minimum(side, self.corner_um(radius_um)), side)
         if math.isfinite(self.moment_um3):
             even_side = np.sqrt(np.sqrt(96.0 * self.moment_um3 * radius_um))
             side = np.where(uneven, np.minimum(side, even_side), side)

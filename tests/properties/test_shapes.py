@@ -180,8 +180,10 @@ def test_what_covers_what_adds_up():
     areas = [area_of(found, k) for k in range(1, 6)]
     assert sum(areas) == pytest.approx(1600.0, rel=ROUNDING)
     disc = math.pi * 81
-    assert areas[1] == pytest.approx(17 * 40 - disc / 2, abs=1e-4)  # where the disc's sides lie, not its area
-    assert areas[2:] == pytest.approx([disc - 27 * math.pi - 3 * math.pi, 27 * math.pi, 3 * math.pi], abs=2e-3)
+    assert areas[1] == pytest.approx(17 * 40 - disc / 2, abs=FINE.cut_um2)
+    assert areas[2:] == pytest.approx(
+        [disc - 27 * math.pi - 3 * math.pi, 27 * math.pi, 3 * math.pi], abs=2 * FINE.cut_um2
+    )
 
 
 LEVELS = (0.0, 0.2, 0.7, 1.0)
