@@ -215,7 +215,7 @@ CORRUPTIONS = {
     "cut discs are cut as others": (
         outlines,
         "arrange",
-        lambda f: lambda scene, limits, **how: f(scene, limits._replace(cut_um2=np.inf, longer=None)),
+        lambda f: lambda scene, limits, **how: f(scene, limits._replace(cut_um2=np.inf, moment_um3=np.inf)),
         {"scene": "cut disc", "over": 3.0},
     ),
     "discs are a ten-thousandth too large": (

@@ -17,6 +17,8 @@ def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
     """Return where the foot of a place lies on a part, as a share of it; just below 0 rather than far above 1."""
     if o.turn_rad[e] == 0.0:
         square = o.dx[e] ** 2 + o.dy[e] ** 2
+        if square == 0.0:  # shorter than numbers are: no place lies on it
+            return -1.0
         along: float = ((x - o.x[e]) * o.dx[e] + (y - o.y[e]) * o.dy[e]) / square
         return along
     turn: float = abs(o.turn_rad[e])
