@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from camsim.rendering.auto import Choice
 from camsim.rendering.budget import SCENE
 from camsim.rendering.engine import Decision
 from camsim.rendering.job import Job
+
+MOST_TOLD = 20  # shapes one by one
+
+
+class Told(NamedTuple):
+    """What a shape became: outlines, their sides, curves in them, and how many outlines lie under later ones."""
+
+    outlines: int
+    sides: int
+    bent: int
+    hidden: int
 
 
 def rendering_decisions(choice: Choice, *, light_samples: int, shapes: int) -> Iterator[Decision]:
@@ -18,6 +32,7 @@ def rendering_decisions(choice: Choice, *, light_samples: int, shapes: int) -> I
     """
     job = choice.plan.job
     yield from _stages(job)
+    yield from _shapes(job)
     yield from _edges(job, shapes)
     yield from _wavelengths(choice, light_samples)
     yield Decision(topic="engine", decision=choice.method, reason=choice.why)
@@ -31,6 +46,43 @@ def _stages(job: Job) -> Iterator[Decision]:
     footprint = job.footprint
     if footprint is not None and footprint.side == 0.0:
         yield Decision(topic="photosite", decision="a point", reason="its sides are 0: nothing to average over")
+
+
+def _shapes(job: Job) -> Iterator[Decision]:
+    """Yield what each shape became; of many, what all of a kind did."""
+    told: dict[str, list[Told]] = {}
+    made_of: dict[str, Counter[str]] = {}
+    first = 0
+    for number, shape in enumerate(job.scene.shapes):
+        primitives = list(shape.primitives())
+        last = first + len(primitives)
+        bent = sum(int(np.count_nonzero(fill.curves.kind)) for one in primitives for fill in one.fills)
+        hidden = int(job.left_out.hidden[first:last].sum())
+        kind = getattr(shape, "name", type(shape).__name__)  # a chart's own
+        name = kind if len(job.scene.shapes) > MOST_TOLD else f"{kind} {number}"
+        told.setdefault(name, []).append(Told(len(primitives), int(job.left_out.sides[first:last].sum()), bent, hidden))
+        first = last
+        made_of.setdefault(name, Counter()).update(_leaves(shape) if hasattr(shape, "name") else ())
+    for name, parts in told.items():
+        outlines, sides, bent, hidden = (sum(column) for column in zip(*parts, strict=True))
+        drawn = "".join(f"{count} × {kind}, " for kind, count in made_of[name].most_common())
+        many = f"{len(parts)} × " if len(parts) > 1 else ""
+        curves = f", {bent} curves among them cut for the tolerance" if bent else ""
+        cover = f"; {hidden} left out: wholly under a later one" if hidden else ""
+        yield Decision(
+            topic="shape",
+            decision=f"{many}{name}: {sides} sides",
+            reason=f"{drawn}{outlines} outline{'s' if outlines != 1 else ''}{curves}{cover}",
+        )
+
+
+def _leaves(shape: Any) -> Iterator[str]:
+    """Yield the kinds of what a chart, a drawing or a group holds."""
+    inner = getattr(shape, "shapes", None)
+    if inner is None:
+        yield type(shape).__name__
+    for each in inner or ():
+        yield from _leaves(each)
 
 
 def _edges(job: Job, shapes: int) -> Iterator[Decision]:

@@ -40,17 +40,23 @@ class Nodes:
 class LeftOut:
     """Edges of the scene that a job leaves out.
 
-    outline_edges : of all shapes, before one covers another
+    sides, hidden : of each primitive before one covers another, and which lie wholly under a later one
     edges         : those with equal sides first, then those far outside
     equal, far    : how many of each
     bound         : what the far ones together add to any photosite, at the most, relative to full scale
     """
 
-    outline_edges: int
+    sides: I64
+    hidden: np.ndarray
     edges: Edges
     equal: int
     far: int
     bound: float
+
+    @property
+    def outline_edges(self) -> int:
+        """Sides of all shapes."""
+        return int(self.sides.sum())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -130,7 +136,8 @@ class Job:
             signals=signals,
             base=signals.density[0].sum(axis=1),
             left_out=LeftOut(
-                outline_edges=arrangement.outline_edges,
+                sides=arrangement.sides,
+                hidden=arrangement.hidden,
                 edges=edges.some(np.concatenate([np.flatnonzero(equal), np.flatnonzero(far)])),
                 equal=int(np.count_nonzero(equal)),
                 far=int(np.count_nonzero(far)),

@@ -24,7 +24,8 @@ class Arrangement:
     left, right      : (n,) index into ``spectra`` of the side where cross(end − start, x − start) is above 0
                        (in a frame with y down that is the viewer's right), and of the other side
     spectra          : distinct reflectances; index 0 is the background
-    outline_edges    : of all shapes, before one covers another
+    sides            : (primitives,) of each shape's outlines, before one covers another
+    hidden           : (primitives,) those that lie wholly under a single later one
     """
 
     start_um: F64
@@ -32,7 +33,13 @@ class Arrangement:
     left: I64
     right: I64
     spectra: tuple[Spectrum, ...]
-    outline_edges: int = 0
+    sides: I64
+    hidden: np.ndarray
+
+    @property
+    def outline_edges(self) -> int:
+        """Sides of all shapes."""
+        return int(self.sides.sum())
 
 
 def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | None = None) -> Arrangement:
@@ -68,7 +75,10 @@ def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | No
             starts.append(ring)
             ends.append(np.roll(ring, -1, axis=0))
             lefts.append(np.full(len(ring), region))
-    hidden = int(np.count_nonzero(~np.isin(outlines.owner, covers.seen)))
+    hidden = np.ones(len(primitives), bool)
+    hidden[covers.seen] = False
+    sides = np.bincount(outlines.owner, minlength=len(primitives))
+    sides[covers.seen] = [sum(map(len, own)) for own in rings]
     start, end = np.concatenate([np.empty((0, 2)), *starts]), np.concatenate([np.empty((0, 2)), *ends])
     left = np.concatenate([np.empty(0, np.int64), *lefts])
     # An edge whose squared length is no longer a number above 0 contributes nothing.
@@ -80,7 +90,8 @@ def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | No
         left=left,
         right=right,
         spectra=tuple(spectra),
-        outline_edges=sum(len(ring) for own in rings for ring in own) + hidden,
+        sides=sides,
+        hidden=hidden,
     )
 
 

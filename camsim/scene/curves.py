@@ -11,6 +11,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 
 STRAIGHT, CUBIC, ARC = 0, 1, 2
+ROUND = 1e-12  # by which half axes of a circle differ, relative
 
 
 class Curves(NamedTuple):
@@ -99,6 +100,16 @@ class Curves(NamedTuple):
     def loop(self) -> I64:
         """Which loop each belongs to (n,)."""
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+
+
+def circles_among(curves: Curves) -> np.ndarray:
+    """Return which pieces are parts of circles."""
+    u, v = curves.points[:, 1], curves.points[:, 2]
+    size = np.hypot(u[:, 0], u[:, 1])
+    same = np.abs(np.hypot(v[:, 0], v[:, 1]) - size) <= ROUND * size
+    square = np.abs(np.einsum("ij,ij->i", u, v)) <= ROUND * size * size
+    circles: np.ndarray = (curves.kind == ARC) & same & square
+    return circles
 
 
 def cross(a: F64, b: F64) -> F64:

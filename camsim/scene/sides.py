@@ -14,7 +14,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
-from camsim.scene.curves import STRAIGHT, Curves, cross
+from camsim.scene.curves import STRAIGHT, Curves, circles_among, cross
 from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, distances, halved, stretches
 
 MOST_TURN = 2.0 * math.pi / 64.0
@@ -24,6 +24,8 @@ GROWTH = 1.3  # of sides from an end on
 SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
 HALVINGS = 40
 MOST_SIDES = 20_000_000  # of all curves
+GRID_BITS = 46  # of the largest coordinate
+NEARLY = 1e-9  # of a curve's parameter: a corner so near its ends is one of them
 FINEST = 1e-4  # of a curve's length: the first side at a corner is no shorter
 
 Longest = Callable[[F64, F64, F64], F64]
@@ -99,7 +101,8 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     uneven = np.zeros(len(curves.first) - 1, bool)
     uneven[curves.loop[bent[found.owner[cut]]]] = True
     uneven[curves.loop[bent[corners.any(axis=1)]]] = True
-    sides[bent], t = _laid(found, limits, cut, uneven[curves.loop[bent]], corners)
+    side, found = _lengths(found, limits, cut, uneven[curves.loop[bent]], corners)
+    sides[bent], t = _laid(curves.some(bent), found, side, corners)
     owner = np.repeat(np.arange(len(sides)), sides)
     begin = np.cumsum(sides) - sides
     t0 = np.zeros(owner.size)
@@ -113,7 +116,12 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     first = np.concatenate([begin, [owner.size]])[curves.first]
     free = np.ones(owner.size, bool)
     free[begin] = through
-    return Polygons(_with_areas(corners, own.areas(t0, t1), free, first), first)
+    moved = _with_areas(corners, own.areas(t0, t1), free, first)
+    # Corners that shapes have in common differ by rounding; on a grid they are the same.
+    grid = math.ldexp(1.0, math.frexp(float(np.abs(moved).max()))[1] - GRID_BITS)
+    begins_straight = np.zeros(owner.size, bool)
+    begins_straight[begin] = ~through
+    return Polygons(np.where(begins_straight[:, None], moved, np.round(moved / grid) * grid), first)
 
 
 def _following(first: I64) -> I64:
@@ -134,10 +142,10 @@ def _smooth(curves: Curves, following: I64) -> np.ndarray:
     return smooth
 
 
-def _laid(
+def _lengths(
     found: Stretches, limits: SideLimits, cut: np.ndarray, uneven: np.ndarray, corners: np.ndarray
-) -> tuple[I64, F64]:
-    """Return how many sides each curve gets, and where they begin, curve after curve.
+) -> tuple[F64, Stretches]:
+    """Return how long sides may be along stretches of curves, and these, cut again near corners.
 
     cut     : stretches that another outline may cut;  uneven: curves in whose outline there are such, or corners
     corners : (n, 2) whether a curve's start and end are corners, whose places are kept: sides grow from there on
@@ -147,30 +155,72 @@ def _laid(
         longer = limits.longer(found.place_um, found.radius_um, found.length_um)
         side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius_um)
     found, side = _graded(found, side, limits, corners)
-    each = found.length_um / side
-    count = len(corners)
-    total = np.bincount(found.owner, each, count)
-    # A curve between two corners has a side in its middle that can be moved.
-    sides = np.maximum(np.ceil(total - 1e-9), np.where(corners.all(axis=1), 2, 1))
-    if sides.sum() > MOST_SIDES:
+    total = float(np.sum(found.length_um / side))
+    if total > MOST_SIDES:
         raise InvalidValueError(
-            f"curves of the scene would take {sides.sum():.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "
+            f"curves of the scene would take {total:.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "
             "give a coarser one, or draw less of them",
             key="shapes",
             stage="Scene",
         )
-    sides = sides.astype(np.int64)
+    return side, found
+
+
+def _laid(curves: Curves, found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, F64]:
+    """Return how many sides each curve gets, and where they begin, curve after curve."""
+    circles = circles_among(curves)
+    even, owners = circles[found.owner], [np.arange(len(corners))]
+    places = [np.zeros(len(corners))]
+    for own, t in (
+        _whole_steps(curves, found.some(even), side[even]),
+        _even_steps(found.some(~even), side[~even], corners),
+    ):
+        owners.append(own)
+        places.append(t)
+    owner, t = np.concatenate(owners), np.concatenate(places)
+    # A curve between two corners has a side in its middle that can be moved.
+    single = np.flatnonzero((np.bincount(owner, minlength=len(corners)) == 1) & corners.all(axis=1))
+    owner, t = np.concatenate([owner, single]), np.concatenate([t, np.full(single.size, 0.5)])
+    order = np.lexsort((t, owner))
+    return np.bincount(owner, minlength=len(corners)), t[order]
+
+
+def _whole_steps(curves: Curves, found: Stretches, side: F64) -> tuple[I64, F64]:
+    """Return owners and parameters of the corners on parts of circles.
+
+    They lie in directions that are whole multiples of a turn over a number of few digits: arcs of one circle that
+    different shapes have in common get the same corners, and nothing shows between them.
+    """
+    own = curves.some(found.owner)
+    u, v = own.points[:, 1], own.points[:, 2]
+    begin, way = np.arctan2(u[:, 1], u[:, 0]), np.sign(cross(u, v)) * own.turn_rad
+    wanted = math.tau * found.radius_um / side
+    eighth = 2.0 ** (np.floor(np.log2(wanted)) - 3.0)
+    step = math.tau / (eighth * np.ceil(wanted / eighth - NEARLY))
+    ends = np.stack([begin + way * found.t0, begin + way * found.t1]) / step
+    low, high = np.floor(ends.min(axis=0)) + 1.0, np.floor(ends.max(axis=0))
+    counts = np.maximum(high - low + 1.0, 0.0).astype(np.int64)
+    whose = np.repeat(np.arange(counts.size), counts)
+    number = low[whose] + np.arange(whose.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    t = (number * step[whose] - begin[whose]) / way[whose]
+    inner = (t > NEARLY) & (t < 1.0 - NEARLY)
+    return found.owner[whose[inner]], t[inner]
+
+
+def _even_steps(found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, F64]:
+    """Return owners and parameters of the corners on other curves: evenly, by how many sides each part takes."""
+    each, count = found.length_um / side, len(corners)
+    total = np.bincount(found.owner, each, count)
+    sides = np.ceil(total - 1e-9).astype(np.int64)
     # As a share of its own total, and curve after curve: both rise all along.
     share = each / np.where(total > 0.0, total, 1.0)[found.owner]
-    until = np.cumsum(share)
-    starts = np.concatenate([[0.0], until[:-1]])
-    first = np.searchsorted(found.owner, np.arange(count))
-    offset = starts[first]
-    x = np.minimum(starts - offset[found.owner], 1.0) + found.owner
-    owner = np.repeat(np.arange(count), sides)
-    wanted = (np.arange(owner.size) - np.repeat(np.cumsum(sides) - sides, sides)) / sides[owner]
+    starts = np.concatenate([[0.0], np.cumsum(share)[:-1]])
+    x = np.minimum(starts - starts[np.searchsorted(found.owner, found.owner)], 1.0) + found.owner
+    inner = np.maximum(sides - 1, 0)
+    owner = np.repeat(np.arange(count), inner)
+    wanted = (1 + np.arange(owner.size) - np.repeat(np.cumsum(inner) - inner, inner)) / sides[owner]
     t = np.interp(wanted + owner, np.append(x, count), np.append(found.t0 + found.owner, count)) - owner
-    return sides, np.clip(t, 0.0, 1.0)
+    return owner, np.clip(t, 0.0, 1.0)
 
 
 def _graded(found: Stretches, side: F64, limits: SideLimits, corners: np.ndarray) -> tuple[Stretches, F64]:

@@ -11,9 +11,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.scene import Primitive, Scene, flattened
 from camsim.scene.arcs import Fineness, arcs_of
-from camsim.scene.curves import ARC, STRAIGHT, Curves, joined
-
-ROUND = 1e-12  # by which half axes of a circle differ, relative
+from camsim.scene.curves import STRAIGHT, Curves, circles_among, joined
 
 
 class Outlines(NamedTuple):
@@ -90,9 +88,7 @@ def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
     p, turn = curves.points, curves.turn_rad
     u, v = p[:, 1], p[:, 2]
     size = np.hypot(u[:, 0], u[:, 1])
-    same = np.abs(np.hypot(v[:, 0], v[:, 1]) - size) <= ROUND * size
-    square = np.abs(np.einsum("ij,ij->i", u, v)) <= ROUND * size * size
-    circle = (curves.kind == ARC) & same & square
+    circle = circles_among(curves)
     straight = curves.kind == STRAIGHT
     columns = np.zeros((len(straight), 10))
     columns[:, 6:8], columns[:, 8:] = p[:, 0], p[:, 3]

@@ -1,0 +1,375 @@
+"""Shapes cover what they should: areas by closed forms, painter's order by asking places, text by FreeType."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from PIL import Image, ImageDraw, ImageFont
+from tolerances import ROUNDING
+
+import camsim
+from camsim.errors import CamsimError, InvalidValueError
+from camsim.rendering.check.scenery import pieces_of
+from camsim.scene import arrange
+from camsim.scene.sides import SideLimits
+
+FINE = SideLimits(segment_um=0.7, wobble_um=1e-3, cut_um2=1e-3, moment_um3=1e-3)
+RING, CIRCLE = math.pi * (49 - 16), math.pi * 49
+
+
+def path(*places, **own):
+    (x, y), *others = places
+    return camsim.Path(segments_um=[("move", x, y), *(("line", *p) for p in others)], reflectance=0.2, **own)
+
+
+def pentagram(fill_rule):
+    angle = 0.8 * np.pi * np.arange(5)
+    return path(*np.stack([np.sin(angle), -np.cos(angle)], axis=1).tolist(), fill_rule=fill_rule)
+
+
+def five(radius):
+    """A regular pentagon's area by the radius of its corners."""
+    return 2.5 * math.sin(0.4 * math.pi) * radius**2
+
+
+HEART = math.cos(0.4 * math.pi) / math.cos(0.2 * math.pi)  # of a pentagram: its inner corners' radius
+POINTED = 5.0 * HEART * math.sin(0.2 * math.pi)  # twice five triangles from the centre to a tip and an inner corner
+SHAPES = {
+    "disc": (camsim.Disc(radius_um=7, centre_um=(3, 2), reflectance=0.2), CIRCLE),
+    "ellipse": (camsim.Ellipse(radius_x_um=17, radius_y_um=2, rotate_deg=20, reflectance=0.2), 34 * math.pi),
+    "ring": (camsim.Ring(radius_um=7, inner_radius_um=4, reflectance=0.2), RING),
+    "sector": (camsim.Sector(radius_um=7, turn_deg=300, from_deg=-40, reflectance=0.2), CIRCLE * 5 / 6),
+    "part of a ring": (
+        camsim.Sector(radius_um=7, inner_radius_um=4, turn_deg=90, centre_um=(1, 1), reflectance=0.2),
+        RING / 4,
+    ),
+    "a full turn": (camsim.Sector(radius_um=7, inner_radius_um=4, turn_deg=360, reflectance=0.2), RING),
+    "hexagon": (camsim.RegularPolygon(sides=6, radius_um=2, reflectance=0.2), 6 * math.sqrt(3)),
+    "star": (camsim.Star(tips=5, radius_um=1, inner_radius_um=HEART, reflectance=0.2), POINTED),
+    "polygon with holes": (
+        camsim.Polygon(
+            points_um=[(0, 0), (9, 0), (9, 9), (0, 9)],
+            holes_um=[[(1, 1), (2, 1), (1, 2)], [(4, 4), (4, 8), (8, 8), (8, 4)]],
+            reflectance=0.2,
+        ),
+        81 - 0.5 - 16,
+    ),
+    "cubic": (
+        camsim.Path(segments_um=[("move", 0, 0), ("cubic", 10, 0, 10, 10, 0, 10), ("close",)], reflectance=0.2),
+        60.0,
+    ),
+    "parabola": (camsim.Path(segments_um=[("move", 0, 0), ("quadratic", 3, 6, 6, 0)], reflectance=0.2), 12.0),
+    "half an ellipse": (
+        camsim.Path(segments_um=[("move", -6, 0), ("arc", 6, 3, 0, 0, 1, 6, 0)], reflectance=0.2),
+        9 * math.pi,
+    ),
+    "arcs too short for their chord": (
+        camsim.Path(segments_um=[("move", -6, 0), ("arc", 2, 1, 0, 0, 1, 6, 0)], reflectance=0.2),
+        9 * math.pi,
+    ),
+    "bow tie": (path((0, 0), (2, 2), (2, 0), (0, 2)), 2.0),
+    "pentagram, all of it": (pentagram("nonzero"), POINTED),
+    "pentagram, its tips": (pentagram("evenodd"), POINTED - five(HEART)),
+    "round twice, once": (path((0, 0), (2, 0), (2, 2), (0, 2), (0, 0), (2, 0), (2, 2), (0, 2)), 4.0),
+    "a frame": (
+        camsim.Line(
+            segments_um=[("move", 0, 0), ("line", 9, 0), ("line", 9, 7), ("line", 0, 7), ("close",)],
+            width_um=2,
+            reflectance=0.2,
+        ),
+        11 * 9 - 7 * 5,
+    ),
+    "round ends": (
+        camsim.Line(segments_um=[("move", 0, 0), ("line", 9, 0)], width_um=2, cap="round", reflectance=0.2),
+        18 + math.pi,
+    ),
+    "a bent line": (
+        camsim.Line(
+            segments_um=[("move", 8, 0), ("arc", 8, 8, 0, 0, 1, 0, 8)], width_um=4, cap="square", reflectance=0.2
+        ),
+        math.pi * (100 - 36) / 4 + 2 * 4 * 2,
+    ),
+    "wider than it is bent": (
+        camsim.Line(segments_um=[("move", 1, 0), ("arc", 1, 1, 0, 0, 1, -1, 0)], width_um=6, reflectance=0.2),
+        0.5 * math.pi * (4**2 + 2**2),
+    ),
+    "group": (
+        camsim.Group(
+            shapes=[camsim.Ring(radius_um=7, inner_radius_um=4, reflectance=0.2)],
+            scale=(2, 0.5),
+            turn_deg=30,
+            mirror="left-right",
+            move_um=(5, 5),
+        ),
+        RING,
+    ),
+    "matrix": (
+        camsim.Group(shapes=[camsim.Disc(radius_um=7, reflectance=0.2)], matrix=(1.5, 0.2, -0.7, 1, 9, 9)),
+        CIRCLE * (1.5 * 1 + 0.2 * 0.7),
+    ),
+    "clip": (
+        camsim.Group(
+            shapes=[camsim.Rectangle(width_um=30, height_um=30, centre_um=(15, 0), reflectance=0.2)],
+            clip=camsim.Disc(radius_um=7, reflectance=1.0),
+        ),
+        CIRCLE / 2,
+    ),
+    "grid": (
+        camsim.RepeatOnGrid(
+            shapes=[camsim.Disc(radius_um=1, reflectance=0.2)], cols=3, rows=4, step_um=(3, 2.5)
+        ),
+        12 * math.pi,
+    ),
+    "ring of sectors that touch": (
+        camsim.RepeatOnRing(
+            shapes=[camsim.Sector(radius_um=7, inner_radius_um=4, turn_deg=30, reflectance=0.2)], count=12
+        ),
+        RING,
+    ),
+}  # fmt: skip
+
+
+def signed(start, end):
+    return 0.5 * (start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0])
+
+
+def area_of(found, region=1):
+    """Area of a region of an arrangement, by Green's theorem."""
+    sides = (found.left == region).astype(float) - (found.right == region)
+    return float(np.sum(sides * signed(found.start_um, found.end_um)))
+
+
+def area_seen(pieces, region=1):
+    """The same of the pieces that the check sees."""
+    o = pieces.outlines
+    end = o.from_rad + o.turn_rad
+    arcs = o.dx * (
+        o.dx * o.turn_rad + o.x * (np.sin(end) - np.sin(o.from_rad)) - o.y * (np.cos(end) - np.cos(o.from_rad))
+    )
+    sides = (pieces.left == region).astype(float) - (pieces.right == region)
+    return float(np.sum(sides * 0.5 * np.where(o.turn_rad == 0.0, o.x * o.dy - o.y * o.dx, arcs)))
+
+
+@pytest.mark.parametrize("limits", [SideLimits(), FINE], ids=["coarse", "fine"])
+@pytest.mark.parametrize(("shape", "area"), SHAPES.values(), ids=list(SHAPES))
+def test_areas(shape, area, limits):
+    """Whatever the sides, a shape has its area: to rounding, and to 1e-7 where a bent line is followed by arcs."""
+    found = area_of(arrange(camsim.Scene(background=0.9, shapes=[shape]), limits))
+    assert found == pytest.approx(area, rel=1e-7 if isinstance(shape, camsim.Line) else 10 * ROUNDING)
+
+
+@pytest.mark.parametrize(("shape", "area"), SHAPES.values(), ids=list(SHAPES))
+def test_areas_that_the_check_sees(shape, area):
+    """By arcs of circles and winding numbers of its own."""
+    pieces, _ = pieces_of(camsim.Scene(background=0.9, shapes=[shape]), 1.0)
+    assert area_seen(pieces) == pytest.approx(area, rel=1e-7)
+
+
+def test_what_covers_what_adds_up():
+    """A frame is divided among shapes that overlap, touch and share edges: nothing is lost or there twice."""
+    frame = camsim.Rectangle(width_um=40, height_um=40, reflectance=0.1)
+    over = (
+        camsim.HalfPlane(through_um=(3, 0), towards_deg=0, reflectance=0.2),
+        camsim.Disc(radius_um=9, centre_um=(3, 0), reflectance=0.3),
+        camsim.Ring(radius_um=6, inner_radius_um=3, centre_um=(3, 0), reflectance=0.4),
+        camsim.Sector(radius_um=3, turn_deg=120, centre_um=(3, 0), reflectance=0.5),
+    )
+    clipped = camsim.Group(shapes=(frame, *over), clip=frame)
+    found = arrange(camsim.Scene(background=0.9, shapes=[clipped]), FINE)
+    areas = [area_of(found, k) for k in range(1, 6)]
+    assert sum(areas) == pytest.approx(1600.0, rel=ROUNDING)
+    disc = math.pi * 81
+    assert areas[1] == pytest.approx(17 * 40 - disc / 2, abs=1e-4)  # where the disc's sides lie, not its area
+    assert areas[2:] == pytest.approx([disc - 27 * math.pi - 3 * math.pi, 27 * math.pi, 3 * math.pi], abs=2e-3)
+
+
+LEVELS = (0.0, 0.2, 0.7, 1.0)
+
+
+def random_shape(rng, depth=0):
+    """A shape and the function that tells whether places lie in it, by its own coordinates."""
+    own = {"reflectance": float(rng.choice(LEVELS))}
+    kind, centre = rng.integers(8 if depth < 2 else 6), rng.uniform(-4, 4, 2)
+    radius, inner = np.sort(rng.uniform(0.5, 4.0, 2))[::-1]
+    angle = rng.uniform(-180, 180)
+
+    def polar(x, y):
+        return np.hypot(x - centre[0], y - centre[1]), np.degrees(np.arctan2(y - centre[1], x - centre[0]))
+
+    if kind == 0:
+        made = camsim.Ring(radius_um=radius, inner_radius_um=inner, centre_um=centre, **own)
+        return made, lambda x, y: (polar(x, y)[0] < radius) & (polar(x, y)[0] > inner)
+    if kind == 1:
+        turn = rng.uniform(10, 350)
+        made = camsim.Sector(radius_um=radius, from_deg=angle, turn_deg=turn, centre_um=centre, **own)
+        return made, lambda x, y: (polar(x, y)[0] < radius) & ((polar(x, y)[1] - angle) % 360 < turn)
+    if kind == 2:
+        made = camsim.Ellipse(radius_x_um=radius, radius_y_um=inner, rotate_deg=angle, centre_um=centre, **own)
+        return made, lambda x, y: np.hypot(*(turned(x - centre[0], y - centre[1], -angle) / [[radius], [inner]])) < 1
+    if kind == 3:
+        made = camsim.HalfPlane(through_um=centre, towards_deg=angle, **own)
+        return made, lambda x, y: turned(x - centre[0], y - centre[1], -angle)[0] > 0
+    if kind in (4, 5):
+        corners = np.round(rng.uniform(-5, 5, (int(rng.integers(4, 8)), 2)), 3)
+        rule = ("nonzero", "evenodd")[kind - 4]
+        made = dataclasses.replace(path(*corners.tolist(), fill_rule=rule), **own)
+        return made, lambda x, y: wound(corners, x, y, rule)
+    (one, in_one), (two, in_two) = random_shape(rng, depth + 1), random_shape(rng, 2)
+    if kind == 6:
+        factor, move = rng.uniform(0.5, 1.5, 2), rng.uniform(-2, 2, 2)
+        made = camsim.Group(shapes=[one], mirror="up-down", scale=tuple(factor), turn_deg=angle, move_um=move)
+
+        def within(x, y):
+            u, v = turned(x - move[0], y - move[1], -angle)
+            return in_one(u / factor[0], -v / factor[1])
+
+        return made, within
+    clipped = camsim.Group(shapes=[one], clip=two)
+    return clipped, lambda x, y: in_one(x, y) & in_two(x, y)
+
+
+def turned(x, y, degrees):
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.stack([c * x - s * y, s * x + c * y])
+
+
+def wound(corners, x, y, rule):
+    """Turns of the directions to the corners, added up: no ray is cast."""
+    way = np.arctan2(corners[:, 1, None] - y, corners[:, 0, None] - x)
+    step = (np.diff(way, axis=0, append=way[:1]) + np.pi) % (2 * np.pi) - np.pi
+    turns = np.round(step.sum(axis=0) / (2 * np.pi))
+    return turns != 0 if rule == "nonzero" else turns % 2 == 1
+
+
+def reflectance_of(shape):
+    while isinstance(shape, camsim.Group):
+        [shape] = shape.shapes
+    return shape.reflectance
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_random_shapes_against_places(seed):
+    """Areas of every reflectance within a frame, against 160 000 places that each ask what was painted last."""
+    rng = np.random.default_rng(seed)
+    made = [random_shape(rng) for _ in range(rng.integers(2, 7))]
+    step = 0.03
+    place = np.arange(-200, 200) * step + 0.5 * step
+    x, y = (np.ravel(axis) for axis in np.meshgrid(place, place))
+    seen = np.full(x.size, 0.9)
+    for shape, within in made:
+        seen[within(x, y)] = reflectance_of(shape)
+    frame = camsim.Rectangle(width_um=12, height_um=12, reflectance=0.9)
+    scene = camsim.Scene(
+        background=0.5,
+        shapes=[frame, camsim.Group(shapes=[shape for shape, _ in made], clip=frame)],
+    )
+    found, (pieces, spectra) = arrange(scene, FINE), pieces_of(scene, 1.0)
+    for k, reflectance in enumerate(spectra[1:], 1):
+        expected = np.count_nonzero(seen == reflectance) * step**2
+        assert area_of(found, found.spectra.index(reflectance)) == pytest.approx(expected, abs=0.1)
+        assert area_seen(pieces, k) == pytest.approx(area_of(found, found.spectra.index(reflectance)), abs=0.02)
+
+
+@pytest.mark.parametrize("weight", ["Regular", "BoldItalic"])
+def test_text_is_where_freetype_puts_it(weight):
+    """Area and middle of a word of lopsided letters, upright and the right way round, against another rasteriser."""
+    import ttf_opensans
+
+    font = next(font for font in ttf_opensans.FONTS if font.name == f"OpenSans-{weight}")
+    size = 400
+    image = Image.new("L", (1600, 800))
+    ImageDraw.Draw(image).text((100, 500), "F7äg", font=ImageFont.truetype(str(font.path), size), fill=255, anchor="ls")
+    ink = np.asarray(image) / 255.0
+    y, x = np.mgrid[:800, :1600] + 0.5
+    area = ink.sum()
+    middle = np.array([(ink * (x - 100)).sum(), (ink * (y - 500)).sum()]) / area / size
+    text = camsim.Text(text="F7äg", size_um=1.0, weight=weight, reflectance=0.0)
+    found = arrange(camsim.Scene(background=1.0, shapes=[text]), SideLimits(segment_um=0.02))
+    (x0, y0), (x1, y1) = found.start_um.T, found.end_um.T
+    weight_of = (x0 * y1 - y0 * x1) * np.where(found.left == 1, 0.5, -0.5)
+    own = np.array([(weight_of * (x0 + x1)).sum(), (weight_of * (y0 + y1)).sum()]) / 3.0 / weight_of.sum()
+    assert weight_of.sum() == pytest.approx(area / size**2, rel=2e-3)
+    assert own == pytest.approx(middle, abs=1e-3)
+
+
+def test_lines_of_text_stand_as_they_are_told():
+    def box(**how):
+        text = camsim.Text(text="HH\nH", size_um=10.0, reflectance=0.0, **how)
+        found = arrange(camsim.Scene(background=1.0, shapes=[text])).start_um
+        return np.concatenate([found.min(axis=0), found.max(axis=0)])
+
+    left, centre, right = (box(align=align, at_um=(5.0, 7.0)) for align in ("left", "centre", "right"))
+    assert left[3] == pytest.approx(7.0 + 13.6)
+    assert left[1] == pytest.approx(7.0 - 10 * 1462 / 2048)  # capitals of Open Sans are 1462 of 2048 units high
+    # What is beside an H differs by a unit on its two sides.
+    assert left[2] - 5.0 == pytest.approx(5.0 - right[0], abs=0.006)
+    assert centre[0] + centre[2] == pytest.approx(10.0, abs=0.006)
+    middle = box(vertical="middle", at_um=(5.0, 7.0))
+    assert middle[1] + middle[3] == pytest.approx(14.0)
+    upright, turned_over = box(), box(rotate_deg=180)
+    assert turned_over == pytest.approx(-upright[[2, 3, 0, 1]])
+
+
+def nested(depth):
+    shape = camsim.Disc(radius_um=1.0, reflectance=0.0)
+    for _ in range(depth):
+        shape = camsim.Group(shapes=[shape, shape])
+    return shape
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: nested(70), "makes 8388608 sides and curves; the most is 5000000"),
+        (
+            lambda: camsim.RepeatOnGrid(shapes=[nested(10)], cols=10**6, rows=10**6, step_um=(1, 1)),
+            "makes 1024000000000000 sides and curves; the most is 5000000",
+        ),
+        (lambda: camsim.Text(text="שלום", size_um=1, reflectance=0), "Open Sans has no '\\u05e9' (U+05E9, hebrew"),
+        (lambda: camsim.Text(text="a\u0301", size_um=1, reflectance=0), "(U+0301, combining acute accent)"),
+        (lambda: camsim.Text(text="a", weight="Heavy", size_um=1, reflectance=0), "not 'Heavy'"),
+        (lambda: camsim.Ring(radius_um=1, inner_radius_um=1, reflectance=0), "is 1; it must be below radius_um, 1"),
+        (
+            lambda: camsim.Path(segments_um=[("move", 0, 0), ("cube", 1)], reflectance=0),
+            "item 1 must be a segment such as ('line', x, y)",
+        ),
+        (
+            lambda: camsim.Path(segments_um=[("move", 0, 0), ("line", 1, math.nan)], reflectance=0),
+            "item 1.2 must be a finite number",
+        ),
+        (
+            lambda: camsim.Group(shapes=[], matrix=(1, 2, 2, 4, 0, 0)),
+            "flattens all shapes to a line; its first four numbers must not",
+        ),
+        (
+            lambda: camsim.Polygon(
+                points_um=[(0, 0), (4, 0), (4, 4), (0, 4)], holes_um=[[(3, 3), (6, 3), (3, 6)]], reflectance=0
+            ),
+            "outlines of holes cross or share sides at",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_refused(make, said):
+    with pytest.raises(InvalidValueError) as caught:
+        make()
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_chain_of_groups_is_so_deep_and_no_deeper():
+    shape = camsim.Disc(radius_um=1.0, reflectance=0.0)
+    for _ in range(64):
+        shape = camsim.Group(shapes=[shape])
+    assert area_of(arrange(camsim.Scene(background=1.0, shapes=[shape]))) == pytest.approx(math.pi)
+    with pytest.raises(CamsimError, match="groups lie 65 deep in one another; the most is 64"):
+        camsim.Group(shapes=[shape])
+
+
+def test_a_scribble_is_filled_or_refused():
+    """A thousand random sides cross 160 000 times; three times as many are refused before memory is taken."""
+    corners = np.random.default_rng(1).uniform(-9, 9, (2000, 2))
+    scribble = path(*corners[:120].tolist(), fill_rule="evenodd")
+    assert 0.3 * 324 < area_of(arrange(camsim.Scene(background=0.9, shapes=[scribble]))) < 0.7 * 324
+    with pytest.raises(CamsimError, match="crosses itself more than 200000 times; draw it in parts"):
+        arrange(camsim.Scene(background=0.9, shapes=[path(*corners.tolist())]))
