@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo test dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
+.PHONY: demo gallery test dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -15,6 +15,9 @@ demo: $(READY)  ## capture the slanted edge with the D40-like sensor into out/
 	mkdir -p out
 	$(BIN)/camsim capture scenes/slanted-edge.yaml --sensor d40-like --force \
 	  -o out/slanted-edge.dng -o out/slanted-edge.png -o out/slanted-edge.exr
+
+gallery: $(READY)  ## every shipped scene as a picture, with its file and its twin in Python, into docs/gallery.md
+	$(BIN)/python -m bench.gallery
 
 # Tests run on up to four processes side by side; they share nothing but the kernel cache.
 SIDE_BY_SIDE := -n auto --maxprocesses 4 --dist worksteal

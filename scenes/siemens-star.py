@@ -8,7 +8,7 @@ camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=4))
 scene = camsim.Scene(
     background=0.5,
     shapes=[
-        camsim.charts.siemens_star(radius_um=95 * PITCH_UM, cycles=72, light=0.9),
+        camsim.charts.siemens_star(radius_um=90 * PITCH_UM, cycles=72, light=0.9),
     ],
 )
 frame = camera.expose(

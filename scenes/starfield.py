@@ -9,7 +9,7 @@ scene = camsim.Scene(
     background=0.001,
     shapes=[
         camsim.charts.points(
-            radius_um=1 * PITCH_UM, stars=120, width_um=190 * PITCH_UM, height_um=140 * PITCH_UM, faintest=5, seed=2
+            radius_um=2.5 * PITCH_UM, stars=150, width_um=190 * PITCH_UM, height_um=140 * PITCH_UM, faintest=4, seed=2
         ),
     ],
 )

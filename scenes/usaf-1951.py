@@ -13,7 +13,7 @@ frame = camera.expose(
     scene,
     light=camsim.Light(line_nm=550, illuminance_lux=2000),
     exposure=camsim.Exposure(time_s="auto", iso=200),
-    region=camsim.Region(rows=250, cols=310),
+    region=camsim.Region(rows=290, cols=320),
     tolerance=1e-3,
     seed=1,
 )

@@ -72,14 +72,12 @@ def explain(
 
 def explained(capture: Capture, products: Products, files: list[tuple[str, str]]) -> dict[str, Any]:
     """Return every decision about a capture and what it is expected to take, as a plain tree."""
-    from camsim.cli.explain_charts import chart_decisions
     from camsim.config.memory import needed_bytes
     from camsim.rendering.decisions import expectation, rendering_decisions
 
     choice = capture.plan()
     camera, grid = capture.camera, capture.grid
     decisions = [
-        *chart_decisions(capture),
         *rendering_decisions(
             choice, light_samples=capture.samples.wavelength_nm.size, shapes=len(capture.scene.shapes)
         ),

@@ -54,6 +54,8 @@ def shape_at(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | Non
         parts = {key: given.get(key, getattr(table, key)) for key in keys}
         for name, (key,) in lengths.items():
             parts[name] = _scaled(parts.pop(key), scale)
+        if parts.get("matrix") is not None:
+            parts["matrix"] = (*parts["matrix"][:4], *_scaled(parts["matrix"][4:], scale))
         shape: Shape = made_of(**parts)
         return shape
 

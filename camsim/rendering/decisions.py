@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -50,18 +51,21 @@ def _stages(job: Job) -> Iterator[Decision]:
 def _shapes(job: Job) -> Iterator[Decision]:
     """Yield what each shape became; of many, what all of a kind did."""
     told: dict[str, list[Told]] = {}
+    made_of: dict[str, Counter[str]] = {}
     first = 0
     for number, shape in enumerate(job.scene.shapes):
         primitives = list(shape.primitives())
         last = first + len(primitives)
         bent = sum(int(np.count_nonzero(fill.curves.kind)) for one in primitives for fill in one.fills)
         hidden = int(job.left_out.hidden[first:last].sum())
-        kind = type(shape).__name__
+        kind = getattr(shape, "name", type(shape).__name__)  # a chart's own
         name = kind if len(job.scene.shapes) > MOST_TOLD else f"{kind} {number}"
         told.setdefault(name, []).append(Told(len(primitives), int(job.left_out.sides[first:last].sum()), bent, hidden))
         first = last
+        made_of.setdefault(name, Counter()).update(_leaves(shape) if hasattr(shape, "name") else ())
     for name, parts in told.items():
         outlines, sides, bent, hidden = (sum(column) for column in zip(*parts, strict=True))
+        drawn = "".join(f"{count} × {kind}, " for kind, count in made_of[name].most_common())
         many = f"{len(parts)} × " if len(parts) > 1 else ""
         curves = f", {bent} curves among them cut for the tolerance" if bent else ""
         plural = "s" if outlines != 1 else ""
@@ -69,8 +73,17 @@ def _shapes(job: Job) -> Iterator[Decision]:
         yield Decision(
             topic="shape",
             decision=f"{many}{name}: {sides} sides",
-            reason=f"{outlines} outline{plural}{curves}{cover}",
+            reason=f"{drawn}{outlines} outline{plural}{curves}{cover}",
         )
+
+
+def _leaves(shape: Any) -> Iterator[str]:
+    """Yield the kinds of what a chart, a drawing or a group holds."""
+    inner = getattr(shape, "shapes", None)
+    if inner is None:
+        yield type(shape).__name__
+    for each in inner or ():
+        yield from _leaves(each)
 
 
 def _edges(job: Job, shapes: int) -> Iterator[Decision]:

@@ -36,6 +36,7 @@ STAGES: tuple[Any, ...] = (
     camsim.Region(rows=4, cols=4), GRID,
     camsim.Rectangle(width_um=1.0, height_um=1.0, reflectance=0.1), SCENE.shapes[0],
     camsim.Polygon(points_um=CORNERS, reflectance=0.1),
+    camsim.charts.checkerboard(side_um=1.0), camsim.Drawing(name="drawing.svg", shapes=()),
     camsim.AnnularAiry(f_number=8.0, obstruction=0.3), camsim.Gaussian(sigma_um=1.0), camsim.Pupil(),
     camsim.EllipticalGaussian(covariance_um2=((1.0, 0.0), (0.0, 2.0))),
     camsim.MeasuredPsf(irradiance=((0.0, 1.0), (1.0, 2.0)), spacing_um=0.5), camsim.Wavefront(f_number=8.0),

@@ -183,6 +183,9 @@ class Group(Table):
     ] = Field(default=1.0, description="a factor, or [along x, along y]")
     turn_deg: float = Field(default=0.0, ge=-1e6, le=1e6, description="clockwise as displayed, degrees")
     move: Point = Field(default=(0.0, 0.0), description="to the right and down, in the scene's unit")
+    matrix: tuple[float, float, float, float, float, float] | None = Field(
+        default=None, description="instead of all these: a, b, c, d, e, f as in SVG; e and f in the scene's unit"
+    )
     clip: Shape | None = Field(
         default=None, description="nothing outside this shape is painted; its reflectance plays no part"
     )

@@ -76,14 +76,17 @@ def read_svg(
     x, y = check(centre_um, Point, "centre_um", "read_svg")
     angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
     view, shapes = Reader(Path(file), name, kept).shapes()
-    scale = kept_um / (view.width if height_um is None else view.height)
+    scale = kept_um / (view.width_px if height_um is None else view.height_px)
     boxes = [fill.curves.boxes for primitive in flattened(shapes) for fill in primitive.fills]
-    beyond = boxes and not _within(np.concatenate(boxes), view.width, view.height)
+    beyond = boxes and not _within(np.concatenate(boxes), view.width_px, view.height_px)
     page = Rectangle(
-        width_um=view.width, height_um=view.height, centre_um=(0.5 * view.width, 0.5 * view.height), reflectance=0.0
+        width_um=view.width_px,
+        height_um=view.height_px,
+        centre_um=(0.5 * view.width_px, 0.5 * view.height_px),
+        reflectance=0.0,
     )
     c, s = scale * math.cos(angle), scale * math.sin(angle)
-    left, top = 0.5 * view.width, 0.5 * view.height
+    left, top = 0.5 * view.width_px, 0.5 * view.height_px
     matrix = (c, s, -s, c, x - c * left + s * top, y - s * left - c * top)
     group = Group(shapes=shapes, matrix=matrix, clip=page if beyond else None)
     return Svg(name=os.path.basename(name), shapes=(group,))

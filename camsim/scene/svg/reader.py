@@ -176,8 +176,8 @@ class Reader:
             self.refuse(element, f"uses itself by way of {link[:60]!r}")
         else:
             given = element.attributes
-            x = self._tried(element, lambda: length(given.get("x", "0"), self.view.width))
-            y = self._tried(element, lambda: length(given.get("y", "0"), self.view.height))
+            x = self._tried(element, lambda: length(given.get("x", "0"), self.view.width_px))
+            y = self._tried(element, lambda: length(given.get("y", "0"), self.view.height_px))
             if x is not None and y is not None:
                 there = times(matrix, (1.0, 0.0, 0.0, 1.0, x, y))
                 drawn = list(self._painted(self.known[identity], there, style, (*used, identity)))
@@ -214,7 +214,7 @@ class Reader:
     def _stroked(
         self, element: Element, segments: Sequence[Segment], style: Mapping[str, str], colour: Spectrum
     ) -> list[Any]:
-        diagonal = (0.5 * (self.view.width**2 + self.view.height**2)) ** 0.5
+        diagonal = (0.5 * (self.view.width_px**2 + self.view.height_px**2)) ** 0.5
         width = self._tried(element, lambda: length(style["stroke-width"], diagonal))
         limit = self._tried(element, lambda: numbers(style["stroke-miterlimit"]))
         if not width or not limit or width <= 0.0:

@@ -14,12 +14,12 @@ _SHARES = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
 class View(NamedTuple):
     """The part of a drawing that is shown.
 
-    width, height : in px, as its editor showed it
+    width_px, height_px : as its editor showed it
     matrix        : from user units to these px
     """
 
-    width: float
-    height: float
+    width_px: float
+    height_px: float
     matrix: Matrix
 
 

@@ -1,0 +1,74 @@
+"""``camsim show --expand``: the shapes of a scene, charts as what they stand for, as YAML in µm."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from camsim.spectra.curve import Curve
+
+
+def expanded(name: str) -> Iterator[str]:
+    """Return the lines of a scene's ``scene`` table with nothing in it but ordinary shapes."""
+    from camsim.capturing import load
+
+    scene = load(name).scene
+    yield from (
+        "scene:",
+        "  unit: um",
+        f"  background: {{reflectance: {_text(_plain(scene.background))}}}",
+        "  shapes:",
+    )
+    for shape in _ordinary(scene.shapes):
+        yield f"    - {_text(shape)}"
+
+
+def _ordinary(shapes: Iterable[Any]) -> Iterator[dict[str, Any]]:
+    """Yield shapes as tables; of charts and drawings their own."""
+    from camsim.scene import Chart, Drawing
+
+    for shape in shapes:
+        if isinstance(shape, Chart | Drawing):
+            yield from _ordinary(shape.shapes)
+        else:
+            yield _table(shape)
+
+
+def _table(shape: Any) -> dict[str, Any]:
+    kind = "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in type(shape).__name__)[1:]
+    table: dict[str, Any] = {"kind": kind}
+    for field in dataclasses.fields(shape):
+        value = getattr(shape, field.name)
+        if not field.init or value == field.default:
+            continue
+        key = field.name.removesuffix("_um")
+        if key == "shapes":
+            table[key] = list(_ordinary(value))
+        else:
+            table[key] = _table(value) if hasattr(value, "primitives") else _plain(value)
+    return table
+
+
+def _plain(value: Any) -> Any:
+    """Return a spectrum by its name or as a table, and lists for tuples."""
+    if isinstance(value, Curve):
+        from camsim.spectra import named
+
+        if value.name in named.reflectance_names() and named.reflectance(value.name) == value:
+            return value.name
+        return {"wavelength_nm": list(value.wavelength_nm), "values": list(value.values), "outside": value.outside}
+    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value
+
+
+def _text(value: Any) -> str:
+    """Return a value in YAML's flow style."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_text(part)}" for key, part in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_text, value)) + "]"
+    word = (
+        isinstance(value, str) and value.replace("-", "").isalpha() and value.lower() not in ("true", "false", "null")
+    )
+    return value if word else json.dumps(value, ensure_ascii=False)

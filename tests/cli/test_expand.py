@@ -1,0 +1,25 @@
+"""``camsim show --expand``: what it prints is a scene of ordinary shapes that paints the same."""
+
+import numpy as np
+import pytest
+
+from camsim.capturing import load
+from camsim.cli.expand import expanded
+from camsim.config import library
+from camsim.scene import flattened
+
+
+@pytest.mark.parametrize("name", ["bars", "colorchecker-card", "drawing", "groups", "qr-code", "shapes", "usaf-1951"])
+def test_the_shapes_of_a_scene_paint_the_same(name, tmp_path):
+    text = "\n".join(expanded(name))
+    assert "kind: chart" not in text
+    assert "kind: svg" not in text
+    whole = library.shipped("scene")[name].read_text(encoding="utf-8")
+    head, tail = whole.split("scene:\n")[0], "render:" + whole.split("render:")[1]
+    (tmp_path / "scene.yaml").write_text(f"{head}{text}\n{tail}", encoding="utf-8")
+    told, again = load(name).scene, load(tmp_path / "scene.yaml").scene
+    assert again.background == told.background
+    for one, two in zip(flattened(told.shapes), flattened(again.shapes), strict=True):
+        assert one.reflectance == two.reflectance or one.reflectance.values == two.reflectance.values
+        for fill, other in zip(one.fills, two.fills, strict=True):
+            np.testing.assert_allclose(fill.curves.points, other.curves.points, rtol=0, atol=1e-9)
