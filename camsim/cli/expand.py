@@ -27,10 +27,10 @@ def expanded(name: str) -> Iterator[str]:
 
 def _ordinary(shapes: Iterable[Any]) -> Iterator[dict[str, Any]]:
     """Yield shapes as tables; of charts and drawings their own."""
-    from camsim.scene import Chart, Drawing
+    from camsim.scene import Chart, Svg
 
     for shape in shapes:
-        if isinstance(shape, Chart | Drawing):
+        if isinstance(shape, Chart | Svg):
             yield from _ordinary(shape.shapes)
         else:
             yield _table(shape)
