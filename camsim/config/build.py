@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from camsim.camera import Camera
-from camsim.config import build_optics, schema
+from camsim.config import build_optics, build_picture, schema
 from camsim.config.build_sensor import curve_of, filters_at
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
 from camsim.errors import CamsimError
 from camsim.optics import Lens
-from camsim.scene import Disc, Polygon, Rectangle, Scene
+from camsim.scene import Disc, Picture, Polygon, Rectangle, Scene
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import Cos4Falloff, Falloff, RadialFalloff
 from camsim.spectra import named
@@ -152,7 +152,9 @@ def scene_content(scene: SceneDocument, pitch_um: float | None) -> Scene | None:
     return scene.build(("scene",), lambda: Scene(background=background, shapes=whole))
 
 
-def _shape(scene: SceneDocument, path: KeyPath, unit_um: float) -> Polygon | Rectangle | Disc | None:
+def _shape(scene: SceneDocument, path: KeyPath, unit_um: float) -> Polygon | Rectangle | Disc | Picture | None:
+    if (scene.value(path) or {}).get("kind") == "picture":
+        return build_picture.picture(scene, path, unit_um)
     reflectance = _spectrum(scene, (*path, "reflectance"))
     spectrum = _ANY_SPECTRUM if reflectance is None else reflectance
     table = scene.part(path, schema.Table)
