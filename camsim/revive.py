@@ -57,6 +57,11 @@ def _revived(tree: Any, place: str) -> Any:
 
 
 def _make(kind: Any, parts: Mapping[str, Any], place: str) -> Any:
+    if kind == "Picture":
+        name = ascii(parts.get("source") or "an array")[:80]
+        raise InputError(
+            f"it shows the picture {name}, which such a file does not hold; capture its scene again", stage=place
+        )
     stage = _stages().get(kind) if isinstance(kind, str) else None
     if stage is None:
         raise InputError(f"{ascii(kind)[:40]} is not a stage of this version of camsim", stage=place)

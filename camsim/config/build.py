@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from camsim.camera import Camera
-from camsim.config import build_optics, schema
+from camsim.config import build_optics, build_picture, schema
 from camsim.config.build_sensor import filters_at
 from camsim.config.build_shapes import SceneDocument, shape_at, spectrum_at
+from camsim.config.tree import KeyPath
 from camsim.optics import Lens
-from camsim.scene import Scene
+from camsim.scene import Picture, Scene, Shape
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import Cos4Falloff, Falloff, RadialFalloff
 from camsim.spectra import named
@@ -137,10 +138,16 @@ def scene_content(scene: SceneDocument, frame: schema.SensorFrame | None) -> Sce
     background = spectrum_at(scene, ("scene", "background", "reflectance"))
     tables = scene.value(("scene", "shapes"))
     shapes = [
-        None if scene.full else shape_at(scene, ("scene", "shapes", index), unit_um)
+        None if scene.full else _placed(scene, ("scene", "shapes", index), unit_um)
         for index in range(len(tables) if isinstance(tables, list) else 0)
     ]
     whole = [shape for shape in shapes if shape is not None]
     if background is None or len(whole) < len(shapes):
         return None
     return scene.build(("scene",), lambda: Scene(background=background, shapes=whole))
+
+
+def _placed(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | Picture | None:
+    if isinstance(table := scene.value(path), dict) and table.get("kind") == "picture":
+        return build_picture.picture(scene, path, unit_um)
+    return shape_at(scene, path, unit_um)

@@ -183,7 +183,12 @@ def plan_render(
         tolerance=share * tolerance,
     )
     choice = choose(method, job, samples)
-    return choice if edges is scene else with_pictures(choice, scene, tolerance)
+    if edges is scene:
+        return choice
+    return with_pictures(choice, scene, tolerance) or plan_render(
+        edges, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance, method=method,
+        samples=samples,
+    )  # fmt: skip
 
 
 def kernels_compiled() -> bool:

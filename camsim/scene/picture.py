@@ -40,6 +40,7 @@ class Picture:
     interpolation : between samples: "squares" (each is a square of one colour), "linear", or "cubic" (a spline through
                     the samples, which may swing beyond them). At its rim the picture ends sharply, half a sample beyond
                     the outermost ones, and goes on as its mirror image up to there
+    source        : what reports and files call it;  sha256: of its samples and spectra, which files do not hold
 
     >>> picture = Picture.of_rgb(np.full((2, 3, 3), 0.5), width_um=30.0)
     >>> picture.shape, picture.height_um, len(picture.spectra)
@@ -86,7 +87,11 @@ class Picture:
                     f"must be from 0 to 1, fractions of the light that come back, not {low if low < 0 else high:g}; "
                     "divide by the value that is to be a perfect diffuser's",
                 )
-        object.__setattr__(self, "sha256", hashlib.sha256(planes.tobytes()).hexdigest())
+        content = hashlib.sha256(np.ascontiguousarray(planes).data)
+        for spectrum in spectra:
+            nodes = _nodes(spectrum)
+            content.update(np.stack([nodes, spectrum_at(spectrum, nodes)]).tobytes())
+        object.__setattr__(self, "sha256", content.hexdigest())
 
     @classmethod
     def of_rgb(cls, rgb: ArrayLike, **placed: Any) -> Picture:

@@ -20,6 +20,7 @@ from camsim.config.schema.lens import (
     RadialOtfLens,
     WavefrontLens,
 )
+from camsim.config.schema.pictures import Picture
 from camsim.config.schema.scene import (
     Background,
     Exposure,
@@ -99,6 +100,7 @@ __all__ = [
     "NamedCfa",
     "Noise",
     "Path",
+    "Picture",
     "Polygon",
     "PolygonPhotosite",
     "Pupil",

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_form
 from camsim.config.schema.lens import Lens
-from camsim.config.schema.shapes import Shape
+from camsim.config.schema.shapes import Placed
 from camsim.marks import Called
 from camsim.typed import Positive
 
@@ -103,7 +103,7 @@ class SceneContent(Table):
         description="of all lengths in the scene; pixel is the sensor's pitch, frame the height of its full frame"
     )
     background: Background = Field(description="everything that no shape covers")
-    shapes: list[Shape] = Field(default=[], description="later ones cover earlier ones")
+    shapes: list[Placed] = Field(default=[], description="later ones cover earlier ones")
 
 
 class Render(Table):

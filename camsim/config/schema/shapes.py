@@ -9,6 +9,7 @@ from pydantic import Field, Tag
 from camsim.config.schema.base import Point, Reflectance, Table, by_form
 from camsim.config.schema.charts import Chart
 from camsim.config.schema.drawings import Svg
+from camsim.config.schema.pictures import Picture
 from camsim.marks import Called
 from camsim.typed import NonNegative, Positive
 
@@ -211,7 +212,7 @@ class RepeatOnRing(Table):
     upright: bool = Field(default=False, description="copies keep their direction, and are only moved along")
 
 
-Shape: TypeAlias = Annotated[
+_Kinds: TypeAlias = (
     Rectangle
     | Polygon
     | RegularPolygon
@@ -228,9 +229,11 @@ Shape: TypeAlias = Annotated[
     | RepeatOnGrid
     | RepeatOnRing
     | Chart
-    | Svg,
-    Field(discriminator="kind"),
-]
+    | Svg
+)
+Shape: TypeAlias = Annotated[_Kinds, Field(discriminator="kind")]
+Placed: TypeAlias = Annotated[_Kinds | Picture, Field(discriminator="kind")]
+"""A shape of a scene; within groups and as clips there are no pictures."""
 
 for _table in (Group, RepeatOnGrid, RepeatOnRing):
     _table.model_rebuild()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,12 +27,13 @@ from camsim.rendering.check.field_kernels import (
     middles_light,
     points_light,
 )
-from camsim.rendering.check.scene_samples import Seen
+from camsim.rendering.check.scene_samples import LARGEST, Seen
 from camsim.rendering.grid import Grid
 
-CELLS_PER_BLUR = 24.0  # of the pattern's table: 5e-3·(2π/24)⁶ of its rings
-SMALLEST, COARSEST = 1e-12, 1e-3  # of the rules
-CLOSE, AWAY = 0.3, 100.0  # beyond a part of the radius, where the pattern is faint, rules may be wrong by more
+LOOK_UP = 0.05  # of what may be wrong, that a look-up of the pattern by six points, 5e-3·(2π/cells)⁶, may be
+SMALLEST, COARSEST = 1e-12, 1e-2  # of the rules
+ZONES = 2.0  # times as far, from one zone to the next: rules may be wrong by more where the pattern is faint
+FARTHER, LISTENED = 1.3, 64  # steps of the radius, and places where rings are listened to
 NODE_SECONDS = 6e-9  # of one core, measured
 FAR_SECONDS = 8e-9
 
@@ -95,19 +97,38 @@ class DirectSums:
         blur = self._blur[1]
         heard = blur / math.pi**3 * max(largest, 1.0) * math.sqrt(0.5 * math.pi)
         fall = min(1.0, (blur / math.pi) ** 2)  # of the footprint's own mean over a ring, on most of it
-        quiet = math.sqrt(heard * fall / self.allowed)
-        extent = float(np.abs(self.footprint()[0]).max()) + 1.5 * largest
-        return max(quiet, 6.0 * blur, 8.0) + extent
+        radius, extent = max(6.0 * blur, 8.0), float(np.abs(self.footprint()[0]).max()) + 1.5 * min(largest, LARGEST)
+        lengths = self.system.blurs_um(self.wavelength_nm) / self.grid.pitch_um
+        while heard * fall / radius**2 > self.allowed:
+            # Wavelengths whose rings are out of step are heard less.
+            places = radius * np.linspace(1.0, FARTHER, LISTENED)
+            turns = np.exp(2j * np.pi * places[:, None] / lengths)
+            sums = np.einsum("qj,rj->qr", self.density.reshape(-1, lengths.size).astype(complex), turns)
+            if heard * fall / radius**2 * min(1.0, float(np.abs(sums).max())) <= self.allowed:
+                break
+            radius *= FARTHER
+        return radius + extent
+
+    @functools.cached_property
+    def zones(self) -> list[tuple[float, tuple[float, float]]]:
+        """How many times more rules may be wrong by, from where to where: patterns fall with the cube of the distance."""
+        extent = float(np.abs(self.footprint()[0]).max()) + LARGEST
+        edges = [0.0]
+        while edges[-1] < self.radius:
+            edges.append(ZONES * edges[-1] if len(edges) > 1 else 2.0 * extent + 2.0 * self._blur[1])
+        edges[-1] = self.radius
+        return [(max(1.0, (max(low - extent, 0.0) / self._blur[1]) ** 3), (low, high)) for low, high in pairwise(edges)]
 
     @functools.cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
-        nodes, total = len(self.footprint()[1]), 0.0
+        total = 0.0
         for seen in self.seen:
-            near = min(math.pi * self.radius**2 / seen.step**2, seen.shape[0] * seen.shape[1])
-            inner = len(self._rule(seen.step)[0]) ** 2 * nodes
-            outer = len(self._rule(seen.step, AWAY)[0]) ** 2 * len(self.footprint(AWAY)[1])
-            total += near * (CLOSE**2 * inner + outer) * NODE_SECONDS * seen.planes
+            nodes = len(self.footprint()[1])
+            for more, (low, high) in self.zones:
+                patches = min(math.pi * (high**2 - low**2) / seen.step**2, seen.shape[0] * seen.shape[1])
+                inner = len(self._rule(seen.step, more)[0]) ** 2 * len(self.footprint(more)[1])
+                total += patches * inner * NODE_SECONDS * seen.planes
             total += seen.shape[0] * seen.shape[1] * FAR_SECONDS
             total += seen.points_near(self.radius) * nodes * NODE_SECONDS * seen.planes
         return total
@@ -133,10 +154,7 @@ class DirectSums:
         """Return (channels, points) of one picture."""
         channels = density.shape[1]
         near, far = self._table(density), self._averaged(density, seen.farthest(points))
-        zones = [
-            (Rule(*self.footprint(more)), self._inner(seen, more), bounds)
-            for more, bounds in ((1.0, (0.0, CLOSE * self.radius)), (AWAY, (CLOSE * self.radius, self.radius)))
-        ]
+        zones = [(Rule(*self.footprint(more)), self._inner(seen, more), bounds) for more, bounds in self.zones]
         patches = Patches(seen.values, seen.whole, seen.degree, seen.corner, seen.axes * seen.step)
         out = np.zeros((channels, len(points)))
         with ONE_AT_A_TIME:
@@ -157,7 +175,8 @@ class DirectSums:
         """Return the pattern of every plane and channel out to the radius, per square pitch."""
         lens, pitch_um = self.system.lens, self.grid.pitch_um
         assert isinstance(lens, Round)
-        per_pitch = CELLS_PER_BLUR / self._blur[0]
+        cells = 2.0 * math.pi * (5e-3 / (LOOK_UP * max(self.allowed, SMALLEST))) ** (1.0 / 6.0)
+        per_pitch = max(cells, 24.0) / self._blur[0]
         count = math.ceil((self.radius + 2.0) * per_pitch) + 2
         radius = (np.arange(-2, count + 3)) / per_pitch
         values = np.zeros((*density.shape[:2], radius.size))

@@ -15,7 +15,7 @@ from camsim.rendering.check.fields import DirectSums
 from camsim.rendering.check.judge import Found, Judge, Windows
 from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
 from camsim.rendering.check.polygons import polygons
-from camsim.rendering.check.scene_samples import Seen, Segments
+from camsim.rendering.check.scene_samples import LARGEST, Seen, Segments
 from camsim.rendering.check.scenery import pieces_of
 from camsim.rendering.check.wavelengths import condensed, densities
 from camsim.rendering.engine import Plan
@@ -67,7 +67,7 @@ class PictureJudge:
             highest = (
                 max(job.system.cutoff_per_um(float(nm)) for nm in (seen_nm.min(), seen_nm.max())) * job.grid.pitch_um
             )
-            step = shape.step_um / job.grid.pitch_um
+            step = min(shape.step_um / job.grid.pitch_um, LARGEST)
             order = 3
             while order < 60 and gauss_error(order, math.pi * highest * step) > math.log(max(allowed, 1e-12)):
                 order += 1

@@ -20,6 +20,7 @@ from camsim.scene import Picture
 from camsim.scene.picture import DEGREES
 
 Segments = tuple[F64, F64]
+LARGEST = 3.0  # pitches, of a patch
 NEXT_TO = 1e-9  # of a patch: an outline this near to a side may be on it
 
 
@@ -45,9 +46,18 @@ class Seen:
         return DEGREES[self.picture.interpolation]
 
     @property
+    def parts(self) -> int:
+        """Into how many a sample is parted along either side: rules are for patches of a few photosites.
+
+        An odd number, so that knots stay knots.
+        """
+        return 2 * max(0, math.ceil(0.5 * (self.picture.step_um / self.pitch_um / LARGEST - 1.0))) + 1
+
+    @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns of samples."""
-        return self.picture.shape
+        """Rows and columns of samples, parted."""
+        rows, cols = self.picture.shape
+        return rows * self.parts, cols * self.parts
 
     @property
     def planes(self) -> int:
@@ -78,14 +88,12 @@ class Seen:
     def values(self) -> F64:
         """Coefficients (planes, rows, cols): a patch takes those from its own place on."""
         planes = np.asarray(self.picture.planes, np.float64)
-        if self.degree == 3:
-            # A spline through mirrored samples is a cosine series, of which each is divided by what the splines pass.
+        if self.parts > 1:
+            # The same splines on finer knots go through what they are there.
             for axis in (1, 2):
-                count = planes.shape[axis]
-                passed = (2.0 + np.cos(np.pi * np.arange(count) / count)) / 3.0
-                form = [1, 1, 1]
-                form[axis] = count
-                planes = fft.idct(fft.dct(planes, axis=axis) / passed.reshape(form), axis=axis)
+                planes = _between(_coefficients(planes, self.degree, axis), self.degree, self.parts, axis)
+        for axis in (1, 2):
+            planes = _coefficients(planes, self.degree, axis)
         planes = planes - self.less[:, None, None]
         if self.ones:
             planes = np.concatenate([planes, np.ones((1, *self.shape))])
@@ -186,6 +194,36 @@ class Seen:
             "na,ax->nx", np.array([[0, 0], [cols, 0], [cols, rows], [0, rows]], float), self.axes
         )
         return float(np.hypot(*(points[:, None] - ends[None]).transpose(2, 0, 1)).max())
+
+
+def _coefficients(samples: F64, degree: int, axis: int) -> F64:
+    """Return those of splines through samples along an axis, mirrored at either end.
+
+    Such a spline is a cosine series, of which each is divided by what the splines pass.
+    """
+    if degree < 2:
+        return samples
+    count = samples.shape[axis]
+    form = [1, 1, 1]
+    form[axis] = count
+    passed = (2.0 + np.cos(np.pi * np.arange(count) / count)) / 3.0
+    through: F64 = fft.idct(fft.dct(samples, axis=axis) / passed.reshape(form), axis=axis)
+    return through
+
+
+def _between(coefficients: F64, degree: int, parts: int, axis: int) -> F64:
+    """Return what splines are in the middles of a sample's parts, along an axis."""
+    if degree == 0:
+        return np.repeat(coefficients, parts, axis=axis)
+    count, more = coefficients.shape[axis], (degree + 1) // 2
+    padding = [(0, 0)] * 3
+    padding[axis] = (more, more)
+    mirrored = np.moveaxis(np.pad(coefficients, padding, mode="symmetric"), axis, -1)
+    place = (np.arange(count * parts) + 0.5) / parts + 0.5
+    first = np.floor(place).astype(int)
+    weights = _weights(degree, place - first)
+    total = sum(mirrored[..., first + k] * weights[:, k] for k in range(degree + 1))
+    return np.ascontiguousarray(np.moveaxis(np.asarray(total), -1, axis))
 
 
 def _crossing(a: F64, b: F64, y: float) -> F64:

@@ -1,7 +1,8 @@
-"""Light from far away: the pattern beyond a taper, its rings averaged, folded with pictures on a coarse lattice.
+"""Light from far away: the pattern beyond a taper, its rings averaged, folded with pictures on coarse lattices.
 
-Samples are put on the lattice's points by the weights of Lagrange's interpolation, which is the same as interpolating
-the pattern between them; photosites are interpolated likewise.
+Shell by shell, each twice as far out and on a lattice twice as coarse. Samples are put on the lattice's points by the
+weights of Lagrange's interpolation, which is the same as interpolating the pattern between them; photosites are
+interpolated likewise.
 """
 
 from __future__ import annotations
@@ -9,9 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scipy import fft
+from scipy import fft, interpolate
 
 from camsim.arrays import F64, U8
 from camsim.optics import OpticalSystem
@@ -20,133 +22,153 @@ from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.samples import samples_of
 from camsim.rendering.fourier.taper import taper, tapered
 
-POINTS = 6  # of the interpolation along an axis
-FINENESS = 8.0  # lattice points along the taper and along its inner radius, where as much light may be wrong as is
-RADII = 2048
-BLOCKS = 4.0  # and blocks of samples along a lattice cell
+NODES_OFF = 1e-6  # relative: nodes where outlines cut
+POINTS = 8  # of the interpolation along an axis
+FINENESS = 6.0  # lattice points along the taper and its inner radius, where as much light may be wrong as is there
+RADII = 512  # of a shell's table
+GROWTH = 2.0  # from one shell to the next
+
+Pattern = Callable[[F64], F64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FarLight:
-    """What comes from beyond, on a lattice about a window.
+class Beyond:
+    """The pattern beyond a taper, and what it falls on.
 
-    light : (channels, rows, cols) at the lattice's points
-    step  : between them, pitches;  first: (2,) the first one, from the window's first photosite
+    density, wavelength_nm : as of the picture's rendering;  inner, outer, sharpness: of the taper, pitches
+    light : that lies beyond, in units of what may be wrong
     """
 
-    light: F64
-    step: float
-    first: F64
+    layers: Sequence[Layer]
+    density: F64
+    wavelength_nm: F64
+    system: OpticalSystem
+    pitch_um: float
+    inner: float
+    outer: float
+    sharpness: float
+    light: float
 
-    @classmethod
-    def of(
-        cls,
-        layers: Sequence[Layer],
-        *,
-        density: F64,
-        wavelength_nm: F64,
-        system: OpticalSystem,
-        pitch_um: float,
-        inner: float,
-        outer: float,
-        sharpness: float,
-        light: float,
-        origin: tuple[float, float],
-        shape: tuple[int, int],
-    ) -> FarLight:
-        """Fold all of the layers, however large, with the pattern beyond the taper from ``inner`` to ``outer``.
+    def rendered(self, origin: tuple[float, float], channel: U8) -> F64:
+        """Return the light at every photosite (..., rows, cols) from beyond, shell by shell, each twice as far out.
 
-        light : that lies beyond, in units of what may be wrong
+        origin : x, y of the first photosite's centre, pitches
         """
-        step = min(inner, outer - inner) / (FINENESS * max(light, 1.0) ** (1.0 / POINTS))
-        corners = np.concatenate([layer.corners for layer in layers]) - np.array(origin)
-        low = np.minimum(corners.min(axis=0), 0.0) - (POINTS + 1) * step
-        high = np.maximum(corners.max(axis=0), [shape[1] - 1.0, shape[0] - 1.0]) + (POINTS + 1) * step
-        count = np.ceil((high - low) / step).astype(int)[::-1] + POINTS
-        size = [fft.next_fast_len(2 * int(n) - 1, real=True) for n in count]
-        down, across = (np.minimum(np.arange(n), n - np.arange(n)) for n in size)
-        distance = step * np.hypot(down[:, None], across[None, :])
-        patterns = _beyond(distance, density, wavelength_nm, system, pitch_um, inner, outer, sharpness)
-        total = np.zeros((density.shape[1], size[0], size[1] // 2 + 1), complex)
-        plane = 0
-        for layer in layers:
-            places, given = _gathered(layer, step / BLOCKS, origin)
-            for own in given:
-                mass = fft.rfft2(_deposited((places - low) / step, own, (int(count[0]), int(count[1]))), s=size)
-                for channel in range(density.shape[1]):
-                    total[channel] += mass * fft.rfft2(patterns(plane, channel))
-                plane += 1
-        seen = fft.irfft2(total, s=size)[:, : count[0], : count[1]]
-        return cls(light=seen, step=step, first=low)
-
-    def rendered(self, channel: U8) -> F64:
-        """Return the light at every photosite, (..., rows, cols), each in its own channel."""
-        rows, cols = channel.shape[-2:]
-        down, across = (
-            _weights((np.arange(n) - low) / self.step) for n, low in ((rows, self.first[1]), (cols, self.first[0]))
-        )
-        image = np.empty(channel.shape)
-        for k in np.unique(channel):
-            lines = sum(down[1][t][:, None] * self.light[k][down[0] + t] for t in range(POINTS))
-            plane = sum(across[1][t] * lines[:, across[0] + t] for t in range(POINTS))
-            mine = channel == k
-            image[mine] = np.broadcast_to(plane, channel.shape)[mine]
+        image = np.zeros(channel.shape)
+        size = np.array([channel.shape[-1] - 1.0, channel.shape[-2] - 1.0])
+        corners = np.concatenate([layer.corners for layer in self.layers]) - np.array(origin)
+        span = float(np.hypot(*np.maximum(np.maximum(corners.max(axis=0), size - corners.min(axis=0)), 0.0)))
+        tapers = [(self.inner, self.outer)]
+        while tapers[-1][0] < span:
+            radius = max(GROWTH * tapers[-1][0], tapers[-1][1])
+            tapers.append((radius, GROWTH * radius))
+        for near, far in pairwise(tapers):
+            image += self._shell(near, far, origin, size, channel)
         return image
 
+    def _shell(
+        self, near: tuple[float, float], far: tuple[float, float], origin: tuple[float, float], size: F64, channel: U8
+    ) -> F64:
+        """Return the light of the pattern between two tapers."""
+        light = max(self.light * self.inner / near[0], 1.0)
+        step = min(near[0], near[1] - near[0]) / (FINENESS * light ** (1.0 / POINTS))
+        # A block of side b for its samples: b²/24 times the pattern's second derivative, 12/r² of it.
+        block = min(step, near[0] * math.sqrt(2.0 / light))
+        rim = (POINTS + 1) * step
+        corners = np.concatenate([layer.corners for layer in self.layers]) - np.array(origin)
+        low = np.minimum(np.maximum(corners.min(axis=0), -far[1]), 0.0) - rim
+        high = np.maximum(np.minimum(corners.max(axis=0), size + far[1]), size) + rim
+        count = np.ceil((high - low) / step).astype(int)[::-1] + POINTS
+        length = [fft.next_fast_len(int(n + math.ceil(far[1] / step) + 1), real=True) for n in count]
+        down, across = (np.minimum(np.arange(n), n - np.arange(n)) for n in length)
+        distance = step * np.hypot(down[:, None], across[None, :])
+        weighed = self._averaged(near, far)
+        total = np.zeros((self.density.shape[1], length[0], length[1] // 2 + 1), complex)
+        plane = 0
+        for layer in self.layers:
+            places, given = _gathered(layer, block, low + rim, high - rim, origin)
+            for own in given:
+                mass = fft.rfft2(_deposited((places - low) / step, own, (int(count[0]), int(count[1]))), s=length)
+                for k in range(self.density.shape[1]):
+                    total[k] += mass * fft.rfft2(weighed(plane, k)(distance))
+                plane += 1
+        lattice = fft.irfft2(total, s=length)
+        return _at_photosites(lattice, step, low, channel)
 
-def _beyond(
-    distance: F64,
-    density: F64,
-    wavelength_nm: F64,
-    system: OpticalSystem,
-    pitch_um: float,
-    inner: float,
-    outer: float,
-    sharpness: float,
-) -> Callable[[int, int], F64]:
-    """Return what gives (1 − taper) × pattern of a plane and a channel: the mean over a ring, per square pitch."""
-    lens = system.lens
-    assert isinstance(lens, KnowsEnergy)
-    # One table of the radius for all: its steps are far below the length over which what is averaged changes.
-    radius = np.geomspace(inner, float(distance.max()) + 1.0, RADII)
-    rings = []
-    for nm in wavelength_nm.tolist():
-        half = 0.5 * system.blur_um(nm) / pitch_um
-        light = lens.encircled_energy((radius + half) * pitch_um, nm) - lens.encircled_energy(
-            (radius - half) * pitch_um, nm
-        )
-        rings.append(light / (4.0 * math.pi * radius * half))
-    weighed = np.einsum("pcj,jr->pcr", density, np.array(rings)) * (
-        1.0 - tapered(radius, inner, outer, taper(sharpness))
-    )
-
-    def pattern(plane: int, channel: int) -> F64:
+    def _averaged(self, near: tuple[float, float], far: tuple[float, float]) -> Callable[[int, int], Pattern]:
+        """Return what gives the pattern between two tapers, of a plane and a channel: the mean over a ring."""
+        lens = self.system.lens
+        assert isinstance(lens, KnowsEnergy)
+        radius, rings = np.geomspace(near[0], far[1], RADII), []
+        for nm in self.wavelength_nm.tolist():
+            half = 0.5 * self.system.blur_um(nm) / self.pitch_um
+            within = [lens.encircled_energy((radius + sign * half) * self.pitch_um, nm) for sign in (1.0, -1.0)]
+            rings.append((within[0] - within[1]) / (4.0 * math.pi * radius * half))
+        first = taper(self.sharpness)
+        shell = tapered(radius, *far, first) - tapered(radius, *near, first)
         # r³ × pattern is all but constant far out.
-        table: F64 = np.interp(distance, radius, weighed[plane, channel] * radius**3, left=0.0)
-        table /= np.maximum(distance, inner) ** 3
-        return table
+        values = np.einsum("pcj,jr->pcr", self.density, np.array(rings)) * shell * radius**3
 
-    return pattern
+        def pattern(plane: int, channel: int) -> Pattern:
+            curve = interpolate.CubicSpline(np.log(radius), values[plane, channel])
+
+            def at(distance: F64) -> F64:
+                inside = (distance >= near[0]) & (distance <= far[1])
+                light = np.zeros(distance.shape)
+                light[inside] = curve(np.log(distance[inside])) / distance[inside] ** 3
+                return light
+
+            return at
+
+        return pattern
 
 
-def _gathered(layer: Layer, size: float, origin: tuple[float, float]) -> tuple[F64, F64]:
-    """Return places (n, 2) and light (planes, n) of a layer, blocks of samples no larger than ``size`` each as one."""
+def _at_photosites(light: F64, step: float, first: F64, channel: U8) -> F64:
+    """Return what a lattice of light (channels, rows, cols) is at every photosite, each in its own channel."""
+    rows, cols = channel.shape[-2:]
+    down, across = _weights((np.arange(rows) - first[1]) / step), _weights((np.arange(cols) - first[0]) / step)
+    image = np.empty(channel.shape)
+    for k in np.unique(channel):
+        lines = sum(down[1][t][:, None] * light[k][down[0] + t] for t in range(POINTS))
+        plane = sum(across[1][t] * lines[:, across[0] + t] for t in range(POINTS))
+        mine = channel == k
+        image[mine] = np.broadcast_to(plane, channel.shape)[mine]
+    return image
+
+
+def _gathered(layer: Layer, size: float, low: F64, high: F64, origin: tuple[float, float]) -> tuple[F64, F64]:
+    """Return places (n, 2) and light (planes, n) of a layer in a box, blocks of samples up to ``size`` each as one."""
     block = max(1, int(size / layer.step))
-    rows, cols = layer.shape
-    if layer.outline is None and block > 1 and layer.degree < 2:
-        coefficients = layer.coefficients(range(rows), range(cols))
-        down, across = np.arange(0, rows, block), np.arange(0, cols, block)
-        light = np.add.reduceat(np.add.reduceat(coefficients, down, axis=1), across, axis=2)
-        tall, wide = np.minimum(block, rows - down), np.minimum(block, cols - across)
+    if layer.outline is None and layer.degree < 2 and layer.step <= 4.0 * size:
+        box = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+        u, v = layer.samples_at(box + np.array(origin)).T
+        down, across = (_blocks(part, n, block) for part, n in ((v, layer.shape[0]), (u, layer.shape[1])))
+        if not len(down) or not len(across):
+            return np.empty((0, 2)), np.empty((layer.planes, 0))
+        window = (
+            range(down[0], min(layer.shape[0], down[-1] + block)),
+            range(across[0], min(layer.shape[1], across[-1] + block)),
+        )
+        coefficients = layer.coefficients(*window)
+        light = np.add.reduceat(np.add.reduceat(coefficients, down - down[0], axis=1), across - across[0], axis=2)
+        tall, wide = np.minimum(block, layer.shape[0] - down), np.minimum(block, layer.shape[1] - across)
         middle = np.stack(np.meshgrid(across + 0.5 * wide, down + 0.5 * tall), axis=-1).reshape(-1, 2)
-        return layer.places(middle) - np.array(origin), layer.step**2 * light.reshape(len(light), -1)
-    corners = layer.corners - np.array(origin)
-    found = samples_of(layer, corners.min(axis=0), corners.max(axis=0), cut=0.5 / size, allowed=1e-6, origin=origin)
-    assert found is not None
-    return (
-        np.concatenate([found.places, found.points]),
-        np.concatenate([found.strengths, found.corrections], axis=1),
-    )
+        places, light = layer.places(middle) - np.array(origin), layer.step**2 * light.reshape(len(light), -1)
+    else:
+        found = samples_of(layer, low, high, cut=0.5 / size, allowed=NODES_OFF, origin=origin)
+        if found is None:
+            return np.empty((0, 2)), np.empty((layer.planes, 0))
+        places = np.concatenate([found.places, found.points])
+        light = np.concatenate([found.strengths, found.corrections], axis=1)
+    # Blocks and nodes at the rim of the box lie a little beyond it, farther than the pattern reaches.
+    inside = ((places >= low) & (places <= high)).all(axis=1)
+    return places[inside], light[:, inside]
+
+
+def _blocks(places: F64, count: int, block: int) -> np.ndarray:
+    """Return where blocks of samples begin that touch a box."""
+    first = max(0, math.floor(float(places.min()) / block) - 1) * block
+    return np.arange(first, min(count, math.ceil(float(places.max())) + block), block)
 
 
 def _deposited(places: F64, light: F64, shape: tuple[int, int]) -> F64:

@@ -23,7 +23,7 @@ from camsim.optics.protocols import KnowsEnergy
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
-from camsim.rendering.fields.far import FarLight
+from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.quiet import Reach, quiet_distance
 from camsim.rendering.fields.samples import parts_of, samples_of
@@ -96,7 +96,7 @@ class FieldImage:
                 image[part] += self._optics(present).tile_image(tile, scenery.plan, scenery, channel[part])
             progress((done + 1) / len(windows))
         if reach.far:
-            image += self._far(reach, origin, shape).rendered(channel)
+            image += self._beyond(reach).rendered(origin, channel)
         return image
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
@@ -263,9 +263,9 @@ class FieldImage:
             memory = max(memory, bytes_held)
         return Cost(seconds=seconds, memory_bytes=memory + 16.0 * shape[0] * shape[1])
 
-    def _far(self, reach: Reach, origin: tuple[float, float], shape: tuple[int, int]) -> FarLight:
-        return FarLight.of(
-            self.layers,
+    def _beyond(self, reach: Reach) -> Beyond:
+        return Beyond(
+            layers=self.layers,
             density=self.density,
             wavelength_nm=self.wavelength_nm,
             system=self.system,
@@ -274,8 +274,6 @@ class FieldImage:
             outer=reach.outer[0],
             sharpness=reach.sharpness,
             light=self._kernel.light(reach.inner[0]) / ErrorBudget(self.tolerance).allowed("reach"),
-            origin=origin,
-            shape=shape,
         )
 
 

@@ -67,7 +67,7 @@ class FieldJob:
             spectra.extend(shape.spectra)
             if layer.ones:
                 spectra.append(_negative(scene.background))
-        nodes, density = multiplied(spectra, response, wavelength_nm)
+        nodes, density = multiplied(spectra or [0.0], response, wavelength_nm)
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
         return cls(
             layers=tuple(layers),

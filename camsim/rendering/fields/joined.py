@@ -15,8 +15,8 @@ from camsim.rendering.paper import rules
 from camsim.scene import Scene
 
 
-def with_pictures(choice: Choice, scene: Scene, tolerance: float) -> Choice:
-    """Return the choice for a scene with pictures; ``choice``: for its edges.
+def with_pictures(choice: Choice, scene: Scene, tolerance: float) -> Choice | None:
+    """Return the choice for a scene with pictures; ``choice``: for its edges. None where all pictures are hidden.
 
     tolerance : of both together
     """
@@ -35,6 +35,8 @@ def with_pictures(choice: Choice, scene: Scene, tolerance: float) -> Choice:
         scale=job.signals.scale,
         tolerance=tolerance if lone else max(tolerance - job.tolerance, FINEST),
     )
+    if not fields.layers:
+        return None
     judge = PictureJudge(edges=Judge(job, FOURIER), scene=scene, fields=fields)
     plan = WithPictures(edges=choice.plan, fields=fields, tolerance=tolerance)
     if lone:

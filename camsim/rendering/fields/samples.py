@@ -92,7 +92,7 @@ def samples_of(
 def parts_of(layer: Layer, cut: float) -> int:
     """Return into how many parts, a power of three, samples are refined: where patches are cut they are to be small."""
     whole = layer.degree == 0 and layer.outline is None
-    longest = LONGEST_SQUARE if whole else LONGEST_PATCH / (math.pi * cut)
+    longest = max(LONGEST_SQUARE, 0.5 / cut) if whole else LONGEST_PATCH / (math.pi * cut)
     return int(THREE ** max(0, math.ceil(math.log(layer.step / longest, THREE) - 1e-9)))
 
 

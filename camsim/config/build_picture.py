@@ -1,0 +1,33 @@
+"""Pictures of a scene file: read from their files, which lie under the scene's folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from camsim.config import library, schema
+from camsim.config.judged import Judged
+from camsim.config.tree import KeyPath
+from camsim.files.picture_file import read_picture
+from camsim.scene import Picture
+
+
+def picture(scene: Judged[schema.SceneFile], path: KeyPath, unit_um: float) -> Picture | None:
+    """Make the picture at a place of a scene; None when it is wrong (the document has the faults)."""
+    table = scene.part(path, schema.Picture)
+    if table is None:
+        return None
+    return scene.build((*path, "file"), lambda: _read(table, scene.document.folder, unit_um))
+
+
+def _read(table: schema.Picture, folder: Path, unit_um: float) -> Picture:
+    return read_picture(
+        library.beside(folder, table.file),
+        encoding=table.encoding,
+        scale=table.scale,
+        wavelength_nm=table.wavelength_nm,
+        tolerance=table.tolerance,
+        width_um=table.width * unit_um,
+        centre_um=(table.centre[0] * unit_um, table.centre[1] * unit_um),
+        rotate_deg=table.rotate_deg,
+        interpolation=table.interpolation,
+    )

@@ -1,0 +1,38 @@
+"""scene/1, pictures among its shapes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, Tag
+
+from camsim.config.schema.base import Name, Point, Table, by_form
+from camsim.typed import Positive
+
+Encoding: TypeAlias = Annotated[
+    Annotated[float, Field(ge=0.1, le=10.0), Tag("number")] | Annotated[Literal["srgb", "linear"], Tag("word")], by_form
+]
+
+
+class Picture(Table):
+    """Samples of a file: a photograph, or a cube of spectra."""
+
+    kind: Literal["picture"] = Field(description="which shape")
+    file: Name = Field(description="PNG, JPEG, TIFF, EXR, NPY, NPZ, ENVI or MATLAB, in this scene's folder")
+    width: float = Field(gt=0, description="of all of it along its rows, in the scene's unit; samples are squares")
+    centre: Point = Field(default=(0.0, 0.0), description="from the optical axis, in the scene's unit")
+    rotate_deg: float = Field(default=0.0, description="clockwise as displayed, degrees")
+    interpolation: Literal["squares", "linear", "cubic"] = Field(
+        default="squares", description="between samples: each a square of one colour, straight, or a smooth spline"
+    )
+    encoding: Encoding | None = Field(
+        default=None,
+        description="of colours: srgb, linear or an exponent; when left out whole numbers are srgb, others linear",
+    )
+    scale: float = Field(default=1.0, gt=0, description="what every number is multiplied by: reflectances are 0 to 1")
+    wavelength_nm: list[Positive] | None = Field(
+        default=None, min_length=1, description="of the bands of a cube whose file does not say them, nm"
+    )
+    tolerance: float = Field(
+        default=1e-4, ge=0, le=1, description="how far a cube's planes may lie from it; 0 keeps every band"
+    )

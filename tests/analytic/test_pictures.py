@@ -1,0 +1,202 @@
+"""Pictures against brute-force sums, against the same scene drawn as shapes, and against what is known of them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from examples import worst
+from truth import samples as truth
+
+import camsim
+from camsim.rendering.fields.image import FieldImage
+from camsim.spectra.rgb import reflectance_of_rgb
+
+PITCH_UM, NM = 4.0, 500.0
+LENS, OLPF, PHOTOSITE = (
+    camsim.Airy(f_number=8.0),
+    camsim.FourSpotOlpf(split_um=3.0),
+    camsim.SquarePhotosite(side_um=4.0),
+)
+OPTICS = [LENS, OLPF, PHOTOSITE]
+GRID = camsim.Grid(rows=9, cols=11, pitch_um=PITCH_UM)
+INTERPOLATIONS = ["squares", "linear", "cubic"]
+
+
+def rendered(*shapes, tolerance, background=0.0, optics=None, grid=GRID, **how):
+    scene = camsim.Scene(background=background, shapes=shapes)
+    found = camsim.render(scene, optics or OPTICS, grid, wavelength_nm=NM, tolerance=tolerance, **how)
+    assert found.error_estimate <= tolerance
+    return found.image
+
+
+def test_places_of_the_truth():
+    """The truth itself: a flat picture has its area's light, and so has any by its mean."""
+    planes = np.random.default_rng(1).random((3, 4))
+    for interpolation in INTERPOLATIONS:
+        how = {"interpolation": interpolation, "step": 2.0, "centre": (0, 0), "rotate_deg": 0.0, "nodes": 6}
+        assert truth.light_of_picture(planes, **how)[2].sum() == pytest.approx(4.0 * planes.sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("seed", [0, 2, 5])
+def test_brute_force(seed, interpolation):
+    """Random size, scale 0.05 … 6, place and angle, at four tolerances."""
+    rng = np.random.default_rng(seed)
+    rows, cols = rng.integers(1, 8, 2)
+    scale, angle, centre = np.exp(rng.uniform(np.log(0.05), np.log(6.0))), rng.uniform(0, 360), rng.uniform(-2, 2, 2)
+    planes = rng.random((rows, cols))
+    how = {"interpolation": interpolation, "step": scale, "centre": centre, "rotate_deg": angle}
+    light = truth.light_of_picture(planes, nodes=int(np.ceil(1.6 * scale)) + 8, **how)
+    spots = np.array([(x, y) for x in (-0.375, 0.375) for y in (-0.375, 0.375)])
+    places = [(0, 0), (4, 6)]
+    x0, y0 = GRID.first_centre
+    centres = [(x0 + col, y0 + row) for row, col in places]
+    right = truth.photosites(light, centres=centres, blur=8.0 * NM * 1e-3 / PITCH_UM, side=1.0, spots=spots, nodes=10)
+    for tolerance in (1e-2, 1e-4, 1e-6, 1e-8):
+        picture = camsim.Picture(
+            planes=planes,
+            width_um=scale * cols * PITCH_UM,
+            centre_um=centre * PITCH_UM,
+            rotate_deg=angle,
+            interpolation=interpolation,
+        )
+        image = rendered(picture, tolerance=tolerance)
+        assert worst([image[place] for place in places], right) <= tolerance
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+def test_one_flat_colour_is_a_rectangle(interpolation, tolerance):
+    placed = {"width_um": 31.0, "centre_um": (2.0, -1.0), "rotate_deg": 23.0}
+    flat = camsim.Picture(planes=np.full((5, 7), 0.8), interpolation=interpolation, **placed)
+    drawn = camsim.Rectangle(height_um=31.0 * 5 / 7, reflectance=0.8, **placed)
+    image = rendered(flat, tolerance=tolerance, background=0.2)
+    right = rendered(drawn, tolerance=1e-9, background=0.2, method="fourier")
+    assert worst(image, right) <= tolerance
+
+
+def squares(planes, step_um, centre_um, rotate_deg):
+    """Return every sample as a rectangle."""
+    turn = np.radians(rotate_deg)
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    rows, cols = planes.shape
+    return [
+        camsim.Rectangle(
+            width_um=step_um,
+            height_um=step_um,
+            centre_um=tuple(centre_um + step_um * np.array([col + 0.5 - cols / 2, row + 0.5 - rows / 2]) @ axes),
+            rotate_deg=rotate_deg,
+            reflectance=float(planes[row, col]),
+        )
+        for row in range(rows)
+        for col in range(cols)
+    ]
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes(tolerance):
+    """The same behind a disc and a polygon, over another shape: what lies in front hides it exactly."""
+    planes = np.random.default_rng(3).random((5, 7))
+    under = camsim.Rectangle(width_um=90.0, height_um=14.0, centre_um=(0.0, 12.0), reflectance=0.9)
+    above = [
+        camsim.Disc(radius_um=11.0, centre_um=(8.0, 5.0), reflectance=0.6),
+        camsim.Polygon(points_um=[(-30, -20), (-5, -12), (-22, 6)], reflectance=0.1),
+    ]
+    picture = camsim.Picture(planes=planes, width_um=63.0, centre_um=(2.0, -1.0), rotate_deg=23.0)
+    drawn = squares(planes, 9.0, np.array([2.0, -1.0]), 23.0)
+    shown = rendered(under, picture, *above, tolerance=tolerance, background=0.3, method="fourier")
+    right = rendered(under, *drawn, *above, tolerance=1e-8, background=0.3, method="fourier")
+    assert worst(shown, right) <= tolerance
+
+
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_what_is_hidden_might_be_anything(interpolation):
+    """A picture wholly behind a shape is that shape; two halves of a mask show all of a picture."""
+    planes = np.random.default_rng(4).random((6, 6))
+    picture = camsim.Picture(planes=planes, width_um=24.0, rotate_deg=10.0, interpolation=interpolation)
+    cover = camsim.Rectangle(width_um=60.0, height_um=60.0, reflectance=0.4)
+    assert worst(rendered(picture, cover, tolerance=1e-6), rendered(cover, tolerance=1e-9, method="fourier")) <= 1e-6
+    left = camsim.Polygon(points_um=[(-99, -99), (3, -99), (-2, 99), (-99, 99)], reflectance=0.0)
+    right = camsim.Polygon(points_um=[(3, -99), (99, -99), (99, 99), (-2, 99)], reflectance=0.0)
+    halves = rendered(picture, left, tolerance=1e-6, method="fourier")
+    halves = halves + rendered(picture, right, tolerance=1e-6, method="fourier")
+    assert worst(halves, rendered(picture, tolerance=1e-9)) <= 3e-6
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+def test_light_from_far_away(tolerance):
+    """A picture of 240 pitches behind 8 photosites: the pattern's far part on coarse lattices, or all by transforms."""
+    planes = np.random.default_rng(5).random((40, 40)) ** 4
+    picture = camsim.Picture(planes=planes, width_um=240 * PITCH_UM, rotate_deg=7.0, interpolation="linear")
+    grid = camsim.Grid(rows=8, cols=8, pitch_um=PITCH_UM)
+    found = camsim.render(
+        camsim.Scene(background=0.0, shapes=[picture]), OPTICS, grid, wavelength_nm=NM, tolerance=tolerance
+    )
+    right = camsim.render(
+        camsim.Scene(background=0.0, shapes=[picture]), OPTICS, grid, wavelength_nm=NM, tolerance=1e-5
+    )
+    assert worst(found.image, right.image) <= tolerance
+
+
+def test_any_lens_takes_pictures():
+    """A wavefront without aberrations is an Airy lens; an ellipse of a Gaussian that is round is a Gaussian."""
+    picture = camsim.Picture(planes=np.random.default_rng(6).random((4, 5)), width_um=30.0, rotate_deg=31.0)
+    plain = camsim.Wavefront(f_number=8.0, zernike_waves={4: 0.0})
+    same = rendered(picture, tolerance=1e-5, optics=[plain, OLPF, PHOTOSITE])
+    assert worst(same, rendered(picture, tolerance=1e-8)) <= 1e-5
+
+
+def test_the_check_sees_what_is_wrong(monkeypatch):
+    """Half a pixel of shift, a wrong plane, a missing far part: none of them goes unseen."""
+    picture = camsim.Picture(planes=np.random.default_rng(7).random((8, 8)), width_um=30.0)
+    scene = camsim.Scene(background=0.2, shapes=[picture])
+    honest = FieldImage.rendered
+
+    def shifted(self, origin, channel, progress=lambda done: None):
+        return honest(self, (origin[0] + 0.01, origin[1]), channel, progress)
+
+    def weighed(self, origin, channel, progress=lambda done: None):
+        return honest(dataclasses.replace(self, density=1.001 * self.density), origin, channel, progress)
+
+    for wrong in (shifted, weighed):
+        monkeypatch.setattr(FieldImage, "rendered", wrong)
+        assert camsim.render(scene, OPTICS, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate > 2e-5
+    monkeypatch.setattr(FieldImage, "rendered", honest)
+    assert camsim.render(scene, OPTICS, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate <= 1e-5
+
+
+def exposed(*shapes, background=0.2, **how):
+    camera = camsim.Camera.from_yaml("d40-like", lens=LENS)
+    return camera.expose(
+        camsim.Scene(background=background, shapes=shapes),
+        light=camsim.Light("D55", illuminance_lux=1000.0),
+        exposure=camsim.Exposure(time_s=0.01, iso=200.0),
+        region=camsim.Region(rows=16, cols=16),
+        tolerance=1e-5,
+        noise=False,
+        **how,
+    )
+
+
+def test_a_colour_is_its_spectrum():
+    """Three planes of a flat colour give every channel what a rectangle of that reflectance gives it."""
+    rgb, placed = (0.7, 0.2, 0.05), {"width_um": 40.0, "rotate_deg": 5.0}
+    picture = exposed(camsim.Picture.of_rgb(np.full((3, 4, 3), rgb), **placed))
+    drawn = exposed(camsim.Rectangle(height_um=30.0, reflectance=reflectance_of_rgb(rgb), **placed))
+    full = 1e-5 * drawn.mean_electrons.max() * 4
+    assert worst(picture.mean_electrons, drawn.mean_electrons) <= full
+
+
+def test_grey_stays_grey():
+    """Equal components are a flat reflectance, in any light and for any camera, also beside coloured samples."""
+    rgb = np.full((4, 4, 3), 0.18)
+    grey = exposed(camsim.Picture.of_rgb(rgb, width_um=400.0), background=0.18)
+    flat = exposed(background=0.18)
+    assert worst(grey.mean_electrons / flat.mean_electrons, 1.0) < 1e-12
+    rgb[0, 0] = (0.181, 0.179, 0.179)
+    spotted = camsim.Picture.of_rgb(rgb, width_um=4_000.0)
+    assert len(spotted.planes) == 3
+    grey = exposed(spotted, background=0.18)
+    assert worst(grey.mean_electrons / flat.mean_electrons, 1.0) < 1e-6
