@@ -71,6 +71,8 @@ class Shape(Paints, Protocol):
     depth, pieces : of groups within groups, and of all sides and curves; a shape counts them before it makes them
     """
 
+    __slots__ = ()
+
     @property
     def depth(self) -> int: ...  # noqa: D102 (above)
 

@@ -29,6 +29,7 @@ LIGHT = camsim.Light("D55", illuminance_lux=500.0)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
 GRID = camsim.Grid(rows=4, cols=4, pitch_um=4.88)
 CORNERS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+TRIANGLE = (("move", 0.0, 0.0), ("line", 1.0, 0.0), ("line", 0.0, 1.0), ("close",))
 
 STAGES: tuple[Any, ...] = (
     CAMERA, SCENE, LIGHT, EXPOSURE, FLAT, CAMERA.cfa, CAMERA.adc, CAMERA.quantum_efficiency, CAMERA.lens,
@@ -36,7 +37,16 @@ STAGES: tuple[Any, ...] = (
     camsim.Region(rows=4, cols=4), GRID,
     camsim.Rectangle(width_um=1.0, height_um=1.0, reflectance=0.1), SCENE.shapes[0],
     camsim.Polygon(points_um=CORNERS, reflectance=0.1),
-    camsim.charts.checkerboard(side_um=1.0), camsim.Drawing(name="drawing.svg", shapes=()),
+    camsim.RegularPolygon(sides=5, radius_um=1.0, reflectance=0.1), camsim.HalfPlane(reflectance=0.1),
+    camsim.Star(tips=5, radius_um=2.0, inner_radius_um=1.0, reflectance=0.1),
+    camsim.Ellipse(radius_x_um=1.0, radius_y_um=2.0, reflectance=0.1),
+    camsim.Ring(radius_um=2.0, inner_radius_um=1.0, reflectance=0.1),
+    camsim.Sector(radius_um=2.0, turn_deg=90.0, reflectance=0.1), camsim.Text(text="a", size_um=9.0, reflectance=0.1),
+    camsim.Path(segments_um=TRIANGLE, reflectance=0.1),
+    camsim.Line(segments_um=TRIANGLE, width_um=0.1, reflectance=0.1),
+    camsim.Group(shapes=SCENE.shapes), camsim.RepeatOnGrid(shapes=SCENE.shapes, step_um=(1.0, 1.0)),
+    camsim.RepeatOnRing(shapes=SCENE.shapes, count=3),
+    camsim.Chart(name="siemens-star", parameters={"radius_um": 9.0}), camsim.Svg(name="a", shapes=SCENE.shapes),
     camsim.AnnularAiry(f_number=8.0, obstruction=0.3), camsim.Gaussian(sigma_um=1.0), camsim.Pupil(),
     camsim.EllipticalGaussian(covariance_um2=((1.0, 0.0), (0.0, 2.0))),
     camsim.MeasuredPsf(irradiance=((0.0, 1.0), (1.0, 2.0)), spacing_um=0.5), camsim.Wavefront(f_number=8.0),

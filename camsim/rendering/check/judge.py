@@ -114,7 +114,8 @@ class Judge:
     def seen(self) -> tuple[Pieces, F64, F64]:
         """Pieces of the scene, wavelengths, and densities (spectra, channels, n)."""
         job = self.job
-        highest = max(job.system.cutoff_per_um(float(w)) for w in job.wavelength_nm[job.response.any(axis=0)])
+        felt_nm = job.wavelength_nm[job.response.any(axis=0)]  # none of a light that the sensor does not see
+        highest = max(job.system.cutoff_per_um(float(w)) for w in (felt_nm if felt_nm.size else job.wavelength_nm))
         fine = Fineness(1.0 / (highest * job.grid.pitch_um), job.budget.of_check.allowed("own curves"))
         pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine)
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm)

@@ -20,7 +20,7 @@ Finite = Annotated[float, Ge(-1e6), Le(1e6)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Group:
+class Group(Shape):
     """Shapes that are mirrored, scaled, turned and moved together, in this order, all about the origin.
 
     mirror    : "left-right" or "up-down"
@@ -76,7 +76,7 @@ class Group:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RepeatOnGrid:
+class RepeatOnGrid(Shape):
     """Shapes repeated in rows and columns, row by row, about where they are given.
 
     step_um : from one column and from one row to the next
@@ -105,7 +105,7 @@ class RepeatOnGrid:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RepeatOnRing:
+class RepeatOnRing(Shape):
     """Shapes repeated on a ring: copies, evenly turned about a centre, the first as it is given.
 
     upright : copies keep their direction and are only moved along

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.scene.curves import through
-from camsim.scene.primitives import Primitive, one, turned
+from camsim.scene.primitives import Primitive, Shape, one, turned
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Point, judge
 
@@ -21,7 +21,7 @@ FIRST_UM = 1e4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class HalfPlane:
+class HalfPlane(Shape):
     """Everything on one side of a line: 10 km of it.
 
     through_um  : a point of the line

@@ -12,7 +12,7 @@ from annotated_types import Ge, Le
 
 from camsim.scene.arcs import Arcs, Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, Pen
-from camsim.scene.primitives import Primitive, one
+from camsim.scene.primitives import Primitive, Shape, one
 from camsim.scene.shapes.path import Segments
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Positive, judge, refusal
@@ -27,7 +27,7 @@ SMOOTH = 1e-7  # radians that a direction may jump without a corner
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Line:
+class Line(Shape):
     """A line of some width along a path.
 
     segments_um : as of a Path; each outline may be open, and is closed by ("close",)

@@ -11,7 +11,7 @@ from camsim.errors import InvalidValueError
 from camsim.kind import LARGEST, Misfit
 from camsim.marks import After, Called
 from camsim.scene.curves import Curves, Pen
-from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, one
+from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, Shape, one
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Several, judge, refusal
 
@@ -53,7 +53,7 @@ Segments = Annotated[Several[Any], Called("a list of segments"), After(segments)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Path:
+class Path(Shape):
     """What one or more outlines enclose, each begun by a ``move`` and closed by a straight line where it is left open.
 
     segments_um : ("move", x, y), ("line", x, y), ("quadratic", x1, y1, x, y), ("cubic", x1, y1, x2, y2, x, y),

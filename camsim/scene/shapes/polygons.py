@@ -13,7 +13,7 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.scene.curves import joined, through
-from camsim.scene.primitives import Primitive, one
+from camsim.scene.primitives import Primitive, Shape, one
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Corners, Point, Positive, Several, judge, refusal
 from camsim.words import brief
@@ -22,7 +22,7 @@ Sides = Annotated[int, Ge(3), Le(100_000)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Polygon:
+class Polygon(Shape):
     """A simple polygon: its outline does not cross itself; either direction round.
 
     points_um : at least three corners (x, y), µm
@@ -67,7 +67,7 @@ class Polygon:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rectangle:
+class Rectangle(Shape):
     """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down)."""
 
     depth: ClassVar[int] = 0
@@ -99,7 +99,7 @@ class Rectangle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RegularPolygon:
+class RegularPolygon(Shape):
     """A polygon of equal sides and angles; its first corner lies to the right of its centre before it is turned.
 
     radius_um : from the centre to a corner
@@ -128,7 +128,7 @@ class RegularPolygon:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Star:
+class Star(Shape):
     """A star of ``tips``; the first lies to the right of its centre before it is turned.
 
     radius_um, inner_radius_um : from the centre to the tips, and to the corners between them

@@ -12,7 +12,7 @@ from annotated_types import Ge, Gt, Le
 
 from camsim.arrays import F64
 from camsim.scene.curves import ARC, Curves, around, joined
-from camsim.scene.primitives import Primitive, one, turned
+from camsim.scene.primitives import Primitive, Shape, one, turned
 from camsim.spectra.curve import Reflectance
 from camsim.typed import NonNegative, Point, Positive, judge, refusal
 
@@ -21,7 +21,7 @@ Angle = Annotated[float, Ge(-1e6), Le(1e6)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Disc:
+class Disc(Shape):
     """A round disc."""
 
     depth: ClassVar[int] = 0
@@ -40,7 +40,7 @@ class Disc:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ellipse:
+class Ellipse(Shape):
     """An ellipse; ``rotate_deg`` turns it clockwise as displayed.
 
     radius_x_um, radius_y_um : half its width and half its height before it is turned
@@ -65,7 +65,7 @@ class Ellipse:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ring:
+class Ring(Shape):
     """What lies between two circles about one centre."""
 
     depth: ClassVar[int] = 0
@@ -87,7 +87,7 @@ class Ring:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sector:
+class Sector(Shape):
     """Part of a disc, or of a ring where ``inner_radius_um`` is above 0.
 
     from_deg, turn_deg : where it begins, clockwise as displayed from the right, and how far it goes on from there

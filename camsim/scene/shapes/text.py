@@ -12,7 +12,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.scene.curves import Curves, Pen
-from camsim.scene.primitives import MOST_PIECES, Primitive, one, turned
+from camsim.scene.primitives import MOST_PIECES, Primitive, Shape, one, turned
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Point, Positive, judge, refusal
 
@@ -24,7 +24,7 @@ Spacing = Annotated[float, Ge(0), Le(100)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Text:
+class Text(Shape):
     """Text in Open Sans (Apache 2.0), which the package ttf-opensans ships; lines end at a line feed.
 
     size_um  : of the font (its em): capitals are 0.714 of it high

@@ -21,7 +21,7 @@ __all__ = ["Svg", "read_svg"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Svg:
+class Svg(Shape):
     """The shapes of a drawing.
 
     name : of its file
