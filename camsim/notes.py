@@ -157,12 +157,12 @@ def _of_dark_current(setting: Setting) -> Iterator[str]:
 
 
 def _of_the_tolerance(setting: Setting, choice: Choice, plan: Callable[[float], Choice]) -> Iterator[str]:
-    seconds, tolerance = choice.cost.seconds, choice.plan.job.tolerance
-    if seconds < _WORTH_SECONDS:
-        return
     camera, iso = setting.camera, setting.exposure.iso
     diffuser_e = float(camera.diffuser_electrons(setting.light, setting.time_s).max())
-    if not diffuser_e:
+    if not diffuser_e:  # light that no channel sees costs nothing, and there is nothing to price
+        return
+    seconds, tolerance = choice.cost.seconds, choice.plan.job.tolerance
+    if seconds < _WORTH_SECONDS:
         return
     noise_e = math.hypot(camera.dark_noise_e(iso), camera.adc.electrons_per_dn_at(iso) / math.sqrt(12.0))
     error_e = tolerance * diffuser_e

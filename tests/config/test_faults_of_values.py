@@ -197,7 +197,7 @@ FAULTS = {
         "unit: px",
         [
             "scene.yaml:8:9: scene.unit: must be pixel, um, mm or frame, not 'px'; did you mean 'pixel'? "
-            "(of all lengths in the scene; pixel is the sensor's pitch)"
+            "(of all lengths in the scene; pixel is the sensor's pitch, frame the height of its full frame)"
         ],
     ),
     "a tolerance out of reach": (
