@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _RED_GREEN_BLUE_NM = ((600.0, 700.0), (500.0, 600.0), (400.0, 500.0))
 _DISPLAY_GAMMA = 2.2
-_ROUND = 0.5  # sides of round outlines, pitches
+_ROUND = 1 / 300  # sides of round outlines in a picture, of the window's larger side
 _MOST_GRID, _MOST_LETTERS, _MOST_NUMBERS, _MOST_LINES = 80, 24, 60, 40
 _COLUMNS, _LINES, _CELL = 76, 34, 2.0  # of a terminal, whose cells are twice as high as wide
 _SHADES = " ░▒▓█"
@@ -40,11 +40,14 @@ class Painted(NamedTuple):
     surface: Spectrum
 
 
-def painted(capture: Capture) -> list[Painted]:
-    """Return everything that is painted, in painter's order, in pitches from the optical axis."""
+def painted(capture: Capture, side_pitch: float) -> list[Painted]:
+    """Return everything that is painted, in painter's order, in pitches from the optical axis.
+
+    side_pitch : of round outlines, as long as can hardly be seen
+    """
     pitch_um = capture.camera.pitch_um
     return [
-        Painted(number, [loop / pitch_um for loop in loops_of(one, _ROUND * pitch_um)], one.reflectance)
+        Painted(number, [loop / pitch_um for loop in loops_of(one, side_pitch * pitch_um)], one.reflectance)
         for number, shape in enumerate(capture.scene.shapes)
         for one in shape.primitives()
     ]
@@ -72,7 +75,7 @@ def picture(capture: Capture, suffix: str) -> bytes:
     figure = Figure(figsize=(9.0, min(12.0, max(4.0, 1.6 + 7.4 * high / wide))), layout="constrained")
     axes = figure.subplots()
     axes.set_facecolor(colour_of(capture.scene.background))
-    seen = [one for one in painted(capture) if one.loops]
+    seen = [one for one in painted(capture, _ROUND * max(wide, high)) if one.loops]
     paths = [
         Path.make_compound_path(*(Path(np.vstack([loop, loop[:1]]), closed=True) for loop in one.loops)) for one in seen
     ]
@@ -130,7 +133,7 @@ def lines(capture: Capture) -> Iterator[str]:
     x = left + (np.arange(cols) + 0.5) * wide / cols
     y = top + (np.arange(rows) + 0.5) * high / rows
     on_top = np.full((rows, cols), -1)
-    everything = painted(capture)
+    everything = painted(capture, wide / cols)
     for place, one in enumerate(everything):
         if one.loops:
             _paint(on_top, place, one.loops, x, y)

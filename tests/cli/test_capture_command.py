@@ -135,7 +135,7 @@ def test_a_missing_file_and_an_unknown_scene(camsim: Run) -> None:
     assert (done.returncode, done.stderr) == (2, "smal.yaml: no such file; did you mean 'small.yaml'?\n")
     done = camsim("capture", "flatfield")
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("unknown scene 'flatfield'; did you mean 'flat-field'?")
+    assert done.stderr.startswith("unknown scene 'flatfield'; did you mean 'flat-field' or ")
 
 
 def test_a_frame_that_does_not_fit_is_refused_with_the_figure(camsim: Run, folder: Path) -> None:

@@ -50,7 +50,9 @@ FAULTS = {
     "key of another shape": (
         "radius: 3,",
         "radius: 3, width: 4,",
-        ["scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle"],
+        [
+            "scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle, line, chart or svg"
+        ],
     ),
     "missing key": (
         "{time_s: 0.01, iso: 200}",
@@ -199,8 +201,9 @@ FAULTS = {
         "kind: disc, radius: 3,",
         "kind: circle, r: 3,",
         [
-            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'circle'; did you mean "
-            "'disc'?",
+            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon, regular-polygon, star, disc, ellipse, "
+            "ring, sector, half-plane, path, line, text, group, repeat-on-grid, repeat-on-ring, chart or svg, not "
+            "'circle'; did you mean 'disc'?",
             "scene.yaml:15:22: scene.shapes.2.r: unknown key; did you mean 'radius'? (in the scene's unit)",
         ],
     ),
