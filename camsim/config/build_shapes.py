@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 from camsim import scene as shapes
-from camsim.config import schema
+from camsim.config import build_charts, schema
 from camsim.config.build_sensor import curve_of
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
@@ -20,6 +20,9 @@ SceneDocument: TypeAlias = Judged[schema.SceneFile]
 # What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
 _ANY_SPECTRUM = 0.5
 
+# What becomes more than one shape.
+_BECOME = {"chart": build_charts.chart, "svg": build_charts.drawing}
+
 _NO_LENGTHS = {"arc": (3, 4, 5)}
 """Of a segment: which of its numbers are none."""
 
@@ -29,6 +32,8 @@ def shape_at(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | Non
     table, written = scene.part(path, schema.Table), scene.value(path)
     if not isinstance(written, Mapping):
         return None
+    if (become := _BECOME.get(str(written.get("kind")))) is not None:
+        return become(scene, path, unit_um, spectrum_at)
     given: dict[str, Any] = {}
     if "reflectance" in (written if table is None else type(table).model_fields):
         spectrum = spectrum_at(scene, (*path, "reflectance"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import operator
 import types
@@ -15,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from camsim.config.schema import Called, Table
 from camsim.config.tree import KeyPath, Node
+from camsim.errors import nearest
 from camsim.words import either, in_range
 
 
@@ -57,8 +57,9 @@ class Expected:
 
     def tables(self) -> tuple[type[Table], ...]:
         """Return the tables that may stand here."""
-        kinds = [alternative.kind for alternative in self.alternatives()]
-        return tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Table))
+        if isinstance(self.kind, type) and issubclass(self.kind, Table):
+            return (self.kind,)
+        return tuple(table for a in self.alternatives() if _is_union(self.kind) for table in a.tables())
 
     def holds(self) -> Iterator[type[Table]]:
         """Yield the tables that may stand here, or in a list here."""
@@ -74,24 +75,31 @@ class Expected:
         tables = self.tables()
         if not isinstance(node.content, Mapping):
             return None
-        if len(tables) == 1:
-            return tables[0]
-        word = self.meant_kind(node)
-        return next((table for table in tables if word is not None and word in kinds_of(table)), None)
+        for key in ("kind", "name"):
+            if len(tables) > 1:
+                word = self.meant_word(node, key)
+                tables = tuple(table for table in tables if word is not None and word in words_of(table, key))
+        return tables[0] if tables else None
 
-    def meant_kind(self, node: Node) -> str | None:
-        """Return the word of a kind that stands in ``node``, or the one that it is near to."""
-        kind = node.content.get("kind") if isinstance(node.content, Mapping) else None
-        words = [word for table in self.tables() for word in kinds_of(table)]
-        near = difflib.get_close_matches(str(kind.content), words, n=1) if kind is not None else []
+    def telling_key(self) -> str:
+        """Return the key that tells tables apart: their kind, or the name where all are of one kind."""
+        return "kind" if len({kinds_of(table) for table in self.tables()}) > 1 else "name"
+
+    def meant_word(self, node: Node, key: str) -> str | None:
+        """Return the word that stands under ``kind`` or ``name`` in ``node``, or the known one that it is near to."""
+        said = node.content.get(key) if isinstance(node.content, Mapping) else None
+        words = [word for table in self.tables() for word in words_of(table, key)]
+        if said is None or said.content in words:
+            return None if said is None else str(said.content)
+        near = nearest(str(said.content), words)
         return near[0] if near else None
 
     def inside(self, node: Node, key: str | int) -> Expected | None:
         """Return what is expected under ``key`` of a value; None where the schema has nothing to say."""
         if isinstance(key, str):
-            if key == "kind" and len(self.tables()) > 1:
-                return Expected(Literal[tuple(kind for each in self.tables() for kind in kinds_of(each))])
             table = self.table(node)
+            if len(telling := self._words_that_tell(node, key)) > 1:
+                return Expected(Literal[telling])
             if table is not None:
                 field = table.model_fields.get(key)
                 return None if field is None else expected_of_field(field)
@@ -103,8 +111,19 @@ class Expected:
             return Expected.of(items[key]) if key < len(items) else None
         return None
 
+    def _words_that_tell(self, node: Node, key: str) -> tuple[str, ...]:
+        """Return the words under ``kind``, or under the ``name`` of tables of one kind, that tell tables apart."""
+        kind = self.meant_word(node, "kind") if key == "name" else None
+        tables = [table for table in self.tables() if key == "kind" or kind in kinds_of(table)]
+        known = [word for table in tables for word in words_of(table, key)] if key in ("kind", "name") else []
+        return tuple(dict.fromkeys(known)) if len(tables) > 1 else ()
+
     def member(self, node: Node) -> Expected:
         """Return the member of a union that ``node`` is meant to be; this itself when that cannot be told."""
+        kind = self.meant_word(node, "kind")
+        for alternative in self.alternatives():
+            if _is_union(alternative.kind) and any(kind in kinds_of(table) for table in alternative.tables()):
+                return alternative
         table = self.table(node)
         if table is not None:
             return Expected.of(table)
@@ -127,12 +146,20 @@ class Expected:
         limits = [limit for a in self.alternatives() if a.kind is float for limit in a.limits]
         return any(isinstance(limit, Le) and limit.le == 1 for limit in limits)
 
+    def is_number(self) -> bool:
+        """Whether a number may stand here."""
+        return any(alternative.kind in (float, int) for alternative in self.alternatives())
+
+    def length(self) -> int:
+        """Return how many items a list here has; 0 where that is free."""
+        return next((len(get_args(a.kind)) for a in self._with_origin(tuple)), 0)
+
     def words(self) -> str:
         """Return what may stand here, as in 'must be …'."""
         tables = self.tables()
-        parts = [_words(a) for a in self.alternatives() if a.kind not in tables or len(tables) == 1]
+        parts = [_words(a) for a in self.alternatives() if not a.tables() or len(tables) == 1]
         if len(tables) > 1:
-            kinds = [kind for table in tables for kind in kinds_of(table)]
+            kinds = list(dict.fromkeys(kind for table in tables for kind in kinds_of(table)))
             parts.append(f"a table of kind {either(kinds)}")
         return either(parts)
 
@@ -172,8 +199,13 @@ def can_contradict(expected: Expected, above: tuple[type[Table], ...] = ()) -> b
 
 def kinds_of(table: type[Table]) -> tuple[str, ...]:
     """Return the words that ``kind`` may be in a table."""
-    field = table.model_fields.get("kind")
-    return () if field is None else get_args(field.annotation)
+    return words_of(table, "kind")
+
+
+def words_of(table: type[Table], key: str) -> tuple[str, ...]:
+    """Return the words that a key of a table may be, where they are a fixed few."""
+    field = table.model_fields.get(key)
+    return () if field is None or get_origin(field.annotation) is not Literal else get_args(field.annotation)
 
 
 def _is_union(annotation: Any) -> bool:
@@ -187,7 +219,7 @@ def _words(expected: Expected) -> str:
     if called is not None:
         return called
     if origin is Literal:
-        return either([str(value) for value in get_args(kind)])
+        return either([repr(value) if " " in str(value) else str(value) for value in get_args(kind)])
     if origin is tuple:
         return f"a list of {len(get_args(kind))} numbers"
     if origin is list:

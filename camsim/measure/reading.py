@@ -7,7 +7,7 @@ Read are DNG (compressed ones with the package imagecodecs), TIFF, PNG, EXR, NPY
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -26,6 +26,7 @@ from camsim.frame import Frame
 from camsim.measure.dng import read_raw
 from camsim.measure.picture import Picture, Plane, mosaic_planes
 from camsim.sensor.cfa import BAYER, PATTERNS
+from camsim.spectra.rgb import linear_of_srgb
 
 _NAMES = {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}
 _CFA_TAG, _COLOUR_PROFILE_TAG = 33422, 34675
@@ -202,8 +203,7 @@ def decode(encoded: F64, gamma: float | str) -> F64:
     if isinstance(gamma, str):
         if gamma.lower() != "srgb":
             raise InvalidValueError(f"{gamma!r}; give srgb or an exponent such as 2.2", key="gamma")
-        linear: F64 = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-        return linear
+        return linear_of_srgb(encoded)
     if not 0.1 <= gamma <= 10.0:
         raise InvalidValueError(f"{gamma:g}; give srgb or an exponent between 0.1 and 10, such as 2.2", key="gamma")
     power: F64 = np.sign(encoded) * np.abs(encoded) ** gamma
@@ -268,13 +268,22 @@ def _read_exr(source: _Source) -> Picture:
         layers.setdefault(folder, {})[last] = pixels
     chosen = source.layer if source.layer is not None else "noisy" if "noisy" in layers else next(iter(layers))
     if chosen not in layers:
-        raise InvalidValueError(f"{chosen!r} is not in it; there are {', '.join(map(repr, layers))}", key="layer")
+        raise InvalidValueError(f"{chosen!r} is not in it; {_layers(layers)}", key="layer")
     here = layers[chosen]
     first = next(iter(here.values()))
     if source.product == "electrons" or (len(here) == 1 and source.cfa is not None):
         return _picture(source, mosaic_planes(first, _pattern(source)), first.shape)
     order = [n for n in "RGB" if n in here] + [n for n in here if n not in ("R", "G", "B", "A")]
     return _picture(source, tuple(Plane(name=name, samples=here[name]) for name in order), first.shape)
+
+
+def _layers(layers: Mapping[str, Mapping[str, object]]) -> str:
+    """Say which layers an EXR has; its channels need not be in any."""
+    names = [repr(name) for name in layers if name]
+    bare = f"channels without a layer, {', '.join(layers[''])}" if "" in layers else ""
+    if not names:
+        return f"it has {bare}: leave the layer out"
+    return f"there are {', '.join(names)}" + (f" and {bare}, which '' means" if bare else "")
 
 
 def _read_npy(source: _Source) -> Picture:

@@ -1,6 +1,8 @@
 """What is in front of the camera, as it falls on the sensor: flat shapes, each with a spectrum."""
 
+from camsim.scene import charts
 from camsim.scene.arrange import Arrangement, arrange
+from camsim.scene.charts import Chart
 from camsim.scene.primitives import Primitive, Shape, flattened
 from camsim.scene.scene import Scene
 from camsim.scene.shapes import (
@@ -20,10 +22,13 @@ from camsim.scene.shapes import (
     Star,
     Text,
 )
+from camsim.scene.svg import Drawing, read_svg
 
 __all__ = [
     "Arrangement",
+    "Chart",
     "Disc",
+    "Drawing",
     "Ellipse",
     "Group",
     "HalfPlane",
@@ -42,5 +47,7 @@ __all__ = [
     "Star",
     "Text",
     "arrange",
+    "charts",
     "flattened",
+    "read_svg",
 ]

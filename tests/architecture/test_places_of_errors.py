@@ -15,6 +15,7 @@ SOURCES = sorted(Path(camsim.__file__).parent.rglob("*.py"))
 PLACED = {"InvalidValueError", "UnsupportedError"}
 PLACELESS = {
     "spectra/curve.py",  # of a parameter's value: ``judge`` says which parameter
+    *("scene/svg/colours.py", "scene/svg/outline.py", "scene/svg/view.py"),  # of an element, whose line is told with it
     "config/build_optics.py",  # of a file's contents, built at the key that names the file
     "measure/reading.py",  # of a file's contents, told with its name by who opened it
     "bench/diagram.py",  # of the whole command

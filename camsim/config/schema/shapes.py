@@ -6,11 +6,12 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
-from camsim.config.schema.base import Reflectance, Table, by_form
+from camsim.config.schema.base import Point, Reflectance, Table, by_form
+from camsim.config.schema.charts import Chart
+from camsim.config.schema.drawings import Svg
 from camsim.marks import Called
 from camsim.typed import NonNegative, Positive
 
-Point: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
 Segment: TypeAlias = Annotated[list[float | str], Called("a segment such as [line, 1, 2]")]
 _Painted: TypeAlias = Annotated[
     Reflectance, Field(description="fraction of the light that it returns; names: camsim list reflectances")
@@ -222,7 +223,9 @@ Shape: TypeAlias = Annotated[
     | Text
     | Group
     | RepeatOnGrid
-    | RepeatOnRing,
+    | RepeatOnRing
+    | Chart
+    | Svg,
     Field(discriminator="kind"),
 ]
 

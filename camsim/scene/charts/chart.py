@@ -1,0 +1,196 @@
+"""What makes a function a chart: its parameters are judged, and files know it by its name."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import re
+import typing
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal, ParamSpec, TypeAlias
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError, UnknownNameError, in_brief
+from camsim.scene.primitives import Primitive, Shape, turned
+from camsim.scene.primitives import counted as count_pieces
+from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
+from camsim.spectra.curve import Spectrum
+from camsim.typed import Point, Positive, Several, check, judge
+
+Place: TypeAlias = tuple[float, float]
+
+MOST_SHAPES = 1_000_000
+"""Of one chart: 10 bytes of a file cannot ask for more than memory holds."""
+
+Many: TypeAlias = Annotated[int, Ge(1), Le(100_000)]
+
+_P = ParamSpec("_P")
+_COMMON = {
+    "centre_um": "of the chart, from the optical axis",
+    "rotate_deg": "of the chart about its centre, clockwise as displayed, degrees",
+    "dark": "reflectance of what is dark",
+    "light": "reflectance of the card behind it; left out, the scene's own background shows",
+    "seed": "same seed, same chart",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chart:
+    """What a chart's function returns: a shape that is painted as many.
+
+    name       : of the chart, as files call it
+    parameters : of its function; defaults are filled in
+    shapes     : ordinary ones, in painter's order
+
+    >>> from camsim.scene.charts import dot_grid
+    >>> Chart(name="dot-grid", parameters={"spacing_um": 9, "radius_um": 2}) == dot_grid(spacing_um=9, radius_um=2)
+    True
+    """
+
+    name: str
+    parameters: Mapping[str, Any] = field(hash=False)
+    shapes: tuple[Shape, ...] = field(init=False, repr=False, compare=False)
+    depth: int = field(init=False, repr=False, compare=False)
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        draw = KNOWN.get(self.name)
+        if draw is None:
+            raise UnknownNameError("chart", self.name, KNOWN, key="name", stage="Chart")
+        try:
+            given = inspect.signature(draw).bind(**self.parameters)
+        except TypeError as error:
+            raise InvalidValueError(in_brief(error), key="parameters", stage="Chart") from None
+        given.apply_defaults()
+        kinds = parameters(draw)
+        kept = {key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()}
+        shapes = tuple(draw(**kept))
+        depth, pieces = count_pieces(shapes)
+        for key, value in (("parameters", kept), ("shapes", shapes), ("depth", depth), ("pieces", pieces)):
+            object.__setattr__(self, key, value)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what its shapes are painted as."""
+        for shape in self.shapes:
+            yield from shape.primitives()
+
+
+KNOWN: dict[str, Callable[..., Iterable[Shape]]] = {}
+"""The functions that yield the shapes of each chart, by the names that files use."""
+
+
+def chart(draw: Callable[_P, Iterable[Shape]]) -> Callable[_P, Chart]:
+    """Make a chart of a function that yields shapes in painter's order: judge what it is given by its own types."""
+    name = draw.__name__.replace("_", "-")
+    KNOWN[name] = draw
+
+    @functools.wraps(draw)
+    def drawn(*_: _P.args, **given: _P.kwargs) -> Chart:
+        return Chart(name=name, parameters=given)
+
+    return drawn
+
+
+@functools.cache
+def parameters(draw: Callable[..., Any]) -> dict[str, Any]:
+    """Return the types of a chart's parameters, with their limits."""
+    kinds = typing.get_type_hints(inspect.unwrap(draw), include_extras=True)
+    return {key: kind for key, kind in kinds.items() if key != "return"}
+
+
+def meanings(draw: Callable[..., Any]) -> dict[str, str]:
+    """Return what a chart's documentation says of each parameter (``name : what it is``).
+
+    >>> from camsim.scene.charts import checkerboard
+    >>> meanings(checkerboard)["side_um"]
+    'of a square'
+    """
+    found = dict(_COMMON)
+    for line in re.sub(r"\n {6,}", " ", inspect.getdoc(draw) or "").splitlines():
+        if said := re.match(r"(\w+(?:, \w+)*) +: +(.*)", line):
+            found |= dict.fromkeys(said[1].split(", "), said[2])
+    return {key: found[key] for key in parameters(draw)}
+
+
+def refused(draw: Callable[..., Any], key: str, message: str) -> InvalidValueError:
+    """Return the error of a chart about one of its parameters."""
+    return InvalidValueError(message, key=key, stage=draw.__name__)
+
+
+def counted(draw: Callable[..., Any], key: str, shapes: float) -> None:
+    """Refuse a chart of more shapes than memory holds."""
+    if shapes > MOST_SHAPES:
+        raise refused(draw, key, f"makes {shapes:.3g} shapes; a chart has at most {MOST_SHAPES}")
+
+
+def periods(
+    draw: Callable[..., Any],
+    lp_per_mm: Several[Positive] | None,
+    periods_um: Several[Positive] | None,
+    keys: tuple[str, str] = ("lp_per_mm", "periods_um"),
+) -> tuple[float, ...]:
+    """Return the lengths of line pairs, of which one of the two gives them."""
+    if (lp_per_mm is None) == (periods_um is None):
+        said = "missing" if lp_per_mm is None else "given twice"
+        raise refused(draw, keys[0], f"{said}; give one of {keys[0]} and {keys[1]}")
+    return tuple(1e3 / frequency for frequency in lp_per_mm or ()) if periods_um is None else tuple(periods_um)
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """Where a chart lies: what it draws about its own centre, moved and turned to its place."""
+
+    centre_um: Point
+    rotate_deg: float = 0.0
+
+    def placed_um(self, points: Any) -> F64:
+        """Return points (n, 2) of the chart as points of the scene."""
+        placed: F64 = turned(np.asarray(points, np.float64), self.rotate_deg) + np.array(self.centre_um)
+        return placed
+
+    def polygon(self, points: Any, reflectance: Spectrum) -> Polygon:
+        """Return a polygon by its corners."""
+        return Polygon(points_um=self.placed_um(points), reflectance=reflectance)
+
+    def rectangle(
+        self, width_um: float, height_um: float, at_um: Place, reflectance: Spectrum, rotate_deg: float = 0.0
+    ) -> Rectangle:
+        """Return a rectangle about ``at_um``, turned by ``rotate_deg`` on the card."""
+        (centre_um,) = self.placed_um([at_um])
+        return Rectangle(
+            width_um=width_um,
+            height_um=height_um,
+            centre_um=centre_um,
+            rotate_deg=self.rotate_deg + rotate_deg,
+            reflectance=reflectance,
+        )
+
+    def cell(self, left_um: float, top_um: float, right_um: float, bottom_um: float, reflectance: Spectrum) -> Polygon:
+        """Return a rectangle by its sides: cells with a side in common have its very numbers in common."""
+        corners = [(left_um, top_um), (right_um, top_um), (right_um, bottom_um), (left_um, bottom_um)]
+        return self.polygon(corners, reflectance)
+
+    def text(
+        self, text: str, size_um: float, at_um: Place, align: Literal["left", "centre", "right"], reflectance: Spectrum
+    ) -> Text:
+        """Return a line of text whose middle, from top to bottom, lies at ``at_um``."""
+        (placed_um,) = self.placed_um([at_um])
+        return Text(
+            text=text,
+            size_um=size_um,
+            at_um=placed_um,
+            align=align,
+            vertical="middle",
+            rotate_deg=self.rotate_deg,
+            reflectance=reflectance,
+        )
+
+    def disc(self, radius_um: float, at_um: Place, reflectance: Spectrum) -> Disc:
+        """Return a disc about ``at_um``."""
+        (centre_um,) = self.placed_um([at_um])
+        return Disc(radius_um=radius_um, centre_um=centre_um, reflectance=reflectance)

@@ -1,0 +1,67 @@
+"""Trapezoids over the whole frame whose edges run to the optical axis or across that."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from camsim.scene.charts.chart import Card, Many, chart, counted, refused
+from camsim.scene.primitives import Shape
+from camsim.spectra.curve import Reflectance
+from camsim.typed import Point, Positive
+
+
+@chart
+def lens_grid(
+    *,
+    width_um: Positive,
+    height_um: Positive,
+    cols: Many = 17,
+    rows: Many = 11,
+    side_um: Positive | None = None,
+    rotate_deg: float = 4.0,
+    dark: Reflectance = 0.05,
+    light: Reflectance | None = None,
+    centre_um: Point = (0.0, 0.0),
+) -> Iterator[Shape]:
+    """Draw blocks with two radial and two tangential edges: sagittal and meridional MTF over the frame.
+
+    The block in the middle is a square. As MTF Mapper's lensgrid; angles and sizes are camsim's own.
+
+    width_um, height_um : of the grid before it is turned
+    cols, rows : of blocks
+    side_um    : of a block; 4 % of the width when left out
+    rotate_deg : of the whole grid, clockwise as displayed: edges of blocks on the axes are slanted by this
+
+    >>> len(lens_grid(width_um=6000.0, height_um=4000.0).shapes)
+    187
+    """
+    counted(lens_grid, "rows", rows * cols)
+    side = 0.04 * width_um if side_um is None else side_um
+    for key, whole, count in (("width_um", width_um, cols), ("height_um", height_um, rows)):
+        if count * side > whole:
+            raise refused(lens_grid, key, f"{count} blocks of {side:g} do not fit into {whole:g}")
+    card = Card(centre_um, rotate_deg)
+    if light is not None:
+        c, s = abs(math.cos(math.radians(rotate_deg))), abs(math.sin(math.radians(rotate_deg)))
+        room = (c * width_um + s * height_um, c * height_um + s * width_um)
+        yield Card(centre_um).rectangle(*room, (0.0, 0.0), light)
+    for y in _centres(height_um - side, rows):
+        for x in _centres(width_um - side, cols):
+            radius = math.hypot(x, y)
+            if radius < side:
+                yield card.rectangle(side, side, (x, y), dark)
+                continue
+            # Inner and outer side across the ray through the block's centre, the others along rays.
+            along, across = np.array([x, y]) / radius, np.array([-y, x]) / radius
+            inner, outer = radius - 0.5 * side, radius + 0.5 * side
+            spread = 0.5 * side / radius
+            corners = [r * (along + s * spread * across) for r, s in ((inner, -1), (outer, -1), (outer, 1), (inner, 1))]
+            yield card.polygon(corners, dark)
+
+
+def _centres(extent_um: float, count: int) -> list[float]:
+    """Return evenly spread places over an extent about 0."""
+    return [0.0] if count == 1 else [extent_um * (index / (count - 1) - 0.5) for index in range(count)]

@@ -1,0 +1,73 @@
+"""Points of light: given ones, or a sky of stars drawn by chance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from camsim.scene.charts.chart import Card, Many, chart, refused
+from camsim.scene.primitives import Shape
+from camsim.spectra.curve import Reflectance
+from camsim.typed import Point, Positive, Seed, Several
+
+_PER_MAGNITUDE = 0.6  # stars evenly spread in space: 10^0.6 times as many a magnitude fainter
+
+Magnitude = Annotated[float, Ge(-30), Le(30)]
+
+
+@chart
+def points(
+    *,
+    radius_um: Positive,
+    positions_um: Several[Point] | None = None,
+    magnitudes: Several[Magnitude] | None = None,
+    stars: Many | None = None,
+    width_um: Positive | None = None,
+    height_um: Positive | None = None,
+    brightest: Magnitude = 0.0,
+    faintest: Magnitude = 5.0,
+    seed: Seed = 0,
+    light: Reflectance = 1.0,
+    centre_um: Point = (0.0, 0.0),
+) -> Iterator[Shape]:
+    """Draw points as discs so small that nothing of them but their light is seen; they lie anywhere between photosites.
+
+    A magnitude more is 10^0.4 times less light, and so much less area. Give the points, or how many stars.
+
+    radius_um    : of a point of magnitude 0; of the faintest it is smaller
+    positions_um : of the points, from the chart's centre
+    magnitudes   : of the points, one each; all 0 when left out
+    stars        : instead: how many are drawn by chance, as in space, with more faint ones than bright
+    width_um, height_um : of the field that stars are drawn in
+    brightest, faintest : limits of their magnitudes
+    light        : reflectance of the points
+
+    >>> two = points(radius_um=1.0, positions_um=[(0, 0), (9, 0)], magnitudes=[0, 5])
+    >>> [round(star.radius_um, 3) for star in two.shapes]
+    [1.0, 0.1]
+    """
+    if (positions_um is None) == (stars is None):
+        said = "missing" if stars is None else "given twice"
+        raise refused(points, "positions_um", f"{said}; give one of positions_um and stars")
+    if stars is not None:
+        if width_um is None or height_um is None:
+            raise refused(points, "width_um" if width_um is None else "height_um", "missing; stars need a field")
+        if magnitudes is not None or faintest < brightest:
+            key = "faintest" if magnitudes is None else "magnitudes"
+            why = "is below 'brightest'" if magnitudes is None else "stars draw their own; leave them out"
+            raise refused(points, key, why)
+        random = np.random.Generator(np.random.Philox(seed))
+        positions_um = (random.random((stars, 2)) - 0.5) * (width_um, height_um)
+        # The share of stars brighter than m goes as 10^(0.6·m).
+        low, high = 10.0 ** (_PER_MAGNITUDE * brightest), 10.0 ** (_PER_MAGNITUDE * faintest)
+        magnitudes = np.log10(low + (high - low) * random.random(stars)) / _PER_MAGNITUDE
+    assert positions_um is not None
+    levels = np.zeros(len(positions_um)) if magnitudes is None else np.asarray(magnitudes)
+    if len(levels) != len(positions_um):
+        raise refused(points, "magnitudes", f"{len(levels)} for {len(positions_um)} points; each has one")
+    card = Card(centre_um)
+    for (x, y), level in zip(np.asarray(positions_um).reshape(-1, 2).tolist(), levels.tolist(), strict=True):
+        yield card.disc(radius_um * 10.0 ** (-0.2 * level), (x, y), light)

@@ -1,0 +1,57 @@
+"""A QR code, for the whole road from a scene to a reader."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from annotated_types import MinLen
+
+from camsim.scene.charts.chart import Card, chart, refused
+from camsim.scene.primitives import Shape
+from camsim.spectra.curve import Reflectance
+from camsim.typed import Point, Positive
+
+
+@chart
+def qr(
+    *,
+    text: Annotated[str, MinLen(1)],
+    width_um: Positive,
+    level: Literal["L", "M", "Q", "H"] = "M",
+    rotate_deg: float = 0.0,
+    dark: Reflectance = 0.05,
+    light: Reflectance = 0.9,
+    centre_um: Point = (0.0, 0.0),
+) -> Iterator[Shape]:
+    """Draw a QR code (ISO/IEC 18004) with its quiet zone of four modules.
+
+    text     : what it says; camsim chooses the smallest version that holds it
+    width_um : of the whole code with its quiet zone
+    level    : of error correction: 7 % (L), 15 % (M), 25 % (Q) or 30 % (H) of it may be unreadable
+
+    >>> code = qr(text="camsim", width_um=290.0)
+    >>> code.shapes[0].width_um / 29  # 21 modules and a quiet zone: a module is 10 µm
+    10.0
+    """
+    import segno
+
+    try:
+        # Its own boost of the level would make what is drawn depend on segno's version of that rule.
+        code = segno.make_qr(text, error=level.lower(), boost_error=False)
+    except (ValueError, segno.DataOverflowError):
+        message = f"{len(text)} letters are too many for a QR code of level {level}; shorten them or take level L"
+        raise refused(qr, "text", message) from None
+    modules = [list(row) for row in code.matrix_iter(border=4)]
+    lines_um = [width_um * (index / len(modules) - 0.5) for index in range(len(modules) + 1)]
+    card = Card(centre_um, rotate_deg)
+    yield card.rectangle(width_um, width_um, (0.0, 0.0), light)
+    for row, line in enumerate(modules):
+        col = 0
+        while col < len(line):
+            end = col
+            while end < len(line) and line[end]:
+                end += 1
+            if end > col:
+                yield card.cell(lines_um[col], lines_um[row], lines_um[end], lines_um[row + 1], dark)
+            col = end + 1

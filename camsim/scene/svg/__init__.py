@@ -1,0 +1,93 @@
+"""Drawings as scenery: SVG files, with fills and strokes as shapes."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from camsim.errors import InvalidValueError
+from camsim.scene.primitives import Primitive, Shape, counted, flattened
+from camsim.scene.shapes import Group, Rectangle
+from camsim.scene.svg.reader import Reader
+from camsim.spectra.curve import Reflectance, Spectrum
+from camsim.typed import Point, Positive, Several, check, judge
+
+__all__ = ["Drawing", "read_svg"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawing:
+    """The shapes of a drawing.
+
+    name : of its file
+    """
+
+    name: str
+    shapes: Several[Shape]
+    depth: int = field(init=False, repr=False, compare=False)
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        judge(self)
+        depth, pieces = counted(self.shapes)
+        object.__setattr__(self, "depth", depth)
+        object.__setattr__(self, "pieces", pieces)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what its shapes are painted as."""
+        for shape in self.shapes:
+            yield from shape.primitives()
+
+
+def read_svg(
+    file: str | os.PathLike[str],
+    *,
+    width_um: float | None = None,
+    height_um: float | None = None,
+    centre_um: Point = (0.0, 0.0),
+    rotate_deg: float = 0.0,
+    palette: Mapping[str, Spectrum] | None = None,
+    shown: str = "",
+) -> Drawing:
+    """Return a drawing as shapes.
+
+    width_um, height_um : of the drawing's page; one of the two, the other follows
+    centre_um  : of the page
+    rotate_deg : about the page's centre, clockwise as displayed
+    palette    : reflectances of colours, such as {"#ff0000": 0.2, "black": 0.05}; other colours get the reflectance
+                 that has their sRGB under D65 (``camsim.spectra.rgb``)
+    shown      : what messages call the file; its path when left out
+
+    Paths, basic shapes, groups, ``use``, transforms, fills, strokes and clip paths are drawn; nothing beyond the page
+    is. Raises ConfigError that names every element that cannot be, with its line: nothing is left out silently.
+    """
+    name = shown or os.fspath(file)
+    if (width_um is None) == (height_um is None):
+        message = "missing; give it or height_um" if width_um is None else "given together with height_um; one follows"
+        raise InvalidValueError(message, key="width_um", stage="read_svg")
+    size = (width_um, "width_um") if height_um is None else (height_um, "height_um")
+    kept_um: float = check(size[0], Positive, size[1], "read_svg")
+    kept = check(dict(palette or {}), Mapping[str, Reflectance], "palette", "read_svg")
+    x, y = check(centre_um, Point, "centre_um", "read_svg")
+    angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
+    view, shapes = Reader(Path(file), name, kept).shapes()
+    scale = kept_um / (view.width if height_um is None else view.height)
+    boxes = [fill.curves.boxes for primitive in flattened(shapes) for fill in primitive.fills]
+    beyond = boxes and not _within(np.concatenate(boxes), view.width, view.height)
+    page = Rectangle(
+        width_um=view.width, height_um=view.height, centre_um=(0.5 * view.width, 0.5 * view.height), reflectance=0.0
+    )
+    c, s = scale * math.cos(angle), scale * math.sin(angle)
+    left, top = 0.5 * view.width, 0.5 * view.height
+    matrix = (c, s, -s, c, x - c * left + s * top, y - s * left - c * top)
+    group = Group(shapes=shapes, matrix=matrix, clip=page if beyond else None)
+    return Drawing(name=os.path.basename(name), shapes=(group,))
+
+
+def _within(boxes: np.ndarray, width: float, height: float) -> bool:
+    return bool((boxes[:, :2] >= 0.0).all() and (boxes[:, 2] <= width).all() and (boxes[:, 3] <= height).all())

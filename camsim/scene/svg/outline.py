@@ -1,0 +1,215 @@
+"""Elements to outlines: path data and the basic shapes as segments, transforms as matrices, lengths as user units."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+from camsim.errors import InvalidValueError
+from camsim.scene.svg.xml import Element
+
+Segment: TypeAlias = tuple[Any, ...]
+Matrix: TypeAlias = tuple[float, float, float, float, float, float]
+
+IDENTITY: Matrix = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
+SHAPES = ("path", "rect", "circle", "ellipse", "line", "polyline", "polygon")
+
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_UNITS = {"": 1.0, "px": 1.0, "pt": 4.0 / 3.0, "pc": 16.0, "mm": 96.0 / 25.4, "cm": 96.0 / 2.54, "in": 96.0}
+_OF_TRANSFORM = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewX": (1,), "skewY": (1,)}
+
+
+def length(text: str, whole: float | None = None) -> float:
+    """Return a length in user units.
+
+    whole : what a percentage is of
+
+    >>> length("1in"), length("50%", 20.0)
+    (96.0, 10.0)
+    """
+    match = re.fullmatch(rf"({NUMBER})\s*([a-zA-Z]*|%)", text.strip())
+    if match is None or (match[2] == "%" and whole is None) or (match[2] != "%" and match[2].lower() not in _UNITS):
+        raise InvalidValueError(f"{text[:40]!r} is no length; give a number, or one of px, pt, pc, mm, cm, in")
+    return float(match[1]) * (whole or 0.0) / 100.0 if match[2] == "%" else float(match[1]) * _UNITS[match[2].lower()]
+
+
+def numbers(text: str) -> list[float]:
+    """Return the numbers of a list, such as a polygon's points.
+
+    >>> numbers("0,0 1-2.5e1")
+    [0.0, 0.0, 1.0, -25.0]
+    """
+    if re.sub(rf"{NUMBER}|[\s,]", "", text):
+        raise InvalidValueError(f"{text[:40]!r} holds something that is no number")
+    return [float(number) for number in re.findall(NUMBER, text)]
+
+
+def times(one: Matrix, two: Matrix) -> Matrix:
+    """Return the matrix of doing ``two`` first and then ``one``."""
+    a, b, c, d, e, f = one
+    p, q, r, s, t, u = two
+    return a * p + c * q, b * p + d * q, a * r + c * s, b * r + d * s, a * t + c * u + e, b * t + d * u + f
+
+
+def matrix_of(text: str) -> Matrix:
+    """Return the matrix of a transform attribute.
+
+    >>> matrix_of("translate(5) scale(2, 3)")
+    (2.0, 0.0, 0.0, 3.0, 5.0, 0.0)
+    """
+    found, done = IDENTITY, re.sub(r"(\w+)\s*\(([^()]*)\)|[\s,]", "", text)
+    if done:
+        raise InvalidValueError(f"the transform {text[:60]!r} is not understood")
+    for name, inside in re.findall(r"(\w+)\s*\(([^()]*)\)", text):
+        given = [float(re.sub("deg$", "", number)) for number in re.findall(rf"{NUMBER}(?:deg)?", inside)]
+        if len(given) not in _OF_TRANSFORM.get(name, ()):
+            raise InvalidValueError(f"the transform {name}({inside[:40]}) is not understood")
+        found = times(found, _transform(name, given))
+    return found
+
+
+def _transform(name: str, given: Sequence[float]) -> Matrix:
+    if name == "matrix":
+        a, b, c, d, e, f = given
+        return a, b, c, d, e, f
+    first, second = given[0], given[1] if len(given) > 1 else None
+    if name == "translate":
+        return 1.0, 0.0, 0.0, 1.0, first, second or 0.0
+    if name == "scale":
+        return first, 0.0, 0.0, first if second is None else second, 0.0, 0.0
+    if name == "skewX":
+        return 1.0, 0.0, math.tan(math.radians(first)), 1.0, 0.0, 0.0
+    if name == "skewY":
+        return 1.0, math.tan(math.radians(first)), 0.0, 1.0, 0.0, 0.0
+    c, s = math.cos(math.radians(first)), math.sin(math.radians(first))
+    turn: Matrix = (c, s, -s, c, 0.0, 0.0)
+    if second is None:
+        return turn
+    there: Matrix = (1.0, 0.0, 0.0, 1.0, given[1], given[2])
+    back: Matrix = (1.0, 0.0, 0.0, 1.0, -given[1], -given[2])
+    return times(times(there, turn), back)
+
+
+class _Pen:
+    """Writes down what fontTools reads, as a path's segments."""
+
+    def __init__(self) -> None:
+        self.segments: list[Segment] = []
+
+    def moveTo(self, place: tuple[float, float]) -> None:
+        self.segments.append(("move", *place))
+
+    def lineTo(self, place: tuple[float, float]) -> None:
+        self.segments.append(("line", *place))
+
+    def curveTo(self, one: Any, two: Any, place: Any) -> None:
+        self.segments.append(("cubic", *one, *two, *place))
+
+    def qCurveTo(self, one: Any, place: Any) -> None:
+        self.segments.append(("quadratic", *one, *place))
+
+    def arcTo(self, rx: float, ry: float, turn: float, large: bool, sweep: bool, place: Any) -> None:
+        self.segments.append(("arc", rx, ry, turn, float(large), float(sweep), *place))
+
+    def closePath(self) -> None:
+        self.segments.append(("close",))
+
+    def endPath(self) -> None:
+        pass
+
+
+def path_segments(data: str) -> list[Segment]:
+    """Return the segments of path data.
+
+    >>> path_segments("M0 0h2a1 1 0 01-2 0z")
+    [('move', 0.0, 0.0), ('line', 2.0, 0.0), ('arc', 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0), ('close',)]
+    """
+    from fontTools.svgLib.path.parser import parse_path
+
+    if strange := re.search(r"[^\sMmZzLlHhVvCcSsQqTtAaEe\d.,+-]", data):
+        raise InvalidValueError(f"the path data hold {strange[0]!r}")
+    # fontTools knows neither leading zeros (but of an arc, where 01 may be two flags) nor lines between flags.
+    plain = re.sub(r"\s+", " ", data)
+    parts = re.split(r"([Aa][^A-DF-Za-df-z]*)", plain)
+    parts[::2] = [re.sub(r"(?<![\d.])0+(?=\d)", "", part) for part in parts[::2]]
+    pen = _Pen()
+    try:
+        parse_path("".join(parts), pen)
+    except (ValueError, IndexError, OverflowError):
+        raise InvalidValueError(f"the path data {plain[:40]!r} … are cut short or damaged") from None
+    return pen.segments
+
+
+def segments_of(element: Element, whole: tuple[float, float]) -> list[Segment]:
+    """Return the outline of a basic shape or path, in its own user units; empty where it draws nothing.
+
+    whole : width and height of the view, for percentages
+    """
+    diagonal = math.hypot(*whole) / math.sqrt(2.0)
+
+    def of(key: str, percent_of: float, default: float = 0.0) -> float:
+        text = element.attributes.get(key)
+        return default if text is None or text == "auto" else length(text, percent_of)
+
+    tag = element.tag
+    if tag == "path":
+        return path_segments(element.attributes.get("d", ""))
+    if tag in ("polyline", "polygon"):
+        values = numbers(element.attributes.get("points", ""))
+        if len(values) % 2:
+            raise InvalidValueError(f"its {len(values)} numbers are no points")
+        corners = [("line" if i else "move", values[i], values[i + 1]) for i in range(0, len(values), 2)]
+        return [*corners, ("close",)] if tag == "polygon" and corners else list(corners)
+    if tag == "line":
+        x1, x2 = of("x1", whole[0]), of("x2", whole[0])
+        return [("move", x1, of("y1", whole[1])), ("line", x2, of("y2", whole[1]))]
+    if tag == "rect":
+        wide, high = of("width", whole[0]), of("height", whole[1])
+        rx, ry = of("rx", whole[0], -1.0), of("ry", whole[1], -1.0)
+        radii = (ry if rx < 0.0 else rx, rx if ry < 0.0 else ry)
+        return _rectangle(of("x", whole[0]), of("y", whole[1]), wide, high, radii)
+    if tag == "circle":
+        rx = ry = of("r", diagonal)
+    else:
+        rx, ry = of("rx", whole[0], -1.0), of("ry", whole[1], -1.0)
+        rx, ry = (ry if rx < 0.0 else rx), (rx if ry < 0.0 else ry)
+    x, y = of("cx", whole[0]), of("cy", whole[1])
+    if rx <= 0.0 or ry <= 0.0:
+        return []
+    half = ("arc", rx, ry, 0.0, 0.0, 1.0)
+    return [("move", x + rx, y), (*half, x - rx, y), (*half, x + rx, y), ("close",)]
+
+
+def _rectangle(x: float, y: float, wide: float, high: float, radii: tuple[float, float]) -> list[Segment]:
+    if wide <= 0.0 or high <= 0.0:
+        return []
+    rx, ry = min(max(radii[0], 0.0), 0.5 * wide), min(max(radii[1], 0.0), 0.5 * high)
+    right, bottom = x + wide, y + high
+    if rx == 0.0 or ry == 0.0:
+        return [("move", x, y), ("line", right, y), ("line", right, bottom), ("line", x, bottom), ("close",)]
+    bend = ("arc", rx, ry, 0.0, 0.0, 1.0)
+    return [
+        *(("move", x + rx, y), ("line", right - rx, y), (*bend, right, y + ry), ("line", right, bottom - ry)),
+        *((*bend, right - rx, bottom), ("line", x + rx, bottom), (*bend, x, bottom - ry), ("line", x, y + ry)),
+        *((*bend, x + rx, y), ("close",)),
+    ]
+
+
+def dots(segments: Sequence[Segment]) -> list[tuple[float, float]]:
+    """Return where a path draws lines of no length: only their ends are seen.
+
+    >>> dots([("move", 1.0, 2.0), ("line", 1.0, 2.0), ("move", 0.0, 0.0), ("line", 3.0, 0.0), ("move", 5.0, 5.0)])
+    [(1.0, 2.0)]
+    """
+    parts: list[list[Segment]] = []
+    for segment in segments:
+        if segment[0] == "move" or not parts:
+            parts.append([])
+        parts[-1].append(segment)
+    return [
+        (part[0][1], part[0][2])
+        for part in parts
+        if len(part) > 1 and len({segment[-2:] for segment in part if segment[0] != "close"}) == 1
+    ]

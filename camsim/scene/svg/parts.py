@@ -1,0 +1,30 @@
+"""The shapes that drawings are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from camsim.scene.primitives import FillRule
+from camsim.scene.shapes import Disc, Group, Path, Rectangle
+from camsim.scene.svg.outline import IDENTITY, Matrix, Segment
+from camsim.spectra.curve import Spectrum
+
+
+def path(segments: Sequence[Segment], rule: str, reflectance: Spectrum, matrix: Matrix) -> Any:
+    """Return a filled path where it comes to lie."""
+    fill_rule: FillRule = "evenodd" if rule == "evenodd" else "nonzero"
+    filled = Path(segments_um=segments, fill_rule=fill_rule, reflectance=reflectance)
+    return placed(filled, matrix)
+
+
+def placed(shape: Any, matrix: Matrix) -> Any:
+    """Return a shape under a transform."""
+    return shape if matrix == IDENTITY else Group(shapes=[shape], matrix=matrix)
+
+
+def dot(at: tuple[float, float], width: float, cap: str, colour: Spectrum) -> Any:
+    """Return what the ends of a line of no length draw."""
+    if cap == "round":
+        return Disc(radius_um=0.5 * width, centre_um=at, reflectance=colour)
+    return Rectangle(width_um=width, height_um=width, centre_um=at, reflectance=colour)

@@ -1,0 +1,291 @@
+"""From the elements of a drawing to shapes: what is painted, in painter's order, and what cannot be."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path as File
+from typing import Any, TypeVar
+
+from camsim.errors import CamsimError, ConfigError, Fault
+from camsim.scene.shapes import Group, Line
+from camsim.scene.svg import colours
+from camsim.scene.svg.outline import (
+    IDENTITY,
+    NUMBER,
+    SHAPES,
+    Matrix,
+    Segment,
+    dots,
+    length,
+    matrix_of,
+    numbers,
+    segments_of,
+    times,
+)
+from camsim.scene.svg.parts import dot, path, placed
+from camsim.scene.svg.style import INHERITED, OWN, PLAIN, Rule, rules_of, styled
+from camsim.scene.svg.view import View, view_of
+from camsim.scene.svg.xml import Element, read_elements
+from camsim.spectra.curve import Spectrum
+
+MOST_NUMBERS = 1_000_000
+MOST_ELEMENTS = 100_000
+MOST_USES = 20
+MOST_FAULTS = 20
+
+_GROUPS = ("svg", "g", "a", "use")
+_UNSEEN = (
+    *("defs", "title", "desc", "metadata", "style", "clipPath", "symbol", "linearGradient", "radialGradient"),
+    *("pattern", "mask", "filter", "marker", "font", "view", "cursor", "color-profile"),
+)
+_WAYS_OUT = {
+    "text": "letters are not supported; turn them into paths (Inkscape: Path > Object to Path)",
+    "image": "pictures in a drawing are not supported; a scene takes them beside it",
+    "script": "scripts are not run; save the drawing as it looks",
+    "switch": "is not supported; keep what is to be seen",
+    "foreignObject": "holds what is no drawing; remove it",
+    "stroke-dasharray": "draw the dashes as paths of their own",
+    "opacity": "paint it in the colour that this makes",
+    "mask": "use a clip-path",
+}
+
+T = TypeVar("T")
+
+
+class Reader:
+    """A drawing being read; what it cannot paint is gathered, so that all of it is said at once."""
+
+    def __init__(self, file: File, name: str, palette: Mapping[str, Spectrum]) -> None:
+        self.name = name
+        self.root = read_elements(file, name)
+        self.faults: list[Fault] = []
+        self.rules: list[Rule] = rules_of(self.root, self.refuse)
+        self.known = {element.attributes["id"]: element for element in self.root.all() if "id" in element.attributes}
+        self.palette = {colours.rgb(colour): spectrum for colour, spectrum in palette.items()}
+        self._measure()
+
+    def shapes(self) -> tuple[View, list[Any]]:
+        """Return the view, and what is painted in px of it; raises ConfigError with all that cannot be."""
+        view = self._tried(self.root, lambda: view_of(self.root)) or View(1.0, 1.0, IDENTITY)
+        self.view = view
+        found = list(self._painted(self.root, view.matrix, {}, ()))
+        if self.faults:
+            raise ConfigError(self.faults[:MOST_FAULTS])
+        return view, found
+
+    def refuse(self, element: Element, message: str) -> None:
+        """Say what of an element is not supported."""
+        where = f"<{element.tag}>"
+        fault = Fault(self.name, element.line, element.column, where, message)
+        if fault not in self.faults:
+            self.faults.append(fault)
+
+    def _measure(self) -> None:
+        """Refuse drawings too large to be read in seconds, before any of it is."""
+        count = 0
+        for element in self.root.all():
+            for key in ("d", "points"):
+                count += sum(1 for _ in re.finditer(NUMBER, element.attributes.get(key, "")))
+            if count > MOST_NUMBERS:
+                self.refuse(element, f"the paths up to here hold more than {MOST_NUMBERS} numbers; simplify them")
+                raise ConfigError(self.faults)
+        if self._drawn(self.root, {}, 0) > MOST_ELEMENTS:
+            self.refuse(
+                self.root, f"draws more than {MOST_ELEMENTS} elements, those that <use> repeats counted each time"
+            )
+            raise ConfigError(self.faults)
+
+    def _drawn(self, element: Element, found: dict[int, int], uses: int) -> int:
+        """Return how many elements an element draws; of what uses itself or lies too deep any number."""
+        if id(element) not in found:
+            found[id(element)] = 1  # on the way here
+            linked = self.known.get(element.attributes.get("href", "").removeprefix("#"))
+            inner = [linked] if element.tag == "use" and linked is not None and uses < MOST_USES else element.children
+            deeper = uses + (element.tag == "use")
+            found[id(element)] = 1 + sum(self._drawn(each, found, deeper) for each in inner)
+        return found[id(element)]
+
+    def _tried(self, element: Element, make: Callable[[], T]) -> T | None:
+        """Return what is made, or None where it is refused."""
+        try:
+            return make()
+        except ConfigError:
+            raise
+        except CamsimError as error:
+            self.refuse(element, error.message)
+            return None
+
+    def _painted(
+        self, element: Element, matrix: Matrix, above: Mapping[str, str], used: tuple[str, ...]
+    ) -> Iterator[Any]:
+        """Yield what an element and all in it paint.
+
+        used : ids of the <use> elements on the way here
+        """
+        if len(self.faults) >= MOST_FAULTS:
+            return
+        tag = element.tag
+        if tag in _UNSEEN and not (used and tag == "symbol"):
+            return
+        style = styled(element, above, self.rules)
+        if style["display"] == "none" or not self._understood(element, style):
+            return
+        moved = self._tried(element, lambda: matrix_of(style["transform"]))
+        if moved is None:
+            return
+        matrix = times(matrix, moved)
+        boxed = "viewBox" in element.attributes and element is not self.root
+        if boxed or tag not in (*_GROUPS, *SHAPES, "symbol"):
+            self.refuse(
+                element, _WAYS_OUT.get(tag, f"{'with a viewBox ' if boxed else ''}is not supported; ungroup it")
+            )
+            return
+        inside = list(self._inside(element, matrix, style, used))
+        if not inside:
+            return
+        if style["clip-path"] == "none":
+            yield from inside
+        elif clip := self._clip(element, style["clip-path"], matrix):
+            yield Group(shapes=inside, clip=clip)
+
+    def _inside(
+        self, element: Element, matrix: Matrix, style: Mapping[str, str], used: tuple[str, ...]
+    ) -> Iterator[Any]:
+        if element.tag in SHAPES:
+            yield from self._fill_and_stroke(element, matrix, style)
+        elif element.tag == "use":
+            yield from self._used(element, matrix, style, used)
+        elif element.tag == "svg" and element is not self.root:
+            self.refuse(element, "a drawing inside a drawing is not supported; ungroup it")
+        else:
+            for child in element.children:
+                yield from self._painted(child, matrix, style, used)
+
+    def _used(self, element: Element, matrix: Matrix, style: Mapping[str, str], used: tuple[str, ...]) -> Iterator[Any]:
+        link = element.attributes.get("href", "")
+        identity = link.removeprefix("#")
+        if not link.startswith("#"):
+            self.refuse(element, f"refers to {link[:60]!r}, outside this file; a drawing holds all that it shows")
+        elif identity not in self.known:
+            self.refuse(element, f"refers to {link[:60]!r}, which is not there")
+        elif len(used) >= MOST_USES:
+            self.refuse(element, f"is used by others more than {MOST_USES} deep")
+        elif identity in used:
+            self.refuse(element, f"uses itself by way of {link[:60]!r}")
+        else:
+            given = element.attributes
+            x = self._tried(element, lambda: length(given.get("x", "0"), self.view.width))
+            y = self._tried(element, lambda: length(given.get("y", "0"), self.view.height))
+            if x is not None and y is not None:
+                there = times(matrix, (1.0, 0.0, 0.0, 1.0, x, y))
+                drawn = list(self._painted(self.known[identity], there, style, (*used, identity)))
+                yield from (
+                    drawn if self.known[identity].tag != "symbol" else self._within(identity, drawn, there, given)
+                )
+
+    def _within(self, identity: str, drawn: list[Any], matrix: Matrix, given: Mapping[str, str]) -> Iterator[Any]:
+        """Yield what of a symbol is seen: what lies in its own view, unless it may be seen beyond."""
+        symbol = self.known[identity]
+        if not drawn or styled(symbol, {}, self.rules)["overflow"] in ("visible", "auto"):
+            yield from drawn
+            return
+        sizes = zip(("width", "height"), self.view[:2], strict=True)
+        wide, high = (length(given.get(key, symbol.attributes.get(key, "100%")), whole) for key, whole in sizes)
+        corners = [("move", 0.0, 0.0), ("line", wide, 0.0), ("line", wide, high), ("line", 0.0, high), ("close",)]
+        yield Group(shapes=drawn, clip=path(corners, "nonzero", 0.0, matrix))
+
+    def _fill_and_stroke(self, element: Element, matrix: Matrix, style: Mapping[str, str]) -> Iterator[Any]:
+        if style["visibility"] != "visible":
+            return
+        segments = self._tried(element, lambda: segments_of(element, self.view[:2]))
+        if not segments:
+            return
+        painted = []
+        if element.tag != "line" and (fill := self._paint(element, style, "fill")) is not None:
+            painted.append(path(segments, style["fill-rule"], fill, matrix))
+        if (stroke := self._paint(element, style, "stroke")) is not None:
+            painted += [placed(shape, matrix) for shape in self._stroked(element, segments, style, stroke)]
+        order = style["paint-order"].split()
+        stroke_first = "stroke" in order and "fill" not in order[: order.index("stroke")]
+        yield from reversed(painted) if stroke_first else painted
+
+    def _stroked(
+        self, element: Element, segments: Sequence[Segment], style: Mapping[str, str], colour: Spectrum
+    ) -> list[Any]:
+        diagonal = (0.5 * (self.view.width**2 + self.view.height**2)) ** 0.5
+        width = self._tried(element, lambda: length(style["stroke-width"], diagonal))
+        limit = self._tried(element, lambda: numbers(style["stroke-miterlimit"]))
+        if not width or not limit or width <= 0.0:
+            return []
+        cap, join = style["stroke-linecap"], style["stroke-linejoin"]
+        line = self._tried(
+            element,
+            lambda: Line(
+                segments_um=segments,
+                width_um=width,
+                cap=cap,  # type: ignore[arg-type]  # judged there
+                join=join,  # type: ignore[arg-type]
+                miter_limit=limit[0] if limit[0] >= 1.0 else 4.0,  # less is an error, which SVG lets pass
+                reflectance=colour,
+            ),
+        )
+        return [] if line is None else [line, *(dot(at, width, cap, colour) for at in dots(segments) if cap != "butt")]
+
+    def _paint(self, element: Element, style: Mapping[str, str], key: str) -> Spectrum | None:
+        """Return the reflectance of a fill or a stroke; None where there is none."""
+        said = style["color"] if style[key].lower() == "currentcolor" else style[key]
+        alpha = self._tried(element, lambda: numbers(style[f"{key}-opacity"].replace("%", "e-2")))
+        if said == "none" or not alpha or alpha[0] <= 0.0 or said.lower() == "transparent":
+            return None
+        if said.startswith("url("):
+            self.refuse(element, f"its {key} {said[:40]!r} is a gradient or a pattern; give it one colour")
+            return None
+        if alpha[0] < 1.0:
+            self.refuse(element, f"its {key} is {100 * alpha[0]:g} % opaque; paint it in the colour that this makes")
+            return None
+        colour = self._tried(element, lambda: colours.rgb(said))
+        if colour is None:
+            return None
+        return self.palette[colour] if colour in self.palette else colours.reflectance(colour)
+
+    def _understood(self, element: Element, style: Mapping[str, str]) -> bool:
+        """Return whether an element is to be painted, and refuse what of its style is not understood."""
+        opacity = self._tried(element, lambda: numbers(style["opacity"].replace("%", "e-2")))
+        if not opacity or opacity[0] <= 0.0:
+            return False
+        said = {key: style[key] for key in PLAIN if style[key] not in (INHERITED.get(key), OWN.get(key), "fill")}
+        if opacity[0] < 1.0:
+            said["opacity"] = style["opacity"]
+        if style["stroke"] != "none":
+            said |= {key: style[key] for key in ("stroke-dasharray",) if style[key] not in ("none", "0")}
+            said |= {key: style[key] for key in ("vector-effect",) if style[key] != "none"}
+        for key, value in said.items():
+            self.refuse(element, f"its {key} {value[:40]!r} is not supported; {_WAYS_OUT.get(key, 'remove it')}")
+        return not said
+
+    def _clip(self, element: Element, said: str, matrix: Matrix) -> Any:
+        """Return the shapes of a clip path as one."""
+        clip = self.known.get(said.strip().removeprefix("url(").removesuffix(")").strip("\"'").removeprefix("#"))
+        if clip is None or clip.tag != "clipPath":
+            self.refuse(element, f"its clip-path {said[:40]!r} is not there")
+            return None
+        if clip.attributes.get("clipPathUnits", "userSpaceOnUse") != "userSpaceOnUse" or "clip-path" in clip.attributes:
+            self.refuse(clip, "is not supported: give it clipPathUnits userSpaceOnUse and no clip of its own")
+            return None
+        own = self._tried(clip, lambda: matrix_of(clip.attributes.get("transform", "")))
+        shapes = []
+        for child in clip.children:
+            link = child.attributes.get("href", "") if child.tag == "use" else ""
+            drawn = self.known.get(link.removeprefix("#"), child)
+            if drawn.tag not in SHAPES or {"x", "y"} & set(child.attributes if link else ()):
+                self.refuse(child, "is not supported in a <clipPath>; draw it with paths")
+                continue
+            style = styled(drawn, styled(child, {}, self.rules), self.rules)
+            turns = " ".join(one.attributes.get("transform", "") for one in ((child, drawn) if link else (child,)))
+            moved = self._tried(child, functools.partial(matrix_of, turns))
+            segments = self._tried(drawn, functools.partial(segments_of, drawn, self.view[:2]))
+            if own and moved and segments:
+                shapes.append(path(segments, style["clip-rule"], 0.0, times(times(matrix, own), moved)))
+        return Group(shapes=shapes)

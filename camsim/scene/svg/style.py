@@ -1,0 +1,116 @@
+"""How elements are painted: attributes, style rules and inheritance."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from camsim.scene.svg.xml import Element
+
+Refuse = Callable[[Element, str], None]
+
+# Properties that matter to what is painted, with their initial values; those that children take over.
+INHERITED = {
+    "fill": "black",
+    "fill-rule": "nonzero",
+    "fill-opacity": "1",
+    "stroke": "none",
+    "stroke-width": "1",
+    "stroke-linecap": "butt",
+    "stroke-linejoin": "miter",
+    "stroke-miterlimit": "4",
+    "stroke-opacity": "1",
+    "stroke-dasharray": "none",
+    "visibility": "visible",
+    "color": "black",
+    "clip-rule": "nonzero",
+    "marker": "none",
+    "marker-start": "none",
+    "marker-mid": "none",
+    "marker-end": "none",
+    "paint-order": "normal",
+}
+OWN = {
+    "opacity": "1",
+    "display": "inline",
+    "clip-path": "none",
+    "mask": "none",
+    "filter": "none",
+    "mix-blend-mode": "normal",
+    "vector-effect": "none",
+    "transform": "",
+    "overflow": "",
+}
+# Of these only the initial value is understood.
+PLAIN = ("marker", "marker-start", "marker-mid", "marker-end", "mask", "filter", "mix-blend-mode")
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A style rule: of which tag, class or id (empty: any), how much it weighs, and what it says."""
+
+    tag: str
+    name: str
+    identity: str
+    says: Mapping[str, str]
+
+    @property
+    def weight(self) -> int:
+        """Specificity: an id outweighs classes, these outweigh tags."""
+        return 100 * bool(self.identity) + 10 * bool(self.name) + bool(self.tag)
+
+    def suits(self, element: Element) -> bool:
+        """Return whether it is about an element."""
+        return (
+            self.tag in ("", element.tag)
+            and self.name in ("", *element.attributes.get("class", "").split())
+            and self.identity in ("", element.attributes.get("id", ""))
+        )
+
+
+def rules_of(root: Element, refuse: Refuse) -> list[Rule]:
+    """Return the rules of all <style> elements, the weightiest last."""
+    found = []
+    for element in root.all():
+        if element.tag != "style":
+            continue
+        text = re.sub(r"/\*.*?\*/", "", element.text, flags=re.DOTALL).replace("<!--", "").replace("-->", "")
+        if at_rule := re.search(r"@[\w-]+", text):
+            refuse(element, f"{at_rule[0]} is not understood; give fills and strokes to the elements themselves")
+            continue
+        for selectors, says in re.findall(r"([^{}]+)\{([^{}]*)\}", text):
+            for selector in selectors.split(","):
+                match = re.fullmatch(r"(\*|[\w-]+)?(?:\.([\w-]+))?(?:#([\w-]+))?", selector.strip())
+                if match is None or not selector.strip():
+                    refuse(element, f"the selector {selector.strip()[:40]!r} is not understood; use a class or an id")
+                    continue
+                tag, name, identity = (part or "" for part in match.groups())
+                found.append(Rule("" if tag == "*" else tag, name, identity, declared(says)))
+    return sorted(found, key=lambda rule: rule.weight)
+
+
+def declared(text: str) -> dict[str, str]:
+    """Return the properties of a style attribute or a rule's body.
+
+    >>> declared("fill: red; stroke:none")
+    {'fill': 'red', 'stroke': 'none'}
+    """
+    pairs = (part.partition(":") for part in text.split(";"))
+    return {
+        key.strip().lower(): re.sub(r"\s*!important\s*$", "", value.strip()) for key, colon, value in pairs if colon
+    }
+
+
+def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) -> dict[str, str]:
+    """Return an element's properties: its own, else those of what it lies in, else the initial ones."""
+    own = {key: value.strip() for key, value in element.attributes.items() if key in INHERITED or key in OWN}
+    for rule in rules:
+        if rule.suits(element):
+            own |= rule.says
+    own |= declared(element.attributes.get("style", ""))
+    found = {key: above.get(key, initial) for key, initial in INHERITED.items()} | OWN
+    for key, value in own.items():
+        if key in found:
+            found[key] = above.get(key, found[key]) if value == "inherit" else value
+    return found

@@ -1,0 +1,55 @@
+"""Which part of a drawing is shown, and how large."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from camsim.errors import InvalidValueError
+from camsim.scene.svg.outline import Matrix, length, numbers
+from camsim.scene.svg.xml import Element
+
+_SHARES = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
+
+
+class View(NamedTuple):
+    """The part of a drawing that is shown.
+
+    width, height : in px, as its editor showed it
+    matrix        : from user units to these px
+    """
+
+    width: float
+    height: float
+    matrix: Matrix
+
+
+def view_of(root: Element) -> View:
+    """Return what of a drawing is shown: its width and height, or its viewBox where it has none."""
+    box = numbers(root.attributes["viewBox"]) if "viewBox" in root.attributes else []
+    if box and (len(box) != 4 or box[2] <= 0.0 or box[3] <= 0.0):
+        raise InvalidValueError(
+            f"its viewBox {root.attributes['viewBox'][:40]!r} must be four numbers with a size above 0"
+        )
+    sizes: list[float | None] = []
+    for key in ("width", "height"):
+        text = root.attributes.get(key, "100%")
+        if text.strip().endswith("%") or text == "auto":
+            if not box:
+                raise InvalidValueError("has neither width and height nor a viewBox; give it one of them")
+            sizes.append(None)
+        else:
+            sizes.append(length(text))
+    if not box:
+        width, height = (size or 0.0 for size in sizes)
+        box = [0.0, 0.0, width, height]
+    width = sizes[0] if sizes[0] is not None else box[2] * (sizes[1] / box[3] if sizes[1] is not None else 1.0)
+    height = sizes[1] if sizes[1] is not None else box[3] * (width / box[2])
+    if not (width > 0.0 and height > 0.0):
+        raise InvalidValueError("its width and height must be above 0")
+    fit = root.attributes.get("preserveAspectRatio", "xMidYMid meet").split()
+    x, y = width / box[2], height / box[3]
+    if fit[0] != "none":
+        x = y = max(x, y) if fit[-1] == "slice" else min(x, y)
+    left = _SHARES.get(fit[0][1:4], 0.5) * (width - x * box[2]) - x * box[0]
+    top = _SHARES.get(fit[0][5:8], 0.5) * (height - y * box[3]) - y * box[1]
+    return View(width, height, (x, 0.0, 0.0, y, left, top))

@@ -1,0 +1,13 @@
+"""The twin of flat-field.yaml: the same picture, byte by byte."""
+
+import camsim
+
+camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8, transmission=1.0))
+frame = camera.expose(
+    camsim.Scene(background=0.18),
+    light=camsim.Light("D55", illuminance_lux=5000),
+    exposure=camsim.Exposure(time_s=0.01, iso=200),
+    region=camsim.Region(rows=446, cols=446),
+    tolerance=1e-6,
+    seed=1,
+)

@@ -1,0 +1,21 @@
+"""The twin of qr-code.yaml: the same picture, byte by byte."""
+
+import camsim
+
+PITCH_UM = 3.45
+
+camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=5.6))
+scene = camsim.Scene(
+    background=0.4,
+    shapes=[
+        camsim.charts.qr(text="exact optics", width_um=87 * PITCH_UM, rotate_deg=6),
+    ],
+)
+frame = camera.expose(
+    scene,
+    light=camsim.Light(line_nm=550, illuminance_lux=2000),
+    exposure=camsim.Exposure(time_s="auto", iso=200),
+    region=camsim.Region(rows=110, cols=110),
+    tolerance=1e-4,
+    seed=1,
+)

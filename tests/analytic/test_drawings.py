@@ -1,0 +1,233 @@
+"""Drawings: what SVG files show is what another program shows of them, at the right place and size."""
+
+import io
+import re
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+import resvg_py
+import segno
+from PIL import Image
+from truth.coverage import coverage
+
+import camsim
+from camsim.errors import CamsimError
+from camsim.scene import arrange, flattened
+from camsim.scene.svg import read_svg
+from camsim.spectra.curve import spectrum_at
+
+GREEN_NM = np.array([550.0])
+
+# Constructs one by one, on a page of 40; all is black, white or #808080.
+CONSTRUCTS = {
+    "path, absolute and relative": '<path d="M4 4 L20 4 l10 8 H36 v10 h-6 V36 Z m2 30 h10 v4 h-10 z"/>',
+    "cubic and smooth cubic": '<path d="M4 20 C4 2 20 2 20 20 S36 38 36 20 L36 38 L4 38"/>',
+    "quadratic and smooth quadratic": '<path d="M2 20 Q10 0 20 20 T38 20 V38 H2z"/>',
+    "arcs with packed flags": '<path d="M8 20a10 6 30 01 20 0 10 6 30 1 1-20 0z"/>',
+    "even-odd": '<path fill-rule="evenodd" d="M2 2H38V38H2Z M10 10H30V30H10Z M15 15H25V25H15Z"/>',
+    "non-zero, crossing itself": '<path d="M20 2 L31 37 L2 15 H38 L9 37 Z"/>',
+    "even-odd, crossing itself": '<path fill-rule="evenodd" d="M20 2 L31 37 L2 15 H38 L9 37 Z"/>',
+    "rectangle with round corners": '<rect x="4" y="6" width="30" height="24" rx="8" ry="5"/>',
+    "circle and ellipse": '<circle cx="12" cy="12" r="9"/><ellipse cx="26" cy="28" rx="11" ry="7"/>',
+    "polygon and polyline": '<polygon points="2,2 18,4 10,20"/><polyline points="20 20 38 22,30 38" fill="#808080"/>',
+    "transforms": '<g transform="translate(20,20) rotate(25)"><rect transform="scale(2 -1) skewX(20)" x="-6" y="-8" '
+    'width="12" height="16"/></g>',
+    "matrix and turn about a place": '<g transform="matrix(.8 .3 -.2 .9 6 2)"><rect width="20" height="20" '
+    'transform="rotate(-30 10 10)"/></g>',
+    "use": '<defs><path id="a" d="M0 0h8v8z"/></defs><use href="#a" x="4" y="4"/><g fill="#808080"><use href="#a" '
+    'transform="translate(20 20) scale(2)"/></g>',
+    "symbol": '<symbol id="s"><circle r="6"/></symbol><use href="#s" x="20" y="20"/>',
+    "stroke, mitred": '<path d="M6 34 L20 6 L34 34" fill="none" stroke="black" stroke-width="6"/>',
+    "stroke, round": '<path d="M6 34 L20 8 L34 34" fill="none" stroke="black" stroke-width="7" '
+    'stroke-linecap="round" stroke-linejoin="round"/>',
+    "stroke, bevelled and square": '<path d="M8 30 L20 8 L32 30" fill="none" stroke="black" stroke-width="7" '
+    'stroke-linecap="square" stroke-linejoin="bevel"/>',
+    "stroke of a curve": '<path d="M4 30 C4 -10 36 50 36 8" fill="none" stroke="#808080" stroke-width="5"/>',
+    "stroke of a shape, stretched": '<ellipse cx="10" cy="20" rx="6" ry="12" transform="scale(2 1)" fill="#808080" '
+    'stroke="black" stroke-width="3"/>',
+    "stroke before fill": '<circle cx="20" cy="20" r="12" fill="#808080" stroke="black" stroke-width="8" '
+    'paint-order="stroke"/>',
+    "line, and a dot of a line": '<line x1="4" y1="6" x2="34" y2="16" stroke="black" stroke-width="4"/>'
+    '<path d="M20 30h0" stroke="black" stroke-width="9" stroke-linecap="round"/>',
+    "style attribute and rules": "<style>.a{fill:#808080} #b{fill:none;stroke:black} rect.c{fill:black}</style>"
+    '<circle class="a" cx="10" cy="10" r="8"/><circle id="b" cx="28" cy="12" r="8"/><rect class="c" x="6" y="24" '
+    'width="9" height="9"/><rect style="fill:#808080;stroke:none" x="22" y="24" width="12" height="12" fill="red"/>',
+    "inheritance and currentColor": '<g fill="#808080" stroke="black" color="black"><rect x="4" y="4" width="14" '
+    'height="14"/><rect x="22" y="22" width="12" height="12" fill="currentColor"/></g>',
+    "clip path": '<clipPath id="k"><circle cx="20" cy="20" r="12"/><rect width="10" height="10"/></clipPath>'
+    '<rect x="2" y="2" width="30" height="36" clip-path="url(#k)"/>',
+    "hidden parts": '<g display="none"><rect width="40" height="40"/></g><rect width="9" height="9" '
+    'visibility="hidden"/><rect x="20" y="20" width="12" height="12" opacity="1"/><rect width="5" height="5" '
+    'fill-opacity="0"/>',
+    "units and percentages": '<rect x="10%" y="2mm" width="50%" height="10pt"/>',
+    "beyond the page": '<circle cx="0" cy="40" r="25"/><rect x="30" y="-20" width="40" height="30"/>',
+}
+
+
+def page(inside, head='viewBox="0 0 40 40"'):
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {head}>{inside}</svg>'
+
+
+def seen(file, side=40):
+    """What lies on each of side × rows squares of a drawing on white, from black 0 to white 1."""
+    # The green of each colour in place of its reflectance, as ``shown`` looks at green.
+    colours = {text: int(text[3:5], 16) / 255 for text in re.findall("#[0-9a-fA-F]{6}", Path(file).read_text())}
+    drawing = read_svg(file, width_um=float(side), palette=colours)
+    return squares(drawing, round(side * ratio(file)), side)
+
+
+def squares(shape, rows, cols):
+    """Mean reflectance of squares of 1 µm, by the visible edges."""
+    edges = arrange(camsim.Scene(background=1.0, shapes=[shape]))
+    value = np.array([np.mean(spectrum_at(spectrum, GREEN_NM)) for spectrum in edges.spectra])
+    corner = [0.5 * cols, 0.5 * rows]
+    step = value[edges.left] - value[edges.right]
+    return coverage(edges.start_um + corner, edges.end_um + corner, step, 1.0, rows, cols)
+
+
+def ratio(file):
+    with Image.open(io.BytesIO(bytes(resvg_py.svg_to_bytes(svg_path=str(file), dpi=96)))) as small:
+        return small.height / small.width
+
+
+def shown(file, side=40, finer=16):
+    """What resvg shows of it: the mean of finer pixels."""
+    data = bytes(resvg_py.svg_to_bytes(svg_path=str(file), width=side * finer, background="white", dpi=96))
+    with Image.open(io.BytesIO(data)) as picture:
+        pixels = np.asarray(picture.convert("RGB"), np.float64)[:, :, 1] / 255.0
+    rows = pixels.shape[0] // finer
+    return pixels[: rows * finer].reshape(rows, finer, side, finer).mean(axis=(1, 3))
+
+
+@pytest.mark.parametrize("name", list(CONSTRUCTS))
+def test_a_construct_looks_as_in_another_program(tmp_path, name):
+    file = tmp_path / "drawing.svg"
+    file.write_text(page(CONSTRUCTS[name]))
+    ours, theirs = seen(file), shown(file)
+    assert np.ptp(theirs) > 0.4
+    assert np.abs(ours - theirs).max() < 0.02
+    assert abs(ours.mean() - theirs.mean()) < 5e-4
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        'width="80" height="80" viewBox="0 0 40 40"',
+        'width="50.8mm" height="50.8mm" viewBox="-5 -5 50 50"',
+        'width="60" height="30" viewBox="0 0 40 40"',
+        'width="60" height="30" viewBox="0 0 40 40" preserveAspectRatio="xMinYMax slice"',
+        'width="60" height="30" viewBox="0 0 40 40" preserveAspectRatio="none"',
+        'width="40" height="40"',
+    ],
+)
+def test_the_page_is_placed_as_in_another_program(tmp_path, head):
+    file = tmp_path / "drawing.svg"
+    file.write_text(page('<path d="M2 2H30L10 38Z"/>', head))
+    ours, theirs = seen(file), shown(file)
+    assert ours.shape == theirs.shape
+    assert np.abs(ours - theirs).max() < 0.02
+
+
+def test_a_drawing_lies_where_it_is_put(tmp_path):
+    """A page of 40 × 20 shown 100 µm wide about (7, −3), turned by a quarter: the corner of its rectangle, exactly."""
+    file = tmp_path / "drawing.svg"
+    file.write_text(page('<rect x="30" y="0" width="10" height="5"/>', 'viewBox="0 0 40 20"'))
+    for size in ({"width_um": 100.0}, {"height_um": 50.0}):
+        (rectangle,) = flattened([read_svg(file, **size, centre_um=(7.0, -3.0))])
+        low_high = rectangle.layers[0][0].curves.boxes
+        np.testing.assert_allclose([*low_high[:, :2].min(axis=0), *low_high[:, 2:].max(axis=0)], [32, -28, 57, -15.5])
+    (turned,) = flattened([read_svg(file, width_um=100.0, centre_um=(7.0, -3.0), rotate_deg=90.0)])
+    low_high = turned.layers[0][0].curves.boxes
+    # The upper right corner of the page comes to its lower right: clockwise as displayed.
+    np.testing.assert_allclose([*low_high[:, :2].min(axis=0), *low_high[:, 2:].max(axis=0)], [19.5, 22, 32, 47])
+
+
+def test_fills_become_reflectances_by_palette_or_by_their_colour(tmp_path):
+    file = tmp_path / "drawing.svg"
+    file.write_text(page('<rect width="9" height="9" fill="RED"/><rect width="5" height="5" fill="#336699"/>'))
+    ours, blue = flattened([read_svg(file, width_um=40.0, palette={"#f00": 0.25})])
+    assert ours.reflectance == 0.25
+    assert blue.reflectance == camsim.scene.svg.colours.reflectance((0x33, 0x66, 0x99))
+
+
+def test_icons_that_others_drew():
+    """The toolbar of matplotlib: files of Inkscape and of hands, with metadata, groups, arcs and document types."""
+    icons = sorted(Path(matplotlib.get_data_path(), "images").glob("*.svg"))
+    opaque = [icon for icon in icons if not re.search(r"opacity[:=]\"?0?\.", icon.read_text())]
+    assert len(opaque) >= 10
+    for icon in opaque:
+        assert np.abs(seen(icon, side=24) - shown(icon, side=24)).max() < 0.03, icon
+
+
+def test_a_drawing_of_matplotlib_s_own(tmp_path):
+    """Defined glyphs that are used, clip paths, style rules, thousands of numbers."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(2.0, 1.5))
+    axes = figure.subplots()
+    axes.plot(np.linspace(0.0, 1.0, 50), np.linspace(-0.5, 0.5, 50) ** 2, color="black")
+    axes.set_title("MTF 0.5", fontsize=14)
+    figure.savefig(tmp_path / "plot.svg")
+    ours, theirs = seen(tmp_path / "plot.svg", side=96), shown(tmp_path / "plot.svg", side=96)
+    assert np.abs(ours - theirs).max() < 0.03
+
+
+def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
+    file = tmp_path / "qr.svg"
+    segno.make_qr("camsim", error="m", boost_error=False).save(str(file), border=4)
+    chart = camsim.charts.qr(text="camsim", width_um=29.0, dark=0.0, light=1.0)
+    np.testing.assert_allclose(seen(file, side=29), squares(chart, 29, 29), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is no XML: no element found"),
+        ("<svg", ":1:1: is no XML: unclosed token"),
+        ("<html/>", "holds no drawing: its first element is not <svg>"),
+        (page("", ""), "<svg>: has neither width and height nor a viewBox"),
+        (page("", 'viewBox="0 0 0 4"'), "its viewBox '0 0 0 4' must be four numbers with a size above 0"),
+        (page("\n<text>hi</text>"), ":2:1: <text>: letters are not supported; turn them into paths"),
+        (page('<image href="a.png"/>'), "<image>: pictures in a drawing are not supported"),
+        (page('<rect width="9" height="9" fill="url(#g)"/>'), "its fill 'url(#g)' is a gradient or a pattern"),
+        (page('<rect width="9" height="9" opacity=".5"/>'), "its opacity '.5' is not supported"),
+        (page('<rect width="9" height="9" fill="#ff000080"/>'), "the colour '#ff000080' is translucent"),
+        (page('<rect width="9" height="9" fill="no-such"/>'), "'no-such' is no colour"),
+        (page('<rect width="9em" height="9"/>'), "'9em' is no length; give a number, or one of px, pt"),
+        (page('<path d="M0 0 L1"/>'), "the path data 'M0 0 L1' … are cut short or damaged"),
+        (page('<path d="M0 0 L1 $"/>'), "the path data hold '$'"),
+        (page('<g transform="twist(3)"/>'), "the transform twist(3) is not understood"),
+        (page('<use href="other.svg#a"/>'), "refers to 'other.svg#a', outside this file"),
+        (page('<use href="#a"/>'), "refers to '#a', which is not there"),
+        (page('<g id="a"><use href="#a"/></g>'), "uses itself by way of '#a'"),
+        (page("<script>x</script>"), "scripts are not run"),
+        (page("<style>@import 'a.css';</style>"), "@import is not understood"),
+        (page("<style>a > b{fill:red}</style>"), "the selector 'a > b' is not understood"),
+        ("<?xml-stylesheet href='a.css'?>" + page(""), "takes its style from another file"),
+        (
+            '<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>' + page("<path d='&b;'/>"),
+            "declares the entity 'a'",
+        ),
+        ('<!DOCTYPE svg [<!ENTITY x SYSTEM "file:///etc/passwd">]>' + page("&x;"), "declares the entity 'x'"),
+        (page("<g>" * 200 + "</g>" * 200), "elements lie more than 100 deep"),
+        (page('<path d="M0 0' + " 1 1" * 600_000 + '"/>'), "hold more than 1000000 numbers"),
+        (
+            page(
+                '<g id="a0"><rect width="1" height="1"/></g>'
+                + "".join(f'<g id="a{i}">' + f'<use href="#a{i - 1}"/>' * 10 + "</g>" for i in range(1, 9))
+            ),
+            "draws more than 100000 elements",
+        ),
+    ],
+    ids=range(27),
+)
+def test_what_cannot_be_shown_is_named_with_its_element_and_line(tmp_path, text, message):
+    file = tmp_path / "drawing.svg"
+    file.write_text(text)
+    with pytest.raises(CamsimError) as refused:
+        read_svg(file, width_um=100.0)
+    (sentence,) = str(refused.value).splitlines()
+    assert message in sentence
+    assert "drawing.svg" in sentence
