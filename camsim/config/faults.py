@@ -175,7 +175,7 @@ def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
     # A key of another kind is no misspelling of one of this kind.
     others = [other for other in holder.tables() if key in other.model_fields]
     if kinds := [word for other in others for word in get_args(other.model_fields["kind"].annotation)]:
-        return f"unknown key of this kind; it is one of kind {either(kinds)}"
+        return f"unknown key of this kind; it is one of kind {either(list(dict.fromkeys(kinds)))}"
     allowed = [name for name in table.model_fields if name != "source"]
     if near := meant(key, allowed):
         description = table.model_fields[near].description

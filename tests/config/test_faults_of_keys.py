@@ -50,7 +50,10 @@ FAULTS = {
     "key of another shape": (
         "radius: 3,",
         "radius: 3, width: 4,",
-        ["scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle"],
+        [
+            "scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle, line, "
+            "chart or svg"
+        ],
     ),
     "missing key": (
         "{time_s: 0.01, iso: 200}",
@@ -199,8 +202,7 @@ FAULTS = {
         "kind: disc, radius: 3,",
         "kind: circle, r: 3,",
         [
-            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'circle'; did you mean "
-            "'disc'?",
+            f"scene.yaml:15:14: scene.shapes.2.kind: must be {KINDS}, not 'circle'; did you mean 'disc'?",
             "scene.yaml:15:22: scene.shapes.2.r: unknown key; did you mean 'radius'? (in the scene's unit)",
         ],
     ),
