@@ -9,11 +9,6 @@ import pytest
 from camsim.capturing import load
 from camsim.errors import ConfigError
 
-KINDS = (
-    "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
-    "repeat-on-grid or repeat-on-ring"
-)
-
 # What is replaced in the good file of conftest.py, by what, and the messages.
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
@@ -51,7 +46,8 @@ FAULTS = {
         "radius: 3,",
         "radius: 3, width: 4,",
         [
-            "scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle, line, chart or svg"
+            "scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle, line, "
+            "chart or svg"
         ],
     ),
     "missing key": (
@@ -201,9 +197,7 @@ FAULTS = {
         "kind: disc, radius: 3,",
         "kind: circle, r: 3,",
         [
-            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon, regular-polygon, star, disc, ellipse, "
-            "ring, sector, half-plane, path, line, text, group, repeat-on-grid, repeat-on-ring, chart or svg, not "
-            "'circle'; did you mean 'disc'?",
+            f"scene.yaml:15:14: scene.shapes.2.kind: must be {KINDS}, not 'circle'; did you mean 'disc'?",
             "scene.yaml:15:22: scene.shapes.2.r: unknown key; did you mean 'radius'? (in the scene's unit)",
         ],
     ),

@@ -1,0 +1,67 @@
+"""Curved shapes keep the tolerance at every decade: discs, rings and ellipses against integrals in one dimension."""
+
+import numpy as np
+import pytest
+from scipy import integrate, special
+
+import camsim
+from tests.truth import closed_forms
+
+DECADES = [10.0**-k for k in range(2, 10)]
+
+
+def seen(shapes, lens, place, tolerance):
+    """What a point sees of white shapes on black."""
+    found = camsim.render(
+        camsim.Scene(background=0.0, shapes=[camsim.Group(shapes=shapes, move_um=(-place[0], -place[1]))]),
+        [lens],
+        camsim.Grid(rows=1, cols=1, pitch_um=1.0),
+        wavelength_nm=1000.0,
+        tolerance=tolerance,
+    )
+    assert found.error_estimate <= tolerance
+    return found.image[0, 0]
+
+
+def gaussian_ellipse(a, b, place, sigma):
+    """A Gaussian over an ellipse: strips along y are error functions, and x = a·sin φ has no root at its ends."""
+
+    def strip(phi):
+        x, high = a * np.sin(phi), b * np.cos(phi)
+        across = special.erf((high - place[1]) / (np.sqrt(2.0) * sigma)) + special.erf(
+            (high + place[1]) / (np.sqrt(2.0) * sigma)
+        )
+        along = np.exp(-0.5 * ((x - place[0]) / sigma) ** 2) / (np.sqrt(2.0 * np.pi) * sigma)
+        return 0.5 * across * along * a * np.cos(phi)
+
+    middle = np.arcsin(np.clip(place[0] / a, -1.0, 1.0))
+    return integrate.quad(strip, -np.pi / 2, np.pi / 2, points=[middle], epsabs=1e-13, epsrel=1e-13, limit=400)[0]
+
+
+@pytest.mark.parametrize("tolerance", DECADES)
+def test_an_ellipse(tolerance):
+    for place in ((5.8, 0.3), (1.0, 2.1)):
+        own = camsim.Ellipse(radius_x_um=6.0, radius_y_um=2.0, reflectance=1.0)
+        turned = np.array([[0.6, -0.8], [0.8, 0.6]]) @ place
+        upright = camsim.Group(shapes=[own], turn_deg=np.degrees(np.arctan2(0.8, 0.6)))
+        expected = gaussian_ellipse(6.0, 2.0, place, 0.7)
+        lens = camsim.Gaussian(sigma_um=0.7)
+        assert seen([upright], lens, turned, tolerance) == pytest.approx(expected, abs=tolerance)
+
+
+@pytest.mark.parametrize("tolerance", DECADES)
+def test_a_disc_and_a_ring(tolerance):
+    """The ring's hole is painted over by a disc of its very size: nothing shows between them."""
+    lens = camsim.Airy(f_number=1.0)
+    disc, ring = (
+        camsim.Disc(radius_um=5.0, reflectance=1.0),
+        camsim.Ring(radius_um=9.0, inner_radius_um=5.0, reflectance=1.0),
+    )
+    for distance in (4.6, 9.3):
+        inner, outer = (closed_forms.disc_by_frequencies(radius, 1.0, distance) for radius in (5.0, 9.0))
+        place = (0.6 * distance, 0.8 * distance)
+        assert seen([disc], lens, place, tolerance) == pytest.approx(inner, abs=tolerance)
+        assert seen([ring], lens, place, tolerance) == pytest.approx(outer - inner, abs=tolerance)
+        grey = camsim.Disc(radius_um=5.0, reflectance=0.5)
+        together = seen([camsim.Disc(radius_um=9.0, reflectance=0.2), ring, grey], lens, place, tolerance)
+        assert together == pytest.approx(outer - 0.5 * inner, abs=tolerance)
