@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo gallery test test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
+.PHONY: demo gallery test dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -19,8 +19,11 @@ demo: $(READY)  ## capture the slanted edge with the D40-like sensor into out/
 gallery: $(READY)  ## every shipped scene as a picture, with its file and its twin in Python, into docs/gallery.md
 	$(BIN)/python -m bench.gallery
 
+# Tests run on up to four processes side by side; they share nothing but the kernel cache.
+SIDE_BY_SIDE := -n auto --maxprocesses 4 --dist worksteal
+
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE)
 
 test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing one is a failure, never a skip
 	(for program in exiftool dcraw dcraw_emu rawtherapee-cli darktable-cli exrheader chromium; do \
@@ -28,11 +31,15 @@ test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing
 	  { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
 	    libimage-exiftool-perl dcraw libraw-bin rawtherapee darktable openexr chromium >/dev/null; }
 	$(BIN)/python -m pip install --quiet --editable '.[clients]'
-	$(BIN)/python -m pytest -m clients
+	$(BIN)/python -m pytest -m clients $(SIDE_BY_SIDE)
 
 test-bounds: $(READY)  ## the kernels with every array index checked (compiled apart, a minute)
 	NUMBA_BOUNDSCHECK=1 NUMBA_CACHE_DIR=$(VENV)/bounds-checked $(BIN)/python -m pytest -q \
 	  tests/convergence/test_random_scenes.py tests/analytic/test_rendering_truth.py
+
+dist-check: $(READY)  ## build the wheel and the sdist, install each where nothing else is, try them; a quarter of an hour
+	$(BIN)/python -m pip install --quiet build
+	$(BIN)/python bench/dist_check.py $(TESTS)
 
 attack: $(READY)  ## random systems against independent truths, ten minutes; SEED=… COUNT=… draws others (docs/attack.md)
 	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --seconds 600 \

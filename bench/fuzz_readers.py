@@ -1,4 +1,4 @@
-"""Mutated files through ``camsim info``, ``info --json``, ``measure mtf`` and ``recapture``.
+"""Mutated files through ``camsim info``, ``info --full``, ``info --json``, ``measure mtf`` and ``recapture``.
 
 python bench/fuzz_readers.py [COUNT] [SEED] [FOLDER]   (20 000 files unless said otherwise, seed 1)
 
@@ -149,6 +149,7 @@ def commands(victim: Path, measure: tuple[str, ...], folder: Path) -> dict[str, 
         again += ["-o", str(folder / "again.dng")]
     return {
         "info": ["info", name],
+        "info --full": ["info", "--full", name],
         "info --json": ["info", "--json", name],
         "measure": ["measure", "mtf", name, *measure],
         "recapture": again,

@@ -1,24 +1,34 @@
 """What ``import camsim`` gives; the names load when they are first used."""
 
+from . import bench as bench
+from . import measure as measure
 from .camera import Camera as Camera
 from .capturing import capture as capture
+from .capturing import load as load
 from .errors import CamsimError as CamsimError
 from .exposing import Capture as Capture
 from .files import save as save
 from .frame import Frame as Frame
+from .frame import Report as Report
 from .optics import Airy as Airy
 from .optics import AnnularAiry as AnnularAiry
 from .optics import CircularPhotosite as CircularPhotosite
 from .optics import EllipticalGaussian as EllipticalGaussian
 from .optics import FourSpotOlpf as FourSpotOlpf
 from .optics import Gaussian as Gaussian
+from .optics import Lens as Lens
+from .optics import LowPass as LowPass
+from .optics import MeasuredOtf as MeasuredOtf
 from .optics import MeasuredPsf as MeasuredPsf
+from .optics import OpticalStage as OpticalStage
+from .optics import PhotositeShape as PhotositeShape
 from .optics import PolygonPhotosite as PolygonPhotosite
 from .optics import Pupil as Pupil
 from .optics import RadialOtf as RadialOtf
 from .optics import RectangularPhotosite as RectangularPhotosite
 from .optics import RoundedPhotosite as RoundedPhotosite
 from .optics import SquarePhotosite as SquarePhotosite
+from .optics import TwoSpotOlpf as TwoSpotOlpf
 from .optics import Wavefront as Wavefront
 from .rendering import Grid as Grid
 from .rendering import Rendering as Rendering
@@ -50,6 +60,7 @@ from .sensor.exposure import Exposure as Exposure
 from .sensor.falloff import Cos4Falloff as Cos4Falloff
 from .sensor.falloff import RadialFalloff as RadialFalloff
 from .sensor.quantum_efficiency import QuantumEfficiency as QuantumEfficiency
+from .sensor.stage import Context as Context
 from .sensor.stage import ElectronicStage as ElectronicStage
 from .sensor.stage import Phase as Phase
 from .sensor.stages.blooming import Blooming as Blooming

@@ -6,19 +6,21 @@ import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Self
+from typing import Annotated, Self, TypeAlias, Unpack
 
 import numpy as np
 from annotated_types import MinLen
 
 from camsim.arrays import F64
-from camsim.optics import FourSpotOlpf, Lens, OpticalSystem, PhotositeShape
+from camsim.marks import Called
+from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
+from camsim.optics.own import check_own
 from camsim.rendering import Grid
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.conversion_gain import DualGain
-from camsim.sensor.electronics import Electronics
+from camsim.sensor.electronics import ElectronicChanges, Electronics
 from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
 from camsim.sensor.falloff import Falloff, Magnification, working_f_number
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
@@ -27,8 +29,36 @@ from camsim.sensor.stages.full_well import FullWell
 from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.spectra.curve import Curve, Filter, Spectrum
 from camsim.spectra.light import Light, LightSamples
-from camsim.typed import Count, Positive, Seed, Several, check, refusal
+from camsim.typed import Count, Positive, Seed, Several, check, refusal, spelled_out
 from camsim.window import Region, grid_of
+
+OwnLens: TypeAlias = Annotated[
+    Lens, Called("a lens", "such as Airy(f_number=8); one of your own has f_number, transmission and otf")
+]
+Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as SquarePhotosite(side_um=…)")]
+Blur: TypeAlias = Annotated[OpticalStage, Called("a stage with otf(fx_per_um, fy_per_um, wavelength_nm)")]
+Olpf: TypeAlias = Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")]
+
+
+class Changes(ElectronicChanges, total=False):
+    """What ``replace`` may exchange: the fields of ``Body``."""
+
+    name: Annotated[str, MinLen(1)]
+    serial: Seed
+    rows: Count
+    cols: Count
+    pitch_um: Positive
+    lens: OwnLens
+    olpf: Olpf | None
+    photosite: Photosite
+    cfa: Cfa
+    quantum_efficiency: QuantumEfficiency
+    filters: Several[Filter]
+    magnification: Magnification
+    falloff: Falloff | None
+    dual_gain: DualGain | None
+    adc: Adc
+    extra_optics: Several[Blur]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +71,7 @@ class Body(Electronics):
     filters    : in front of the sensor (infrared cut, grey, colour): fractions that pass, all of them multiply
     magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
     falloff    : light towards the corners, relative to the axis
+    extra_optics : blurs of one's own besides the lens (docs/developers.md), such as a haze
     """
 
     name: Annotated[str, MinLen(1)] = "camera"
@@ -48,9 +79,9 @@ class Body(Electronics):
     rows: Count
     cols: Count
     pitch_um: Positive
-    lens: Lens
-    olpf: FourSpotOlpf | None = None
-    photosite: PhotositeShape
+    lens: OwnLens
+    olpf: Olpf | None = None
+    photosite: Photosite
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
     filters: Several[Filter] = ()
@@ -58,9 +89,14 @@ class Body(Electronics):
     falloff: Falloff | None = None
     dual_gain: DualGain | None = None
     adc: Adc
+    extra_optics: Several[Blur] = dataclasses.field(default=(), metadata={"described": "if any"})
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for key in ("lens", "olpf", "photosite"):
+            check_own(getattr(self, key), key)
+        for blur in self.extra_optics:
+            check_own(blur, "extra_optics")
         check(self.lens.f_number, Positive, "f_number", type(self.lens).__name__)
         known = self.quantum_efficiency.channels
         if missing := [letter for letter in self.cfa.channels if letter not in known]:
@@ -73,7 +109,8 @@ class Body(Electronics):
         if not self.photosite.area_um2 > 0.0:
             raise refusal(self, "photosite", "has no area and sees no light; give one with a side above 0")
 
-    def replace(self, **changes: Any) -> Self:
+    @spelled_out(Changes)
+    def replace(self, **changes: Unpack[Changes]) -> Self:
         """Return a camera with some stages exchanged, such as ``replace(olpf=None)``."""
         return dataclasses.replace(self, **changes)
 
@@ -84,9 +121,9 @@ class Body(Electronics):
 
     @property
     def optics(self) -> OpticalSystem:
-        """Lens (at its working f-number), OLPF and photosite as one."""
+        """Lens (at its working f-number), blurs of one's own, OLPF and photosite as one."""
         lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
-        return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite)
+        return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite, more=tuple(self.extra_optics))
 
     def _open_curves(self) -> Iterator[tuple[str, Curve]]:
         """Yield the curves that do not say what lies beyond their tables, each with the parameter that it is in."""

@@ -16,11 +16,14 @@ from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
 from camsim.typed import Several
 from camsim.window import Region
+from camsim.words import brief
 
 
 @dataclass(frozen=True, kw_only=True)
 class Camera(Body):
     """A lens and a sensor, stage by stage; a stage that is None is left out. Its fields are those of ``Body``."""
+
+    __repr__ = brief
 
     @classmethod
     def from_yaml(cls, sensor: str | os.PathLike[str], *, lens: Lens) -> Camera:

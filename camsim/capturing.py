@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from camsim.camera import Camera
-from camsim.config import build, build_sensor, coverage, library, memory, overrides, schema, yaml_source
+from camsim.config import build, build_sensor, coverage, csv_curves, library, memory, overrides, schema, yaml_source
 from camsim.config.build_sensor import SensorDocument
 from camsim.config.build_shapes import SceneDocument
 from camsim.config.judged import Judged
 from camsim.config.overrides import Override
+from camsim.config.sensor_search import SensorSearch
 from camsim.config.tree import MOST_FAULTS
-from camsim.errors import CamsimError, ConfigError, Fault
+from camsim.errors import CamsimError, ConfigError, Fault, InvalidValueError
 from camsim.exposing import Capture, Progress
 from camsim.frame import Frame
 from camsim.optics import Lens
@@ -31,6 +32,7 @@ def capture(
     overrides: Iterable[str] = (),
     seed: int | None = None,
     products: Collection[str] = ("mosaic",),
+    sensors: Iterable[PathOrName] = (),
     progress: Progress | None = None,
 ) -> Frame:
     """Take the picture that a scene file describes.
@@ -40,11 +42,12 @@ def capture(
     overrides  such as "exposure.iso=800" or "sensor.olpf=null", as ``camsim capture --set``
     seed       of the noise, instead of the scene's
     products   what the frame is to hold: "mosaic", "electrons", "truth", "preview"
+    sensors    folders in which sensors are looked for by name, before CAMSIM_PATH, the scene's folder and the shipped
     progress   called with (stage, fraction done)
 
     Raises ConfigError with every fault of the files and the overrides.
     """
-    ready = load(scene, sensor=sensor, overrides=overrides, seed=seed, products=products)
+    ready = load(scene, sensor=sensor, overrides=overrides, seed=seed, products=products, sensors=sensors)
     return ready.frame(products=products, progress=progress)
 
 
@@ -55,6 +58,7 @@ def load(
     overrides: Iterable[str] = (),
     seed: int | None = None,
     products: Collection[str] = ("mosaic",),
+    sensors: Iterable[PathOrName] = (),
     held: bool = True,
 ) -> Capture:
     """Read and judge everything that a capture needs, and take no picture yet; see ``capture``.
@@ -68,7 +72,8 @@ def load(
     judged = located and _collected(faults, lambda: _read(located, changes, schema.SceneFile))
     if not located or not judged:
         raise ConfigError(_in_order(faults))
-    body = _collected(faults, lambda: _sensor_of(judged, sensor, changes))
+    search = _collected(faults, lambda: _search(sensors, judged.document.folder))
+    body = None if search is None else _collected(faults, lambda: _sensor_of(judged, sensor, changes, search))
     ready = _capture(judged, body, Path(located.path).stem, seed, products, held=held)
     faults += [*judged.faults, *(body.faults if body else ())]
     if faults or ready is None:
@@ -76,10 +81,13 @@ def load(
     return ready
 
 
-def load_camera(sensor: PathOrName, *, lens: Lens, overrides: Iterable[str] = ()) -> Camera:
-    """Make a camera of a sensor file (a path or a shipped name) and a lens."""
+def load_camera(
+    sensor: PathOrName, *, lens: Lens, overrides: Iterable[str] = (), sensors: Iterable[PathOrName] = ()
+) -> Camera:
+    """Make a camera of a sensor file (a path, or a name as ``camsim list sensors`` has it) and a lens."""
     changes, faults = _parsed(overrides)
-    judged = _collected(faults, lambda: _sensor(os.fspath(sensor), changes, asked_by="sensor"))
+    search = _collected(faults, lambda: _search(sensors, Path()))
+    judged = search and _collected(faults, lambda: _sensor(os.fspath(sensor), changes, search, asked_by="sensor"))
     camera = judged and build_sensor.camera(judged, lens)
     faults += judged.faults if judged else []
     if faults or not camera:
@@ -149,10 +157,19 @@ def _refuse_what_does_not_fit(
         sensor.refuse(("frame",), message + "capture a region of it")
 
 
-def _sensor_of(scene: SceneDocument, sensor: PathOrName | None, changes: Iterable[Override]) -> SensorDocument | None:
+def _search(folders: Iterable[PathOrName], beside: Path) -> SensorSearch:
+    try:
+        return SensorSearch.of(folders, beside)
+    except InvalidValueError as error:
+        raise ConfigError([Fault(error.key, 0, 0, "", error.message)]) from None
+
+
+def _sensor_of(
+    scene: SceneDocument, sensor: PathOrName | None, changes: Iterable[Override], search: SensorSearch
+) -> SensorDocument | None:
     """Read the sensor of a capture: the flag's, or else the scene's."""
     if sensor is not None:
-        return _sensor(os.fspath(sensor), changes, asked_by="--sensor")
+        return _sensor(os.fspath(sensor), changes, search, asked_by="--sensor")
     name, node = scene.value(("sensor",)), scene.document.find(("sensor",))
     if name is None:
         scene.refuse(("sensor",), "missing; name one (camsim list sensors) or use --sensor")
@@ -162,16 +179,16 @@ def _sensor_of(scene: SceneDocument, sensor: PathOrName | None, changes: Iterabl
     def find() -> library.Located:
         # An override is the user's own word: its paths begin where the user stands.
         if not node.place.line:
-            return library.locate("sensor", name)
-        return library.locate_beside("sensor", name, scene.document.folder)
+            return search.locate_path_or_name(name)
+        return search.locate_beside(name)
 
     located = scene.build(("sensor",), find)
     return None if located is None else _read(located, changes, schema.SensorFile)
 
 
-def _sensor(name: str, changes: Iterable[Override], *, asked_by: str) -> SensorDocument:
+def _sensor(name: str, changes: Iterable[Override], search: SensorSearch, *, asked_by: str) -> SensorDocument:
     try:
-        located = library.locate("sensor", name)
+        located = search.locate_path_or_name(name)
     except ConfigError:
         raise
     except CamsimError as error:
@@ -183,7 +200,7 @@ def _read(located: library.Located, changes: Iterable[Override], model: type[M])
     of_sensor = issubclass(model, schema.SensorFile)
     document = yaml_source.read(located.path, located.shown)
     mine = [change for change in changes if change.of_sensor == of_sensor]
-    return Judged.of(overrides.apply(document, mine, model), model)
+    return Judged.of(csv_curves.read_in(overrides.apply(document, mine, model), model), model)
 
 
 def _parsed(texts: Iterable[str]) -> tuple[list[Override], list[Fault]]:

@@ -28,6 +28,17 @@ def describe(value: Any) -> Any:
         return [describe(v) for v in value]
     if isinstance(value, np.generic):
         return describe(value.item())
+    if isinstance(value, np.ndarray):
+        return describe(value.tolist())
+    if isinstance(value, complex):
+        return describe((value.real, value.imag) if value.imag else value.real)
     if isinstance(value, float) and value.is_integer():
         return int(value)  # 5000 and 5000.0 are the same light, whichever way it was written
-    return value
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    # What a stage of one's own may hold besides numbers: a function, say.
+    return getattr(value, "__qualname__", type(value).__qualname__)
+
+
+OWN_STAGES = "not_reproducible_by_camsim_alone"
+"""Where a description names the stages of one's own that a capture was taken with."""

@@ -119,11 +119,58 @@ def did_you_mean(name: str, known: Iterable[str], shown: int = 12) -> str:
     return text.replace("; (", " (")
 
 
+# Other people's words for names that camsim has fixed.
+_OTHER_NAMES = {
+    "auto": "automatic",
+    "boundary": "edges exact analytic",
+    "bayer": "rggb bggr grbg gbrg rgb",
+    "circular": "circle disc disk round",
+    "D65": "daylight",
+    "A": "tungsten incandescent",
+    "E": "equal-energy equal",
+    "disc": "circle disk round dot",
+    "energy": "energies radiant watts",
+    "fourier": "fft dft",
+    "four-spot": "4-spot quad",
+    "gaussian": "gauss normal",
+    "hold": "nearest edge extend constant clamp",
+    "letters": "custom own",
+    "mm": "millimeter millimeters millimetre millimetres",
+    "mono": "monochrome monochromatic gray grey",
+    "mosaic": "raw bayer",
+    "photon": "photons quanta quantum",
+    "pixel": "px pixels photosite photosites pitch",
+    "polygon": "poly triangle",
+    "preview": "jpg jpeg rgb srgb",
+    "quad-bayer": "tetracell quadbayer",
+    "rectangle": "rect square box",
+    "rectangular": "rect rectangle box",
+    "scene": "object",
+    "sensor": "camera body image",
+    "square": "quadratic",
+    "truth": "groundtruth ground-truth gt reference",
+    "two-spot": "2-spot double",
+    "um": "µm μm micron microns micrometer micrometers micrometre micrometres",
+    "x-trans": "xtrans fuji fujifilm",
+    "zero": "none dark black",
+}
+_OTHER_WORDS = {"gray": "neutral", "grey": "neutral"}
+_LEAST_BEGINNING = 2
+
+
 def nearest(name: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Return up to three names that are like one, the likeliest first."""
+    """Return up to three names that are meant, perhaps, the likeliest first: by other words, beginnings or letters.
+
+    >>> nearest("d40", ["d40-like", "mono-345"]), nearest("px", ["pixel", "um"]), nearest("Gray", ["neutral 5"])
+    (('d40-like',), ('pixel',), ('neutral 5',))
+    """
     lowered = {n.lower(): n for n in known}
-    alike = difflib.get_close_matches(name.lower(), lowered, n=max(len(lowered), 1), cutoff=0.6)
-    return tuple(lowered[m] for m in sorted(alike, key=lambda m: _unlikeness(name.lower(), m))[:3])
+    wanted = " ".join(_OTHER_WORDS.get(word, word) for word in name.lower().split())
+    if other := [n for n in lowered.values() if wanted in _OTHER_NAMES.get(n, "").split()]:
+        return tuple(other)
+    begun = [low for low in lowered if len(wanted) >= _LEAST_BEGINNING and low.startswith(wanted)]
+    alike = begun or difflib.get_close_matches(wanted, lowered, n=max(len(lowered), 1), cutoff=0.6)
+    return tuple(lowered[m] for m in sorted(alike, key=lambda m: _unlikeness(wanted, m))[:3])
 
 
 def _unlikeness(name: str, known: str) -> tuple[float, float]:

@@ -11,29 +11,32 @@ from typing import Annotated, Any, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F32, F64, U8, U16
+from camsim.arrays import F64, U16
 from camsim.body import Body
-from camsim.description import describe
+from camsim.description import OWN_STAGES, describe
 from camsim.errors import InvalidValueError
 from camsim.frame import ChannelSignal, Frame, Report, check_products
+from camsim.lit import Lit, Window
 from camsim.marks import Called
+from camsim.notes import Setting, notes_after, notes_before
+from camsim.optics.own import own_stages
 from camsim.regrouped import Regrouped
 from camsim.rendering import Grid, Rendering
 from camsim.rendering.auto import Choice
 from camsim.rendering.cube import MOST_PLANES, SpectralCube, radiance_cube
 from camsim.rendering.render import plan_render
 from camsim.rendering.running import carry_out
-from camsim.reporting import Clock, Signals, accuracy_notes, notes, sentence, wavelengths
+from camsim.reporting import Clock, Signals, accuracy_notes, wavelengths
 from camsim.scene import Scene
-from camsim.sensor.chain import mixed, random_numbers, record
+from camsim.sensor.chain import random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
-from camsim.sensor.falloff import falloff_at
 from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
 from camsim.typed import Positive, Seed, Several, judge, refusal
-from camsim.window import Region, rows_of, widened
+from camsim.window import Region
+from camsim.words import brief
 
 Progress = Callable[[str, float], None]
 Method: TypeAlias = Literal["auto", "boundary", "fourier"]
@@ -75,6 +78,8 @@ class Capture:
     spectral_nm: Several[Positive] | None = None
     scene_name: str = "scene"
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         judge(self)
         nodes_nm = self.spectral_nm
@@ -82,6 +87,7 @@ class Capture:
             raise refusal(self, "spectral_nm", f"{len(nodes_nm)} wavelengths; give 1 to {MOST_PLANES}")
         if nodes_nm is not None and any(after <= before for before, after in pairwise(nodes_nm)):
             raise refusal(self, "spectral_nm", "wavelengths must increase, each given once")
+        self.camera.grid(self.region)  # refuses a window that leaves the frame
         object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
     @functools.cached_property
@@ -90,9 +96,9 @@ class Capture:
         return self.camera.grid(self.region)
 
     @functools.cached_property
-    def wide(self) -> Grid:
-        """What is rendered: crosstalk brings in what the window's neighbours see."""
-        return self.grid if self.camera.crosstalk is None else widened(self.grid)
+    def window(self) -> Window:
+        """The photosites that take part: the window's, and with crosstalk their neighbours."""
+        return Window(camera=self.camera, grid=self.grid)
 
     @functools.cached_property
     def samples(self) -> LightSamples:
@@ -121,15 +127,36 @@ class Capture:
         """The electronic stages that act."""
         return self.camera.electronics(self.exposure.iso, noise=self.noise)
 
+    @property
+    def own_stages(self) -> tuple[str, ...]:
+        """The names of the stages of one's own, which nobody has who reads a file of the capture."""
+        return own_stages((*self.camera.optics.stages, *self.camera.stages))
+
     def plan(self) -> Choice:
         """Decide how the scene is rendered, and render nothing."""
+        return self._plan(self.tolerance)
+
+    def notes(self, choice: Choice, products: Collection[str] = ("mosaic",)) -> tuple[str, ...]:
+        """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
+        setting = Setting(
+            camera=self.camera,
+            scene=self.scene,
+            exposure=self.exposure,
+            time_s=self.time_s,
+            light=self.light,
+            noise=self.noise,
+            mean_wanted="truth" in products,
+        )
+        return tuple(notes_before(setting, choice, self._plan))
+
+    def _plan(self, tolerance: float) -> Choice:
         return plan_render(
             self.scene,
             self.camera.optics,
-            self.wide,
+            self.window.wide,
             response=self.camera.electrons_per_reflectance(self.samples, self.time_s),
             wavelength_nm=self.samples.wavelength_nm,
-            tolerance=self.tolerance,
+            tolerance=tolerance,
             method=self.method,
         )
 
@@ -151,16 +178,17 @@ class Capture:
         check_products(products)
         clock = Clock()
         choice, cube = self.plan(), self._cube(products)
+        notes = self.notes(choice, products)
         clock.lap("light")
         rendering = carry_out(
             choice,
-            self._channel(self.wide),
+            self.window.channel(self.window.wide),
             every_channel="truth" in products,
             strict=self.strict,
             progress=progress,
         )
-        lit = self._lit(rendering.image, 0)
-        truth = self._truth(rendering, lit.shown_e)
+        lit = self.window.lit(rendering.image, 0)
+        truth = self.window.truth(rendering.planes, lit.shown_e)
         clock.lap("render")
         for frame_number in range(self.frame_number, self.frame_number + count):
             signals = Signals(self.camera.cfa.channels, self.white_level_dn)
@@ -173,7 +201,7 @@ class Capture:
                 channel_index=lit.channel,
                 spectral=cube,
                 frame_number=frame_number,
-                report=self._report(rendering, clock.seconds, signals.all()),
+                report=self._report(rendering, clock.seconds, signals.all(), notes),
             )
             clock = Clock()
 
@@ -202,7 +230,7 @@ class Capture:
 
         def record_rows(image: F64) -> None:
             nonlocal passed
-            lit = self._lit(image, passed)
+            lit = self.window.lit(image, passed)
             clock.lap("render")
             _, codes = self._recorded(lit, self.frame_number, clock, signals)
             take(codes)
@@ -211,9 +239,9 @@ class Capture:
 
         # Noise is drawn in blocks of rows; blooming runs over all of them.
         together = self.grid.rows if self.camera.needs_whole_window else BLOCK_ROWS
-        regrouped = Regrouped(record_rows, together=together, overlap=self.wide.rows - self.grid.rows)
+        regrouped = Regrouped(record_rows, together=together, overlap=self.window.wide.rows - self.grid.rows)
         rendering = carry_out(
-            choice, self._channel(self.wide), take=regrouped.add, strict=self.strict, progress=progress
+            choice, self.window.channel(self.window.wide), take=regrouped.add, strict=self.strict, progress=progress
         )
         regrouped.finish()
         none = np.empty((0, self.grid.cols))
@@ -226,11 +254,8 @@ class Capture:
             spectral=cube,
             passed_rows=passed,
             frame_number=self.frame_number,
-            report=self._report(rendering, clock.seconds, signals.all()),
+            report=self._report(rendering, clock.seconds, signals.all(), self.notes(choice, products)),
         )
-
-    def _channel(self, grid: Grid) -> U8:
-        return self.camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)
 
     def _cube(self, products: Collection[str]) -> SpectralCube | None:
         if "spectral" not in products:
@@ -246,41 +271,7 @@ class Capture:
             strict=self.strict,
         )
 
-    def _lit(self, image: F64, rows_before: int) -> _Lit:
-        """Return rows as they are lit: of the rendered image, from a row of the window on."""
-        grid = rows_of(self.wide, rows_before, len(image))
-        # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
-        mean_e = np.maximum(image, 0.0, out=image)
-        if self.camera.falloff is not None:
-            mean_e = mean_e * self._falloff(grid)
-        shown_e = mean_e if self.camera.crosstalk is None else mixed(mean_e, self.camera.crosstalk)
-        channel = self._channel(rows_of(self.grid, rows_before, len(shown_e)))
-        return _Lit(rows_before=rows_before, mean_e=mean_e, shown_e=shown_e, channel=channel)
-
-    def _falloff(self, grid: Grid) -> F64:
-        assert self.camera.falloff is not None
-        return falloff_at(
-            self.camera.falloff,
-            shape=(grid.rows, grid.cols),
-            first_centre=grid.first_centre,
-            pitch_um=self.camera.pitch_um,
-        )
-
-    def _truth(self, rendering: Rendering, mean_electrons: F64) -> F32 | None:
-        """Return (rows, cols, channels) of the window; each photosite's own channel is its ``mean_electrons``."""
-        if rendering.planes is None:
-            return None
-        planes = np.maximum(rendering.planes, 0.0, out=rendering.planes)
-        if self.camera.falloff is not None:
-            planes *= self._falloff(self.wide)
-        truth = np.empty((self.grid.rows, self.grid.cols, len(planes)), np.float32)
-        own, crosstalk = self._channel(self.grid), self.camera.crosstalk
-        for k in range(len(planes)):
-            plane = planes[k] if crosstalk is None else crosstalk.seen_by(k, planes, self.camera.cfa)
-            truth[..., k] = np.where(own == k, mean_electrons, plane)
-        return truth
-
-    def _recorded(self, lit: _Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
+    def _recorded(self, lit: Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
         """Return rows as they are read, every electronic stage applied, and their codes."""
         row, col = self.grid.origin
         electrons = record(lit.mean_e, self.electronics, self._context(frame_number, lit.rows_before))
@@ -342,16 +333,24 @@ class Capture:
                     "noise": self.noise,
                     "colour_matrix": self.colour_matrix,
                     "spectral_nm": self.spectral_nm,
+                    **({OWN_STAGES: own} if (own := self.own_stages) else {}),
                 }
             ),
         )
 
-    def _report(self, rendering: Rendering, seconds: Mapping[str, float], signal: tuple[ChannelSignal, ...]) -> Report:
-        camera, iso = self.camera, self.exposure.iso
+    def _report(
+        self,
+        rendering: Rendering,
+        seconds: Mapping[str, float],
+        signal: tuple[ChannelSignal, ...],
+        notes: tuple[str, ...],
+    ) -> Report:
+        camera = self.camera
+        after = notes_after(signal, camera, self.exposure.iso)
         return Report(
             scene=self.scene_name,
-            optics=tuple(sentence(stage) for stage in camera.optics.stages),
-            electronics=tuple(sentence(stage) for stage in self.electronics),
+            optics=tuple(brief(stage) for stage in camera.optics.stages),
+            electronics=tuple(brief(stage) for stage in self.electronics),
             wavelengths=wavelengths(self.light, self.samples.wavelength_nm.size, rendering.wavelengths),
             method=rendering.method,
             tolerance=rendering.tolerance,
@@ -360,23 +359,7 @@ class Capture:
             checked_photosites=rendering.checked_photosites,
             seconds=dict(seconds),
             signal=signal,
-            notes=(*accuracy_notes(rendering), *notes(camera.adc, camera.well_as_read_e(iso), iso)),
+            notes=(*accuracy_notes(rendering), *notes, *after),
             standard_error=rendering.standard_error,
             work={**rendering.work.counts(), "random_numbers": self.random_numbers},
         )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Lit:
-    """Rows of the window before any electron is counted.
-
-    rows_before : of the window
-    mean_e      : of light alone; with crosstalk one photosite more on every side
-    shown_e     : after crosstalk: what mean and truth are
-    channel     : of each photosite
-    """
-
-    rows_before: int
-    mean_e: F64
-    shown_e: F64
-    channel: U8

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import os
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from camsim import notebook
 from camsim.arrays import F32, F64, U8, U16
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.colour_matrix import ColourResponse
@@ -29,7 +33,7 @@ def check_products(products: Collection[str]) -> None:
     """Refuse the name of a product that does not exist; a bare string is a mistake for a tuple of one."""
     for product in (products,) if isinstance(products, str) else products:
         if product not in PRODUCTS:
-            raise UnknownNameError("product", product, PRODUCTS)
+            raise UnknownNameError("product", product, PRODUCTS, key="products")
     if isinstance(products, str):
         raise InvalidValueError(
             f"{products!r} is one name; give several in a tuple, such as ({products!r},)", key="products"
@@ -46,6 +50,7 @@ class ChannelSignal:
     mean_dn: float
     clipped_photosites: int
     photosites: int
+    min_e: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,6 +75,31 @@ class Report:
     signal: tuple[ChannelSignal, ...]
     seconds: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        notes = f", {len(self.notes)} notes" if self.notes else ""
+        return f"Report({self.scene}: {self.method}, error {self.error_estimate:.2g} of {self.tolerance:g}{notes})"
+
+    def rows(self) -> Iterator[tuple[str, str]]:
+        """Yield what it says as names and texts, as notebooks show it."""
+        yield "optics", " → ".join(self.optics)
+        if self.electronics:
+            yield "electronics", " → ".join(self.electronics)
+        yield "wavelengths", self.wavelengths
+        error = f"error {self.error_estimate:.2g} of {self.tolerance:g} at {self.checked_photosites} photosites"
+        yield "rendering", f"{self.method}, {error}"
+        for channel in self.signal:
+            clipped = f", {channel.clipped_photosites} of {channel.photosites} clipped"
+            yield (
+                f"signal of {channel.name}",
+                f"mean {channel.mean_e:.1f} e⁻ ({channel.mean_dn:.1f} DN), most {channel.max_e:.1f} e⁻"
+                f"{clipped if channel.clipped_photosites else ''}",
+            )
+        for note in self.notes:
+            yield "note", note
+
+    def _repr_html_(self) -> str:
+        return notebook.table(self.rows(), self.scene)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,3 +157,47 @@ class Frame:
     def shape(self) -> tuple[int, int]:
         """(rows, cols) of the window, whether or not its photosites are held."""
         return self.passed_rows + self.mosaic.shape[0], self.mosaic.shape[1]
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        product: str | None = None,
+        force: bool = False,
+        allow_odd_cfa: bool = False,
+        compress: bool = False,
+    ) -> None:
+        """Write one product; the suffix chooses the format: see ``camsim.save``."""
+        from camsim.files import save  # a door upward: the name users look for is here
+
+        save(self, path, product=product, force=force, allow_odd_cfa=allow_odd_cfa, compress=compress)
+
+    def preview(self) -> U8:
+        """Return (rows, cols, 3) sRGB to look at: developed as a raw developer would, grey for one channel."""
+        from camsim.files.preview import develop
+
+        developed = develop(self)
+        return developed if developed.ndim == 3 else np.repeat(developed[..., None], 3, axis=2)
+
+    def __repr__(self) -> str:
+        (rows, cols), pattern = self.shape, "/".join(self.cfa_pattern)
+        more = ", with its truth" if self.truth is not None else ""
+        return (
+            f"Frame({rows} × {cols} photosites of {self.camera_name}, {pattern}, {self.bit_depth} bits, "
+            f"{self.time_s:.4g} s, ISO {self.iso:g}, seed {self.seed}{more})"
+        )
+
+    def _repr_png_(self) -> bytes | None:
+        from camsim.files.png import picture
+
+        return None if self.passed_rows else picture(self.preview())
+
+    def _repr_html_(self) -> str:
+        rows, cols = self.shape
+        lines = [
+            ("photosites", f"{rows} × {cols} of {self.pitch_um:g} µm, {'/'.join(self.cfa_pattern)}"),
+            ("camera", f"{self.camera_name}, {self.bit_depth} bits, {self.electrons_per_dn:.4g} e⁻ per DN"),
+            ("exposure", f"{self.time_s:.6g} s, f/{self.f_number:g}, ISO {self.iso:g}, seed {self.seed}"),
+            *self.report.rows(),
+        ]
+        return notebook.image(self._repr_png_()) + notebook.table(lines)

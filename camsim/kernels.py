@@ -8,12 +8,13 @@ import hashlib
 import re
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba as nb
 import platformdirs
+from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
 ONE_AT_A_TIME = threading.Lock()
@@ -58,6 +59,32 @@ def is_kept(compiled: Any) -> bool:
         return True
     cache = compiled._cache
     return isinstance(cache, _Cache) and cache.index.exists()
+
+
+@contextlib.contextmanager
+def compiling(tell: Callable[[str], None]) -> Iterator[None]:
+    """Tell the name of each kernel when it begins to be compiled; what lies in the cache is not told.
+
+    >>> told = []
+    >>> @kernel()
+    ... def thrice(x):
+    ...     return 3 * x
+    >>> with compiling(told.append):
+    ...     nine = thrice(3)
+    >>> told
+    ['kernels.thrice']
+    """
+
+    class Told(event.Listener):
+        def on_start(self, event: Any) -> None:
+            function = event.data["dispatcher"].py_func
+            tell(f"{function.__module__.rpartition('.')[2]}.{function.__name__}")
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Told()):
+        yield
 
 
 class _Locator(_CacheLocator):

@@ -3,53 +3,23 @@
 from __future__ import annotations
 
 import functools
-import math
 import types
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import numpy as np
-from annotated_types import Ge, Gt, Le, MaxLen, MinLen
+from annotated_types import MaxLen, MinLen
 
-from camsim.errors import InvalidValueError, nearest
+from camsim.kind import Kind, Misfit, complex_number, number
 from camsim.marks import After, Before, Called
-from camsim.words import called, either, in_range, percent_hint, shown
+from camsim.words import called, either, word_hint
 
-LARGEST = 1e15
-"""No light, length, time or count is more; products of such numbers are far from overflow."""
-
-_LARGEST_WHOLE = 2**64
 _LONGEST_TEXT = 100_000
-
-
-class Misfit(InvalidValueError):
-    """A value that is not what its type takes; ``item``: which one of a list."""
-
-    def __init__(self, words: str, value: Any, *, item: str = "", hint: str = "") -> None:
-        self.words, self.value, self.item, self.hint = words, value, item, hint
-        super().__init__(f"{f'item {item} ' if item else ''}must be {words}, not {shown(value)}{hint}")
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A type.
-
-    words    : how messages call it
-    has_form : whether a value looks like one, whatever its size
-    take     : what is kept of a value; raises Misfit
-    as_is    : whether that is known at once to be the value itself: most are, and long tables are judged in no time
-    """
-
-    words: str
-    has_form: Callable[[Any], bool]
-    take: Callable[[Any], Any]
-    as_is: Callable[[Any], bool] = lambda value: False
 
 
 @functools.cache
 def kind_of(declared: Any) -> Kind:
-    """Return what a type takes: float, int, bool, str, None, Literal, unions, tuples, sequences and mappings of these.
+    """Return what a type takes: numbers, bool, str, None, Literal, unions, tuples, sequences and mappings of these.
 
     Of any other class or protocol the value must be one.
     """
@@ -59,7 +29,9 @@ def kind_of(declared: Any) -> Kind:
     if declared is Any:
         return _checked("anything", lambda value: True)
     if declared in (float, int):
-        return _number(declared, ())
+        return number(declared, ())
+    if declared is complex:
+        return complex_number()
     if origin is Union or origin is types.UnionType:
         return _one_of(declared)
     if origin is tuple and members[-1:] != (...,):
@@ -94,8 +66,7 @@ def _word(known: tuple[str, ...]) -> Kind:
     def take(value: Any) -> Any:
         if isinstance(value, str) and value in known:
             return value
-        near = nearest(value, known) if isinstance(value, str) else ()
-        raise Misfit(words, value, hint=f"; did you mean {near[0]!r}?" if near else "")
+        raise Misfit(words, value, hint=word_hint(value, known) if isinstance(value, str) else "")
 
     return Kind(words, lambda value: isinstance(value, str), take, lambda value: type(value) is str and value in known)
 
@@ -107,53 +78,6 @@ def _checked(words: str, holds: Callable[[Any], bool], *, made: Callable[[Any], 
         raise Misfit(words, value)
 
     return Kind(words, holds, take, holds if made is None else lambda value: type(value) is made and holds(value))
-
-
-def _number(bare: type, limits: Sequence[Any]) -> Kind:
-    """Return a number within closed limits; above 0 is from the least number on that there is."""
-    most: float = LARGEST if bare is float else _LARGEST_WHOLE
-    low: Any = next((limit.ge for limit in limits if isinstance(limit, Ge)), -most)
-    above: Any = next((limit.gt for limit in limits if isinstance(limit, Gt)), None)
-    low = low if above is None else math.nextafter(above, math.inf)
-    high: Any = next((limit.le for limit in limits if isinstance(limit, Le)), most)
-    words = ("a number" if bare is float else "a whole number") + in_range(limits)
-    plain: Callable[[Any], Any] = _as_float if bare is float else _as_int
-
-    def take(value: Any) -> Any:
-        number: Any = value if type(value) is bare else plain(value)
-        if number is not None and low <= number <= high:
-            return number
-        said = words
-        if bare is float and number is not None and not math.isfinite(number):
-            said = words.replace("a number", "a finite number", 1)
-        elif number is not None and abs(number) > most:
-            said = f"{words}, at most {most:g}"
-        raise Misfit(said, value, hint=percent_hint(value) if high == 1 and low >= 0 else "")
-
-    def as_is(value: Any) -> bool:
-        return type(value) is bare and low <= value <= high
-
-    return Kind(words, lambda value: plain(value) is not None, take, as_is)
-
-
-def _as_float(value: Any) -> float | None:
-    value = _alone(value)
-    if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
-        return None
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
-
-
-def _as_int(value: Any) -> int | None:
-    value = _alone(value)
-    return int(value) if isinstance(value, int | np.integer) and not isinstance(value, bool) else None
-
-
-def _alone(value: Any) -> Any:
-    """Return the number of an array without dimensions."""
-    return value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
 
 
 def _one_of(declared: Any) -> Kind:
@@ -169,12 +93,23 @@ def _one_of(declared: Any) -> Kind:
                     if misfit.item:
                         raise
                     raise Misfit(words, value, hint=misfit.hint) from None
-        raise Misfit(words, value)
+        raise Misfit(words, value, hint=_way_out(members, value))
 
     def as_is(value: Any) -> bool:
         return any(member.as_is(value) for member in members)
 
     return Kind(words, lambda value: any(member.has_form(value) for member in members), take, as_is)
+
+
+def _way_out(members: Sequence[Kind], value: Any) -> str:
+    """Return what the first of several types that has something to say about a value says."""
+    for member in members:
+        try:
+            member.take(value)
+        except Misfit as misfit:
+            if misfit.hint:
+                return misfit.hint
+    return ""
 
 
 def _list(declared: Any) -> Kind:
@@ -244,7 +179,7 @@ def _each(values: Sequence[Any], members: Sequence[Kind]) -> list[Any]:
 
 def _annotated(bare: Any, marks: Sequence[Any]) -> Kind:
     """Return a type with limits on its number or its length, another name, or something done before or after."""
-    kind = _number(bare, marks) if bare in (float, int) else kind_of(bare)
+    kind = number(bare, marks) if bare in (float, int) else kind_of(bare)
     for mark in marks:
         kind = _marked(kind, mark)
     return kind

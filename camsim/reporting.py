@@ -1,8 +1,7 @@
-"""What a capture says about itself: stages as people write them, signal, seconds, notes."""
+"""What a capture says about itself: signal, seconds, accuracy, wavelengths."""
 
 from __future__ import annotations
 
-import dataclasses
 import time
 
 import numpy as np
@@ -10,11 +9,7 @@ import numpy as np
 from camsim.arrays import F64, U8, U16
 from camsim.frame import ChannelSignal
 from camsim.rendering import Rendering
-from camsim.sensor.adc import Adc
 from camsim.spectra.light import Light
-
-# A full well that ends a percent beyond the last code is meant to end there.
-_WORTH_A_NOTE = 1.01
 
 
 class Clock:
@@ -42,20 +37,6 @@ def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:
     )
 
 
-def notes(adc: Adc, well_e: float | None, iso: float) -> tuple[str, ...]:
-    """Return what is worth knowing about an exposure and is no mistake.
-
-    well_e : the full well as the converter sees it
-    """
-    reach_e = (adc.largest_dn - adc.black_level_dn) * adc.electrons_per_dn_at(iso)
-    if well_e is not None and iso <= adc.base_iso and well_e > reach_e * _WORTH_A_NOTE:
-        return (
-            f"the converter ends at {reach_e:.0f} e⁻, below the full well of {well_e:.0f} e⁻: the well is never "
-            "seen full; more electrons_per_dn or bits would show it",
-        )
-    return ()
-
-
 class Signals:
     """The signal of every channel, gathered band by band."""
 
@@ -63,6 +44,7 @@ class Signals:
         self._channels, self._white_level_dn = channels, white_level_dn
         self._photosites, self._clipped = np.zeros((2, len(channels)), np.int64)
         self._sum_e, self._max_e, self._sum_dn = np.zeros((3, len(channels)))
+        self._min_e = np.full(len(channels), np.inf)
 
     def add(self, channel: U8, mean_electrons: F64, mosaic: U16) -> None:
         """Take in some rows: each photosite's channel, mean electrons and code."""
@@ -72,6 +54,7 @@ class Signals:
             self._clipped[k] += np.count_nonzero((mosaic >= self._white_level_dn) & here)
             self._sum_e[k] += np.sum(mean_electrons, where=here)
             self._max_e[k] = np.max(mean_electrons, where=here, initial=self._max_e[k])
+            self._min_e[k] = np.min(mean_electrons, where=here, initial=self._min_e[k])
             self._sum_dn[k] += np.sum(mosaic, where=here, dtype=np.float64)
 
     def all(self) -> tuple[ChannelSignal, ...]:
@@ -84,17 +67,11 @@ class Signals:
                 mean_dn=float(self._sum_dn[k] / self._photosites[k]),
                 clipped_photosites=int(self._clipped[k]),
                 photosites=int(self._photosites[k]),
+                min_e=float(self._min_e[k]),
             )
             for k, name in enumerate(self._channels)
             if self._photosites[k]
         )
-
-
-def sentence(stage: object) -> str:
-    """Return a stage as people write it: ``Airy(f_number=8.0)``, defaults left out."""
-    fields = dataclasses.fields(stage)  # type: ignore[arg-type]
-    shown = [f"{f.name}={getattr(stage, f.name)!r}" for f in fields if getattr(stage, f.name) != f.default]
-    return f"{type(stage).__name__}({', '.join(shown)})"
 
 
 def wavelengths(light: Light, samples: int, nodes: int) -> str:

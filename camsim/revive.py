@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from typing import Any, cast
 
 import camsim
+from camsim.description import OWN_STAGES
 from camsim.errors import CamsimError, InputError
 from camsim.exposing import Capture
 
-_RESULTS = ("Frame", "Rendering")
+_RESULTS = ("Frame", "Rendering", "Report", "Context")
 """Public too, but what comes out and never what goes in."""
 
 
@@ -32,6 +33,10 @@ def revive(tree: Any) -> Any:
 
 def revive_capture(description: Mapping[str, Any]) -> Capture:
     """Return the capture that a description is of."""
+    if own := description.get(OWN_STAGES):
+        names = ", ".join(ascii(name)[1:41] for name in own) if isinstance(own, (list, tuple)) else "stages"
+        message = f"not reproducible by camsim alone: it was taken with {names}, of someone's own; take it in Python"
+        raise InputError(message, key="description")
     parts = revive(description)
     kinds = _parameters(Capture)
     for name, needed in kinds.items():

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import inspect
 import typing
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
 
 import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
 from camsim.errors import InvalidValueError
-from camsim.kinds import Kind, kind_of
+from camsim.kind import Kind
+from camsim.kinds import kind_of
 from camsim.marks import Called
 
 Positive: TypeAlias = Annotated[float, Gt(0)]
@@ -29,6 +31,7 @@ Index: TypeAlias = Annotated[int, Ge(0)]
 Seed: TypeAlias = Annotated[int, Ge(0), Le(2**63 - 1)]
 
 T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
     Several: TypeAlias = Sequence[T] | npt.NDArray[Any]
@@ -80,6 +83,39 @@ def check(value: Any, kind: Any, key: str, stage: str = "") -> Any:
         return kind_of(kind).take(value)
     except InvalidValueError as error:
         raise InvalidValueError(error.message, key=key, stage=stage) from None
+
+
+def spelled_out(keywords: type) -> Callable[[F], F]:
+    """Make help and completion list the keywords of a method that takes ``**changes: Unpack[keywords]``.
+
+    keywords : a TypedDict, of which none is required
+    """
+
+    def spelled(method: F) -> F:
+        named = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_KEPT, annotation=_as_written(kind))
+            for name, kind in keywords.__annotations__.items()
+        ]
+        signature = inspect.signature(method)
+        first = [part for part in signature.parameters.values() if part.kind is not inspect.Parameter.VAR_KEYWORD]
+        method.__signature__ = signature.replace(parameters=[*first, *named])  # type: ignore[attr-defined]
+        return method
+
+    return spelled
+
+
+class _Kept:
+    """The default that help shows of a keyword whose absence changes nothing."""
+
+    def __repr__(self) -> str:
+        return "kept"
+
+
+_KEPT = _Kept()
+
+
+def _as_written(kind: Any) -> Any:
+    return kind.__forward_arg__ if isinstance(kind, typing.ForwardRef) else kind
 
 
 @functools.cache

@@ -32,12 +32,11 @@ def grid_of(region: Region | None, *, frame: tuple[int, int], period: tuple[int,
     size = region.rows, region.cols
     row, col = region.origin or ((f - s) // 2 // p * p for f, s, p in zip(frame, size, period, strict=True))
     for name, first, count, most in (("rows", row, size[0], frame[0]), ("cols", col, size[1], frame[1])):
-        if first < 0 or first + count > most:
-            raise InvalidValueError(
-                f"{first}..{first + count} lie outside the frame's 0..{most}; make it smaller or move its origin",
-                key=name,
-                stage="Region",
-            )
+        if count > most:
+            raise InvalidValueError(f"is {count}; the sensor has {most} {name}", key=name, stage="Region")
+        if first + count > most:
+            message = f"puts the last of the {name} at {first + count - 1}; the sensor's are 0 to {most - 1}"
+            raise InvalidValueError(message, key="origin", stage="Region")
     return Grid(rows=size[0], cols=size[1], pitch_um=pitch_um, origin=(row, col), frame=frame)
 
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
+import re
 import types
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from annotated_types import Ge, Gt, Le, Lt
+
+from camsim.errors import nearest
 
 
 def either(words: Sequence[str]) -> str:
@@ -47,6 +51,79 @@ def percent_hint(value: Any) -> str:
     return f"; a fraction: {value:g} % is {value / 100:g}" if number and 1 < value <= 100 else ""
 
 
+_THOUSANDS = re.compile(r"([-+]?[1-9]\d{0,2})(([,' _]\d{3})+)(\.\d*)?|([-+]?[1-9]\d{0,2})((\.\d{3})+)(,\d+)")
+_DECIMAL_COMMA = re.compile(r"([-+]?\d*),(\d+)")
+_PERCENT = re.compile(r"([-+]?\d+(?:[.,]\d*)?)\s*%")
+_PART = re.compile(r"(\d+(?:\.\d*)?)\s*/\s*(\d+(?:\.\d*)?)")
+_STOP = re.compile(r"f\s*/?\s*(\d+(?:\.\d*)?)", re.IGNORECASE)
+_WITH_UNIT = re.compile(r"([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)\s*[a-zµμ°²/]+", re.IGNORECASE)
+
+
+def percent(fraction: float) -> str:
+    """Return a share as people write it.
+
+    >>> percent(1.0), percent(0.9972), percent(0.0394), percent(1e-7), percent(0.0)
+    ('100 %', '99.7 %', '3.9 %', 'under 0.01 %', '0 %')
+    """
+    value = 100.0 * fraction
+    if 0.0 < value < 0.01:
+        return "under 0.01 %"
+    return f"{value:.3g} %" if value >= 99.5 else f"{value:.2g} %"
+
+
+def percent_range(low: float, high: float) -> str:
+    """Return what shares lie between; one where they read the same.
+
+    >>> percent_range(0.00388, 0.00391), percent_range(0.0039, 0.12)
+    ('0.39 %', '0.39 to 12 %')
+    """
+    least, most = percent(low), percent(high)
+    return most if least == most else f"{least.removesuffix(' %')} to {most}"
+
+
+def word_hint(text: str, known: Sequence[str]) -> str:
+    """Return which of the words that may stand here is meant; nothing where most of them might be.
+
+    >>> word_hint("px", ["pixel", "um", "mm"]), word_hint("GGRB", ["RGGB", "BGGR", "GRBG", "GBRG"])
+    ("; did you mean 'pixel'?", '')
+    """
+    near = nearest(text, known)
+    return f"; did you mean {near[0]!r}?" if len(near) == 1 or 0 < 2 * len(near) <= len(known) else ""
+
+
+def number_hint(text: str) -> str:
+    """Return the way out where a text was given in place of a number.
+
+    >>> number_hint("2,8"), number_hint("5,000"), number_hint("1,000,000")
+    ('; write 2.8, with a point', '; write 5000, or 5.000 with a point', '; write 1000000')
+    >>> number_hint("18 %"), number_hint("1/100"), number_hint("f/8"), number_hint("10 ms")
+    ('; a fraction: 18 % is 0.18', '; write 0.01', '; write 8', '; write the number alone, its unit is fixed')
+    >>> number_hint("fast")
+    ''
+    """
+    text = text.strip()
+    if found := _DECIMAL_COMMA.fullmatch(text):
+        whole, part = found.groups()
+        point = f"{whole}.{part}"
+        return (
+            f"; write {whole}{part}, or {point} with a point"
+            if _THOUSANDS.fullmatch(text)
+            else f"; write {point}, with a point"
+        )
+    if found := _THOUSANDS.fullmatch(text):
+        first, more, _, rest, first_too, more_too, _, rest_too = (part or "" for part in found.groups())
+        digits = "".join(filter(str.isdigit, more + more_too))
+        return f"; write {first}{first_too}{digits}{rest}{rest_too.replace(',', '.')}"
+    if found := _PERCENT.fullmatch(text):
+        percent = float(found[1].replace(",", "."))
+        return f"; a fraction: {percent:g} % is {percent / 100.0:g}"
+    if (found := _PART.fullmatch(text)) and float(found[2]):
+        return f"; write {float(found[1]) / float(found[2]):.6g}"
+    if found := _STOP.fullmatch(text):
+        return f"; write {found[1]}"
+    return "; write the number alone, its unit is fixed" if _WITH_UNIT.fullmatch(text) else ""
+
+
 def shown(value: Any) -> str:
     """Return a value in a few letters of one line.
 
@@ -76,3 +153,40 @@ def called(kind: type) -> str:
     """
     name = getattr(kind, "__name__", "something else")
     return f"{'an' if name[:1] in 'AEIOaeiou' else 'a'} {name}"
+
+
+def brief(value: object) -> str:
+    """Return a stage as people write it, on a line: what is as usual left out, of long lists the ends.
+
+    >>> from camsim.spectra.curve import Curve
+    >>> Curve(range(400, 701, 10), [0.5] * 31)
+    Curve(wavelength_nm=(400.0, 410.0, …, 700.0: 31), values=(0.5, 0.5, …, 0.5: 31))
+    """
+    if not dataclasses.is_dataclass(value):
+        return _in_short(value) if isinstance(value, int | float | str) else f"{type(value).__name__}(…)"
+    parts = ((field, getattr(value, field.name)) for field in dataclasses.fields(value) if field.repr)
+    told = [f"{field.name}={_in_short(part)}" for field, part in parts if not _as_usual(field, part)]
+    return f"{type(value).__name__}({', '.join(told)})"
+
+
+_MOST_LETTERS, _MOST_ITEMS = 100, 6
+
+
+def _as_usual(field: dataclasses.Field[Any], value: object) -> bool:
+    if field.default_factory is not dataclasses.MISSING:
+        return bool(value == field.default_factory())
+    return value is field.default or (type(value) is type(field.default) and bool(value == field.default))
+
+
+def _in_short(value: object) -> str:
+    if isinstance(value, list | tuple) and value:
+        ends = value if len(value) <= _MOST_ITEMS else (*value[:2], "…", value[-1])
+        items = ", ".join("…" if item == "…" else _in_short(item) for item in ends)
+        whole = f"{items}: {len(value)}" if len(value) > _MOST_ITEMS else f"{items}," if len(value) == 1 else items
+        return f"({whole})"
+    if isinstance(value, np.ndarray):
+        return shown(value)
+    text = brief(value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else repr(value)
+    if len(text) <= _MOST_LETTERS:
+        return text
+    return f"{text[:40]}…" if isinstance(value, str) else f"{type(value).__name__}(…)"

@@ -39,6 +39,7 @@ def bench_scene(
     *,
     sensor: str | os.PathLike[str] | None = None,
     overrides: Iterable[str] = (),
+    sensors: Iterable[str | os.PathLike[str]] = (),
     methods: Sequence[str] = METHODS,
     tolerances: Sequence[float] | None = None,
     samples: Sequence[int] = SAMPLES,
@@ -50,7 +51,7 @@ def bench_scene(
 ) -> Bench:
     """Measure error against run time for a scene: every method at every tolerance, on a window of its frame.
 
-    scene, sensor, overrides : as of ``camsim.capture``
+    scene, sensor, overrides, sensors : as of ``camsim.capture``
     methods    : of ``camsim.render``; the paper's take ``samples`` where they have any
     tolerances : every second decade from 1e-2 to 1e-10 and the scene's own when left out
     region     : the window, of the sensor's frame; the busiest 128 × 128 photosites when left out
@@ -64,7 +65,7 @@ def bench_scene(
     """
     from camsim.capturing import load
 
-    capture = load(scene, sensor=sensor, overrides=overrides)
+    capture = load(scene, sensor=sensor, overrides=overrides, sensors=sensors)
     wanted = default_tolerances(capture.tolerance) if tolerances is None else tolerances
     settings = settings_of(methods, wanted, samples)
     where, chosen = _window(capture, region, whole=whole)

@@ -14,6 +14,7 @@ from typer.core import TyperGroup
 
 from camsim.cli.bench import bench
 from camsim.cli.explain import explain
+from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
 from camsim.errors import AccuracyError, CamsimError
 
 _BEGAN_S = time.perf_counter()
@@ -41,6 +42,9 @@ class _Commands(TyperGroup):
             _say("camsim: out of memory; capture a smaller region")
             code = 1
         except Exception as error:
+            if hasattr(error, "option_name"):  # of click, which typer has in one place or another
+                say_how_to_set(error)
+                raise
             error.add_note("This is a bug of camsim: please report it with the lines above.")
             raise
         raise typer.Exit(code)
@@ -68,7 +72,7 @@ class Listed(StrEnum):
 
 
 class SchemaOf(StrEnum):
-    """What ``camsim schema`` can print."""
+    """What ``camsim schema`` can print and ``camsim new`` can write."""
 
     scene = "scene"
     sensor = "sensor"
@@ -117,14 +121,9 @@ def _root(
 @app.command()
 def capture(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, or the name of a shipped scene.")],
-    sensor: Annotated[
-        str | None,
-        typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's."),
-    ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as exposure.iso=800; repeatable."),
-    ] = None,
+    sensor: SensorName = None,
+    sensors: Sensors = None,
+    changes: Changes = None,
     seed: Annotated[
         int | None,
         typer.Option("--seed", metavar="N", min=0, help="Seed of the noise, instead of the scene's."),
@@ -181,6 +180,7 @@ def capture(
         Request(
             scene=scene,
             sensor=sensor,
+            sensors=tuple(sensors or ()),
             changes=(*(changes or ()), *(("render.strict=true",) if strict else ())),
             seed=seed,
             frames=frames,
@@ -201,12 +201,13 @@ def capture(
 @app.command()
 def info(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, EXR, TIFF or PNG of camsim.")],
+    full: Annotated[bool, typer.Option("--full", help="Also print every stage with all its parameters.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
-    """Print what a file of camsim holds, and everything that was computed to make it."""
+    """Print what a file of camsim holds, and what was computed to make it."""
     from camsim.cli.info import json_of_file, text_of_file
 
-    print(json_of_file(file) if as_json else text_of_file(file))
+    print(json_of_file(file) if as_json else text_of_file(file, full=full))
 
 
 @app.command("recapture")
@@ -289,11 +290,11 @@ app.command()(explain)
 
 
 @app.command("list")
-def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")]) -> None:
-    """List the names that files and options can use."""
+def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")], sensors: Sensors = None) -> None:
+    """List the names that files and options can use; sensors also of your own, each with its place."""
     from camsim.cli.show import lines_of_list
 
-    for line in lines_of_list(what.value):
+    for line in lines_of_list(what.value, sensors or ()):
         print(line)
 
 
@@ -303,17 +304,18 @@ def show(
     expand: Annotated[
         bool, typer.Option("--expand", help="Of a scene: its charts as the shapes that they stand for, in µm.")
     ] = False,
+    sensors: Sensors = None,
 ) -> None:
     """Print a sensor or scene, and figures that follow from it (as comments: the output is valid YAML)."""
     if expand:
         from camsim.cli.expand import expanded
 
-        for line in expanded(name):
+        for line in expanded(name, sensors or ()):
             print(line)
         return
     from camsim.cli.show import text_of
 
-    print(text_of(name))
+    print(text_of(name, sensors or ()))
 
 
 @app.command()
@@ -329,8 +331,35 @@ def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> Non
 @app.command()
 def validate(
     files: Annotated[list[str], typer.Argument(metavar="FILE…", help="Scene and sensor files.")],
+    sensors: Sensors = None,
+    draw: Annotated[
+        str | None,
+        typer.Option(
+            "--draw",
+            metavar="FILE.png|svg|pdf|-",
+            help="Draw a scene's outlines over the window, with photosites and a scale; - draws on the terminal.",
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a drawing that exists.")] = False,
 ) -> None:
-    """Look for faults in scene and sensor files, and print all of them."""
-    from camsim.cli.validate import validate_files
+    """Look for faults in scene and sensor files, and print all of them; draw a scene."""
+    from camsim.cli.validate import draw_scene, validate_files
 
-    validate_files(files)
+    if draw is not None:
+        draw_scene(files, draw, sensors or (), force=force)
+    else:
+        validate_files(files, sensors or ())
+
+
+@app.command()
+def new(
+    what: Annotated[SchemaOf, typer.Argument(help="Which file.")],
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", metavar="FILE", help="scene.yaml or sensor.yaml when left out.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
+) -> None:
+    """Write a scene or sensor to start from, with a comment to every line."""
+    from camsim.cli.new import write_template
+
+    print(write_template(what.value, output or f"{what.value}.yaml", force=force))

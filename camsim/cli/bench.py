@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from camsim.cli.options import Changes, SensorName, Sensors
 from camsim.errors import InvalidValueError, OutputError
 
 if TYPE_CHECKING:
@@ -23,13 +24,9 @@ LINES = "bench.jsonl"
 
 def bench(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, or the name of a shipped scene.")],
-    sensor: Annotated[
-        str | None, typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's.")
-    ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as lens.f_number=4; repeatable."),
-    ] = None,
+    sensor: SensorName = None,
+    sensors: Sensors = None,
+    changes: Changes = None,
     methods: Annotated[
         str | None, typer.Option("--methods", metavar="A,B,…", help="Such as auto,boundary; all when left out.")
     ] = None,
@@ -98,6 +95,7 @@ def bench(
                 scene,
                 sensor=sensor,
                 overrides=changes or (),
+                sensors=sensors or (),
                 methods=parsed_methods(methods),
                 tolerances=decades,
                 samples=counts,

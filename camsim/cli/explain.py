@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from camsim.errors import CamsimError, OutputError, UnknownNameError
+from camsim.cli.options import Changes, SensorName, Sensors
+from camsim.errors import CamsimError, UnknownNameError
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
@@ -18,19 +19,16 @@ if TYPE_CHECKING:
 
 # Seconds of one core: what comes before, a random number with what is done to it, a photosite's code, a byte of a file.
 BEFORE_SECONDS, NOISE_SECONDS, CODE_SECONDS, FILE_SECONDS = 0.01, 20e-9, 12e-9, 8e-9
+PLOTS = ("mtf", "psf", "qe", "spectra", "noise")
 HELD_BYTES = 16.0  # of a photosite, besides its light: electrons, code and what they are computed with
 BYTES_OF = {"mosaic": 2.0, "electrons": 8.0, "truth": 12.0, "preview": 3.0, "spectral": 4.0 * 31, "frame": 30.0}
 
 
 def explain(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="A scene file, or the name of a shipped scene.")],
-    sensor: Annotated[
-        str | None, typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's.")
-    ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as exposure.iso=800; repeatable."),
-    ] = None,
+    sensor: SensorName = None,
+    sensors: Sensors = None,
+    changes: Changes = None,
     outputs: Annotated[
         list[str] | None,
         typer.Option("-o", "--output", metavar="FILE[:PRODUCT]", help="As if this were to be written; repeatable."),
@@ -39,7 +37,10 @@ def explain(
     plot: Annotated[
         tuple[str, str] | None,
         typer.Option(
-            "--plot", metavar="mtf|psf FILE", help="Draw lens, OLPF, photosite and system (needs matplotlib)."
+            "--plot",
+            metavar="mtf|psf|qe|spectra|noise FILE",
+            help="Draw transfers or patterns of the stages, quantum efficiencies, spectra, or the noise by its sources "
+            "(needs matplotlib).",
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
@@ -55,7 +56,7 @@ def explain(
     if errors:
         raise CamsimError("\n".join(map(str, errors)))
     products = {file.product for file in files}
-    capture = load(scene, sensor=sensor, overrides=changes or (), products=products)
+    capture = load(scene, sensor=sensor, overrides=changes or (), products=products, sensors=sensors or ())
     if plot is not None:
         from camsim.cli.explain_plot import draw
         from camsim.files.atomic import write_whole
@@ -105,6 +106,7 @@ def explained(capture: Capture, products: Collection[str], files: list[tuple[str
         "tolerance": capture.tolerance,
         "method": choice.method,
         "decisions": [asdict(decision) for decision in decisions],
+        "notes": capture.notes(choice, products),
         "expected": {"seconds": seconds, "memory_bytes": memory, "error": expected["error"]},
         "work": {**choice.plan.work(images).counts(), "random_numbers": capture.random_numbers},
     }
@@ -130,7 +132,7 @@ def _of_channels(capture: Capture, products: Collection[str]) -> Iterator[Decisi
 
 def _of_camera(capture: Capture) -> Iterator[Decision]:
     from camsim.rendering.engine import Decision
-    from camsim.reporting import sentence
+    from camsim.words import brief
 
     camera = capture.camera
     if camera.falloff is None:
@@ -142,7 +144,7 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
     if not capture.noise:
         yield Decision(topic="noise", decision="no random number", reason="noise is switched off")
     else:
-        stages = [sentence(stage) for stage in capture.electronics]
+        stages = [brief(stage) for stage in capture.electronics]
         yield Decision(
             topic="noise",
             decision=f"{capture.random_numbers} random numbers",
@@ -183,6 +185,8 @@ def _print(told: dict[str, Any]) -> None:
     table.add_row("time", f"about {sum(seconds.values()):.2g} s of one core", f"kernels compiled: {parts}")
     table.add_row("memory", f"about {readable(expected['memory_bytes'])}", "beyond what the program itself holds")
     table.add_row("error", f"at most {expected['error']:g}", "of a perfect diffuser, or of the brightest surface")
+    for note in told["notes"]:
+        table.add_row("note", note)
     with console.capture() as printed:
         console.print(table)
     print("\n".join(line.rstrip() for line in printed.get().splitlines()))
@@ -190,15 +194,8 @@ def _print(told: dict[str, Any]) -> None:
 
 def _check_plot(kind: str, file: str, *, force: bool) -> None:
     """Refuse what cannot be drawn, before any work."""
-    from camsim.cli.plot import check_matplotlib
+    from camsim.cli.plot import check_drawing
 
-    if kind not in ("mtf", "psf"):
-        raise UnknownNameError("plot", kind, ("mtf", "psf"))
-    suffixes = (".png", ".svg", ".pdf")
-    if Path(file).suffix.lower() not in suffixes:
-        raise OutputError(f"cannot write {file!r}: a plot is one of {', '.join(suffixes)}")
-    if not Path(file).parent.is_dir():
-        raise OutputError(f"cannot write {file!r}: the folder {str(Path(file).parent)!r} does not exist; make it first")
-    if Path(file).exists() and not force:
-        raise OutputError(f"{file!r} exists; overwrite it with --force")
-    check_matplotlib()
+    if kind not in PLOTS:
+        raise UnknownNameError("plot", kind, PLOTS)
+    check_drawing(file, force=force)

@@ -1,33 +1,47 @@
-"""Transfer functions and patterns of lens, OLPF, photosite and system, as in figures 3 to 7 of the paper."""
+"""Pictures of what a capture computes; here the transfers and patterns of its stages, as in the paper."""
 
 from __future__ import annotations
 
 import io
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.cli.plot import colour_of_channel
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
+    from camsim.sensor.cfa import Cfa
 
-COLOURS = {"R": "#c0392b", "G": "#1e8449", "B": "#2456a6", "Y": "#333333"}
+SIZES = {"mtf": (9.0, 5.4), "psf": (10.0, 6.6), "qe": (9.0, 5.4), "spectra": (9.0, 8.0), "noise": (9.0, 5.8)}
 WAVELENGTHS = 24  # of a curve or pattern, at the most
 ALONG = 400
 FOOTPRINT = "photosite"
+ALL_NYQUIST = 0.5
 PITCHES, PERIOD, CELLS = 4.0, 32.0, 1024  # what is shown to either side; a period that hardly wraps, and its samples
 
 
 def draw(capture: Capture, kind: str, suffix: str) -> bytes:
-    """Return a picture, "mtf" or "psf", as bytes of a PNG, SVG or PDF."""
+    """Return a picture, one of ``SIZES``, as bytes of a PNG, SVG or PDF."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, 5.4) if kind == "mtf" else (10.0, 6.6), layout="constrained")
-    (_draw_mtf if kind == "mtf" else _draw_psf)(figure, capture)
+    from camsim.cli.explain_noise import draw_noise
+    from camsim.cli.explain_spectra import draw_efficiency, draw_spectra
+
+    drawings = {
+        "mtf": _draw_mtf,
+        "psf": _draw_psf,
+        "qe": draw_efficiency,
+        "spectra": draw_spectra,
+        "noise": draw_noise,
+    }
+    figure = Figure(figsize=SIZES[kind], layout="constrained")
+    drawings[kind](figure, capture)
     out = io.BytesIO()
     figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
     return out.getvalue()
@@ -70,20 +84,35 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
     for k, name in enumerate(camera.cfa.channels):
         if not _shares(capture, k)[0].size:
             continue
-        colour = COLOURS.get(name, "#7d3c98")
+        colour = colour_of_channel(name)
         lens = _lens(capture, k, per_um, zero)
         axes.plot(f, np.abs(lens), color=colour, lw=0.9, alpha=0.6, label=f"lens, {name}")
         axes.plot(f, np.abs(lens * footprint), color=colour, lw=2.0, label=f"system, {name}")
         diagonal = _lens(capture, k, slanted, slanted) * system.footprint_otf(slanted, slanted)
         axes.plot(f, np.abs(diagonal), color=colour, lw=1.2, ls="-.", label=f"system, {name}, 45°")
-    axes.axvline(0.5, color="black", lw=0.8, ls=":")
-    axes.text(0.5, 1.03, "Nyquist", ha="center", fontsize=8)
+    for nyquist, names in nyquists(camera.cfa).items():
+        colour = colour_of_channel(names[0]) if len(names) == 1 else "black"
+        axes.axvline(nyquist, color=colour, lw=0.8, ls=":")
+        words = "all photosites" if nyquist == ALL_NYQUIST else ", ".join(names)
+        axes.text(nyquist, 0.99, f"Nyquist of {words} ", ha="right", va="top", rotation=90, fontsize=8)
     axes.set(
         xlim=(0.0, last), ylim=(0.0, 1.02), ylabel="MTF", xlabel="cycles per pitch, along x (45°: along a diagonal)"
     )
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
     axes.set_title(f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}", pad=18)
+
+
+def nyquists(cfa: Cfa) -> dict[float, list[str]]:
+    """Return half the sampling frequency of all photosites and of those of each channel, cycles per pitch, and whose.
+
+    A channel's is that of an even lattice of its density, as ``camsim measure`` has it.
+    """
+    letters = "".join(cfa.pattern)
+    found: dict[float, list[str]] = {}
+    for name in cfa.channels:
+        found.setdefault(round(ALL_NYQUIST * math.sqrt(letters.count(name) / len(letters)), 6), []).append(name)
+    return {**found, ALL_NYQUIST: list(cfa.channels)}
 
 
 def _draw_psf(figure: Any, capture: Capture) -> None:
@@ -106,19 +135,25 @@ def _draw_psf(figure: Any, capture: Capture) -> None:
     for above, below, (title, pattern) in zip(pictures, slices, patterns.items(), strict=True):
         brightest = pattern.max()
         shown = np.sqrt(np.maximum(pattern, 0.0) / brightest)
-        above.imshow(shown, extent=(-PITCHES, PITCHES, PITCHES, -PITCHES), cmap="magma", interpolation="nearest")
+        image = above.imshow(
+            shown, extent=(-PITCHES, PITCHES, PITCHES, -PITCHES), cmap="magma", interpolation="nearest"
+        )
         above.set_title(title if system.olpf is None or title != FOOTPRINT else "OLPF ⊗ photosite", fontsize=10)
-        above.set(xticks=ticks, yticks=ticks)
+        above.set(xticks=ticks, yticks=ticks, xlabel="x, pitches", ylabel="y (down), pitches")
+        figure.colorbar(image, ax=above, shrink=0.7, label="root of relative irradiance")
         below.semilogy(along, np.maximum(pattern[half] / brightest, 1e-12), color="black", lw=1.0, label="along x")
         diagonal = np.maximum(np.diagonal(pattern) / brightest, 1e-12)
         below.semilogy(along * np.sqrt(2.0), diagonal, color="grey", lw=0.8, ls="--", label="along a diagonal")
-        below.set(xlim=(-PITCHES, PITCHES), ylim=(1e-4, 1.5), xticks=ticks, xlabel="pitches")
+        below.set(
+            xlim=(-PITCHES, PITCHES),
+            ylim=(1e-4, 1.5),
+            xticks=ticks,
+            xlabel="from the middle, pitches",
+            ylabel="relative irradiance",
+        )
         below.grid(alpha=0.3)
-    slices[0].set_ylabel("relative irradiance")
     slices[0].legend(fontsize=7)
-    figure.suptitle(
-        f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}; above: root of the irradiance"
-    )
+    figure.suptitle(f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}")
 
 
 def _pattern(otf: F64, half: int) -> F64:

@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from camsim.config.memory import readable
 from camsim.config.yaml_text import yaml_text
+from camsim.description import OWN_STAGES
 from camsim.files.reading import Held, read_file
 from camsim.files.record import Record
 
 _MOST_SHOWN = 100
 """Parts of a list for people to look at; --json prints all."""
+_SHORT_LIST = 4
 
 
-def text_of_file(path: str) -> str:
-    """Return the figures of a file, and the description of all stages as YAML; of long lists the beginning."""
+def text_of_file(path: str, *, full: bool = False) -> str:
+    """Return the figures of a file and, in full, the description of all stages as YAML; of long lists the beginning."""
     held = read_file(path)
-    rows = _figures(held)
+    rows = [*_figures(held), *(() if full else _summary(held.description))]
     width = max(len(label) for label, _ in rows)
     lines = [f"{label:<{width}}  {value}" for label, value in rows]
-    tree = yaml_text(_flat(held.description))
-    return "\n".join(lines) + f"\n\ncomputed:\n{_indented(tree)}"
+    if not full:
+        return "\n".join(
+            [*lines, "", "every stage and parameter: --full, for programs --json; the same picture: camsim recapture"]
+        )
+    return "\n".join(lines) + f"\n\ncomputed:\n{_indented(yaml_text(_flat(held.description)))}"
 
 
 def json_of_file(path: str) -> str:
@@ -41,7 +47,8 @@ def json_of_file(path: str) -> str:
 def _figures(held: Held) -> list[tuple[str, str]]:
     record = held.record
     channels, pattern = _printable(", ".join(record.channels)), _printable(" / ".join(record.cfa_pattern))
-    error = record.error_estimate
+    error, own = record.error_estimate, record.description.get(OWN_STAGES)
+    alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, own)))}" if own else "yes"
     return [
         ("file", f"{held.path} ({held.form}, {readable(held.size_bytes)})"),
         ("product", f"{held.product}, {held.rows} × {held.cols}"),
@@ -52,8 +59,51 @@ def _figures(held: Held) -> list[tuple[str, str]]:
         ("seed", str(record.seed)),
         ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),
         ("written by", _printable(record.software)),
+        ("reproducible", alone),
         ("record", "whole: it fits its checksum"),
     ]
+
+
+def _summary(description: Any) -> list[tuple[str, str]]:
+    """Return the stages in a line each, from light to accuracy; of what a stranger has left out nothing."""
+    camera, scene = _part(description, "camera"), _part(description, "scene")
+    optics = [_stage(camera[key]) for key in ("lens", "olpf", "photosite") if _part(camera, key)]
+    shapes = scene.get("shapes")
+    number = len(shapes) if isinstance(shapes, list) else 0
+    rows = [
+        ("scene", f"{number} shape{'' if number == 1 else 's'}, background {_word(scene.get('background'))}"),
+        ("light", _stage(description.get("light"))),
+        ("optics", " → ".join(optics)),
+        ("exposure", _stage(description.get("exposure"))),
+        ("window", _stage(description.get("region")) or "the whole frame"),
+        ("noise", "on" if description.get("noise") is True else "off"),
+        ("computed", f"tolerance {_word(description.get('tolerance'))}, method {_word(description.get('method'))}"),
+    ]
+    return [(label, _printable(value)) for label, value in rows if value]
+
+
+def _part(tree: Any, key: str) -> Mapping[str, Any]:
+    part = tree.get(key) if isinstance(tree, Mapping) else None
+    return part if isinstance(part, Mapping) else {}
+
+
+def _stage(tree: Any) -> str:
+    """Return a stage as ``Airy(f_number=8)``; what it does not have, and its tables, left out."""
+    if not isinstance(tree, Mapping):
+        return ""
+    given = [(key, value) for key, value in tree.items() if key != "kind" and value is not None and value != 0]
+    words = [f"{key}={_word(value)}" for key, value in given if not isinstance(value, list) or _is_short(value)]
+    return f"{_word(tree.get('kind'))}({', '.join(words)})"
+
+
+def _is_short(values: list[Any]) -> bool:
+    return len(values) <= _SHORT_LIST and not any(isinstance(value, list | Mapping) for value in values)
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return str(value.get("name") or value.get("kind"))
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _black(record: Record) -> str:

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
+from camsim.words import percent_range
 
 if TYPE_CHECKING:
-    from camsim.measure import MtfReport, Picture, TheoreticalOtf
+    from camsim.measure import CameraOtf, MtfReport, Picture
 
 _CURVES = ("frequency_cycles_per_pixel", "mtf", "mtf_error", "theory_mtf")
-_PLOT_SUFFIXES = (".png", ".svg", ".pdf")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +52,8 @@ def measure(request: MtfRequest) -> None:
     if request.plot is not None:
         from camsim.cli.plot import draw
 
-        write_whole(request.plot, draw(report, Path(request.plot).suffix.lower()[1:]))
+        stages = theory.stages if theory is not None else ()
+        write_whole(request.plot, draw(report, Path(request.plot).suffix.lower()[1:], stages))
     if request.as_json:
         print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
         return
@@ -71,22 +72,18 @@ def _gamma(text: str | None) -> float | str | None:
 
 def _check_outputs(request: MtfRequest) -> None:
     """Refuse outputs that cannot be written, before any work."""
-    for path in (request.csv, request.plot):
-        if path is None:
-            continue
-        if Path(path).exists() and not request.force:
-            raise OutputError(f"{path!r} exists; overwrite it with --force, or write elsewhere")
-        if not Path(path).resolve().parent.is_dir():
-            raise OutputError(f"cannot write {path!r}: its folder does not exist; make it first")
+    if request.csv is not None:
+        if Path(request.csv).exists() and not request.force:
+            raise OutputError(f"{request.csv!r} exists; overwrite it with --force, or write elsewhere")
+        if not Path(request.csv).resolve().parent.is_dir():
+            raise OutputError(f"cannot write {request.csv!r}: its folder does not exist; make it first")
     if request.plot is not None:
-        if Path(request.plot).suffix.lower() not in _PLOT_SUFFIXES:
-            raise OutputError(f"cannot write {request.plot!r}: a plot is one of {', '.join(_PLOT_SUFFIXES)}")
-        from camsim.cli.plot import check_matplotlib
+        from camsim.cli.plot import check_drawing
 
-        check_matplotlib()
+        check_drawing(request.plot, force=request.force)
 
 
-def _theory(picture: Picture) -> tuple[TheoreticalOtf | None, str]:
+def _theory(picture: Picture) -> tuple[CameraOtf | None, str]:
     """Return the transfer function that the file's own description gives, or why there is none."""
     if picture.description is None:
         return None, "the file does not say what it was taken with"
@@ -156,8 +153,8 @@ def _lines(report: MtfReport, why_not: str) -> Iterator[str]:
     if why_not:
         yield f"theory: none, {why_not}"
     if report.edges[0].tail:
-        beyond = [100.0 * edge.tail_fraction for edge in report.edges]
-        yield f"line spread beyond the regions, added by a fit of 1/x²: {min(beyond):.2f}–{max(beyond):.2f} %"
+        beyond = [edge.tail_fraction for edge in report.edges]
+        yield f"line spread beyond the regions, added by a fit of 1/x²: {percent_range(min(beyond), max(beyond))}"
     else:
         yield "line spread beyond the regions left out (plain ISO 12233)"
     for edge in report.edges:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from camsim.cli.pairs_readme import readme
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 from camsim.exposing import Capture
 from camsim.files import save
@@ -26,13 +27,17 @@ from camsim.window import Region
 USUAL_LEVELS = (1.0, 0.25, 0.0625)
 """Light, relative to the scene's exposure: as it is, and two and four stops less."""
 
+_MOST_LETTERS = 16
 _PHASES = ("RGGB", "GRBG", "GBRG", "BGGR")
 _OFFSETS = ((0, 1), (1, 0), (1, 1))
 
 
 @dataclass(frozen=True, slots=True)
 class _Variant:
-    """One way to lay the colour filters over the scene."""
+    """One way to lay the colour filters over the scene.
+
+    name : the phase in letters, such as GRBG, and by how much the window is shifted, if it is
+    """
 
     name: str
     capture: Capture
@@ -69,7 +74,7 @@ def check_folder(path: str, *, force: bool) -> Path:
 
 
 def write_pairs(capture: Capture, folder: Path, levels: Sequence[float], *, compress: bool, quiet: bool) -> None:
-    """Write noisy and clean mosaics (.dng) and the truth (.exr) of every variant and level, and the index of all."""
+    """Write noisy and clean mosaics (.dng) and the truth (.exr) of every variant and level, an index and a page."""
     rows: list[dict[str, Any]] = []
     for variant in _variants(capture):
         for level in levels:
@@ -80,7 +85,12 @@ def write_pairs(capture: Capture, folder: Path, levels: Sequence[float], *, comp
     writer = csv.DictWriter(table, fieldnames=list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    for name, text in (("index.csv", table.getvalue()), ("index.json", json.dumps(rows, indent=1) + "\n")):
+    texts = {
+        "index.csv": table.getvalue(),
+        "index.json": json.dumps(rows, indent=1) + "\n",
+        "README.md": readme(capture, rows[0]),
+    }
+    for name, text in texts.items():
         with replacing(folder / name) as beside:
             write_chunks(beside, (text.encode(),))
 
@@ -105,15 +115,22 @@ def _variants(capture: Capture) -> Iterator[_Variant]:
         window = Region(rows=size[0], cols=size[1], origin=origin)
         return dataclasses.replace(capture, camera=camera.replace(cfa=cfa), region=window)
 
-    own = "-".join(camera.cfa.pattern)
     if "".join(camera.cfa.pattern) in _PHASES and period == (2, 2):
         for phase in _PHASES:
             yield _Variant(phase, windowed(Cfa.bayer(phase), (row, col)), (row, col))
     else:
-        yield _Variant(own, windowed(camera.cfa, (row, col)), (row, col))
+        yield _Variant(_letters(camera.cfa, (row, col)), windowed(camera.cfa, (row, col)), (row, col))
     for down, right in _OFFSETS:
         origin = row + down, col + right
-        yield _Variant(f"{own}+{down}+{right}", windowed(camera.cfa, origin), origin)
+        shift = "-".join(("from", *(("row1",) if down else ()), *(("col1",) if right else ())))
+        yield _Variant(f"{_letters(camera.cfa, origin)}-{shift}", windowed(camera.cfa, origin), origin)
+
+
+def _letters(cfa: Cfa, origin: tuple[int, int]) -> str:
+    """Return the filters from a place on, row by row as GRBG; of an array with a long period its size, as cfa-6x6."""
+    rows = cfa.window_pattern(origin)
+    letters = "".join(rows)
+    return letters if len(letters) <= _MOST_LETTERS else f"cfa-{len(rows)}x{len(rows[0])}"
 
 
 def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int, compress: bool) -> dict[str, Any]:
@@ -126,9 +143,9 @@ def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int, c
     # What raw developers would misread goes into a plain TIFF.
     suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
     names = {"noisy": f"{stem}-noisy{suffix}", "clean": f"{stem}-clean{suffix}", "truth": f"{stem}-truth.exr"}
-    save(frame, folder / names["noisy"], compress=compress)
-    save(clean, folder / names["clean"], compress=compress)
-    save(clean, folder / names["truth"], product="truth")
+    save(frame, folder / names["noisy"], force=True, compress=compress)
+    save(clean, folder / names["clean"], force=True, compress=compress)
+    save(clean, folder / names["truth"], product="truth", force=True)
     return {**names, **_figures(variant, frame, level)}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -14,26 +15,41 @@ _AFTER_S = 0.7
 
 
 class Bar:
-    """Shows nothing for short work, nothing in a log file, and goes away when the work is done."""
+    """Shows nothing for short work, nothing in a log file, and goes away when the work is done.
+
+    At the first use on a machine it says which kernel is being compiled, and the how many-th that is.
+    """
 
     def __init__(self, *, shown: bool) -> None:
         self._wanted = shown and sys.stderr.isatty()
         self._began = time.perf_counter()
         self._bar: tuple[Progress, TaskID] | None = None
+        self._fraction, self._compiled = 0.0, 0
+        self._listening = ExitStack()
 
     def __enter__(self) -> Bar:
+        if self._wanted:
+            from camsim.kernels import compiling
+
+            self._listening.enter_context(compiling(self._say_what_is_compiled))
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._listening.close()
         if self._bar is not None:
             self._bar[0].stop()
+
+    def _say_what_is_compiled(self, kernel: str) -> None:
+        self._compiled += 1
+        self.update(f"compiling, once on this machine: {kernel} ({self._compiled})", self._fraction)
 
     def update(self, stage: str, fraction: float) -> None:
         """Say which stage is at work and which fraction of it is done."""
         if not self._wanted:
             return
+        self._fraction = fraction
         if self._bar is None:
             if time.perf_counter() - self._began < _AFTER_S:
                 return

@@ -41,7 +41,7 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
         frame = _written_row_by_row(held, outputs, bar, **how) if row_by_row else _frame_of(held, outputs, bar)
         for output in outputs:
             if not row_by_row or output.product == "spectral":
-                save(frame, output.path, product=output.product, **how)
+                save(frame, output.path, product=output.product, force=True, **how)
     if not quiet:
         for output in outputs:
             print(f"{output.path}: {_compared(held, output)}", file=sys.stderr)

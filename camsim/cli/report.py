@@ -12,6 +12,7 @@ from camsim.cli.outputs import Output
 from camsim.config.memory import readable
 from camsim.config.yaml_text import yaml_text
 from camsim.frame import ChannelSignal, Frame
+from camsim.words import percent
 
 _WIDTH_OF_A_LOG = 1000
 _LONGEST_LIST = 12
@@ -45,13 +46,6 @@ def print_report(
     if report.truth_error_estimate is not None:
         lines.add_row("", f"{report.truth_error_estimate:.2g} in the truth, every channel at every photosite")
     lines.add_row("signal", _signal(frame))
-    for channel in report.signal:
-        if channel.clipped_photosites > channel.photosites // 20:
-            share = channel.clipped_photosites / channel.photosites
-            lines.add_row(
-                "note",
-                f"{share:.0%} of {channel.name} is clipped; exposure.time_s: auto puts white at 80 %",
-            )
     for note in report.notes:
         lines.add_row("note", note)
     if report.standard_error is not None:
@@ -90,8 +84,8 @@ def _signal(frame: Frame) -> Table:
 def _clipped(channel: ChannelSignal) -> str:
     if not channel.clipped_photosites:
         return "none"
-    percent = 100.0 * channel.clipped_photosites / channel.photosites
-    return f"{channel.clipped_photosites} of {channel.photosites} ({percent:.2g} %)"
+    share = channel.clipped_photosites / channel.photosites
+    return f"{channel.clipped_photosites} of {channel.photosites} ({percent(share)})"
 
 
 def _shortened(tree: object) -> object:

@@ -38,7 +38,7 @@ def write_mosaics(
 
     with contextlib.ExitStack() as stack:
         writers = [
-            stack.enter_context(writing_rows(output.path, camera=camera, region=region, **how))
+            stack.enter_context(writing_rows(output.path, camera=camera, region=region, force=True, **how))
             for output in outputs
             if output.product == "mosaic"
         ]

@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from camsim.config import library, yaml_source
-from camsim.config.library import Kind, Located
+from camsim.config.library import Located
+from camsim.config.sensor_search import SensorSearch
+from camsim.optics.protocols import KnowsSplits
 
 if TYPE_CHECKING:
     from camsim.body import Body
-    from camsim.optics import FourSpotOlpf
 
 Row = tuple[str, str]
 
 
-def lines_of_list(what: str) -> Iterator[str]:
-    """Return one line a name; sensors and scenes with what they are."""
+def lines_of_list(what: str, sensors: Sequence[str] = ()) -> Iterator[str]:
+    """Return one line a name; sensors and scenes with what they are, sensors also with their place.
+
+    sensors : folders to look for sensors in by name
+    """
     from camsim.spectra import named
 
     names: Mapping[str, Callable[[], Iterable[str]]] = {
-        "sensors": lambda: _described("sensor"),
-        "scenes": lambda: _described("scene"),
+        "sensors": lambda: _sensors(SensorSearch.of(sensors, Path())),
+        "scenes": _scenes,
         "illuminants": named.illuminant_names,
         "reflectances": named.reflectance_names,
         "sensitivities": named.sensitivity_names,
@@ -30,29 +35,39 @@ def lines_of_list(what: str) -> Iterator[str]:
     yield from names[what]()
 
 
-def text_of(name: str) -> str:
+def text_of(name: str, sensors: Sequence[str] = ()) -> str:
     """Return the file of a sensor or scene, then what follows from it, as comments: still valid YAML."""
-    kind, located = library.locate_any(name)
+    search = SensorSearch.of(sensors, Path())
+    kind, located = search.locate_any(name)
     document = yaml_source.read(located.path, located.shown)
     said = document.tree.get("camsim") if isinstance(document.tree, dict) else None
     if isinstance(said, str) and said.partition("/")[0] in ("sensor", "scene"):
         kind = "sensor" if said.startswith("sensor/") else "scene"
-    rows = _figures_of_sensor(located) if kind == "sensor" else _figures_of_scene(located)
+    rows = _figures_of_sensor(located) if kind == "sensor" else _figures_of_scene(located, search)
     text = located.path.read_text(encoding="utf-8").rstrip("\n")
     width = max(len(label) for label, _ in rows)
     figures = "\n".join(f"#   {label:<{width}}  {value}" for label, value in rows)
     return f"# {located.shown}\n{text}\n\n# What follows from it:\n{figures}"
 
 
-def _described(kind: Kind) -> Iterator[str]:
-    found = library.shipped(kind)
-    width = max((len(name) for name in found), default=0)
+def _sensors(search: SensorSearch) -> Iterator[str]:
+    found = dict(search.all())
+    width = max(map(len, found))
+    for name, located in sorted(found.items()):
+        words = _first_comment(located.path.read_text(encoding="utf-8", errors="replace"))
+        place = "shipped" if located.path == library.shipped("sensor").get(name) else located.shown
+        yield f"{name:<{width}}  {words}{' ' if words else ''}({place})"
+
+
+def _scenes() -> Iterator[str]:
+    found = library.shipped("scene")
+    width = max(map(len, found))
     for name, path in found.items():
-        yield f"{name:<{width}}  {_first_comment(path.read_text(encoding='utf-8'))}".rstrip()
+        yield f"{name:<{width}}  {_first_comment(path.read_text(encoding='utf-8'))}"
 
 
 def _first_comment(text: str) -> str:
-    """Return the sentence that a shipped file begins with."""
+    """Return the sentence that a file begins with."""
     lines = []
     for line in text.splitlines():
         if not line.startswith("#"):
@@ -77,9 +92,9 @@ def _figures_of_sensor(located: Located) -> list[Row]:
     rows = [
         ("photosites", f"{camera.rows} × {camera.cols}, {camera.rows * camera.cols / 1e6:.1f} million"),
         ("size", f"{width_mm:.2f} × {height_mm:.2f} mm, diagonal {math.hypot(width_mm, height_mm):.2f} mm"),
-        ("Nyquist frequency", f"{0.5 / pitch_um:.5g} cycles/µm ({500.0 / pitch_um:.1f} line pairs/mm)"),
+        ("Nyquist frequency", f"{0.5 / pitch_um:.5g} cycles/µm ({500.0 / pitch_um:.1f} line pairs/mm), all photosites"),
     ]
-    if camera.olpf is not None:
+    if isinstance(camera.olpf, KnowsSplits):
         rows.append(("OLPF null", _olpf_null(camera.olpf, pitch_um)))
     rows += [
         ("white level", f"{adc.white_level_dn(adc.base_iso, well_e)} DN at ISO {adc.base_iso:g}"),
@@ -105,9 +120,9 @@ def _blur(camera: Body, wavelength_nm: float) -> Row:
     return "lens", f"{kind}, the same at every wavelength: {scale_um:.4g} µm, {ends}"
 
 
-def _olpf_null(olpf: FourSpotOlpf, pitch_um: float) -> str:
+def _olpf_null(olpf: KnowsSplits, pitch_um: float) -> str:
     """Return the frequencies at which the low-pass filter first passes nothing."""
-    splits = {"x": olpf.split_um, "y": olpf.split_down_um}
+    splits = dict(zip("xy", olpf.splits_um, strict=True))
     along = [axis for axis, split_um in splits.items() if split_um]
     if len(along) == 2 and splits["x"] == splits["y"]:
         splits, along = {"x and y": splits["x"]}, ["x and y"]
@@ -137,10 +152,10 @@ def _saturation_exposures(camera: Body, saturation_e: float) -> list[Row]:
     return [("lux·s to white", f"{', '.join(shown)}, of D55 on the sensor")]
 
 
-def _figures_of_scene(located: Located) -> list[Row]:
+def _figures_of_scene(located: Located, search: SensorSearch) -> list[Row]:
     from camsim.capturing import load
 
-    setup = load(located.path)
+    setup = load(located.path, sensors=search.own)
     camera, light = setup.camera, setup.light
     rows, cols = (setup.region.rows, setup.region.cols) if setup.region else (camera.rows, camera.cols)
     wavelength_nm = light.line_nm or 550.0

@@ -30,6 +30,7 @@ class Request:
 
     scene: str
     sensor: str | None
+    sensors: tuple[str, ...]
     changes: tuple[str, ...]
     seed: int | None
     frames: int
@@ -60,6 +61,7 @@ def take(request: Request) -> None:
             overrides=request.changes,
             seed=request.seed,
             products=products,
+            sensors=request.sensors,
             held=held,
         )
         warning = odd_cfa_of(tuple(ready.camera.cfa.pattern), outputs, allowed=request.allow_odd_cfa)
@@ -116,7 +118,12 @@ def take_pairs(request: Request) -> None:
 
         lossless_encoder()
     ready = load(
-        request.scene, sensor=request.sensor, overrides=request.changes, seed=request.seed, products=("mosaic", "truth")
+        request.scene,
+        sensor=request.sensor,
+        overrides=request.changes,
+        seed=request.seed,
+        products=("mosaic", "truth"),
+        sensors=request.sensors,
     )
     folder = check_folder(request.pairs, force=request.force)
     if not request.quiet:
@@ -179,6 +186,7 @@ def _write(frame: Frame, outputs: list[Output], bar: Bar, request: Request) -> N
             frame,
             output.path,
             product=output.product,
+            force=True,  # judged before the work
             allow_odd_cfa=request.allow_odd_cfa,
             compress=request.compress,
         )

@@ -3,32 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from camsim.capturing import load, load_camera
-from camsim.config import library, yaml_source
-from camsim.errors import CamsimError
+from camsim.cli.draw import lines, picture
+from camsim.cli.plot import check_drawing
+from camsim.config import yaml_source
+from camsim.config.sensor_search import SensorSearch
+from camsim.errors import CamsimError, InvalidValueError
+from camsim.files.atomic import write_whole
 from camsim.optics import Airy
 
+TERMINAL = "-"
+A_SCENE = "a scene"
 
-def validate_files(files: Sequence[str]) -> None:
-    """Print a line for each good file; raises CamsimError with the faults of the others."""
+
+def validate_files(files: Sequence[str], sensors: Sequence[str] = ()) -> None:
+    """Print a line for each good file; raises CamsimError with the faults of the others.
+
+    sensors : folders to look for sensors in by name
+    """
+    search = SensorSearch.of(sensors, Path())
     errors: list[CamsimError] = []
     for file in files:
         try:
-            print(f"{file}: {_validated(file)}, no faults")
+            print(f"{file}: {_validated(file, search)}, no faults")
         except CamsimError as error:
             errors.append(error)
     if errors:
         raise CamsimError("\n".join(str(error) for error in errors))
 
 
-def _validated(file: str) -> str:
-    _, located = library.locate_any(file)
+def draw_scene(files: Sequence[str], drawing: str, sensors: Sequence[str], *, force: bool) -> None:
+    """Draw a scene: into a file, or on the terminal when that is -."""
+    if len(files) != 1:
+        raise InvalidValueError(f"draws one scene, and {len(files)} files are given", key="--draw")
+    search = SensorSearch.of(sensors, Path())
+    if drawing != TERMINAL:
+        check_drawing(drawing, force=force, option="--draw")
+    said = _validated(files[0], search)
+    if said != A_SCENE:
+        raise InvalidValueError(f"{files[0]!r} is {said}; give a scene, such as one that uses it", key="--draw")
+    capture = load(files[0], sensors=search.own)
+    if drawing == TERMINAL:
+        print("\n".join(lines(capture)))
+    else:
+        write_whole(drawing, picture(capture, Path(drawing).suffix.lower()[1:]))
+        print(f"{drawing}: {capture.scene_name}")
+
+
+def _validated(file: str, search: SensorSearch) -> str:
+    _, located = search.locate_any(file)
     tree = yaml_source.read(located.path, located.shown).tree
     said = tree.get("camsim") if isinstance(tree, dict) else None
     if isinstance(said, str) and said.startswith("sensor/"):
         # A sensor is whole without a lens; any will do to build the camera.
-        load_camera(file, lens=Airy(f_number=8.0))
+        load_camera(file, lens=Airy(f_number=8.0), sensors=search.own)
         return "a sensor"
-    load(file)
-    return "a scene"
+    load(file, sensors=search.own)
+    return A_SCENE

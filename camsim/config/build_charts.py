@@ -57,7 +57,7 @@ def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectr
     table = scene.part(path, schema.Svg)
     if table is None or None in palette.values() or any(schema.Svg.contradictions(given)):
         return None
-    file = scene.build((*path, "file"), lambda: beside(table.file, scene.document.folder))
+    file = scene.build((*path, "file"), lambda: beside(scene.document.folder, table.file))
     if file is None:
         return None
     return scene.build(

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from camsim.config import schema
+from camsim.config import library, schema
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
-from camsim.errors import CamsimError, InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.optics import (
     Airy,
     AnnularAiry,
@@ -20,6 +20,8 @@ from camsim.optics import (
     FourSpotOlpf,
     Gaussian,
     Lens,
+    LowPass,
+    MeasuredOtf,
     MeasuredPsf,
     PhotositeShape,
     PolygonPhotosite,
@@ -28,6 +30,7 @@ from camsim.optics import (
     RectangularPhotosite,
     RoundedPhotosite,
     SquarePhotosite,
+    TwoSpotOlpf,
     Wavefront,
 )
 from camsim.spectra.curve import Spectrum
@@ -57,11 +60,7 @@ def _gaussian(table: schema.GaussianLens, common: dict[str, Any]) -> Lens:
     if table.mtf50_per_um is not None:
         return Gaussian(sigma_um=Gaussian.from_mtf50(table.mtf50_per_um).sigma_um, **common)
     assert table.sigma_um is not None
-    if table.sigma_across_um is None:
-        return Gaussian(sigma_um=table.sigma_um, **common)
-    return EllipticalGaussian.from_axes(
-        sigma_um=table.sigma_um, sigma_across_um=table.sigma_across_um, rotate_deg=table.rotate_deg, **common
-    )
+    return Gaussian(sigma_um=table.sigma_um, **common)
 
 
 def _pupil(table: schema.Pupil) -> Pupil:
@@ -94,23 +93,23 @@ def _measured(
         (values,) = planes.values()
     else:
         raise InvalidValueError(f"the image has channels {', '.join(planes)}; a transfer has one, or re and im")
-    return MeasuredPsf.from_otf(values, spacing_per_um=table.spacing_per_um, **common)
+    return MeasuredOtf(values=values, spacing_per_um=table.spacing_per_um, **common)
 
 
 def _planes(name: str, folder: Path) -> dict[str, Any]:
     """Read the channels of an image that a scene names; it lies under the scene's folder."""
     from camsim.measure.reading import read_picture
 
-    path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise CamsimError(f"{name!r} lies outside this file's folder; put it there")
-    return {plane.name: plane.samples for plane in read_picture(path).planes}
+    return {plane.name: plane.samples for plane in read_picture(library.beside(folder, name)).planes}
 
 
 _LENSES: dict[type[schema.Table], Callable[[Any, dict[str, Any]], Lens]] = {
     schema.AiryLens: lambda table, common: Airy(**common),
     schema.AnnularLens: lambda table, common: AnnularAiry(obstruction=table.obstruction, **common),
     schema.GaussianLens: _gaussian,
+    schema.EllipticalGaussianLens: lambda table, common: EllipticalGaussian.from_axes(
+        sigma_um=table.sigma_um, sigma_across_um=table.sigma_across_um, rotate_deg=table.rotate_deg, **common
+    ),
     schema.RadialOtfLens: lambda table, common: RadialOtf(
         freq_per_um=tuple(table.freq_per_um), values=tuple(table.values), **common
     ),
@@ -148,9 +147,21 @@ def _photosite(table: schema.Table, pitch_um: float) -> PhotositeShape:
     return SquarePhotosite.from_fill_factor(pitch_um=pitch_um, fill_factor=table.fill_factor)
 
 
-def olpf(table: schema.FourSpotOlpf | schema.TwoSpotOlpf | None) -> FourSpotOlpf | None:
-    """Make the low-pass filter of a sensor; None for none."""
-    if table is None:
+def olpf(sensor: Judged[schema.SensorFile]) -> LowPass | None:
+    """Make the low-pass filter of a sensor; None for none, or when it is wrong."""
+    model, path = sensor.model, ("olpf",)
+    if model is None or model.olpf is None or any(type(model.olpf).contradictions(sensor.value(path))):
         return None
-    split_y_um = 0.0 if isinstance(table, schema.TwoSpotOlpf) else table.split_y_um
-    return FourSpotOlpf(split_um=table.split_um, split_y_um=split_y_um, rotate_deg=table.rotate_deg)
+    table, pitch_um = model.olpf, model.frame.pitch_um
+    return sensor.build(path, lambda: _olpf(table, pitch_um))
+
+
+def _olpf(table: schema.FourSpotOlpf | schema.TwoSpotOlpf, pitch_um: float) -> LowPass:
+    def in_um(split_um: float | None, split_pitches: float | None) -> Any:
+        return split_pitches * pitch_um if split_pitches is not None else split_um
+
+    split_um = in_um(table.split_um, table.split_pitches)
+    if isinstance(table, schema.TwoSpotOlpf):
+        return TwoSpotOlpf(split_um=split_um, rotate_deg=table.rotate_deg)
+    split_y_um = in_um(table.split_y_um, table.split_y_pitches)
+    return FourSpotOlpf(split_um=split_um, split_y_um=split_y_um, rotate_deg=table.rotate_deg)

@@ -25,7 +25,7 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
     cfa = _cfa(sensor)
     quantum_efficiency = _quantum_efficiency(sensor, cfa)
     filters, photosite = filters_at(sensor, ("filters",)), build_optics.photosite(sensor)
-    adc = _adc(sensor)
+    olpf, adc = build_optics.olpf(sensor), _adc(sensor)
     charge, readout = _stages(sensor, "charge", schema.Charge), _stages(sensor, "readout", schema.Readout)
     model = sensor.model
     if model is None or lens is None or cfa is None or quantum_efficiency is None or adc is None:
@@ -41,7 +41,7 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
             cols=model.frame.cols,
             pitch_um=model.frame.pitch_um,
             lens=lens,
-            olpf=build_optics.olpf(model.olpf),
+            olpf=olpf,
             photosite=photosite,
             cfa=cfa,
             quantum_efficiency=quantum_efficiency,

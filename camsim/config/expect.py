@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import operator
 import types
@@ -15,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from camsim.config.schema import Called, Table
 from camsim.config.tree import KeyPath, Node
+from camsim.errors import nearest
 from camsim.words import either, in_range
 
 
@@ -89,7 +89,9 @@ class Expected:
         """Return the word that stands under ``kind`` or ``name`` in ``node``, or the known one that it is near to."""
         said = node.content.get(key) if isinstance(node.content, Mapping) else None
         words = [word for table in self.tables() for word in words_of(table, key)]
-        near = difflib.get_close_matches(str(said.content), words, n=1) if said is not None else []
+        if said is None or said.content in words:
+            return None if said is None else str(said.content)
+        near = nearest(str(said.content), words)
         return near[0] if near else None
 
     def inside(self, node: Node, key: str | int) -> Expected | None:
@@ -143,6 +145,14 @@ class Expected:
         """Whether a number may stand here that is at most 1."""
         limits = [limit for a in self.alternatives() if a.kind is float for limit in a.limits]
         return any(isinstance(limit, Le) and limit.le == 1 for limit in limits)
+
+    def is_number(self) -> bool:
+        """Whether a number may stand here."""
+        return any(alternative.kind in (float, int) for alternative in self.alternatives())
+
+    def length(self) -> int:
+        """Return how many items a list here has; 0 where that is free."""
+        return next((len(get_args(a.kind)) for a in self._with_origin(tuple)), 0)
 
     def words(self) -> str:
         """Return what may stand here, as in 'must be …'."""
@@ -209,7 +219,7 @@ def _words(expected: Expected) -> str:
     if called is not None:
         return called
     if origin is Literal:
-        return either([str(value) for value in get_args(kind)])
+        return either([repr(value) if " " in str(value) else str(value) for value in get_args(kind)])
     if origin is tuple:
         return f"a list of {len(get_args(kind))} numbers"
     if origin is list:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 from collections.abc import Iterator, Mapping
@@ -12,14 +11,16 @@ from pydantic import ValidationError
 
 from camsim.config.expect import Expected, along, can_contradict
 from camsim.config.near import elsewhere, meant
+from camsim.config.scalars import resolve
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
 from camsim.errors import ConfigError, Fault
-from camsim.words import percent_hint
+from camsim.words import either, number_hint, percent_hint, word_hint
 
 T = TypeVar("T", bound=Table)
 
 _LONGEST_SHOWN = 40
+_TRUTHS = {"true": ("yes", "on", "y"), "false": ("no", "off", "n", "none")}
 
 
 def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
@@ -42,7 +43,7 @@ def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
             for detail in error.errors(include_url=False, include_context=False, include_input=False):
                 path = _path_of(root, document.root, detail["loc"], detail["type"])
                 judged = path[:-1] if detail["type"] == "extra_forbidden" else path
-                if path not in said and not document.refuses(judged):
+                if path not in said and not document.refuses(judged) and not _misspelt(root, document, path):
                     said.add(path)
                     faults.append(_fault(document, model, path, detail))
                 misspelt |= detail["type"].startswith("union_tag") and _mend_kind(tree, root, document, path)
@@ -51,10 +52,20 @@ def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
             if not misspelt or len(faults) >= MOST_FAULTS:
                 break
     for path, message in _contradictions(root, document.root, ()):
-        if len(faults) < MOST_FAULTS and not document.refuses(path):
+        if len(faults) < MOST_FAULTS and not document.refuses(path) and not _misspelt(root, document, path):
             faults.append(document.fault(path, message, at_key=True))
     faults.sort(key=lambda fault: (fault.line, fault.column))
     return (valid if not faults else None), faults
+
+
+def _misspelt(root: Expected, document: Document, path: KeyPath) -> bool:
+    """Whether a key that is missing stands there under another name: the message about that says it all."""
+    holder, node = along(root, document.root, path[:-1]), document.find(path[:-1])
+    table = holder.table(node) if holder is not None and node is not None else None
+    if table is None or node is None or not isinstance(node.content, Mapping) or path[-1] in node.content:
+        return False
+    known = [name for name in table.model_fields if name != "source"]
+    return any(meant(key, known) == path[-1] for key in node.content if key not in table.model_fields)
 
 
 def validate(tree: Any, model: type[T]) -> T:
@@ -132,14 +143,24 @@ def _fault(document: Document, model: type[Table], path: KeyPath, detail: Any) -
         return document.fault(path, _unknown_key(document, model, path), at_key=True)
     if detail["loc"][-1] == "[key]":
         holder = along(root, document.root, path[:-1])
-        return document.fault(path, f"must be {holder.key_words() if holder else 'another key'}", at_key=True)
+        way_out = "; write {R: {csv: …, column: R}, G: …}" if path[-1] in ("csv", "column") else ""
+        words = holder.key_words() if holder else "another key"
+        return document.fault(path, f"must be {words}{way_out}", at_key=True)
     expected = along(root, document.root, path)
     assert expected is not None, f"{path}: an error where the schema has nothing to say"
     meaning = f" ({expected.description})" if expected.description else ""
     node = document.find(path)
     if node is None:
-        return document.fault(path, f"missing; {expected.words()}{meaning}")
+        return document.fault(path, f"missing; {expected.words()}{_under_another_name(document, path)}{meaning}")
     return document.fault(path, _wrong_value(node, expected) + meaning)
+
+
+def _under_another_name(document: Document, path: KeyPath) -> str:
+    """Return which key stands there in place of ``kind``, without which a table is of no kind."""
+    holder = document.find(path[:-1])
+    keys = list(holder.content) if holder is not None and isinstance(holder.content, Mapping) else []
+    other = [key for key in keys if path[-1] == "kind" and meant(key, ["kind"])]
+    return f"; write kind in place of {other[0]!r}" if other else ""
 
 
 def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
@@ -148,6 +169,13 @@ def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
     parent = document.find(path[:-1])
     table = holder.table(parent) if holder is not None and parent is not None else None
     assert table is not None, f"{path}: a key too many outside a table"
+    assert holder is not None
+    if comma := _comma(parent, key):
+        return comma
+    # A key of another kind is no misspelling of one of this kind.
+    others = [other for other in holder.tables() if key in other.model_fields]
+    if kinds := [word for other in others for word in get_args(other.model_fields["kind"].annotation)]:
+        return f"unknown key of this kind; it is one of kind {either(kinds)}"
     allowed = [name for name in table.model_fields if name != "source"]
     if near := meant(key, allowed):
         description = table.model_fields[near].description
@@ -157,17 +185,49 @@ def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
     return f"unknown key; known here: {', '.join(allowed)}"
 
 
+def _comma(parent: Node | None, key: str) -> str:
+    """Return what is wrong where a comma inside a number has made a key of what follows it; empty where none has."""
+    entries = parent.content if parent is not None else None
+    if not isinstance(entries, Mapping) or not key.isdecimal() or entries[key].content is not None:
+        return ""
+    names = list(entries)
+    name = names[names.index(key) - 1] if names[0] != key else ""
+    before = entries[name] if name else None
+    if before is None or isinstance(before.content, bool) or not isinstance(before.content, int | float):
+        return ""
+    number = f"{before.text},{key}"
+    return f"a comma ends the value of {name!r}, so {number} is read as {before.text}{number_hint(number)}"
+
+
 def _wrong_value(node: Node, expected: Expected) -> str:
     value, words = node.content, expected.words()
     if isinstance(value, float) and not math.isfinite(value):
         return f"must be {words.replace('a number', 'a finite number', 1)}, not {node.text}"
     hint = ""
     if isinstance(value, str):
-        near = difflib.get_close_matches(value.lower(), expected.literals(), n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = word_hint(value, expected.literals()) or _hint_of_text(value, expected)
     elif expected.is_fraction():
         hint = percent_hint(value)
+    elif isinstance(value, tuple) and len(value) == 2 * expected.length():
+        hint = "; a decimal number has a point, such as 1.5"
     return f"must be {words}, not {_got(node)}{hint}"
+
+
+def _hint_of_text(text: str, expected: Expected) -> str:
+    """Return the way out of a text for a number, for true or false, or for a table of which it says one key."""
+    if expected.is_number():
+        # What reads like a number was put in quotes.
+        return "; write it without quotes" if isinstance(resolve(text), int | float) else number_hint(text)
+    truth = next((said for said, words in _TRUTHS.items() if text.lower() in words), None)
+    if expected.kind is bool:
+        return f"; write {truth}" if truth else ""
+    for table in expected.tables()[:1]:
+        keys = [key for key in table.model_fields if key != "source"]
+        if truth and table.model_fields[keys[0]].annotation is bool:
+            return f"; write {{{keys[0]}: {truth}}}"
+        if len(keys) == 1:
+            return f"; write {{{keys[0]}: {text}}}"
+    return ""
 
 
 def _got(node: Node) -> str:

@@ -13,6 +13,7 @@ from camsim.config.faults import judge, validate
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
+from camsim.words import number_hint
 
 M = TypeVar("M", bound=Table)
 P = TypeVar("P", bound=Table)
@@ -75,7 +76,7 @@ class Judged(Generic[M]):
         except ConfigError as error:
             self.faults.extend(error.faults)
         except UnknownNameError as error:
-            shown = "" if error.near else _LISTS.get(error.kind, "")
+            shown = "" if error.near else number_hint(error.name) or _LISTS.get(error.kind, "")
             self.refuse(self._place(path, error, keys or {}), error.message + shown)
         except CamsimError as error:
             self.refuse(self._place(path, error, keys or {}), error.message)

@@ -15,7 +15,7 @@ from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 Kind: TypeAlias = Literal["sensor", "scene"]
 KINDS: tuple[Kind, ...] = ("sensor", "scene")
 
-_SUFFIXES = (".yaml", ".yml")
+YAML_SUFFIXES = (".yaml", ".yml")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,64 +33,56 @@ def shipped(kind: Kind) -> Mapping[str, Path]:
 
 def locate(kind: Kind, name: str) -> Located:
     """Find what the user named on the command line or in Python: a path from here, or a shipped name."""
+    if (found := locate_path(kind, name)) is not None:
+        return found
+    known = shipped(kind)
+    if name not in known:
+        here = next((f"{name}{suffix}" for suffix in YAML_SUFFIXES if os.path.isfile(f"{name}{suffix}")), "")
+        way_out = (
+            f"for the file that lies here write {here}"
+            if here
+            else "a file of your own needs its path, such as ./my.yaml"
+        )
+        raise UnknownNameError(kind, name, known, hint=f"; {way_out}")
+    return Located(known[name], f"{kind}s/{name}.yaml")
+
+
+def locate_path(kind: Kind, name: str) -> Located | None:
+    """Find a file by its path from here; None for a bare name, raises ConfigError when there is no such file."""
     if os.path.isfile(name):
         return Located(Path(name), name)
-    if not _looks_like_path(name):
-        return _shipped(kind, name)
+    if not looks_like_path(name):
+        return None
     if not os.path.exists(name):
         raise ConfigError([Fault(name, 0, 0, "", f"no such file{_near_file(kind, Path(name))}")])
     return Located(Path(name), name)
 
 
-def locate_any(name: str) -> tuple[Kind, Located]:
-    """Find a path or a shipped name of either kind; a path counts as a sensor until it has been read."""
-    if _looks_like_path(name) or os.path.isfile(name):
-        return "sensor", locate("sensor", name)
-    for kind in KINDS:
-        if name in shipped(kind):
-            return kind, locate(kind, name)
-    raise UnknownNameError("sensor or scene", name, [name for kind in KINDS for name in shipped(kind)])
+def beside(folder: Path, name: str, *, way_out: str = "put it there", also: Path | None = None) -> Path:
+    """Return the path of a file that a file in ``folder`` names: under that folder, or directly in ``also``.
 
-
-def beside(name: str, folder: Path) -> Path:
-    """Return the path of what a file in ``folder`` names; it lies in that folder or below."""
+    Raises CamsimError about any other, so that a file from elsewhere reads nothing of the disk.
+    """
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise CamsimError(f"{name!r} lies outside this file's folder; put it there")
+    real = path.resolve()
+    if not real.is_relative_to(folder.resolve()) and (also is None or real.parent != also.resolve()):
+        raise CamsimError(f"{name!r} lies outside this file's folder; {way_out}")
     if not path.is_file():
         raise CamsimError(f"no such file: {str(path)!r}")
     return path
-
-
-def locate_beside(kind: Kind, name: str, folder: Path) -> Located:
-    """Find what a file in ``folder`` names: a file under that folder, or a shipped name."""
-    if not _looks_like_path(name):
-        return _shipped(kind, name)
-    path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise CamsimError(f"{name!r} lies outside this file's folder; put it there or name it with --{kind}")
-    if not path.is_file():
-        raise CamsimError(f"no such file: {str(path)!r}")
-    return Located(path, str(path))
 
 
 def _near_file(kind: Kind, path: Path) -> str:
     if path.stem in shipped(kind):
         return f"; for the shipped {kind} write {path.stem!r}"
     there = os.listdir(path.parent) if os.path.isdir(path.parent) else []
-    near = difflib.get_close_matches(path.name, [name for name in there if name.endswith(_SUFFIXES)], n=1)
+    near = difflib.get_close_matches(path.name, [name for name in there if name.endswith(YAML_SUFFIXES)], n=1)
     return f"; did you mean {str(path.parent / near[0])!r}?" if near else ""
 
 
-def _looks_like_path(name: str) -> bool:
-    return name.endswith(_SUFFIXES) or "/" in name or "\\" in name
-
-
-def _shipped(kind: Kind, name: str) -> Located:
-    known = shipped(kind)
-    if name not in known:
-        raise UnknownNameError(kind, name, known, hint="; a file of your own needs its path, such as ./my.yaml")
-    return Located(known[name], f"{kind}s/{name}.yaml")
+def looks_like_path(name: str) -> bool:
+    """Whether a word is a path rather than a bare name."""
+    return name.endswith(YAML_SUFFIXES) or "/" in name or "\\" in name
 
 
 def _folder(kind: Kind) -> Path:

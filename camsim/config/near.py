@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import get_args, get_origin
 
 from camsim.config.expect import Expected, expected_of_field
-from camsim.config.schema import Table
+from camsim.config.schema import SceneFile, SensorFile, Table
 from camsim.config.tree import KeyPath, dotted
 
 # Words of other programs, of cameras and of data sheets for our keys.
@@ -16,9 +16,10 @@ _OTHER_WORDS = {
     "background": "bg backdrop",
     "bit_depth": "bits bpp adc_bits depth",
     "black_level_dn": "black black_level offset pedestal bias",
-    "centre": "center position pos xy middle",
+    "centre": "center centre_um center_um position pos xy middle",
     "cfa": "bayer pattern color_filter filter mosaic",
     "cols": "columns width width_px nx",
+    "csv": "file path table",
     "curves": "curve sensitivities response spectrum",
     "dark_current_e_per_s": "dark dark_current",
     "datetime": "date timestamp when",
@@ -28,9 +29,13 @@ _OTHER_WORDS = {
     "f_number": "aperture fstop f_stop f n fnumber stop",
     "fill_factor": "fill ff",
     "full_well_e": "well capacity saturation full_well_capacity",
-    "illuminance_lux": "lux brightness intensity level",
+    "illuminance_lux": "lux lx illuminance brightness intensity level",
     "illuminant": "spectrum white_point temperature whitepoint",
+    "height": "h height_um size_y",
     "iso": "sensitivity gain speed",
+    "kind": "type shape form",
+    "lens": "optics objective",
+    "light": "illumination lighting source",
     "line_nm": "wavelength wavelength_nm laser laser_nm monochromatic",
     "origin": "offset start corner",
     "pattern": "phase order",
@@ -39,9 +44,9 @@ _OTHER_WORDS = {
     "points": "vertices corners coordinates points_um polygon",
     "prnu": "gain_noise",
     "quantum_efficiency": "qe efficiency sensitivity",
-    "radius": "r diameter",
+    "radius": "r radius_um diameter",
     "read_noise_e": "noise sigma read_noise_dn readnoise",
-    "reflectance": "color colour albedo value fill grey gray",
+    "reflectance": "color colour albedo value fill grey gray neutral brightness",
     "region": "roi window crop",
     "rotate_deg": "angle rotation rotate angle_deg tilt rotate_rad",
     "rows": "lines height height_px ny",
@@ -53,6 +58,7 @@ _OTHER_WORDS = {
     "tolerance": "accuracy precision error eps",
     "unit": "units",
     "values": "value reflectances y",
+    "width": "w width_um size size_x",
     "wavelength_nm": "wavelengths wavelengths_nm lambda nm x",
 }
 
@@ -78,6 +84,19 @@ def elsewhere(key: str, root: type[Table], here: KeyPath) -> list[str]:
     here = tuple(0 if isinstance(part, int) else part for part in here)
     places = dict.fromkeys(path for path in _all_keys(Expected.of(root), ()) if path[-1] == key)
     return [dotted(path) for path in places if path != here]
+
+
+def place_of(word: str) -> str | None:
+    """Return the key that a word means as ``--set`` has it, None when nothing is near.
+
+    >>> place_of("tolerance"), place_of("shutter"), place_of("read-noise")
+    ('render.tolerance', 'exposure.time_s', 'sensor.readout.read_noise_e')
+    """
+    places = dict.fromkeys(_all_keys(Expected.of(SceneFile), ()))
+    places |= dict.fromkeys(("sensor", *path) for path in _all_keys(Expected.of(SensorFile), ()))
+    found = [path for path in places if 0 not in path]
+    name = meant(word, sorted({str(path[-1]) for path in found}))
+    return next((dotted(path) for path in found if path[-1] == name), None)
 
 
 def _all_keys(expected: Expected, path: KeyPath, above: tuple[type[Table], ...] = ()) -> Iterator[KeyPath]:

@@ -50,11 +50,13 @@ def save(
     path: str | os.PathLike[str],
     *,
     product: str | None = None,
+    force: bool = False,
     allow_odd_cfa: bool = False,
     compress: bool = False,
 ) -> None:
     """Write one product of the frame; the suffix of ``path`` chooses the format.
 
+    force         : overwrite a file that is there
     allow_odd_cfa : write a DNG even of a colour filter array that raw developers misread (`odd_cfa` names them)
     compress      : write a DNG as lossless JPEG; needs the package imagecodecs
 
@@ -62,6 +64,7 @@ def save(
     of that name is still there as it was. Equal frames give equal bytes. Raises OutputError in one sentence.
     """
     chosen = check_output(path, product)
+    _refuse_what_exists(path, force=force)
     if (chosen == "truth" and frame.truth is None) or (chosen == "spectral" and frame.spectral is None):
         raise OutputError(f"cannot write {str(path)!r}: the capture holds no {chosen}; ask for products=({chosen!r},)")
     target = Path(path)
@@ -81,18 +84,31 @@ def comes_row_by_row(path: str, product: str) -> bool:
 
 @contextlib.contextmanager
 def writing_rows(
-    path: str | os.PathLike[str], *, camera: Body, region: Region | None = None, **how: bool
+    path: str | os.PathLike[str],
+    *,
+    camera: Body,
+    region: Region | None = None,
+    force: bool = False,
+    allow_odd_cfa: bool = False,
+    compress: bool = False,
 ) -> Iterator[dng.MosaicWriter]:
     """Write a DNG while its mosaic is computed: the same bytes as ``save``, and no memory for the mosaic.
 
     camera, region : of the capture: ``frame = capture.rows(writer.take)``; give the frame to ``writer.finish``
-    how            : ``allow_odd_cfa`` and ``compress``, as of ``save``
+    force, allow_odd_cfa, compress : as of ``save``
 
     The file is moved to its place when the block ends well, and none is left when it does not.
     """
     check_output(path, "mosaic")
+    _refuse_what_exists(path, force=force)
+    cols, mono = camera.grid(region).cols, len(camera.cfa.channels) == 1
     with replacing(Path(path)) as beside, beside.open("wb") as file:
-        yield dng.MosaicWriter(file, cols=camera.grid(region).cols, mono=len(camera.cfa.channels) == 1, **how)
+        yield dng.MosaicWriter(file, cols=cols, mono=mono, allow_odd_cfa=allow_odd_cfa, compress=compress)
+
+
+def _refuse_what_exists(path: str | os.PathLike[str], *, force: bool) -> None:
+    if Path(path).exists() and not force:
+        raise OutputError(f"cannot write {str(path)!r}: it exists; overwrite it with force=True")
 
 
 def check_output(path: str | os.PathLike[str], product: str | None = None) -> str:

@@ -13,6 +13,7 @@ from scipy import ndimage
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.measure.geometry import EdgeLine, Roi
+from camsim.words import percent
 
 LEAST_CONTRAST = 0.05
 _MOST_LINES = 256
@@ -167,7 +168,7 @@ def _refuse_flat(dark: float, bright: float, noise: float, what: str) -> None:
         )
     if contrast < LEAST_CONTRAST:
         raise UnsupportedError(
-            f"contrast {100.0 * contrast:.2g} % is under {100.0 * LEAST_CONTRAST:g} %; "
+            f"contrast {percent(contrast)} is under {100.0 * LEAST_CONTRAST:g} %; "
             "take an edge between darker and brighter surfaces",
             stage=what,
         )

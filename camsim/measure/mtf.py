@@ -19,6 +19,7 @@ from camsim.measure.locate import locate
 from camsim.measure.picture import LARGEST_SIGNAL, Channel, Plane
 from camsim.measure.result import EdgeMtf, Figures, Theory
 from camsim.measure.spline import TAIL
+from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
 _CLIPPED = 0.002
@@ -246,8 +247,7 @@ def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
         high = float(np.mean(samples >= plane.white))
         if high > _CLIPPED:
             raise UnsupportedError(
-                f"{100.0 * high:.2g} % of the photosites are clipped highlights (at {plane.white:g} or above); "
-                "expose less",
+                f"{percent(high)} of the photosites are clipped highlights (at {plane.white:g} or above); expose less",
                 stage=what,
             )
     if plane.lowest is not None:
@@ -257,7 +257,7 @@ def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
         just_above = float(np.mean(samples == plane.lowest + 1))
         if low > _CLIPPED and just_above > 0.1 * low:
             raise UnsupportedError(
-                f"{100.0 * low:.2g} % of the photosites are clipped shadows (at {plane.lowest:g}); expose "
+                f"{percent(low)} of the photosites are clipped shadows (at {plane.lowest:g}); expose "
                 "more, or use a black level above 0",
                 stage=what,
             )

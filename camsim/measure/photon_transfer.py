@@ -15,6 +15,7 @@ import numpy as np
 
 from camsim.arrays import F64, U16
 from camsim.errors import InvalidValueError
+from camsim.words import percent
 
 LEAST_NOISE_DN = 0.5
 """Below this the rounding of codes is no longer noise of 1/12 DN² (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
@@ -155,7 +156,7 @@ def photon_transfer(
 
 def _why_no_noise(dark: Stack) -> str:
     if dark.clipped_low > 1e-4:
-        return f"black is clipped: {100.0 * dark.clipped_low:.2g} % of dark codes are 0"
+        return f"black is clipped: {percent(dark.clipped_low)} of dark codes are 0"
     noise_dn = math.sqrt(max(dark.variance_dn2, 0.0))
     if noise_dn < LEAST_NOISE_DN:
         return f"the dark noise of {noise_dn:.2g} DN is under {LEAST_NOISE_DN} DN: rounding hides it"

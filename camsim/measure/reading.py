@@ -7,7 +7,7 @@ Read are DNG (compressed ones with the package imagecodecs), TIFF, PNG, EXR, NPY
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -268,13 +268,22 @@ def _read_exr(source: _Source) -> Picture:
         layers.setdefault(folder, {})[last] = pixels
     chosen = source.layer if source.layer is not None else "noisy" if "noisy" in layers else next(iter(layers))
     if chosen not in layers:
-        raise InvalidValueError(f"{chosen!r} is not in it; there are {', '.join(map(repr, layers))}", key="layer")
+        raise InvalidValueError(f"{chosen!r} is not in it; {_layers(layers)}", key="layer")
     here = layers[chosen]
     first = next(iter(here.values()))
     if source.product == "electrons" or (len(here) == 1 and source.cfa is not None):
         return _picture(source, mosaic_planes(first, _pattern(source)), first.shape)
     order = [n for n in "RGB" if n in here] + [n for n in here if n not in ("R", "G", "B", "A")]
     return _picture(source, tuple(Plane(name=name, samples=here[name]) for name in order), first.shape)
+
+
+def _layers(layers: Mapping[str, Mapping[str, object]]) -> str:
+    """Say which layers an EXR has; its channels need not be in any."""
+    names = [repr(name) for name in layers if name]
+    bare = f"channels without a layer, {', '.join(layers[''])}" if "" in layers else ""
+    if not names:
+        return f"it has {bare}: leave the layer out"
+    return f"there are {', '.join(names)}" + (f" and {bare}, which '' means" if bare else "")
 
 
 def _read_npy(source: _Source) -> Picture:

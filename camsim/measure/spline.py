@@ -49,7 +49,7 @@ class Model(NamedTuple):
         return cls(0.5 * intervals * spacing, spacing, columns, dark, scale)
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _cubic(t: float) -> tuple[float, float, float, float]:
     u = 1.0 - t
     return (

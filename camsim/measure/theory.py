@@ -41,6 +41,11 @@ class CameraOtf:
         """Take what a picture was taken with."""
         return cls(camera=capture.camera, scene=capture.scene, light=capture.light, region=capture.region)
 
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """What the curve is the product of."""
+        return "lens", *(("OLPF",) if self.camera.olpf is not None else ()), "photosite"
+
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge; None for a channel that the camera does not have."""
         channels = self.camera.cfa.channels

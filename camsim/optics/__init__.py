@@ -3,8 +3,8 @@
 from camsim.optics.airy import Airy
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.gaussian import EllipticalGaussian, Gaussian
-from camsim.optics.measured import MeasuredPsf
-from camsim.optics.olpf import FourSpotOlpf
+from camsim.optics.measured import MeasuredOtf, MeasuredPsf
+from camsim.optics.olpf import FourSpotOlpf, TwoSpotOlpf
 from camsim.optics.photosite import (
     CircularPhotosite,
     PolygonPhotosite,
@@ -12,7 +12,7 @@ from camsim.optics.photosite import (
     RoundedPhotosite,
     SquarePhotosite,
 )
-from camsim.optics.protocols import Lens, OpticalStage, PhotositeShape, RoundLens
+from camsim.optics.protocols import Lens, LowPass, OpticalStage, PhotositeShape, RoundLens
 from camsim.optics.pupil import Pupil
 from camsim.optics.radial import RadialOtf
 from camsim.optics.system import OpticalSystem
@@ -26,6 +26,8 @@ __all__ = [
     "FourSpotOlpf",
     "Gaussian",
     "Lens",
+    "LowPass",
+    "MeasuredOtf",
     "MeasuredPsf",
     "OpticalStage",
     "OpticalSystem",
@@ -37,5 +39,6 @@ __all__ = [
     "RoundLens",
     "RoundedPhotosite",
     "SquarePhotosite",
+    "TwoSpotOlpf",
     "Wavefront",
 ]

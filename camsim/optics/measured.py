@@ -1,22 +1,20 @@
-"""A lens whose pattern was measured: an array of samples, or of its transfer function."""
+"""Lenses that were measured: samples of the pattern, or of its transfer function."""
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 from scipy import special
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.arrays import C128, F64
 from camsim.nonuniform import at_points
-from camsim.spectra.curve import Spectrum, Transmission
-from camsim.typed import Positive, Several, check, judge, refusal
+from camsim.spectra.curve import Transmission
+from camsim.typed import Positive, Several, judge, refusal
+from camsim.words import brief
 
 MOST_SAMPLES = 256  # along a side: the description in every file holds them all
 PASSES, ENDS = 0.4, 0.6  # cycles per sample: all passes, nothing does
@@ -52,6 +50,8 @@ class MeasuredPsf:
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         judge(self)
         rows = self.irradiance
@@ -62,56 +62,6 @@ class MeasuredPsf:
             raise refusal(self, "irradiance", message)
         if not sum(value for row in rows for value in row) > 0.0:
             raise refusal(self, "irradiance", "the samples add up to no light; give some above 0")
-
-    @classmethod
-    def from_otf(
-        cls,
-        values: npt.ArrayLike | Sequence[Sequence[complex]],
-        *,
-        spacing_per_um: float,
-        f_number: float = 8.0,
-        transmission: Spectrum = 1.0,
-    ) -> MeasuredPsf:
-        """Return the lens with a measured transfer function.
-
-        values         : (n, n) real or complex, n odd, rows of fy from the most negative on, zero frequency in the
-                         middle; the conjugate on the other side of it; 0 in the outer fifth
-        spacing_per_um : between frequencies, cycles/µm
-        """
-        array = np.asarray(values)
-        if array.ndim != 2 or array.shape[0] != array.shape[1] or array.shape[0] % 2 == 0:
-            raise InvalidValueError(
-                f"a table of {array.shape}; give as many rows as columns, an odd number", key="values"
-            )
-        if not np.isfinite(array).all():
-            raise InvalidValueError(
-                "not all of them are finite; give ordinary numbers", key="values", stage=cls.__name__
-            )
-        check(spacing_per_um, Positive, "spacing_per_um", cls.__name__)
-        half = array.shape[0] // 2
-        if not array[half, half].real > 0.0:
-            raise InvalidValueError(
-                "the middle, where the frequency is 0, is not above 0", key="values", stage=cls.__name__
-            )
-        array = array / array[half, half].real
-        if np.abs(array - array[::-1, ::-1].conj()).max() > 1e-6:
-            raise InvalidValueError(
-                "opposite frequencies are not conjugate; no pattern has such a transfer", key="values"
-            )
-        place = np.abs(np.arange(-half, half + 1)) > 2.0 * PASSES * half
-        if max(np.abs(array[place]).max(), np.abs(array[:, place]).max()) > 0.01:
-            raise InvalidValueError(
-                "the transfer has not died away in the outer fifth of the table; measure to higher frequencies",
-                key="values",
-                stage=cls.__name__,
-            )
-        pattern = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(array)).real)
-        return cls(
-            irradiance=tuple(tuple(row) for row in pattern.tolist()),
-            spacing_um=1.0 / (array.shape[0] * spacing_per_um),
-            f_number=f_number,
-            transmission=transmission,
-        )
 
     @property
     def _centre(self) -> tuple[float, float]:
@@ -151,6 +101,81 @@ class MeasuredPsf:
             # The fraction of x beyond a whole number is the same wave at whole places only.
             out[passes] = waves * turn * _roll_off(x) * _roll_off(y)
         return out.reshape(fx.shape)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredOtf:
+    """A lens given by its transfer at a grid of frequencies, the same at every wavelength.
+
+    values         : (n, n) real or complex, n odd, rows of fy from the most negative on, zero frequency in the middle;
+                     the conjugate on the other side of it; 0 in the outer fifth. They are scaled to 1 at zero
+    spacing_per_um : between frequencies, cycles/µm
+    f_number       : sets the exposure only, not the blur
+    transmission   : fraction of the light that passes, a number or a curve over wavelength
+
+    It is the lens of the pattern that has this transfer: a ``MeasuredPsf`` with as many samples.
+
+    >>> ramp = 1.0 - np.abs(np.arange(-5, 6)) / 4.0
+    >>> lens = MeasuredOtf(values=np.clip(np.minimum.outer(ramp, ramp), 0.0, None), spacing_per_um=0.1)
+    >>> lens.otf(np.array([0.0, 0.1, 0.2]), np.array(0.0), 550.0).real.round(9)
+    array([1.  , 0.75, 0.5 ])
+    """
+
+    place: ClassVar[str] = "lens"
+    chromatic: ClassVar[bool] = False
+    fades: ClassVar[bool] = True
+
+    values: Several[Several[complex]]
+    spacing_per_um: Positive
+    f_number: Positive = 8.0
+    transmission: Transmission = 1.0
+    _pattern: MeasuredPsf = field(init=False, repr=False, compare=False)
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        judge(self)
+        transfer = self._transfer()
+        pattern = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(transfer)).real)
+        psf = MeasuredPsf(irradiance=pattern, spacing_um=1.0 / (len(transfer) * self.spacing_per_um))
+        object.__setattr__(self, "_pattern", psf)
+
+    def _transfer(self) -> C128:
+        """Return the values, 1 at zero frequency; what no pattern has is refused."""
+        rows = self.values
+        sizes = sorted({len(rows), *map(len, rows)})
+        if len(sizes) != 1 or sizes[0] % 2 == 0 or sizes[0] == 1:
+            shape = f"{len(rows)} rows of {' or '.join(map(str, sorted({len(row) for row in rows})))}"
+            raise refusal(self, "values", f"{shape} values; give as many rows as columns, an odd number from 3 on")
+        if sizes[0] > MOST_SAMPLES:
+            raise refusal(self, "values", f"{sizes[0]} × {sizes[0]} values; give at most {MOST_SAMPLES} along a side")
+        array, half = np.array(rows, complex), sizes[0] // 2
+        if not array[half, half].real > 0.0:
+            raise refusal(self, "values", "the middle, where the frequency is 0, is not above 0")
+        array /= array[half, half].real
+        if np.abs(array - array[::-1, ::-1].conj()).max() > 1e-6:
+            raise refusal(self, "values", "opposite frequencies are not conjugate; no pattern has such a transfer")
+        outer = np.abs(np.arange(-half, half + 1)) > 2.0 * PASSES * half
+        if max(np.abs(array[outer]).max(), np.abs(array[:, outer]).max()) > 0.01:
+            message = "the transfer has not died away in the outer fifth of the table; measure to higher frequencies"
+            raise refusal(self, "values", message)
+        return array
+
+    def blur_um(self, wavelength_nm: float) -> float:
+        """The pattern's own length, µm: the inverse of the highest frequency along an axis."""
+        return self._pattern.blur_um(wavelength_nm)
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which nothing passes in any direction, cycles/µm."""
+        return self._pattern.cutoff_per_um(wavelength_nm)
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
+        """Return a radius that holds all of the pattern."""
+        return self._pattern.reach_um(lost_fraction, wavelength_nm)
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer function at (fx, fy) cycles/µm, complex: between the values band-limited, as the pattern is."""
+        return self._pattern.otf(fx_per_um, fy_per_um, wavelength_nm)
 
 
 def _roll_off(f: F64) -> F64:

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar, TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.typed import NonNegative, judge, refusal
+from camsim.marks import Called
+from camsim.typed import Positive, check, judge
+
+Split: TypeAlias = Annotated[Positive, Called("a number above 0", "without a split leave the filter out")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FourSpotOlpf:
-    """Equal spots on the corners of a rectangle: two crossed plates, or one plate where a split is 0.
+    """Equal spots on the corners of a rectangle: two crossed plates.
 
     split_um   : the full distance between two neighbouring spots along x, µm (never half of it)
-    split_y_um : the same along y; None: as along x; 0: one plate, two spots
+    split_y_um : the same along y; None: as along x
     rotate_deg : turns the spots clockwise as displayed
 
     >>> FourSpotOlpf(split_um=4.0).spots_um()
@@ -25,26 +28,30 @@ class FourSpotOlpf:
            [ 2., -2.],
            [-2.,  2.],
            [ 2.,  2.]])
-    >>> FourSpotOlpf(split_um=4.0, split_y_um=0.0).spots_um()
-    array([[-2.,  0.],
-           [ 2.,  0.]])
     """
 
     place: ClassVar[str] = "olpf"
 
-    split_um: NonNegative
-    split_y_um: NonNegative | None = None
+    split_um: Split
+    split_y_um: Split | None = None
     rotate_deg: float = 0.0
 
     def __post_init__(self) -> None:
         judge(self)
-        if self.split_um == 0.0 and self.split_down_um == 0.0:
-            raise refusal(self, "split_um", "must be a number above 0, not 0; leave the OLPF out for no split at all")
+
+    @classmethod
+    def from_pitches(
+        cls, *, pitch_um: float, split_pitches: float, split_y_pitches: float | None = None, rotate_deg: float = 0.0
+    ) -> FourSpotOlpf:
+        """Return the filter whose splits are so many pitches."""
+        split_um = _in_um(cls, "split_pitches", split_pitches, pitch_um)
+        along_y_um = None if split_y_pitches is None else _in_um(cls, "split_y_pitches", split_y_pitches, pitch_um)
+        return cls(split_um=split_um, split_y_um=along_y_um, rotate_deg=rotate_deg)
 
     @property
-    def split_down_um(self) -> float:
-        """The distance between neighbouring spots along y before they are turned, µm."""
-        return self.split_um if self.split_y_um is None else self.split_y_um
+    def splits_um(self) -> tuple[float, float]:
+        """The distances between neighbouring spots along x and y before they are turned, µm."""
+        return self.split_um, self.split_um if self.split_y_um is None else self.split_y_um
 
     @property
     def separable(self) -> bool:
@@ -52,22 +59,79 @@ class FourSpotOlpf:
         return self.rotate_deg == 0.0
 
     def spots_um(self) -> F64:
-        """Return the offsets (2 or 4, 2) of the spots as x, y in µm; each carries the same light."""
-        half_x, half_y = 0.5 * self.split_um, 0.5 * self.split_down_um
-        across = [-half_x, half_x] if half_x else [0.0]
-        down = [-half_y, half_y] if half_y else [0.0]
-        spots = np.array([[x, y] for y in down for x in across])
-        if self.rotate_deg == 0.0:
-            return spots
-        angle = math.radians(self.rotate_deg)
-        turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
-        turned: F64 = spots @ turn
-        return turned
+        """Return the offsets (4, 2) of the spots as x, y in µm; each carries the same light."""
+        return _spots_um(self.splits_um, self.rotate_deg)
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function cos(π·d·fx)·cos(π·d·fy), fx and fy along the splits; first zero at 1/(2d) along each."""
-        angle = math.radians(self.rotate_deg)
-        along = fx_per_um * math.cos(angle) + fy_per_um * math.sin(angle)
-        across = fy_per_um * math.cos(angle) - fx_per_um * math.sin(angle)
-        otf: F64 = np.cos(np.pi * self.split_um * along) * np.cos(np.pi * self.split_down_um * across)
-        return otf
+        return _otf(self.splits_um, self.rotate_deg, fx_per_um, fy_per_um)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoSpotOlpf:
+    """Two equal spots: one plate.
+
+    split_um   : the full distance between the spots, µm
+    rotate_deg : from side by side, clockwise as displayed; 90: one above the other
+
+    >>> TwoSpotOlpf(split_um=4.0).spots_um()
+    array([[-2.,  0.],
+           [ 2.,  0.]])
+    """
+
+    place: ClassVar[str] = "olpf"
+
+    split_um: Split
+    rotate_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    @classmethod
+    def from_pitches(cls, *, pitch_um: float, split_pitches: float, rotate_deg: float = 0.0) -> TwoSpotOlpf:
+        """Return the filter whose split is so many pitches."""
+        return cls(split_um=_in_um(cls, "split_pitches", split_pitches, pitch_um), rotate_deg=rotate_deg)
+
+    @property
+    def splits_um(self) -> tuple[float, float]:
+        """The distances between neighbouring spots along x and y before they are turned, µm."""
+        return self.split_um, 0.0
+
+    @property
+    def separable(self) -> bool:
+        """Whether the transfer is a product of one function of fx and one of fy."""
+        return self.rotate_deg == 0.0
+
+    def spots_um(self) -> F64:
+        """Return the offsets (2, 2) of the spots as x, y in µm; each carries the same light."""
+        return _spots_um(self.splits_um, self.rotate_deg)
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer function cos(π·d·f), f along the split; first zero at 1/(2d)."""
+        return _otf(self.splits_um, self.rotate_deg, fx_per_um, fy_per_um)
+
+
+def _in_um(kind: type, name: str, pitches: float, pitch_um: float) -> float:
+    split: float = check(pitches, Split, name, kind.__name__)
+    return split * float(check(pitch_um, Positive, "pitch_um", kind.__name__))
+
+
+def _spots_um(splits_um: tuple[float, float], rotate_deg: float) -> F64:
+    half_x, half_y = 0.5 * splits_um[0], 0.5 * splits_um[1]
+    across = [-half_x, half_x] if half_x else [0.0]
+    down = [-half_y, half_y] if half_y else [0.0]
+    spots = np.array([[x, y] for y in down for x in across])
+    if rotate_deg == 0.0:
+        return spots
+    angle = math.radians(rotate_deg)
+    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    turned: F64 = spots @ turn
+    return turned
+
+
+def _otf(splits_um: tuple[float, float], rotate_deg: float, fx_per_um: F64, fy_per_um: F64) -> F64:
+    angle = math.radians(rotate_deg)
+    along = fx_per_um * math.cos(angle) + fy_per_um * math.sin(angle)
+    across = fy_per_um * math.cos(angle) - fx_per_um * math.sin(angle)
+    otf: F64 = np.cos(np.pi * splits_um[0] * along) * np.cos(np.pi * splits_um[1] * across)
+    return otf

@@ -13,6 +13,7 @@ from scipy import special
 
 from camsim.arrays import F64
 from camsim.typed import Corners, NonNegative, Positive, check, judge, refusal
+from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,6 +204,8 @@ class PolygonPhotosite:
     place: ClassVar[str] = "photosite"
 
     points_um: Corners
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

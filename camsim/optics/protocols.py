@@ -30,6 +30,7 @@ class _Ability(Protocol, metaclass=_Asked):
     """What the abilities below have in common."""
 
 
+@runtime_checkable
 class OpticalStage(Protocol):
     """Anything with a transfer function.
 
@@ -67,6 +68,21 @@ class LowPass(OpticalStage, _Ability, Protocol):
 
     def spots_um(self) -> F64:
         """Offsets (n, 2) of the images, equal in light, µm."""
+        ...
+
+
+@runtime_checkable
+class KnowsSplits(LowPass, Protocol):
+    """A filter whose images lie on the corners of a rectangle, or at the ends of a line."""
+
+    @property
+    def splits_um(self) -> tuple[float, float]:
+        """The distances between neighbouring images along x and y before they are turned, µm; 0: one plate."""
+        ...
+
+    @property
+    def rotate_deg(self) -> float:
+        """The turn, clockwise as displayed."""
         ...
 
 

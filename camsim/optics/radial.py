@@ -17,6 +17,7 @@ from camsim.arrays import F64
 from camsim.optics.pattern import UNIT_NM, Pattern
 from camsim.spectra.curve import Transmission
 from camsim.typed import NonNegative, Positive, Several, judge, refusal
+from camsim.words import brief
 
 if TYPE_CHECKING:
     from scipy import interpolate
@@ -47,6 +48,8 @@ class RadialOtf:
     values: Several[Annotated[float, Ge(-1), Le(1)]]
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

@@ -21,6 +21,7 @@ from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
 from camsim.spectra.curve import Transmission
 from camsim.typed import Positive, judge, refusal
+from camsim.words import brief
 
 MOST_WAVES = 50.0
 COARSE = 1e-9  # a non-uniform FFT to this precision may use a grid of less than half the size
@@ -76,6 +77,8 @@ class Wavefront:
     defocus_um: float = 0.0
     pupil: Pupil = field(default_factory=Pupil)
     transmission: Transmission = 1.0
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

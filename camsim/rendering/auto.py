@@ -34,6 +34,9 @@ class Choice:
     judge: Judge
     samples: int | None = None
 
+    def __repr__(self) -> str:
+        return f"Choice({self.method}: {self.why}; about {_taking(self.cost)})"
+
     @property
     def cost(self) -> Cost:
         """What one image takes, the check included."""

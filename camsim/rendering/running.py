@@ -53,6 +53,10 @@ class Rendering:
     planes: F64 | None = None
     planes_error: float | None = None
 
+    def __repr__(self) -> str:
+        size = " × ".join(map(str, self.image.shape))
+        return f"Rendering({size} by {self.method}, error {self.error_estimate:.2g} of {self.tolerance:g})"
+
 
 def carry_out(
     choice: Choice,

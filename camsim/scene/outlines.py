@@ -101,6 +101,16 @@ def area_of(primitive: Primitive, rings: list[F64]) -> Any:
     return functools.reduce(common, layers)
 
 
+def loops_of(primitive: Primitive, side_um: float) -> list[F64]:
+    """Return the loops (n, 2) about what a primitive covers, to draw: holes run the other way, sides are this long."""
+    import shapely
+
+    area = area_of(primitive, Outlines.of([primitive]).rings(SideLimits(side_um))[0])
+    polygons = [part for part in shapely.get_parts(area) if part.geom_type == "Polygon"]
+    oriented = [shapely.geometry.polygon.orient(part) for part in polygons]
+    return [np.asarray(ring.coords)[:-1] for part in oriented for ring in (part.exterior, *part.interiors)]
+
+
 def surface_at(scene: Scene, x_um: float, y_um: float) -> Spectrum:
     """Return what is seen in one place; curves are taken as polygons of many sides."""
     import shapely

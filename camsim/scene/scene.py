@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from camsim import notebook
 from camsim.errors import InvalidValueError
 from camsim.scene.primitives import Shape, counted, flattened
 from camsim.spectra.curve import Reflectance, Spectrum
 from camsim.typed import judge, refusal
+from camsim.words import brief
+
+_SHOWN = 10
+"""Shapes that notebooks list."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,6 +28,8 @@ class Scene:
     background: Reflectance
     shapes: Sequence[Shape] = ()
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         judge(self)
         try:
@@ -34,3 +42,25 @@ class Scene:
         """Distinct reflectances, the background's first."""
         painted = (primitive.reflectance for primitive in flattened(self.shapes))
         return tuple(dict.fromkeys((self.background, *painted)))
+
+    @classmethod
+    def from_yaml(
+        cls,
+        scene: str | os.PathLike[str],
+        *,
+        sensor: str | os.PathLike[str] | None = None,
+        overrides: Iterable[str] = (),
+    ) -> Scene:
+        """Return what is in front of the camera in a scene file (a path, or the name of a shipped one).
+
+        sensor, overrides : as of ``camsim.load``; lengths in pixels are of the sensor's pitch
+        """
+        from camsim.capturing import load  # a door upward: the name users look for is here
+
+        return load(scene, sensor=sensor, overrides=overrides, held=False).scene
+
+    def _repr_html_(self) -> str:
+        rows = [("background", brief(self.background)), ("shapes", str(len(self.shapes)))]
+        rows += [(str(number), brief(shape)) for number, shape in enumerate(self.shapes[:_SHOWN])]
+        rows += [("…", f"{len(self.shapes) - _SHOWN} more")] * (len(self.shapes) > _SHOWN)
+        return notebook.table(rows, "Scene")

@@ -10,6 +10,7 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import F64, U16
 from camsim.typed import Index, Positive, Several, judge, refusal
+from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,6 +36,8 @@ class Adc:
     electrons_per_dn: Positive
     base_iso: Positive
     black_offsets_dn: Several[Several[int]] = ((0,),)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

@@ -13,6 +13,7 @@ from camsim.arrays import U8
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.marks import Called
 from camsim.typed import Several, check, judge, refusal
+from camsim.words import brief
 
 _FIRST = "RGB"
 
@@ -48,6 +49,8 @@ class Cfa:
     """
 
     pattern: Annotated[Several[str], Called("a list of rows such as ('RG', 'GB')", "Cfa.bayer('RGGB') makes one")]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

@@ -133,9 +133,13 @@ def as_shot_neutral(response: ColourResponse) -> F64:
     neutral = electrons.sum(axis=1)
     largest = float(neutral.max())
     if not largest > 0:
-        raise InvalidValueError(
-            "no channel of the camera responds to the scene's light: there is no white balance", key="light"
+        ends = [nm for _, curve in response.quantum_efficiency.curves for nm in curve.wavelength_nm]
+        message = (
+            f"no channel of the camera responds to the scene's light, {response.light.name}: there is no white "
+            f"balance; its curves go from {min(ends):g} to {max(ends):g} nm: take a light or a sensor that meet, or "
+            "write the codes without colours (.tiff, .npy, .exr)"
         )
+        raise InvalidValueError(message, key="light")
     balanced: F64 = np.maximum(neutral / largest, _DARKEST_NEUTRAL)
     return balanced
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias, TypedDict
 
 from camsim.errors import InvalidValueError
 from camsim.marks import Called
@@ -26,7 +26,7 @@ from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.typed import Several, judge
 
-_Own: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
+Own: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +51,7 @@ class Electronics:
     column_noise: ColumnNoise | None = None
     dsnu: Dsnu | None = None
     output_noise: OutputNoise | None = None
-    extra_stages: Several[_Own] = dataclasses.field(default=(), metadata={"described": "if any"})
+    extra_stages: Several[Own] = dataclasses.field(default=(), metadata={"described": "if any"})
 
     def __post_init__(self) -> None:
         judge(self)
@@ -72,6 +72,27 @@ class Electronics:
         there = [stage for stage in (*listed, *self.extra_stages) if stage is not None]
         # The sort is stable: within a phase the order is that of the list.
         return tuple(sorted(there, key=lambda stage: stage.phases[-1]))
+
+
+class ElectronicChanges(TypedDict, total=False):
+    """What ``replace`` may exchange here: the fields of ``Electronics``."""
+
+    prnu: Prnu | None
+    crosstalk: Crosstalk | None
+    dark_current: DarkCurrent | None
+    defects: Defects | None
+    shot_noise: ShotNoise | None
+    blooming: Blooming | None
+    full_well: FullWell | None
+    nonlinearity: Nonlinearity | None
+    reset_noise: ResetNoise | None
+    read_noise: ReadNoise | None
+    row_noise: RowNoise | None
+    flicker_rows: FlickerRows | None
+    column_noise: ColumnNoise | None
+    dsnu: Dsnu | None
+    output_noise: OutputNoise | None
+    extra_stages: Several[Own]
 
 
 ORDER = tuple(field.name for field in dataclasses.fields(Electronics) if field.name != "extra_stages")

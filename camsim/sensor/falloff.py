@@ -11,6 +11,7 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.typed import Fraction, NonNegative, Positive, Several, check, judge, refusal
+from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +47,8 @@ class RadialFalloff:
 
     radius_mm: Several[NonNegative]
     values: Several[Fraction]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

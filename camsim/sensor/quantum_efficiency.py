@@ -13,8 +13,13 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import Called
 from camsim.spectra.curve import Curve
+from camsim.spectra.light import LIGHT_SPEED_M_PER_S, PLANCK_J_S
 from camsim.spectra.named import sensitivities
 from camsim.typed import judge, refusal
+from camsim.words import brief
+
+ELECTRON_CHARGE_C = 1.602176634e-19
+"""Exact in the SI of 2019."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +28,8 @@ class QuantumEfficiency:
 
     curves : (letter, curve) of each channel, in the order of ``channels``; their common scale is free
     per    : what the curves are a response to, equal radiant "energy" or equal numbers of "photon"s
-    peak   : electrons per photon at the highest point of all channels, a fraction in 0..1
+    peak   : electrons per photon at the highest point of all channels, a fraction in 0..1; "as given" of curves that
+             are absolute: electrons per photon, or amperes per watt where they are per energy
     source : where the curves and the peak come from
 
     Published sensitivities of colour cameras are mostly relative and per energy, data sheets' quantum
@@ -36,12 +42,17 @@ class QuantumEfficiency:
     array([[0.6, 0.3]])
     >>> QuantumEfficiency((("Y", flat),), per="photon", peak=0.6).at(nodes)
     array([[0.6, 0.6]])
+    >>> responsivity = Curve((400.0, 800.0), (0.2, 0.4))
+    >>> QuantumEfficiency((("Y", responsivity),), per="energy", peak="as given").at(nodes).round(4)
+    array([[0.6199, 0.6199]])
     """
 
     curves: Annotated[Sequence[tuple[str, Curve]], Called("a list of (letter, Curve)")]
     per: Literal["energy", "photon"]
-    peak: Annotated[float, Gt(0), Le(1)]
+    peak: Annotated[float, Gt(0), Le(1)] | Literal["as given"]
     source: str = ""
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)
@@ -59,8 +70,14 @@ class QuantumEfficiency:
                 "shorter wavelengths has no peak: use outside 'zero', or curves per photon"
             )
             raise refusal(self, "curves", message)
-        if _highest(self) == 0.0:
+        highest = _highest(self)
+        if highest == 0.0:
             raise refusal(self, "curves", "all curves are zero; nothing can be seen")
+        if self.peak == "as given" and highest * _absolute(self.per) > 1.0:
+            unit = "electrons per photon, fractions" if self.per == "photon" else "amperes per watt"
+            reached = f"as given they reach {highest * _absolute(self.per):.4g} electrons per photon"
+            message = f"{reached}, and 1 is the most; give {unit}, or a peak to scale them to"
+            raise refusal(self, "curves", message)
 
     @classmethod
     def named(cls, name: str, *, peak: float, source: str = "") -> QuantumEfficiency:
@@ -83,6 +100,8 @@ class QuantumEfficiency:
                 stage="QuantumEfficiency",
             )
         chosen = tuple((letter, known[letter]) for letter in channels)
+        if isinstance(self.peak, str):
+            return QuantumEfficiency(chosen, self.per, self.peak, self.source)
         part = _highest_of(chosen, self.per)
         return QuantumEfficiency(chosen, self.per, self.peak * part / _highest(self), self.source)
 
@@ -91,8 +110,14 @@ class QuantumEfficiency:
         relative = np.stack([curve.at(wavelength_nm) for _, curve in self.curves])
         if self.per == "energy":
             relative = relative / wavelength_nm
-        efficiency: F64 = relative * (self.peak / _highest(self))
+        scale = _absolute(self.per) if isinstance(self.peak, str) else self.peak / _highest(self)
+        efficiency: F64 = relative * scale
         return efficiency
+
+
+def _absolute(per: str) -> float:
+    """Return electrons per photon of a response of 1 per photon, or of 1 A/W at 1 nm: hc over charge and wavelength."""
+    return PLANCK_J_S * LIGHT_SPEED_M_PER_S / ELECTRON_CHARGE_C * 1e9 if per == "energy" else 1.0
 
 
 def _highest(quantum_efficiency: QuantumEfficiency) -> float:

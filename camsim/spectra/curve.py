@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
 import numpy as np
 
+from camsim import notebook
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
-from camsim.typed import Fraction, NonNegative, Positive, Several, judge
+from camsim.spectra.csv_table import Column, read_points
+from camsim.typed import Count, Fraction, NonNegative, Positive, Several, check, judge
+from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +40,8 @@ class Curve:
     name: str = ""
     outside: Literal["zero", "hold"] | None = None
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         judge(self)
         what = f"Curve {self.name!r}" if self.name else "Curve"
@@ -56,6 +62,35 @@ class Curve:
                     key="wavelength_nm",
                     stage=what,
                 )
+
+    def _repr_html_(self) -> str:
+        points = f"{len(self.values)} from {self.wavelength_nm[0]:g} to {self.wavelength_nm[-1]:g} nm"
+        highest = max(self.values)
+        peak = f"{highest:.4g} at {self.wavelength_nm[int(np.argmax(self.values))]:g} nm"
+        beyond = {"zero": "0", "hold": "as at the ends", None: "goes by what it is of"}[self.outside]
+        rows = [("points", points), ("highest", peak), ("beyond", beyond)]
+        return notebook.table(rows, self.name or "Curve") + notebook.line(self.wavelength_nm, self.values)
+
+    @classmethod
+    def from_csv(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        column: Column | None = None,
+        outside: Literal["zero", "hold"] | None = None,
+        name: str = "",
+    ) -> Self:
+        """Return the curve of a column of a CSV file.
+
+        column : its name in the header, or its number, the file's first being 1; not needed where there are two columns
+
+        Cells are separated by semicolons, tabs, commas or spaces; the header may name nm, µm or Å and %; what else may
+        stand in a file is said in docs/curves.md. What cannot be read is refused in one sentence with its line.
+        """
+        check(path, str | os.PathLike, "path", "Curve.from_csv")
+        chosen = check(column, Count | str | None, "column", "Curve.from_csv")
+        wavelength_nm, values = read_points(path, chosen)
+        return cls(wavelength_nm, values, name, outside)
 
     def at(self, wavelength_nm: F64) -> F64:
         """Return the values at ``wavelength_nm`` (any shape)."""

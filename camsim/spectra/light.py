@@ -18,7 +18,7 @@ from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer
 from camsim.typed import NonNegative, Positive, judge, refusal
-from camsim.words import either
+from camsim.words import brief, either, percent
 
 # CODATA 2018; all three are exact in the SI of 2019.
 PLANCK_J_S = 6.62607015e-34
@@ -100,6 +100,8 @@ class Light:
     irradiance_w_per_m2: Positive | None = field(default=None, kw_only=True)
     luminance_cd_per_m2: Positive | None = field(default=None, kw_only=True)
     at: Literal["scene", "sensor"] = field(default="scene", kw_only=True)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)
@@ -200,7 +202,7 @@ class Light:
         ):
             share = float(photons[outside].sum() / photons.sum())
             if share > 0.5 * _NEGLIGIBLE:
-                words = f"{ends[0]:g}..{ends[1]:g} nm is missing, with {100.0 * share:.2g} % of the photons"
+                words = f"{ends[0]:g}..{ends[1]:g} nm is missing, with {percent(share)} of the photons"
                 parts.append((share, words))
         missing = " and ".join(words for _, words in parts)
         return f"{missing} of {self.name}" if sum(share for share, _ in parts) > _NEGLIGIBLE else ""

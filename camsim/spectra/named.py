@@ -156,7 +156,7 @@ def _sensitivities() -> Mapping[str, Mapping[str, Curve]]:
 
 def _find(kind: str, name: str, known: Mapping[str, _T]) -> _T:
     if name not in known:
-        raise UnknownNameError(kind, name, known)
+        raise UnknownNameError(kind, name, known, key="name")
     return known[name]
 
 

@@ -83,7 +83,7 @@ def test_a_measured_transfer_passes_what_was_measured(rng):
     fx, fy = np.meshgrid(f, f)
     # A Gaussian that is lopsided by a shift: conjugate at opposite frequencies, nothing in the outer fifth.
     table = np.exp(-2 * np.pi**2 * (9.0 * fx**2 + 6.25 * fy**2) - 2j * np.pi * (0.8 * fx - 1.1 * fy))
-    lens = camsim.MeasuredPsf.from_otf(table, spacing_per_um=step)
+    lens = camsim.MeasuredOtf(values=table, spacing_per_um=step)
     within = np.maximum(np.abs(fx), np.abs(fy)) <= 0.8 * half * step
     np.testing.assert_allclose(lens.otf(fx, fy, 500.0)[within], table[within], rtol=0, atol=1e-9)
     between = rng.uniform(-0.25, 0.25, (2, 50))
@@ -119,15 +119,15 @@ def test_a_measured_transfer_passes_what_was_measured(rng):
             "irradiance: 1 × 257 samples; give at most 256 along a side",
         ),
         (
-            lambda: camsim.MeasuredPsf.from_otf(np.ones((5, 5)), spacing_per_um=0.1),
+            lambda: camsim.MeasuredOtf(values=np.ones((5, 5)), spacing_per_um=0.1),
             "values: the transfer has not died away in the outer fifth of the table",
         ),
         (
-            lambda: camsim.MeasuredPsf.from_otf(np.ones((4, 4)), spacing_per_um=0.1),
-            r"values: a table of \(4, 4\); give as many rows as columns, an odd number",
+            lambda: camsim.MeasuredOtf(values=np.ones((4, 4)), spacing_per_um=0.1),
+            "values: 4 rows of 4 values; give as many rows as columns, an odd number from 3",
         ),
         (
-            lambda: camsim.MeasuredPsf.from_otf(np.triu(np.ones((5, 5))), spacing_per_um=0.1),
+            lambda: camsim.MeasuredOtf(values=np.triu(np.ones((5, 5))), spacing_per_um=0.1),
             "values: opposite frequencies are not conjugate; no pattern has such a transfer",
         ),
         (
@@ -139,7 +139,10 @@ def test_a_measured_transfer_passes_what_was_measured(rng):
             lambda: camsim.CircularPhotosite(diameter_um=math.nan),
             "diameter_um: must be a finite number above 0, not nan",
         ),
-        (lambda: camsim.FourSpotOlpf(split_um=0.0), "split_um: must be a number above 0, not 0; leave"),
+        (
+            lambda: camsim.FourSpotOlpf(split_um=0.0),
+            "split_um: must be a number above 0, not 0.0; without",
+        ),
         (lambda: camsim.FourSpotOlpf(split_um=1.0, split_y_um=-1.0), "split_y_um: .* not -1.0"),
     ],
 )

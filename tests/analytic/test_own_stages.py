@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from electronics import Spy, Telegraph
+from own_optics import Blurred, Diamond, Motion, SixSpotOlpf
 from tolerances import STATISTICAL
 
 import camsim
@@ -92,12 +93,13 @@ def test_files_say_that_it_was_there_and_others_keep_their_bytes():
     assert json.dumps(with_it["camera"].pop("extra_stages")) == (
         '[{"kind": "Telegraph", "probability": 0.1, "step_e": 50}]'
     )
+    assert with_it.pop("not_reproducible_by_camsim_alone") == ["Telegraph"]
     assert with_it == plain
 
 
 def test_a_capture_with_it_is_not_taken_again_without_it():
     described = json.loads(json.dumps(camera_with(TELEGRAPH).expose(GREY, **HOW).description))
-    with pytest.raises(InputError, match="extra_stages: 'Telegraph' is not a stage of this version of camsim"):
+    with pytest.raises(InputError, match="not reproducible by camsim alone: it was taken with Telegraph"):
         revive_capture(described)
 
 
@@ -133,3 +135,91 @@ class Taken(Telegraph):
 def test_what_cannot_join_is_refused(own, message):
     with pytest.raises(InvalidValueError, match=message):
         camera_with(*own)
+
+
+def own_optics():
+    camera = camera_with()
+    return camera.replace(
+        lens=Blurred(sigma_um=1.0),
+        extra_optics=[Motion(length_um=3.0)],
+        olpf=SixSpotOlpf(radius_um=1.5),
+        photosite=Diamond(half_um=2.0),
+    )
+
+
+SMALL = HOW | {
+    "light": camsim.Light(line_nm=550.0, irradiance_w_per_m2=1.0),
+    "region": camsim.Region(rows=12, cols=10),
+    "tolerance": 1e-4,
+}
+EDGE = camsim.Scene(background=0.9, shapes=[camsim.Disc(radius_um=20.0, reflectance=0.1)])
+
+
+def test_optical_stages_of_ones_own_join_a_camera():
+    """Each is told, and the picture is that of the product of all transfers; files say that camsim alone cannot."""
+    camera = own_optics()
+    frame = camera.expose(EDGE, **SMALL, noise=False)
+    names = [told.partition("(")[0] for told in frame.report.optics]
+    assert names == ["Blurred", "Motion", "SixSpotOlpf", "Diamond"]
+    stages = [camera.lens, *camera.extra_optics, camera.olpf, camera.photosite]
+    rendering = camsim.render(EDGE, stages, camera.grid(SMALL["region"]), wavelength_nm=550.0, tolerance=1e-8)
+    flat_e = camera.expose(GREY, **SMALL, noise=False).mean_electrons / 0.5
+    assert np.abs(frame.mean_electrons / flat_e - rendering.image).max() < 2e-4
+    assert frame.description["not_reproducible_by_camsim_alone"] == names
+    assert frame.description["camera"]["lens"] == {"kind": "Blurred", "sigma_um": 1, "f_number": 8, "transmission": 0.9}
+    assert "not reproducible by camsim alone: Blurred, Motion, SixSpotOlpf, Diamond" in " ".join(frame.report.notes)
+
+
+def test_the_f_number_of_a_lens_of_ones_own_grows_with_the_magnification():
+    camera = own_optics()
+    light = [camera.replace(magnification=m).expose(GREY, **SMALL, noise=False).mean_electrons.mean() for m in (0, 1)]
+    assert light[0] == pytest.approx(4.0 * light[1])
+    assert light[1] > 50.0
+
+
+def test_a_file_of_it_says_so(tmp_path):
+    from camsim.cli.info import text_of_file
+
+    own_optics().expose(EDGE, **SMALL).save(tmp_path / "a.tiff")
+    assert "no, it was taken with stages of someone's own: Blurred, Motion, SixSpotOlpf, Diamond" in text_of_file(
+        str(tmp_path / "a.tiff")
+    )
+
+
+class Plain:
+    f_number, transmission = 8.0, 1.0
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return np.ones_like(fx_per_um)
+
+
+@dataclass(frozen=True)
+class Odd:
+    """A blur that does what it is told, right or wrong."""
+
+    transfer: object
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return self.transfer(fx_per_um, fy_per_um)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"lens": Plain()}, "Camera.lens: Plain is no dataclass; files describe"),
+        ({"lens": Odd(lambda x, y: x)}, "Camera.lens: must be a lens, not an Odd; .* f_number, transmission and otf"),
+        ({"olpf": Motion(length_um=1.0)}, "Camera.olpf: must be an OLPF or None, not a Motion"),
+        ({"photosite": Motion(length_um=1.0)}, "Camera.photosite: must be a photosite, not a Motion"),
+        ({"extra_optics": Motion(length_um=1.0)}, "Camera.extra_optics: must be a list, not a Motion"),
+        ({"extra_optics": [object()]}, "Camera.extra_optics: item 0 must be a stage with otf"),
+        ({"extra_optics": [Odd(lambda x, y: 2.0 + 0 * x)]}, "Odd.otf is 2 at frequency 0; it must be 1"),
+        ({"extra_optics": [Odd(lambda x, y: 1.0)]}, r"Odd.otf gives shape \(\) for frequencies of shape \(5,\)"),
+        ({"extra_optics": [Odd(lambda x, y: 1.0 + np.abs(x))]}, "Odd.otf is 1.11 at some frequency; no blur amplifies"),
+        ({"extra_optics": [Odd(lambda x, y: np.exp(1j * np.abs(x)))]}, "must be the conjugate"),
+        ({"extra_optics": [Odd(lambda x, y: np.where(x == 0.0, np.nan, 1.0))]}, "Odd.otf is not finite everywhere"),
+        ({"extra_optics": [Odd(lambda x, y: x @ 5)]}, r"Odd.otf\(.*\) failed: ValueError"),
+    ],
+)
+def test_what_is_no_optical_stage_is_refused(changes, message):
+    with pytest.raises(InvalidValueError, match=message):
+        camera_with().replace(**changes)

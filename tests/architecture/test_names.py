@@ -21,7 +21,7 @@ PUBLIC = (
 )
 
 UNITS = (
-    *("lp_per_mm", "px", "um", "um2", "um3", "mm", "m", "nm", "per_um", "per_um2", "deg", "rad", "waves"),
+    *("lp_per_mm", "px", "um", "um2", "um3", "mm", "m", "nm", "per_um", "per_um2", "deg", "rad", "waves", "pitches"),
     *("w_per_m2", "w_per_m2_nm", "cd_per_m2", "lux", "um2_s_nm"),
     *("e", "electrons", "e_per_s", "dn", "dn_per_e", "electrons_per_dn", "ff"),
     *("s", "seconds", "per_s", "c", "k", "iso", "fraction"),

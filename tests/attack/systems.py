@@ -45,17 +45,21 @@ def _surface(value):
     return value
 
 
+def _olpf(olpf, pitch_um):
+    """Two crossed plates, or one; one that splits along y is one along x turned by a quarter."""
+    x_um, y_um, turn = olpf["split"] * pitch_um, olpf["split_y"] * pitch_um, olpf["rotate_deg"]
+    if x_um and y_um:
+        return camsim.FourSpotOlpf(split_um=x_um, split_y_um=y_um, rotate_deg=turn)
+    return camsim.TwoSpotOlpf(split_um=x_um or y_um, rotate_deg=turn if x_um else turn + 90.0)
+
+
 def optics(system):
     """Lens, OLPF and photosite, in the order light meets them."""
     p, lens = system["pitch_um"], system["lens"]
     stages = [_lens(lens, p)]
     olpf = system["olpf"]
     if olpf:
-        stages.append(
-            camsim.FourSpotOlpf(
-                split_um=olpf["split"] * p, split_y_um=olpf["split_y"] * p, rotate_deg=olpf["rotate_deg"]
-            )
-        )
+        stages.append(_olpf(olpf, p))
     stages.append(_photosite(system["photosite"], p))
     return stages
 

@@ -75,7 +75,7 @@ def test_every_shipped_scene(camsim: Run, scene: str) -> None:
     assert 1e6 < expected["memory_bytes"] < 2e9
 
 
-@pytest.mark.parametrize("kind", ["mtf", "psf"])
+@pytest.mark.parametrize("kind", ["mtf", "psf", "qe", "spectra", "noise"])
 def test_plots(camsim: Run, folder: Path, kind: str) -> None:
     done = camsim("explain", "small.yaml", "--plot", kind, "a.svg")
     assert done.returncode == 0, done.stderr
@@ -89,7 +89,10 @@ def test_plots(camsim: Run, folder: Path, kind: str) -> None:
     [
         (["slanted-ege"], "unknown scene 'slanted-ege'; did you mean 'slanted-edge'?"),
         (["small.yaml", "--sensor", "d40like"], "unknown sensor 'd40like'; did you mean 'd40-like'?"),
-        (["small.yaml", "--plot", "mft", "a.png"], "unknown plot 'mft'; did you mean 'mtf'? (known: mtf, psf)"),
+        (
+            ["small.yaml", "--plot", "mft", "a.png"],
+            "unknown plot 'mft'; did you mean 'mtf'? (known: mtf, noise, psf, qe, spectra)",
+        ),
         (["small.yaml", "--plot", "mtf", "a.jpg"], "a plot is one of .png, .svg, .pdf"),
         (["small.yaml", "--set", "render.metod=auto"], "did you mean 'method'?"),
     ],

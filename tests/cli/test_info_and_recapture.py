@@ -39,9 +39,19 @@ def test_the_truth_of_a_dng_from_the_dng_alone(folder: Path, camsim: Run) -> Non
     assert (folder / "truth.exr").read_bytes() == (folder / "a.exr").read_bytes()
 
 
-def test_info_prints_everything(camsim: Run) -> None:
+def test_info_is_short_unless_told(camsim: Run) -> None:
     take(camsim, "a.dng", "a.exr")
-    said = camsim("info", "a.dng")
+    short = camsim("info", "a.dng")
+    assert short.returncode == 0, short.stderr
+    told = dict(line.split("  ", 1) for line in short.stdout.splitlines() if "  " in line)
+    assert len(short.stdout.splitlines()) < 22
+    assert told["scene"].strip() == "1 shape, background 0.9"
+    assert told["light"].strip() == "Light(at=scene, illuminance_lux=5000, line_nm=550)"
+    assert told["optics"].strip().startswith("Airy(f_number=8, transmission=1) → FourSpotOlpf(split_um=3.66) → ")
+    assert told["exposure"].strip().startswith("Exposure(datetime=2000-01-01 00:00:00, iso=800, time_s=0.01")
+    assert told["window"].strip() == "Region(cols=20, origin=[901, 1200], rows=16)"
+    assert told["computed"].strip() == "tolerance 0.0001, method auto"
+    said = camsim("info", "a.dng", "--full")
     assert said.returncode == 0, said.stderr
     figures, _, computed = said.stdout.partition("\n\n")
     assert "mosaic, 16 × 20" in figures

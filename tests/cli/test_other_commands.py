@@ -82,7 +82,7 @@ def test_show_a_sensor(camsim: Run) -> None:
     told = {line[:18].strip(): line[18:].strip() for line in figures}
     assert told["photosites"] == "2000 × 3008, 6.0 million"
     # 1/(2 · 4.88 µm); 1/(2 · 3.66 µm), 4.88/3.66 times as high.
-    assert told["Nyquist frequency"] == "0.10246 cycles/µm (102.5 line pairs/mm)"
+    assert told["Nyquist frequency"] == "0.10246 cycles/µm (102.5 line pairs/mm), all photosites"
     assert told["OLPF null"] == "0.13661 cycles/µm along x and y, 1.33 of Nyquist"
     # 4095 − 128 codes of 10 e⁻ are less than the full well of 40 000 e⁻.
     assert told["saturation"] == "39670 e⁻ at ISO 200"

@@ -40,8 +40,24 @@ def test_pairs_belong_together(folder: Path, camsim: Run) -> None:
     assert {(row["origin_row"] % 2, row["origin_col"] % 2) for row in rows} == {(0, 0), (0, 1), (1, 0), (1, 1)}
     assert len({row["seed"] for row in rows}) == 14
     assert sorted(path.name for path in (folder / "out").iterdir()) == sorted(
-        ["index.csv", "index.json", *(str(row[key]) for row in rows for key in ("noisy", "clean", "truth"))]
+        [
+            "README.md",
+            "index.csv",
+            "index.json",
+            *(str(row[key]) for row in rows for key in ("noisy", "clean", "truth")),
+        ]
     )
+    # Names hold the phase in plain letters, and README.md the unit of every column.
+    stems = [str(row["noisy"]).removesuffix("-noisy.dng")[4:] for row in rows[::2]]
+    assert stems == [
+        *("RGGB-x1", "GRBG-x1", "GBRG-x1", "BGGR-x1"),
+        *("GRBG-from-col1-x1", "GBRG-from-row1-x1", "BGGR-from-row1-col1-x1"),
+    ]
+    page = (folder / "out" / "README.md").read_text(encoding="utf-8")
+    for row in rows:
+        assert str(row["cfa"]).replace("/", "") in str(row["noisy"])
+    for column, unit in {**dict.fromkeys(rows[0], ""), "black_level_dn": "DN", "electrons_per_dn": "e⁻/DN"}.items():
+        assert f"| `{column}` | {unit}" in page, column
     for row in rows:
         noisy, clean = (tifffile.imread(folder / "out" / str(row[key])).astype(float) for key in ("noisy", "clean"))
         truth = truth_of(folder / "out" / str(row["truth"]))

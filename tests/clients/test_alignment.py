@@ -61,7 +61,7 @@ def frame_of(scene: str, phase: str, origin: tuple[int, int]) -> Frame:
 
 
 def by_rawpy(frame: Frame, folder: Path) -> np.ndarray:
-    camsim.save(frame, folder / "a.dng")
+    camsim.save(frame, folder / "a.dng", force=True)
     with rawpy.imread(str(folder / "a.dng")) as raw:
         return raw.postprocess(
             demosaic_algorithm=rawpy.DemosaicAlgorithm.AHD,

@@ -236,7 +236,7 @@ def test_exiftool_validates_the_other_formats(tmp_path: Path) -> None:
     for suffix in sorted(set(SUFFIXES) - {".npy"}):
         for product in SUFFIXES[suffix].writers:
             path = tmp_path / f"a{suffix}"
-            save(frame, path, product=product)
+            save(frame, path, product=product, force=True)
             kind = quiet(run("exiftool", "-s3", "-FileType", path)).decode().strip()
             assert kind == {".tif": "TIFF", ".npz": "ZIP"}.get(suffix, suffix[1:].upper())
             if suffix in (".tiff", ".tif", ".png"):
@@ -254,7 +254,7 @@ def test_smallest_files(tmp_path: Path, program: str, smallest: int) -> None:
     for size in (smallest, smallest - 16):
         if size < 1:
             continue
-        save(chart.chart(size, size), tmp_path / "a.dng")
+        save(chart.chart(size, size), tmp_path / "a.dng", force=True)
         folder = subfolder(tmp_path, str(size))
         ask = judge.picture if program in ("RawTherapee", "darktable") else judge.codes
         if size == smallest:

@@ -160,7 +160,7 @@ def test_every_light(light: str, expected: camsim.Light) -> None:
         (
             ["sensor.filters=[60]"],
             "--set sensor.filters: filters.0: must be a number from 0 to 1 or a table "
-            "{wavelength_nm, values, outside}, not 60; a fraction: 60 % is 0.6",
+            "{wavelength_nm, values, csv, column, outside}, not 60; a fraction: 60 % is 0.6",
         ),
         (
             ["sensor.charge.full_well_e=null", "sensor.charge.blooming=1"],

@@ -50,7 +50,7 @@ FAULTS = {
     "key of another shape": (
         "radius: 3,",
         "radius: 3, width: 4,",
-        ["scene.yaml:15:31: scene.shapes.2.width: unknown key; known here: kind, radius, centre, reflectance"],
+        ["scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle"],
     ),
     "missing key": (
         "{time_s: 0.01, iso: 200}",
@@ -65,7 +65,8 @@ FAULTS = {
         "",
         [
             "scene.yaml:1:1: lens: missing; "
-            "a table of kind airy, annular, gaussian, wavefront, radial-otf, measured-psf or measured-otf (the lens)"
+            "a table of kind airy, annular-airy, gaussian, elliptical-gaussian, wavefront, radial-otf, measured-psf or "
+            "measured-otf (the lens)"
         ],
     ),
     "missing in a list": (
@@ -87,8 +88,8 @@ FAULTS = {
         "kind: airy",
         "kind: wavefrnt",
         [
-            "scene.yaml:3:14: lens.kind: must be airy, annular, gaussian, wavefront, radial-otf, measured-psf or "
-            "measured-otf, not 'wavefrnt'; did you mean 'wavefront'?"
+            "scene.yaml:3:14: lens.kind: must be airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
+            "radial-otf, measured-psf or measured-otf, not 'wavefrnt'; did you mean 'wavefront'?"
         ],
     ),
     "word for a number": (
@@ -103,14 +104,130 @@ FAULTS = {
         "f_number: 8",
         "f_number: '5,6'",
         [
-            "scene.yaml:3:30: lens.f_number: must be a number above 0, not '5,6' "
+            "scene.yaml:3:30: lens.f_number: must be a number above 0, not '5,6'; write 5.6, with a point "
             "(focal length over aperture, as engraved on the lens)"
         ],
     ),
     "quoted number": (
         "seed: 1",
         "seed: '1'",
-        ["scene.yaml:17:30: noise.seed: must be a whole number from 0 to 2^63 − 1, not '1' (same seed, same noise)"],
+        [
+            "scene.yaml:17:30: noise.seed: must be a whole number from 0 to 2^63 − 1, not '1'; write it without quotes "
+            "(same seed, same noise)"
+        ],
+    ),
+    "a decimal comma between braces": (
+        "f_number: 8",
+        "f_number: 2,8",
+        [
+            "scene.yaml:3:32: lens.8: a comma ends the value of 'f_number', so 2,8 is read as 2; "
+            "write 2.8, with a point",
+        ],
+    ),
+    "a comma between thousands": (
+        "illuminance_lux: 5000",
+        "illuminance_lux: 5,000",
+        [
+            "scene.yaml:4:45: light.000: a comma ends the value of 'illuminance_lux', so 5,000 is read as 5; "
+            "write 5000, or 5.000 with a point",
+        ],
+    ),
+    "decimal commas in a point": (
+        "centre: [1, 2]",
+        "centre: [1,5, 2,5]",
+        [
+            "scene.yaml:11:54: scene.shapes.0.centre: must be a point [x, y], not a list of 4; "
+            "a decimal number has a point, such as 1.5 (from the optical axis, in the scene's unit)"
+        ],
+    ),
+    "a unit": (
+        "time_s: 0.01",
+        "time_s: 10ms",
+        [
+            "scene.yaml:5:20: exposure.time_s: must be a number above 0 or auto, not '10ms'; write the number alone, "
+            "its unit is fixed (seconds; auto puts a perfect diffuser at 80 % of black..white)"
+        ],
+    ),
+    "a fraction of a second": (
+        "time_s: 0.01",
+        "time_s: 1/100",
+        [
+            "scene.yaml:5:20: exposure.time_s: must be a number above 0 or auto, not '1/100'; write 0.01 "
+            "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
+        ],
+    ),
+    "another word for the key of a kind": (
+        "kind: airy",
+        "type: airy",
+        [
+            "scene.yaml:3:1: lens.kind: missing; airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
+            "radial-otf, measured-psf or measured-otf; write kind in place of 'type'"
+        ],
+    ),
+    "a value for its table": (
+        "background: {reflectance: 0.9}",
+        "background: white 9.5",
+        [
+            "scene.yaml:9:15: scene.background: must be a table {reflectance}, not 'white 9.5'; write {reflectance: "
+            "white 9.5} (everything that no shape covers)"
+        ],
+    ),
+    "off for a table": (
+        "noise: {enabled: true, seed: 1}",
+        "noise: off",
+        [
+            "scene.yaml:17:8: noise: must be a table {enabled, seed, frame_number}, not 'off'; write {enabled: false} "
+            "(the noise of this capture)"
+        ],
+    ),
+    "percent for a name": (
+        "reflectance: dark skin",
+        "reflectance: 18 %",
+        [
+            "scene.yaml:14:20: scene.shapes.1.reflectance: unknown reflectance '18 %'; a fraction: 18 % is 0.18",
+        ],
+    ),
+    "a needed key under another name": (
+        "iso: 200",
+        "ISO: 200",
+        [
+            "scene.yaml:5:26: exposure.ISO: unknown key; did you mean 'iso'? "
+            "(ISO setting; the sensor's electrons_per_dn holds at its base_iso)"
+        ],
+    ),
+    "another word for a kind": (
+        "kind: disc, radius: 3,",
+        "kind: circle, r: 3,",
+        [
+            "scene.yaml:15:14: scene.shapes.2.kind: must be rectangle, polygon or disc, not 'circle'; did you mean "
+            "'disc'?",
+            "scene.yaml:15:22: scene.shapes.2.r: unknown key; did you mean 'radius'? (in the scene's unit)",
+        ],
+    ),
+    "American English": (
+        "centre: [1, 2]",
+        "center: [1, 2]",
+        [
+            "scene.yaml:11:46: scene.shapes.0.center: unknown key; did you mean 'centre'? "
+            "(from the optical axis, in the scene's unit)"
+        ],
+    ),
+    "grey": (
+        "reflectance: dark skin",
+        "reflectance: grey",
+        [
+            "scene.yaml:14:20: scene.shapes.1.reflectance: unknown reflectance 'grey'; did you mean 'neutral 5' or "
+            "'neutral 8' or 'neutral 3.5'?"
+        ],
+    ),
+    "the beginning of a name": (
+        "sensor: my.yaml",
+        "sensor: d40",
+        [
+            "scene.yaml:2:9: sensor: unknown sensor 'd40'; did you mean 'd40-like'? (known: astronomy-376, d40-like, "
+            "machine-colour-345, medium-format-376, mono-345, my, paper-488, phone-080, pi-155, x-trans-376); your own "
+            "lies beside the scene, in sensors there or in ../sensors, in --sensors DIR, or is named by its path"
+        ],
     ),
     "fraction for a whole number": (
         "rows: 20",
@@ -120,7 +237,10 @@ FAULTS = {
     "yes for true": (
         "enabled: true",
         "enabled: yes",
-        ["scene.yaml:17:18: noise.enabled: must be true or false, not 'yes' (false records the mean signal)"],
+        [
+            "scene.yaml:17:18: noise.enabled: must be true or false, not 'yes'; write true "
+            "(false records the mean signal)"
+        ],
     ),
     "true for a number": (
         "seed: 1",

@@ -62,8 +62,9 @@ FAULTS = {
         "peak: 0.5",
         "peak: 50",
         [
-            "my.yaml:11:9: quantum_efficiency.peak: must be a number above 0 and at most 1, not 50; "
-            "a fraction: 50 % is 0.5 (electrons per photon at the highest point of all channels)"
+            "my.yaml:11:9: quantum_efficiency.peak: must be a number above 0 and at most 1 or 'as given', not 50; "
+            "a fraction: 50 % is 0.5 (electrons per photon at the highest point of all channels; 'as given' of curves "
+            "that are absolute, A/W where they are per energy)"
         ],
     ),
     "a pattern that is none": (

@@ -9,7 +9,7 @@ import pytest
 from camsim.capturing import load
 from camsim.errors import ConfigError
 
-REFLECTANCE = "a number from 0 to 1, a name or a table {wavelength_nm, values, outside}"
+REFLECTANCE = "a number from 0 to 1, a name or a table {wavelength_nm, values, csv, column, outside}"
 OF_REFLECTANCE = "(fraction of the light that it returns; names: camsim list reflectances)"
 
 # What is replaced in the good file of conftest.py, by what, and the messages.
@@ -65,7 +65,8 @@ FAULTS = {
         "f_number: 8, transmission: [1, 1]",
         [
             "scene.yaml:3:47: lens.transmission: must be a number from 0 to 1 "
-            "or a table {wavelength_nm, values, outside}, not a list of 2 (fraction of the light that passes)"
+            "or a table {wavelength_nm, values, csv, column, outside}, not a list of 2 "
+            "(fraction of the light that passes)"
         ],
     ),
     "a word for a transmission": (
@@ -73,7 +74,7 @@ FAULTS = {
         "f_number: 8, transmission: clear",
         [
             "scene.yaml:3:47: lens.transmission: must be a number from 0 to 1 "
-            "or a table {wavelength_nm, values, outside}, not 'clear' (fraction of the light that passes)"
+            "or a table {wavelength_nm, values, csv, column, outside}, not 'clear' (fraction of the light that passes)"
         ],
     ),
     "a date that is none": (
@@ -195,7 +196,7 @@ FAULTS = {
         "unit: pixel",
         "unit: px",
         [
-            "scene.yaml:8:9: scene.unit: must be pixel, um, mm or frame, not 'px' "
+            "scene.yaml:8:9: scene.unit: must be pixel, um, mm or frame, not 'px'; did you mean 'pixel'? "
             "(of all lengths in the scene; pixel is the sensor's pitch)"
         ],
     ),
@@ -228,8 +229,9 @@ FAULTS = {
         [
             "scene.yaml:2:9: sensor: unknown sensor 'd40like'; did you mean 'd40-like'? "
             ""
-            "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, "
-            "phone-080, pi-155, x-trans-376); a file of your own needs its path, such as ./my.yaml"
+            "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, my, paper-488, "
+            "phone-080, pi-155, x-trans-376); your own lies beside the scene, in sensors there or in ../sensors, in "
+            "--sensors DIR, or is named by its path"
         ],
     ),
     "missing sensor file": (
@@ -240,7 +242,10 @@ FAULTS = {
     "a sensor outside the folder": (
         "sensor: my.yaml",
         "sensor: ../my.yaml",
-        ["scene.yaml:2:9: sensor: '../my.yaml' lies outside this file's folder; put it there or name it with --sensor"],
+        [
+            "scene.yaml:2:9: sensor: '../my.yaml' lies outside this file's folder; put it there or into ../sensors, "
+            "or name it with --sensor"
+        ],
     ),
     "no sensor": (
         "sensor: my.yaml\n",

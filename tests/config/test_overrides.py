@@ -114,8 +114,8 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
         ("scene.shapes.last.radius=1",
          "--set scene.shapes.last.radius: no item last in scene.shapes; there are 0 to 2"),
         ("lens=null",
-         "--set lens: missing; a table of kind airy, annular, gaussian, wavefront, radial-otf, measured-psf or "
-         "measured-otf (the lens)"),
+         "--set lens: missing; a table of kind airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
+         "radial-otf, measured-psf or measured-otf (the lens)"),
         ("nose=null", "--set nose: unknown key; did you mean 'noise'? (the noise of this capture)"),
         ("readout.bit_depth=8",
          "--set readout.bit_depth: unknown key; the sensor's begin with 'sensor.': "
@@ -128,11 +128,12 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
          "(known: Nikon 5100 (NPL), Sigma SDMerill (NPL)); see camsim list sensitivities"),
         ("sensor=nobody",
          "--set sensor: unknown sensor 'nobody' "
-        "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, paper-488, "
-        "phone-080, pi-155, x-trans-376); "
-         "a file of your own needs its path, such as ./my.yaml"),
+        "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, my, "
+        "paper-488, phone-080, pi-155, x-trans-376); "
+         "your own lies beside the scene, in sensors there or in ../sensors, in --sensors DIR, or is named by "
+         "its path"),
         ("sensor=3", "--set sensor: must be a name, not 3 "
-                     "(a shipped sensor (camsim list sensors) or a file in this scene's folder)"),
+                     "(its name (camsim list sensors), or a file in this scene's folder or in ../sensors)"),
         ("scene.shapes.1.points=[[0, 0], [2, 2], [2, 0], [0, 2]]",
          "--set scene.shapes.1.points: the outline crosses itself at (1, 1); "
          "list the corners in order round the shape"),

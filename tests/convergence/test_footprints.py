@@ -11,10 +11,10 @@ GRID = camsim.Grid(rows=26, cols=32, pitch_um=4.0)
 
 FOOTPRINTS = {
     "rectangle": [camsim.RectangularPhotosite(width_um=4.0, height_um=2.5)],
-    "one plate": [camsim.SquarePhotosite(side_um=4.0), camsim.FourSpotOlpf(split_um=3.0, split_y_um=0.0)],
+    "one plate": [camsim.SquarePhotosite(side_um=4.0), camsim.TwoSpotOlpf(split_um=3.0)],
     "one plate, turned": [
         camsim.SquarePhotosite(side_um=4.0),
-        camsim.FourSpotOlpf(split_um=3.0, split_y_um=0.0, rotate_deg=45.0),
+        camsim.TwoSpotOlpf(split_um=3.0, rotate_deg=45.0),
     ],
     "unequal splits": [
         camsim.RectangularPhotosite(width_um=3.3, height_um=4.0),

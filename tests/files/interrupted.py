@@ -27,7 +27,7 @@ def main(pickled: Path, folder: Path, kills: int) -> None:
         known = {}
         for name, frame in frames.items():
             began = time.perf_counter()
-            save(frame, target)
+            save(frame, target, force=True)
             took = time.perf_counter() - began
             known[hashlib.sha256(target.read_bytes()).hexdigest()] = name
         found[suffix] = []
@@ -36,7 +36,7 @@ def main(pickled: Path, folder: Path, kills: int) -> None:
             if child == 0:
                 while True:
                     for frame in frames.values():
-                        save(frame, target)
+                        save(frame, target, force=True)
             # The first is killed while it writes, however busy the machine is; the others at any moment.
             while kill == 0 and not any(path.suffix == ".part" for path in folder.iterdir()):
                 pass

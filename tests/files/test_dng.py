@@ -224,7 +224,7 @@ def test_noise_profile_is_the_variance_of_a_flat_field(frame: Frame, level_e: fl
 
 def test_noise_profile_is_written_for_every_plane(tmp_path: Path, frame: Frame, mono_frame: Frame) -> None:
     for each, planes in ((frame, 3), (mono_frame, 1)):
-        save(each, tmp_path / "a.dng")
+        save(each, tmp_path / "a.dng", force=True)
         assert tags_of(tmp_path / "a.dng")[51041] == noise_profile(each) * planes
 
 
@@ -276,7 +276,7 @@ def test_xmp_carries_the_whole_description(tmp_path: Path, frame: Frame) -> None
 
 def test_the_identifier_follows_the_content(tmp_path: Path, frame: Frame) -> None:
     def identifier(each: Frame) -> bytes:
-        save(each, tmp_path / "a.dng")
+        save(each, tmp_path / "a.dng", force=True)
         return bytes(tags_of(tmp_path / "a.dng")[50781])
 
     other = frame.mosaic.copy()

@@ -102,7 +102,7 @@ def test_npy_holds_each_product(tmp_path: Path, frame: Frame) -> None:
         ("electrons", frame.electrons),
         ("truth", frame.truth),
     ):
-        save(frame, tmp_path / "a.npy", product=product)
+        save(frame, tmp_path / "a.npy", product=product, force=True)
         read = np.load(tmp_path / "a.npy", allow_pickle=False)
         assert read.dtype == expected.dtype
         np.testing.assert_array_equal(read, expected)
@@ -125,23 +125,23 @@ def test_the_memory_layout_of_arrays_does_not_matter(tmp_path: Path, frame: Fram
 def test_equal_frames_give_equal_bytes_at_any_time(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
     first = {}
     for suffix, product in EVERYTHING:
-        save(make_frame(), tmp_path / f"one{suffix}", product=product)
+        save(make_frame(), tmp_path / f"one{suffix}", product=product, force=True)
         first[suffix, product] = (tmp_path / f"one{suffix}").read_bytes()
     # Time stamps of formats count seconds.
     time.sleep(1.1)
     for suffix, product in EVERYTHING:
-        save(make_frame(), tmp_path / f"another{suffix}", product=product)
+        save(make_frame(), tmp_path / f"another{suffix}", product=product, force=True)
         assert (tmp_path / f"another{suffix}").read_bytes() == first[suffix, product], (suffix, product)
     for suffix, product in EVERYTHING:
-        save(make_frame(seed=6), tmp_path / f"other{suffix}", product=product)
+        save(make_frame(seed=6), tmp_path / f"other{suffix}", product=product, force=True)
         assert (tmp_path / f"other{suffix}").read_bytes() != first[suffix, product], (suffix, product)
 
 
 def test_the_way_a_frame_took_is_not_in_its_files(tmp_path: Path, frame: Frame) -> None:
     slow = dataclasses.replace(frame, report=dataclasses.replace(frame.report, seconds={"render": 123.456}))
     for suffix, product in EVERYTHING:
-        save(frame, tmp_path / f"a{suffix}", product=product)
-        save(slow, tmp_path / f"b{suffix}", product=product)
+        save(frame, tmp_path / f"a{suffix}", product=product, force=True)
+        save(slow, tmp_path / f"b{suffix}", product=product, force=True)
         assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 
 
@@ -156,11 +156,11 @@ def test_tiff_holds_the_truth_in_electrons(tmp_path: Path, make_frame: Callable[
 
 
 def test_npz_holds_everything(tmp_path: Path, frame: Frame) -> None:
-    save(frame, tmp_path / "a.npz")
+    save(frame, tmp_path / "a.npz", force=True)
     with np.load(tmp_path / "a.npz", allow_pickle=False) as arrays:
         for name in ("mosaic", "electrons", "mean_electrons", "channel_index", "truth"):
             np.testing.assert_array_equal(arrays[name], getattr(frame, name))
         assert json.loads(arrays["record.json"])["description"] == frame.description
-    save(dataclasses.replace(frame, truth=None), tmp_path / "a.npz")
+    save(dataclasses.replace(frame, truth=None), tmp_path / "a.npz", force=True)
     with np.load(tmp_path / "a.npz", allow_pickle=False) as arrays:
         assert "truth" not in arrays

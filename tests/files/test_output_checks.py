@@ -114,6 +114,21 @@ def test_truth_that_was_not_asked_for(tmp_path: Path, frame: Frame) -> None:
     save(bare, tmp_path / "a.exr", product="electrons")
 
 
+def test_a_file_that_is_there_stays_unless_told(tmp_path: Path, frame: Frame) -> None:
+    path = tmp_path / "a.tiff"
+    frame.save(path)
+    before = path.read_bytes()
+    brighter = dataclasses.replace(frame, mosaic=frame.mosaic + 1)
+    for write in (brighter.save, lambda path: save(brighter, path)):
+        with pytest.raises(OutputError, match=r"a.tiff': it exists; overwrite it with force=True$"):
+            write(path)
+    assert path.read_bytes() == before
+    brighter.save(path, force=True)
+    assert path.read_bytes() != before
+    brighter.save(tmp_path / "b.npy", product="electrons")
+    np.testing.assert_array_equal(np.load(tmp_path / "b.npy"), frame.electrons)
+
+
 def test_one_by_one_frame_can_be_saved_everywhere(tmp_path: Path, frame: Frame) -> None:
     tiny = dataclasses.replace(
         frame,
@@ -126,5 +141,5 @@ def test_one_by_one_frame_can_be_saved_everywhere(tmp_path: Path, frame: Frame) 
     )
     for suffix, form in SUFFIXES.items():
         for product in form.writers:
-            save(tiny, tmp_path / f"a{suffix}", product=product)
+            save(tiny, tmp_path / f"a{suffix}", product=product, force=True)
             assert (tmp_path / f"a{suffix}").stat().st_size > 0

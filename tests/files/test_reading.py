@@ -57,7 +57,7 @@ def test_a_file_says_what_it_is(tmp_path: Path, frame: Frame, name: str, product
 
 def test_every_byte_cut_off_is_noticed(tmp_path: Path, frame: Frame) -> None:
     for name, product, _ in KINDS:
-        save(frame, tmp_path / name, product=product)
+        save(frame, tmp_path / name, product=product, force=True)
         whole = (tmp_path / name).read_bytes()
         for keep in (*range(40), *range(40, len(whole), 997), len(whole) - 1):
             (tmp_path / f"cut{name}").write_bytes(whole[:keep])
@@ -112,7 +112,7 @@ def test_a_changed_record_is_not_believed(tmp_path: Path, frame: Frame) -> None:
     for name, product, _ in KINDS:
         if name.endswith(("png", "npz")):  # these formats have checksums of their own
             continue
-        save(frame, tmp_path / name, product=product)
+        save(frame, tmp_path / name, product=product, force=True)
         whole = (tmp_path / name).read_bytes()
         assert b"4023" in whole
         (tmp_path / name).write_bytes(whole.replace(b"4023", b"4032"))
@@ -121,7 +121,7 @@ def test_a_changed_record_is_not_believed(tmp_path: Path, frame: Frame) -> None:
 
 
 def record_with(frame: Frame, tmp_path: Path, **changes: object) -> str:
-    save(frame, tmp_path / "a.tiff")
+    save(frame, tmp_path / "a.tiff", force=True)
     said = {"camsim": "frame/1", **read_file(tmp_path / "a.tiff").record.as_dict(), **changes}
     return canonical({**said, "sha256": checksum(canonical(said))})
 

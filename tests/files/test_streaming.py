@@ -86,7 +86,7 @@ def test_a_capture_that_fails_half_way_leaves_the_old_file(tmp_path):
     (tmp_path / "a.dng").write_bytes(b"old")
 
     def one_band_then_stop():
-        with writing_rows(tmp_path / "a.dng", camera=camera, region=HOW["region"]) as writer:
+        with writing_rows(tmp_path / "a.dng", camera=camera, region=HOW["region"], force=True) as writer:
             writer.take(np.zeros((64, 60), np.uint16))
             raise KeyboardInterrupt
 

@@ -66,7 +66,7 @@ from camsim.files import save
 frame = pickle.loads(Path(sys.argv[1]).read_bytes())
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 try:
-    save(frame, sys.argv[2])
+    save(frame, sys.argv[2], force=True)
 except OutputError as error:
     sys.exit(str(error))
 """

@@ -29,7 +29,7 @@ WIDE = [
 ]
 TURNED = [
     camsim.Airy(f_number=2.8),
-    camsim.FourSpotOlpf(split_um=PITCH_UM, split_y_um=0.0, rotate_deg=30.0),
+    camsim.TwoSpotOlpf(split_um=PITCH_UM, rotate_deg=30.0),
     camsim.RectangularPhotosite(width_um=PITCH_UM, height_um=0.6 * PITCH_UM),
 ]
 SHARP = [camsim.Airy(f_number=1.4), camsim.SquarePhotosite(side_um=0.0)]

@@ -98,7 +98,7 @@ def test_the_theory_is_the_product_of_transfers_in_green_light():
 def test_the_theory_of_an_oblique_edge_has_each_axis_own_part(normal_deg):
     """A plate that splits along x and a photosite wider than high: x counts by the cosine, y by the sine."""
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0)).replace(
-        olpf=camsim.FourSpotOlpf(split_um=2.5, split_y_um=0.0),
+        olpf=camsim.TwoSpotOlpf(split_um=2.5),
         photosite=camsim.RectangularPhotosite(width_um=3.4, height_um=2.0),
     )
     turn = math.radians(normal_deg)

@@ -152,7 +152,7 @@ def test_black_levels_that_differ_by_photosite(sensor, tmp_path):
             noise=False,
         )
         for name in ("a.dng", "a.tiff", "a.npz"):
-            camsim.save(frame, tmp_path / name)
+            camsim.save(frame, tmp_path / name, force=True)
         pictures = [picture_of_frame(frame), *(read_picture(tmp_path / name) for name in ("a.dng", "a.tiff", "a.npz"))]
         found.append([measure_mtf(picture, rois=[Roi(0, 0, 64, 64)], channel="all").edges for picture in pictures])
     even, uneven_edges = found

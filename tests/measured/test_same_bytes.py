@@ -62,7 +62,7 @@ source: made up
 
 
 def dng_bytes(frame, tmp_path, name="a.dng"):
-    camsim.save(frame, tmp_path / name)
+    camsim.save(frame, tmp_path / name, force=True)
     return (tmp_path / name).read_bytes()
 
 

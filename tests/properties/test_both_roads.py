@@ -113,6 +113,12 @@ LENS = {"f_number": (1.4, 8, 22.0), "transmission": SPECTRA}
 POINTS = ([[0, 0], [4, 0], [0, 4.5]], [[0, 0], [1, 1], [1, 0], [0, 1]], [[0, 0], [1, 1]], [[0, 0], [1, "1"], [1, 0]])
 RISING = ([0, 5, 10.0], [0.0, 1e3], [1, 0], [0, 0], [5], [-1.0, 4])
 GRIDS = ([[0, 1, 0], [1, 4.0, 1], [0, 1, 0]], [[1]], [[1, 2], [3]], [[0]], [[-1, 0.5]], [[math.nan]])
+OUTER = [0, 0, 0, 0, 0]
+TRANSFERS = (
+    [OUTER, [0, 0, 0.5, 0, 0], [0, 0.4, 1.0, 0.4, 0], [0, 0, 0.5, 0, 0], OUTER],
+    [OUTER, OUTER],
+    [[1, 0], OUTER],
+)
 KERNELS = (
     [[0, 0.1, 0], [0, 0.8, 0], [0, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 0]], [[0, 0, 0], [0, 1.5, 0], [0, 0, 0]],
     [[0, 0.6, 0], [0, 0.6, 0], [0, 0, 0]], [[0, 1], [0, 0]], [[0, 0, 0], [0, -1, 0], [0, 0, 0]],
@@ -122,7 +128,7 @@ PARTS = {
     "airy": Part(place="lens", also={"kind": "airy"}, changes=lens(camsim.Airy), good=LENS),
     "annular": Part(
         place="lens",
-        also={"kind": "annular"},
+        also={"kind": "annular-airy"},
         changes=lens(camsim.AnnularAiry),
         good=LENS | {"obstruction": (0, 0.3, 0.95, 0.96)},
     ),
@@ -132,6 +138,13 @@ PARTS = {
         changes=lens(camsim.Gaussian),
         good=LENS | {"sigma_um": NUMBERS},
         needed=("f_number",),
+    ),
+    "ellipse": Part(
+        place="lens",
+        also={"kind": "elliptical-gaussian"},
+        changes=lens(camsim.EllipticalGaussian.from_axes),
+        good=LENS | {"sigma_um": NUMBERS, "sigma_across_um": NUMBERS, "rotate_deg": ANGLES},
+        needed=("f_number", "rotate_deg"),
     ),
     "radial": Part(
         place="lens",
@@ -167,6 +180,13 @@ PARTS = {
         also={"kind": "measured-psf"},
         changes=lens(camsim.MeasuredPsf),
         good=LENS | {"irradiance": GRIDS, "spacing_um": NUMBERS},
+        needed=("f_number",),
+    ),
+    "transfer": Part(
+        place="lens",
+        also={"kind": "measured-otf"},
+        changes=lens(camsim.MeasuredOtf),
+        good=LENS | {"values": (*TRANSFERS, *GRIDS), "spacing_per_um": NUMBERS},
         needed=("f_number",),
     ),
     "cos4": Part(
@@ -302,6 +322,18 @@ PARTS = {
         changes=on_camera(olpf=lambda v: camsim.FourSpotOlpf(**v)),
         good={"split_um": (1, 3.5), "split_y_um": (1.5, 2), "rotate_deg": ANGLES},
     ),
+    "plate": Part(
+        place="sensor.olpf",
+        also={"kind": "two-spot"},
+        changes=on_camera(olpf=lambda v: camsim.TwoSpotOlpf(**v)),
+        good={"split_um": (1, 3.5), "rotate_deg": ANGLES},
+    ),
+    "olpf in pitches": Part(
+        place="sensor.olpf",
+        also={"kind": "four-spot"},
+        changes=on_camera(olpf=lambda v: camsim.FourSpotOlpf.from_pitches(pitch_um=4.0, **v)),
+        good={"split_pitches": (1, 0.75), "split_y_pitches": (0.5, 2), "rotate_deg": ANGLES},
+    ),
     "filters": Part(
         place="sensor.filters",
         changes=on_camera(filters=lambda v: [*map(curves_in, v["all"])] if isinstance(v["all"], list) else v["all"]),
@@ -330,7 +362,7 @@ PARTS = {
         good={
             "curves": (*({"R": one, "G": WIDE, "B": WIDE} for one in (*TABLES, HALF)), {"R": WIDE}),
             "per": ("energy", "photon", "photons"),
-            "peak": (0.5, 1, 1.5),
+            "peak": (0.5, 1, 1.5, "as given"),
         },
         needed=("curves",),
     ),

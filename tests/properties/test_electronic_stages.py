@@ -12,11 +12,11 @@ from tolerances import ROUNDING, STATISTICAL
 import camsim
 from camsim.config import schema
 from camsim.description import describe
-from camsim.reporting import sentence
 from camsim.revive import revive
 from camsim.sensor.chain import random_numbers
 from camsim.sensor.electronics import ORDER, Electronics
 from camsim.sensor.stage import OWN_STREAMS, Phase
+from camsim.words import brief
 
 LIGHT = camsim.Light(line_nm=488.0, irradiance_w_per_m2=0.1)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
@@ -283,7 +283,7 @@ def test_a_camera_has_it_and_says_so(law):
     assert (law.stage in camera.electronics(100.0, noise=False)) == law.stage.without_noise
     assert camera.needs_whole_window == law.stage.whole_window
     frame = camera.expose(camsim.Scene(background=0.5), light=LIGHT, exposure=EXPOSURE, region=REGION)
-    assert sentence(law.stage) in frame.report.electronics
+    assert brief(law.stage) in frame.report.electronics
 
 
 @pytest.mark.parametrize("bit_depth", [1, 8, 12, 14, 16])

@@ -17,9 +17,9 @@ SHIFT_UM = 1e-9 * PITCH_UM
 OLPFS = {
     "none": None,
     "four": camsim.FourSpotOlpf(split_um=0.75 * PITCH_UM),
-    "plate": camsim.FourSpotOlpf(split_um=0.75 * PITCH_UM, split_y_um=0.0),
+    "plate": camsim.TwoSpotOlpf(split_um=0.75 * PITCH_UM),
     "four turned": camsim.FourSpotOlpf(split_um=0.75 * PITCH_UM, split_y_um=0.5 * PITCH_UM, rotate_deg=30.0),
-    "plate at 45°": camsim.FourSpotOlpf(split_um=0.75 * PITCH_UM, split_y_um=0.0, rotate_deg=45.0),
+    "plate at 45°": camsim.TwoSpotOlpf(split_um=0.75 * PITCH_UM, rotate_deg=45.0),
 }
 PHOTOSITES = {
     "point": camsim.SquarePhotosite(side_um=0.0),

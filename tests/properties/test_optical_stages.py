@@ -5,6 +5,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from own_optics import OWN_OPTICS
 from scipy import integrate, special
 from tolerances import ROUNDING
 
@@ -38,14 +39,17 @@ LOPSIDED_STAGES = {
     "iris": camsim.Wavefront(f_number=8.0, pupil=camsim.Pupil(shape="bladed", blades=5, obstruction=0.2)),
     "ellipse": camsim.EllipticalGaussian.from_axes(sigma_um=2.0, sigma_across_um=0.7, rotate_deg=20.0),
     "measured": camsim.MeasuredPsf(irradiance=((0, 1, 0.5), (1, 4, 2), (0.2, 1, 0.1), (0, 0.3, 0)), spacing_um=0.7),
+    "measured transfer": camsim.MeasuredOtf(
+        values=np.pad([[0.2, 0.5j, 0.1], [0.7, 1.0, 0.7], [0.1, -0.5j, 0.2]], 1), spacing_per_um=0.05
+    ),
     "rectangle": camsim.RectangularPhotosite(width_um=4.0, height_um=2.0),
     "rounded rectangle": camsim.RoundedPhotosite(width_um=4.0, height_um=3.0, radius_um=1.5),
     "tile": camsim.RoundedPhotosite(width_um=4.0, height_um=3.0, radius_um=0.5),
     "L": camsim.PolygonPhotosite(points_um=((-2, -2), (2, -2), (2, 0), (0, 0), (0, 2), (-2, 2))),
     "unequal splits, turned": camsim.FourSpotOlpf(split_um=3.0, split_y_um=1.0, rotate_deg=20.0),
-    "one plate": camsim.FourSpotOlpf(split_um=3.0, split_y_um=0.0),
+    "one plate": camsim.TwoSpotOlpf(split_um=3.0),
 }
-ALL_STAGES = OPTICAL_STAGES | LOPSIDED_STAGES
+ALL_STAGES = OPTICAL_STAGES | LOPSIDED_STAGES | OWN_OPTICS
 ROUND_STAGES = {name: stage for name, stage in OPTICAL_STAGES.items() if hasattr(stage, "encircled_energy")}
 
 
@@ -101,7 +105,9 @@ def test_elementwise_on_any_shape(stage, frequencies):
         assert complex(otf(stage, fx[i], fy[i])) == pytest.approx(whole[i], abs=ROUNDING)
 
 
-@pytest.mark.parametrize("name", [name for name in ALL_STAGES if name != "measured"])  # between samples waves may dip
+@pytest.mark.parametrize(
+    "name", [name for name in ALL_STAGES if not name.startswith("measured")]
+)  # between samples waves may dip
 def test_the_point_image_is_nowhere_negative(name, rng):
     """Bochner: exactly then the matrix OTF(f_i − f_j) of any frequencies has no eigenvalue below 0."""
     for spread_per_um in (0.05, 0.3, 2.0):
@@ -156,7 +162,9 @@ def test_encircled_energy_rises_from_0_to_1(round_stage):
 @pytest.mark.parametrize(("across_um", "down_um", "turn_deg"), [(3.66, None, 0.0), (3.0, 1.0, 20.0), (2.0, 0.0, -65.0)])
 def test_the_olpf_is_the_transform_of_its_spots(frequencies, across_um, down_um, turn_deg):
     """Spots as complex numbers x + iy: y points down, so that a factor of e^iθ turns clockwise as displayed."""
-    olpf = camsim.FourSpotOlpf(split_um=across_um, split_y_um=down_um, rotate_deg=turn_deg)
+    splits = {} if down_um == 0.0 else {"split_y_um": down_um}
+    kind = camsim.TwoSpotOlpf if down_um == 0.0 else camsim.FourSpotOlpf
+    olpf = kind(split_um=across_um, rotate_deg=turn_deg, **splits)
     sides = np.array([-0.5, 0.5])
     spots = (across_um * sides + 1j * (across_um if down_um is None else down_um) * sides[:, None]).ravel()
     spots = np.unique(spots) * np.exp(1j * np.radians(turn_deg))

@@ -40,6 +40,7 @@ STAGES: tuple[Any, ...] = (
     camsim.AnnularAiry(f_number=8.0, obstruction=0.3), camsim.Gaussian(sigma_um=1.0), camsim.Pupil(),
     camsim.EllipticalGaussian(covariance_um2=((1.0, 0.0), (0.0, 2.0))),
     camsim.MeasuredPsf(irradiance=((0.0, 1.0), (1.0, 2.0)), spacing_um=0.5), camsim.Wavefront(f_number=8.0),
+    camsim.MeasuredOtf(values=np.pad([[1.0]], 1), spacing_per_um=0.5), camsim.TwoSpotOlpf(split_um=2.0),
     camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.5, 0.0)), camsim.FourSpotOlpf(split_um=2.0),
     CAMERA.photosite, camsim.CircularPhotosite(diameter_um=2.0), camsim.PolygonPhotosite(points_um=CORNERS),
     camsim.RectangularPhotosite(width_um=2.0, height_um=2.0),
@@ -58,7 +59,9 @@ def expose(**changes: Any) -> Any:
 
 def test_every_public_stage_is_here() -> None:
     public = {getattr(camsim, name) for name in camsim.__all__ if dataclasses.is_dataclass(getattr(camsim, name))}
-    assert public - {camsim.Frame, camsim.Rendering, camsim.ShotNoise} == {type(stage) for stage, _ in PARAMETERS}
+    assert public - {camsim.Frame, camsim.Rendering, camsim.Report, camsim.Context, camsim.ShotNoise} == {
+        type(stage) for stage, _ in PARAMETERS
+    }
 
 
 @pytest.mark.parametrize("wrong", [object(), b"1", {1, 2}, np.array([["a"]]), 1j])
@@ -103,7 +106,10 @@ def test_every_parameter_of_every_stage_is_judged(stage: Any, name: str, wrong: 
             "Camera.quantum_efficiency: no curve for R, G, B of the cfa; there are Y",
         ),
         (lambda: CAMERA.replace(photosite=camsim.SquarePhotosite(side_um=0)), "Camera.photosite: has no area"),
-        (lambda: CAMERA.replace(olpf=CAMERA.lens), "Camera.olpf: must be a FourSpotOlpf or None, not an Airy"),
+        (
+            lambda: CAMERA.replace(olpf=CAMERA.lens),
+            "Camera.olpf: must be an OLPF or None, not an Airy; such as FourSpotOlpf",
+        ),
         (lambda: camsim.render(SCENE, CAMERA.lens, GRID, wavelength_nm=550.0), "optics: must be a list, not an Airy"),
         (lambda: CAMERA.replace(filters=0.5), "Camera.filters: must be a list, not 0.5"),
         (

@@ -3,13 +3,14 @@
 Every field says what it means and in which unit: messages, reference and JSON Schema are made of that.
 """
 
-from camsim.config.schema.base import Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table
+from camsim.config.schema.base import LISTS, Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table, Tabulated
 from camsim.config.schema.drawings import Svg
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.config.schema.lens import (
     AiryLens,
     AnnularLens,
     Cos4Falloff,
+    EllipticalGaussianLens,
     GaussianLens,
     LensTable,
     MeasuredOtfLens,
@@ -66,6 +67,7 @@ from camsim.config.schema.shapes import (
 from camsim.marks import Called
 
 __all__ = [
+    "LISTS",
     "AiryLens",
     "AnnularLens",
     "Background",
@@ -77,6 +79,7 @@ __all__ = [
     "Curve",
     "Disc",
     "Ellipse",
+    "EllipticalGaussianLens",
     "Exposure",
     "FilterCurve",
     "FourSpotOlpf",
@@ -123,6 +126,7 @@ __all__ = [
     "Star",
     "Svg",
     "Table",
+    "Tabulated",
     "Text",
     "TwoSpotOlpf",
     "WavefrontLens",

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from camsim.marks import Called
-from camsim.typed import Fraction, NonNegative, Positive
+from camsim.typed import Count, Fraction, NonNegative, Positive
 
 
 class Table(BaseModel):
@@ -52,31 +52,53 @@ by_form = Discriminator(_form)
 Letter: TypeAlias = Annotated[str, Field(pattern="^[A-Za-z]$", description="a channel, one letter")]
 
 
-class Curve(Table):
-    """A tabulated spectrum, straight between its points."""
+Name: TypeAlias = Annotated[str, Field(min_length=1), Called("a name")]
+Column: TypeAlias = Annotated[Annotated[Name, Tag("word")] | Annotated[Count, Tag("number")], by_form]
+
+LISTS = ("wavelength_nm", "values")
+"""The points of a curve."""
+
+
+def _of_numbers_or_a_file(schema: dict[str, Any]) -> None:
+    """Say to editors what the reader does: a file stands for both lists."""
+    schema["required"] = [key for key in schema["required"] if key not in LISTS]
+    schema["anyOf"] = [{"required": list(LISTS)}, {"required": ["csv"]}]
+
+
+class Tabulated(Table):
+    """A curve by its points, in the file or in a CSV file, whose numbers are put in their place when it is read."""
+
+    model_config = ConfigDict(json_schema_extra=_of_numbers_or_a_file)
 
     wavelength_nm: list[Positive] = Field(min_length=2, description="increasing, nm")
     values: list[NonNegative] = Field(min_length=2, description="one for each wavelength")
+    csv: Name | None = Field(default=None, description="instead of both: a CSV file in this file's folder")
+    column: Column | None = Field(
+        default=None, description="its name or number there; not needed where the file has two columns"
+    )
+
+
+class Curve(Tabulated):
+    """A tabulated spectrum, straight between its points."""
+
     outside: Literal["zero", "hold"] | None = Field(
         default=None,
         description="beyond the table: 0, or the value at its nearer end; must be said when light lies there, else 0",
     )
 
 
-class Fractions(Table):
+class Fractions(Tabulated):
     """A tabulated fraction (reflectance, transmission), straight between its points."""
 
-    wavelength_nm: list[Positive] = Field(min_length=2, description="increasing, nm")
     values: list[Fraction] = Field(min_length=2, description="fractions, one for each wavelength")
     outside: Literal["zero", "hold"] = Field(
         default="hold", description="beyond the table: 0, or the value at its nearer end"
     )
 
 
-class FilterCurve(Table):
+class FilterCurve(Tabulated):
     """The fraction that a filter lets through, straight between its points."""
 
-    wavelength_nm: list[Positive] = Field(min_length=2, description="increasing, nm")
     values: list[Fraction] = Field(min_length=2, description="fractions, one for each wavelength")
     outside: Literal["zero", "hold"] | None = Field(
         default=None,
@@ -84,15 +106,13 @@ class FilterCurve(Table):
     )
 
 
-class LightTable(Table):
+class LightTable(Tabulated):
     """A tabulated spectrum of a light, straight between its points and dark beyond them."""
 
-    wavelength_nm: list[Positive] = Field(min_length=2, description="increasing, nm")
     values: list[NonNegative] = Field(min_length=2, description="relative power per nm, one for each wavelength")
 
 
 Point: TypeAlias = Annotated[tuple[float, float], Called("a point [x, y]")]
-Name: TypeAlias = Annotated[str, Field(min_length=1), Called("a name")]
 Reflectance: TypeAlias = Annotated[
     Annotated[Fraction, Tag("number")] | Annotated[Name, Tag("word")] | Annotated[Fractions, Tag("table")],
     by_form,

@@ -55,7 +55,7 @@ class AiryLens(LensTable):
 class AnnularLens(LensTable):
     """A diffraction-limited lens with an obstruction in the middle of its pupil, such as a mirror lens."""
 
-    kind: Literal["annular"] = Field(description="what blurs the image")
+    kind: Literal["annular-airy"] = Field(description="what blurs the image")
     obstruction: float = Field(
         ge=0,
         le=0.95,
@@ -67,29 +67,27 @@ class GaussianLens(LensTable):
     """A lens with a Gaussian pattern, the same at every wavelength; f_number sets the exposure only."""
 
     kind: Literal["gaussian"] = Field(description="what blurs the image")
-    sigma_um: float | None = Field(
-        default=None, gt=0, description="standard deviation, µm; of an ellipse along its first axis"
-    )
+    sigma_um: float | None = Field(default=None, gt=0, description="standard deviation, µm")
     mtf50_per_um: float | None = Field(
         default=None, gt=0, description="instead: where the transfer is one half, cycles/µm"
     )
-    sigma_across_um: float | None = Field(
-        default=None, gt=0, description="standard deviation along the second axis, µm; round when left out"
-    )
-    rotate_deg: float = Field(default=0.0, description="of the first axis, from x clockwise as displayed, degrees")
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One width, and an axis only for an ellipse."""
+        """One width."""
         if table.get("sigma_um") is None and table.get("mtf50_per_um") is None:
             yield "sigma_um", "missing; give sigma_um, or mtf50_per_um"
         elif table.get("sigma_um") is not None and table.get("mtf50_per_um") is not None:
             yield "mtf50_per_um", "given together with 'sigma_um'; a Gaussian has one width, leave one of the two out"
-        if table.get("sigma_across_um") is None:
-            if table.get("rotate_deg"):
-                yield "rotate_deg", "turns nothing: the pattern is round; give sigma_across_um, or leave it out"
-        elif table.get("mtf50_per_um") is not None:
-            yield "sigma_across_um", "goes with sigma_um, not with mtf50_per_um"
+
+
+class EllipticalGaussianLens(LensTable):
+    """A lens with an elliptical Gaussian pattern, the same at every wavelength; f_number sets the exposure only."""
+
+    kind: Literal["elliptical-gaussian"] = Field(description="what blurs the image")
+    sigma_um: float = Field(gt=0, description="standard deviation along the first axis, µm")
+    sigma_across_um: float = Field(gt=0, description="standard deviation along the second axis, µm")
+    rotate_deg: float = Field(default=0.0, description="of the first axis, from x clockwise as displayed, degrees")
 
 
 class Pupil(Table):
@@ -185,6 +183,13 @@ def _one_of(table: Mapping[str, Any], inline: str) -> Iterator[tuple[str, str]]:
 
 
 Lens: TypeAlias = Annotated[
-    AiryLens | AnnularLens | GaussianLens | WavefrontLens | RadialOtfLens | MeasuredPsfLens | MeasuredOtfLens,
+    AiryLens
+    | AnnularLens
+    | GaussianLens
+    | EllipticalGaussianLens
+    | WavefrontLens
+    | RadialOtfLens
+    | MeasuredPsfLens
+    | MeasuredOtfLens,
     Field(discriminator="kind"),
 ]

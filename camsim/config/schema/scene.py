@@ -153,7 +153,7 @@ class SceneFile(Table):
     camsim: Literal["scene/1"] = Field(description="format of this file")
     name: Name | None = Field(default=None, description="what reports call it; the file's name when left out")
     sensor: Name | None = Field(
-        default=None, description="a shipped sensor (camsim list sensors) or a file in this scene's folder"
+        default=None, description="its name (camsim list sensors), or a file in this scene's folder or in ../sensors"
     )
     lens: Lens = Field(description="the lens")
     light: Light = Field(description="the light that falls on the scene")

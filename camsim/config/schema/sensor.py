@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
@@ -70,19 +71,45 @@ class FourSpotOlpf(Table):
     """Two birefringent plates: every point becomes four."""
 
     kind: Literal["four-spot"] = Field(description="what the filter makes of a point")
-    split_um: float = Field(gt=0, description="full distance between two neighbouring spots, µm")
-    split_y_um: float | None = Field(default=None, gt=0, description="the same along y, µm; as split_um when left out")
+    split_um: float | None = Field(default=None, gt=0, description="full distance between two neighbouring spots, µm")
+    split_pitches: float | None = Field(
+        default=None, gt=0, description="instead: the same in pitches of the sensor, mostly 0.5 to 1"
+    )
+    split_y_um: float | None = Field(default=None, gt=0, description="the same along y, µm; as along x when left out")
+    split_y_pitches: float | None = Field(default=None, gt=0, description="instead: the same along y in pitches")
     rotate_deg: float = Field(default=0.0, description="turns the spots clockwise as displayed, degrees")
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """One split along each axis."""
+        yield from _one_split(table)
+        if table.get("split_y_um") is not None and table.get("split_y_pitches") is not None:
+            yield "split_y_pitches", "given together with 'split_y_um'; leave one of the two out"
 
 
 class TwoSpotOlpf(Table):
     """One birefringent plate: every point becomes two."""
 
     kind: Literal["two-spot"] = Field(description="what the filter makes of a point")
-    split_um: float = Field(gt=0, description="full distance between the two spots, µm")
+    split_um: float | None = Field(default=None, gt=0, description="full distance between the two spots, µm")
+    split_pitches: float | None = Field(
+        default=None, gt=0, description="instead: the same in pitches of the sensor, mostly 0.5 to 1"
+    )
     rotate_deg: float = Field(
         default=0.0, description="from side by side, clockwise as displayed, degrees; 90: one above the other"
     )
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """One split."""
+        yield from _one_split(table)
+
+
+def _one_split(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    if table.get("split_um") is None and table.get("split_pitches") is None:
+        yield "split_um", "missing; give split_um, or split_pitches"
+    if table.get("split_um") is not None and table.get("split_pitches") is not None:
+        yield "split_pitches", "given together with 'split_um'; leave one of the two out"
 
 
 Olpf: TypeAlias = Annotated[FourSpotOlpf | TwoSpotOlpf, Field(discriminator="kind")]
@@ -123,17 +150,25 @@ class LetterCfa(Table):
 Cfa: TypeAlias = Annotated[BayerCfa | QuadBayerCfa | NamedCfa | LetterCfa, Field(discriminator="kind")]
 Curves: TypeAlias = Annotated[Annotated[Name, Tag("word")] | Annotated[dict[Letter, Curve], Tag("table")], by_form]
 
+Peak: TypeAlias = Annotated[
+    Annotated[float, Field(gt=0, le=1), Tag("number")] | Annotated[Literal["as given"], Tag("word")], by_form
+]
+
 
 class QuantumEfficiency(Table):
     """Electrons per photon of each channel, filters of the sensor included."""
 
     curves: Curves = Field(
-        description="relative; a table has a curve per letter of the cfa; names: camsim list sensitivities"
+        description="relative, or absolute with peak: as given; a table has a curve per letter of the cfa; names: "
+        "camsim list sensitivities"
     )
     per: Literal["energy", "photon"] = Field(
         description="what the curves respond to: equal energy or equal numbers of photons"
     )
-    peak: float = Field(gt=0, le=1, description="electrons per photon at the highest point of all channels")
+    peak: Peak = Field(
+        description="electrons per photon at the highest point of all channels; 'as given' of curves that are "
+        "absolute, A/W where they are per energy"
+    )
 
 
 class SensorFile(Table):

@@ -70,7 +70,7 @@ def scratch_of(leaf: int, order: int, channels: int, cells: int) -> Scratch:
     )
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _gap(dx: float, dy: float, half_x: float, half_y: float) -> float:
     """Distance of a point at (dx, dy) from a box around the origin."""
     gap_x, gap_y = max(abs(dx) - half_x, 0.0), max(abs(dy) - half_y, 0.0)

@@ -12,7 +12,7 @@ from camsim.rendering.boundary.far import across, far_edge, far_line, far_tail, 
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
     """Lagrange weights of the eight nodes −3 … 4 at 0 ≤ t < 1; scalars, so that they stay in registers."""
     d0, d1, d2, d3 = t + 3.0, t + 2.0, t + 1.0, t
@@ -82,7 +82,7 @@ def _flux(
     return total * half / len(n.apart)
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
     """Contribution of one edge's line to a photosite at signed distance h, half of it taken away; without rings."""
     pair = edges.pair[e]

@@ -43,7 +43,7 @@ class Moments(NamedTuple):
     m6: complex
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def mirrored(m: Moments) -> Moments:
     """Return the moments as a tail towards −∞ sees them."""
     return Moments(m.sigma2, m.m22, m.m2.conjugate(), m.m31.conjugate(), m.m4.conjugate(), m.m6.conjugate())
@@ -57,14 +57,14 @@ def far_moments(pattern: Pattern, blur: F64, weights: F64) -> F64:
     return moments
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def weigh(g: tuple[float, float, float, float], far: F64) -> float:
     """Return Σ_m g[m]·far[m]: what the four numbers mean for one weight set."""
     total: float = g[0] * far[0] + g[1] * far[1] + g[2] * far[2] + g[3] * far[3]
     return total
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def smooth_tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the half line from s ≥ 0 to infinity, all but the angle itself; h and s are not both 0."""
     r2 = h * h + s * s
@@ -102,20 +102,20 @@ def smooth_tail(h: float, s: float, m: Moments) -> tuple[float, float, float, fl
     return shift, first, third, -hg7
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def far_tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the half line from s ≥ 0 to infinity at signed distance h; not both 0."""
     a0, a1, a3, a5 = smooth_tail(h, s, m)
     return math.atan2(h, s) + a0, a1, a3, a5
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def across(m: Moments) -> tuple[float, float]:
     """Return ⟨d²⟩ and ⟨d⁴⟩ of the footprint's offsets d across the edge: all of it that a whole line sees."""
     return m.sigma2 - 0.5 * m.m2.real, 0.375 * m.m22 - 0.5 * m.m31.real + 0.125 * m.m4.real
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def far_line(h: float, d: tuple[float, float]) -> tuple[float, float, float, float]:
     """Return g of the whole line at signed distance h ≠ 0; d of ``across``.
 
@@ -130,7 +130,7 @@ def far_line(h: float, d: tuple[float, float]) -> tuple[float, float, float, flo
     return math.copysign(math.pi, h), first, third, (-16.0 / 15.0) * u3 * u2
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def far_edge(h: float, s1: float, s2: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the edge s1 < s2 at signed distance h, every point of it far away.
 

@@ -41,7 +41,7 @@ def _potential(pattern: Pattern, cells: int) -> F64:
     return phi
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def lagrange_weights(t: float, order: int, scale: F64, out: F64) -> None:
     """Write the Lagrange weights of the nodes 1 − order/2 … order/2 at 0 ≤ t < 1 into ``out``.
 
@@ -68,7 +68,7 @@ def lagrange_scale(order: int) -> F64:
 SCALE = lagrange_scale(ORDER)
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def at_cell(radial: F64, cell: int, weights: F64) -> float:
     """The same where the cell and the weights within it are known."""
     value = 0.0
@@ -77,7 +77,7 @@ def at_cell(radial: F64, cell: int, weights: F64) -> float:
     return value
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def at_radius(radial: F64, u: float, weights: F64) -> float:
     """Look up an even function, given at 0, 1, 2 …, at u ≥ 0; ``weights`` is (ORDER,) scratch."""
     cell = int(u)

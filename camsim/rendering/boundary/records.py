@@ -63,7 +63,7 @@ class Numbers(NamedTuple):
     leaf: int  # tiles of this size are finished whatever is left
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def moments_of(e: int, edges: TabledEdges, n: Numbers) -> Moments:
     """Return the footprint's moments as the end of edge ``e`` sees them."""
     return Moments(n.sigma2, n.m22, edges.m2[e], edges.m31[e], edges.m4[e], edges.m6[e])

@@ -17,7 +17,7 @@ HALF_PI, QUARTER_PI = 0.5 * math.pi, 0.25 * math.pi
 TAN_EIGHTH = math.sqrt(2.0) - 1.0
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _angle(y: float, x: float) -> float:
     """Return atan2(y, x) to 1e-16; nan for (0, 0).
 
@@ -38,7 +38,7 @@ def _angle(y: float, x: float) -> float:
     return -p if y < 0.0 else p
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _ends(h: float, s1: float, length: float, side: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of an edge but for the smooth part of its line, which counts where the photosite is beside it."""
     s2 = s1 + length

@@ -45,7 +45,7 @@ class Arc(NamedTuple):
     end: float
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _beyond(h: float, s: float, far: F64) -> float:
     """Σ c_k·∫ds/r^k over the half line from s ≥ 0, for k = 3, 5, 7."""
     r = math.hypot(h, s)
@@ -68,7 +68,7 @@ def _far_line(h: float, s1: float, s2: float, far: F64) -> float:
     return total
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _value(r: float, inside: bool, energy: Energy) -> float:
     """E/r² from the table, or its smooth powers."""
     cells, per_step, far = energy

@@ -29,7 +29,7 @@ class Boxes(NamedTuple):
     shares: F64
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _ramp(q: float, side: float) -> float:
     """Integral of min(max(q, 0), side)."""
     if q <= 0.0:
@@ -93,7 +93,7 @@ def each_sample(x: float, y: float, steps: Steps, boxes: Boxes) -> F64:
     return values
 
 
-@kernel(inline="always")
+@kernel(forceinline=True)
 def _strip(y: float, x_edge: float) -> float:
     """Density of a Gaussian with σ = 1 at height y, integrated over everything on the lower-x side of x_edge."""
     return math.exp(-0.5 * y * y) / math.sqrt(2.0 * math.pi) * 0.5 * math.erfc(-x_edge / math.sqrt(2.0))

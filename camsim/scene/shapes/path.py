@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 from camsim.errors import InvalidValueError
-from camsim.kinds import LARGEST, Misfit
+from camsim.kind import LARGEST, Misfit
 from camsim.marks import After, Called
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, one

@@ -16,6 +16,7 @@ from camsim.scene.curves import joined, through
 from camsim.scene.primitives import Primitive, one
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Corners, Point, Positive, Several, judge, refusal
+from camsim.words import brief
 
 Sides = Annotated[int, Ge(3), Le(100_000)]
 
@@ -38,6 +39,8 @@ class Polygon:
     points_um: Corners
     holes_um: Several[Corners] = ()
     reflectance: Reflectance
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

@@ -15,6 +15,7 @@ from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.typed import Fraction, Index, NonNegative, Several, judge, refusal
+from camsim.words import brief
 
 Places: TypeAlias = tuple[I64, I64]
 
@@ -39,6 +40,8 @@ class Defects(ElectronicStage):
     dead_fraction: Fraction = 0.0
     hot: Annotated[Several[tuple[Index, Index, NonNegative]], Called("a list of (row, col, e_per_s)")] = ()
     dead: Annotated[Several[tuple[Index, Index]], Called("a list of (row, col)")] = ()
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

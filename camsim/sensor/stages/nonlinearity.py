@@ -11,6 +11,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage
 from camsim.typed import NonNegative, Positive, Several, judge, refusal
+from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,8 @@ class ResponseTable(ElectronicStage):
 
     electrons_in: Several[NonNegative]
     electrons_out: Several[NonNegative]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)

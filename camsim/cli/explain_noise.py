@@ -1,0 +1,75 @@
+"""The noise of a capture by its sources, against the signal."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.cli.plot import colour_of_channel
+from camsim.spectra.curve import spectrum_at
+
+if TYPE_CHECKING:
+    from camsim.exposing import Capture
+
+_POINTS = 200
+
+
+def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
+    """Return the standard deviation in electrons that each source adds at a signal of so many electrons.
+
+    Of a frame: what changes from exposure to exposure and what is fixed alike. Their squares add to the frame's, up to
+    where the well or the converter ends. Stages that are no noise of their own (crosstalk, blooming, non-linearity,
+    defects) are left out.
+    """
+    camera, even = capture.camera, np.ones_like(signal_e)
+    electrons_per_dn = camera.adc.electrons_per_dn_at(capture.exposure.iso)
+    dark = camera.dark_current if camera.dark_current in capture.electronics else None
+    dark_e = 0.0
+    if dark is not None:
+        dark_e = dark.e_per_s * capture.time_s * dark.warming(capture.exposure.temperature_c)
+    found: dict[str, F64] = {}
+    for stage in capture.electronics:
+        name = type(stage).__name__
+        if stage is camera.shot_noise:
+            found["photons"] = np.sqrt(signal_e)
+            found["dark current"] = math.sqrt(dark_e) * even
+        elif stage is dark:
+            found["dark current's unevenness"] = dark.nonuniformity * dark_e * even
+        elif stage is camera.prnu:
+            found[name] = getattr(stage, "fraction") * signal_e  # noqa: B009 (a stage says no type)
+        elif constant := stage.dark_noise_e(electrons_per_dn) or getattr(stage, "sigma_e", 0.0):
+            found[name] = constant * even
+    found["rounding"] = electrons_per_dn / math.sqrt(12.0) * even
+    return {name: values for name, values in found.items() if np.any(values > 0.0)}
+
+
+def draw_noise(figure: Any, capture: Capture) -> None:
+    """Draw what each source adds against the signal, and where the scene's surfaces lie."""
+    camera, iso = capture.camera, capture.exposure.iso
+    saturation_e = camera.adc.saturation_e(iso, camera.well_as_read_e(iso))
+    signal_e = np.geomspace(1.0, saturation_e, _POINTS)
+    budget = noise_budget(capture, signal_e)
+    total_e = np.sqrt(sum(values**2 for values in budget.values()))
+    axes = figure.subplots()
+    for name, values in budget.items():
+        axes.loglog(signal_e, values, lw=1.1, label=name)
+    axes.loglog(signal_e, total_e, color="black", lw=2.0, label="all of a frame")
+    axes.axvline(saturation_e, color="grey", lw=0.9, ls=":")
+    words = {"ha": "right", "va": "top", "rotation": 90, "fontsize": 8}
+    axes.annotate("white ", (saturation_e, 1.0), xycoords=("data", "axes fraction"), **words)
+    samples = camera.samples(capture.light, [capture.scene.background])
+    background = spectrum_at(capture.scene.background, samples.wavelength_nm)
+    own_e = (camera.electrons_per_reflectance(samples, capture.time_s) * background).sum(axis=1)
+    for name, electrons in zip(camera.cfa.channels, own_e, strict=True):
+        if electrons >= 1.0:
+            axes.axvline(electrons, color=colour_of_channel(name), lw=1.0, ls="--", label=f"{name} of the background")
+    best = float(np.max(signal_e / total_e))
+    axes.set(xlabel="signal, e⁻ of a photosite", ylabel="standard deviation, e⁻", xlim=(1.0, 1.3 * saturation_e))
+    axes.grid(alpha=0.3, which="both")
+    axes.legend(fontsize=8)
+    axes.set_title(
+        f"{camera.name}, ISO {iso:g}, {capture.time_s:.4g} s: a frame's signal over noise is {best:.0f} at most"
+    )

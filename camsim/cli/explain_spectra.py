@@ -1,0 +1,95 @@
+"""Quantum efficiencies, and the spectra of a capture: light, surfaces, what passes, what each channel gets of white."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.cli.plot import colour_of_channel
+from camsim.spectra.curve import Curve, Spectrum, spectrum_at
+
+if TYPE_CHECKING:
+    from camsim.exposing import Capture
+
+_POINTS = 800
+_MOST_SURFACES = 12
+
+
+def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float, float]) -> F64:
+    """Return wavelengths to draw curves at: even ones, and the curves' own points, where they bend."""
+    own = [nm for curve in curves if isinstance(curve, Curve) for nm in curve.wavelength_nm]
+    low_nm, high_nm = ends_nm
+    inside = [nm for nm in own if low_nm <= nm <= high_nm]
+    return np.unique(np.concatenate([np.linspace(low_nm, high_nm, _POINTS), inside]))
+
+
+def draw_efficiency(figure: Any, capture: Capture) -> None:
+    """Draw electrons per photon of each channel, bare and behind all that the light passes."""
+    camera = capture.camera
+    efficiency = camera.quantum_efficiency.select(camera.cfa.channels)
+    curves = [curve for _, curve in efficiency.curves]
+    passes = (camera.lens.transmission, *camera.filters)
+    ends = min(c.wavelength_nm[0] for c in curves), max(c.wavelength_nm[-1] for c in curves)
+    at_nm = nodes_nm(capture, (*curves, *passes), ends)
+    through = np.prod([spectrum_at(part, at_nm) for part in passes], axis=0)
+    axes = figure.subplots()
+    for name, values in zip(camera.cfa.channels, efficiency.at(at_nm), strict=True):
+        colour = colour_of_channel(name)
+        axes.plot(at_nm, values, color=colour, lw=1.6, label=name)
+        if np.any(through < 1.0):
+            label = f"{name}, behind {'filters and lens' if camera.filters else 'the lens'}"
+            axes.plot(at_nm, values * through, color=colour, lw=1.0, ls="--", label=label)
+    low_nm, high_nm = capture.light.ends_nm
+    shone = f"the light, {capture.light.name}"
+    if high_nm > low_nm:
+        axes.axvspan(low_nm, high_nm, color="gold", alpha=0.12, label=shone)
+    else:
+        axes.axvline(low_nm, color="goldenrod", lw=1.2, label=shone)
+    axes.set(xlabel="wavelength, nm", ylabel="electrons per photon", ylim=(0.0, None))
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    axes.set_title(f"{camera.name}: quantum efficiency")
+
+
+def draw_spectra(figure: Any, capture: Capture) -> None:
+    """Draw the light, what surfaces return and lens and filters pass, and what each channel collects of white."""
+    camera, light = capture.camera, capture.light
+    surfaces = dict.fromkeys(capture.scene.spectra)
+    passes = (camera.lens.transmission, *camera.filters)
+    low_nm, high_nm = light.ends_nm
+    one_line = light.is_one_line
+    ends = (low_nm - 50.0, high_nm + 50.0) if one_line else (low_nm, high_nm)
+    at_nm = nodes_nm(capture, (*surfaces, *passes), ends)
+    top, middle, below = figure.subplots(3, 1, sharex=True)
+    samples = camera.samples(light, surfaces)
+    white = camera.electrons_per_reflectance(samples, capture.time_s)
+    if one_line:
+        top.vlines(low_nm, 0.0, light.irradiance_at(np.array([low_nm])), color="goldenrod", lw=2.0)
+    else:
+        top.fill_between(at_nm, light.irradiance_at(at_nm), color="goldenrod", alpha=0.4)
+    for surface in list(surfaces)[:_MOST_SURFACES]:
+        name = (surface.name or "a table") if isinstance(surface, Curve) else f"{surface:g}"
+        middle.plot(at_nm, spectrum_at(surface, at_nm), lw=1.2, label=f"surface, {name}")
+    for number, part in enumerate(passes):
+        name = "lens" if number == 0 else f"filter {number}"
+        middle.plot(at_nm, spectrum_at(part, at_nm), lw=1.2, ls="--", label=f"{name}, transmission")
+    for name, electrons in zip(camera.cfa.channels, white, strict=True):
+        colour = colour_of_channel(name)
+        label = f"{name}, {electrons.sum():.4g} e⁻ in all"
+        if one_line:
+            below.plot([low_nm], electrons[:1], "o", color=colour, label=label)
+        else:
+            below.plot(samples.wavelength_nm, electrons / samples.weight_nm, color=colour, lw=1.4, label=label)
+    top.set_ylabel("W/m²" if one_line else "W/m² per nm")
+    top.set_title(f"{capture.scene_name}: {light.name}, {light.level} on the {light.at}", fontsize=10)
+    middle.set(ylabel="fraction", ylim=(0.0, 1.05))
+    below.set(
+        ylabel="e⁻ of white" if one_line else "e⁻ per nm of white", xlabel="wavelength, nm", xlim=ends, ylim=(0.0, None)
+    )
+    for axes in (top, middle, below):
+        axes.grid(alpha=0.3)
+    for axes in (middle, below):
+        axes.legend(fontsize=7, loc="upper right")

@@ -1,0 +1,31 @@
+"""``camsim new``: a commented file to start from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from camsim.config.library import YAML_SUFFIXES
+from camsim.errors import OutputError
+from camsim.files.atomic import write_whole
+
+_NEXT = {
+    "scene": "camsim validate {0} --draw - shows it, camsim capture {0} takes its picture",
+    "sensor": "camsim show {0} says what follows from it, camsim capture SCENE --sensor {0} uses it",
+}
+
+
+def template(kind: str) -> str:
+    """Return the text of a scene or a sensor, with a comment to every line."""
+    return (Path(__file__).parent / "templates" / f"{kind}.yaml").read_text(encoding="utf-8")
+
+
+def write_template(kind: str, path: str, *, force: bool) -> str:
+    """Write it, and return what to do next; raises OutputError when it cannot be written there."""
+    if not path.endswith(YAML_SUFFIXES):
+        raise OutputError(f"cannot write {path!r}: scenes and sensors are YAML, give a name that ends in .yaml")
+    if Path(path).exists() and not force:
+        raise OutputError(f"{path!r} exists; overwrite it with --force, or write elsewhere with -o")
+    if not Path(path).resolve().parent.is_dir():
+        raise OutputError(f"cannot write {path!r}: its folder does not exist; make it first")
+    write_whole(path, template(kind).encode("utf-8"))
+    return f"{path}: a {kind} to start from; {_NEXT[kind].format(path)}"

@@ -1,0 +1,39 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Annotated, Any, TypeAlias
+
+import typer
+
+SensorName: TypeAlias = Annotated[
+    str | None, typer.Option("--sensor", metavar="NAME", help="A sensor (name or file) instead of the scene's.")
+]
+Sensors: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sensors",
+        metavar="DIR",
+        help="A folder to look for sensors in by name, before those of CAMSIM_PATH and beside the scene; repeatable.",
+    ),
+]
+Changes: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as exposure.iso=800; repeatable."),
+]
+
+_ALIKE = 0.85
+"""From here on an option is a slip of the keyboard, below it a setting that people take for one."""
+
+
+def say_how_to_set(error: Any) -> None:
+    """Where an option does not exist, and a key of that name does, let the message say how that one is set."""
+    option, context = str(error.option_name), error.ctx
+    alike = difflib.get_close_matches(option, error.possibilities or (), n=1, cutoff=_ALIKE)
+    if alike or context is None or not any(given.name == "changes" for given in context.command.params):
+        return
+    from camsim.config.near import place_of
+
+    if place := place_of(option.lstrip("-").partition("=")[0]):
+        error.message, error.possibilities = f"No such option: {option}; write --set {place}=VALUE", None

@@ -1,0 +1,115 @@
+"""Sensors by name: in folders of the user's, beside a scene, and those that camsim ships."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from camsim.config.library import YAML_SUFFIXES, Kind, Located, beside, locate, locate_path, looks_like_path, shipped
+from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.words import shown
+
+PATH_VARIABLE = "CAMSIM_PATH"
+"""Folders with sensors, separated as in PATH; those that do not exist are passed over, as there."""
+
+_HEAD_BYTES = 65_536
+_SENSOR = re.compile(r"^\s*camsim\s*:\s*['\"]?sensor/", re.MULTILINE)
+_WHERE = (
+    "; your own lies beside the scene, in sensors there or in ../sensors, in --sensors DIR, or is named by its path"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class SensorSearch:
+    """Where sensors are looked for by name, the first that has it wins; camsim's own come last.
+
+    own    : folders that the user names
+    beside : the folder of a scene: it, ``sensors`` in it and ``../sensors`` are looked into, and no other place, so
+             that a scene from elsewhere reads nothing of the disk
+    """
+
+    own: tuple[Path, ...]
+    beside: Path
+
+    @classmethod
+    def of(cls, folders: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], beside: Path) -> SensorSearch:
+        """Look into these folders, those of CAMSIM_PATH and the scene's; raises InvalidValueError about a wrong one."""
+        given = [folders] if isinstance(folders, str | os.PathLike) else folders
+        try:
+            named = [Path(folder) for folder in given]
+        except TypeError:
+            message = f"must be a list of folders, not {shown(folders)}"
+            raise InvalidValueError(message, key="--sensors") from None
+        for folder in named:
+            if not folder.is_dir():
+                message = f"{str(folder)!r} is no folder; name one that holds sensor files"
+                raise InvalidValueError(message, key="--sensors")
+        said = os.environ.get(PATH_VARIABLE, "").split(os.pathsep)
+        return cls((*named, *(Path(folder) for folder in said if folder)), beside)
+
+    def locate(self, name: str) -> Located:
+        """Find a sensor by its bare name; raises UnknownNameError with those that there are."""
+        for folder in self._folders():
+            for suffix in YAML_SUFFIXES:
+                path = folder / f"{name}{suffix}"
+                if self._holds(folder, path):
+                    return Located(path, str(path))
+        known = shipped("sensor")
+        if name in known:
+            return Located(known[name], f"sensors/{name}.yaml")
+        raise UnknownNameError("sensor", name, {known for known, _ in self.all()}, hint=_WHERE)
+
+    def locate_any(self, name: str) -> tuple[Kind, Located]:
+        """Find a sensor or a scene by its path or its name; a path counts as a sensor until it has been read."""
+        if (found := locate_path("sensor", name)) is not None:
+            return "sensor", found
+        known = {found for found, _ in self.all()}
+        if name in known:
+            return "sensor", self.locate(name)
+        if name in shipped("scene"):
+            return "scene", locate("scene", name)
+        raise UnknownNameError("sensor or scene", name, known | set(shipped("scene")))
+
+    def locate_path_or_name(self, name: str) -> Located:
+        """Find what the user named on the command line or in Python: a path from here, or a name."""
+        return locate_path("sensor", name) or self.locate(name)
+
+    def locate_beside(self, name: str) -> Located:
+        """Find what a scene names: a name, or a file under the scene's folder or in ``../sensors``."""
+        if not looks_like_path(name):
+            return self.locate(name)
+        way_out = "put it there or into ../sensors, or name it with --sensor"
+        path = beside(self.beside, name, way_out=way_out, also=self.beside / ".." / "sensors")
+        return Located(path, str(path))
+
+    def all(self) -> Iterator[tuple[str, Located]]:
+        """Yield every sensor that a name finds, by its place and then its name."""
+        seen: set[str] = set()
+        for folder in self._folders():
+            paths = [path for suffix in YAML_SUFFIXES for path in folder.glob(f"*{suffix}")]
+            for path in sorted(paths):
+                if path.stem not in seen and self._holds(folder, path):
+                    seen.add(path.stem)
+                    yield path.stem, Located(path, str(path))
+        for name, path in shipped("sensor").items():
+            if name not in seen:
+                yield name, Located(path, f"sensors/{name}.yaml")
+
+    def _folders(self) -> Iterator[Path]:
+        yield from self.own
+        yield from (self.beside, self.beside / "sensors", Path(os.path.normpath(self.beside / ".." / "sensors")))
+
+    def _holds(self, folder: Path, path: Path) -> bool:
+        """Whether a sensor lies there; beside a scene a link may not lead out of the folder."""
+        if not os.path.isfile(path):
+            return False
+        if folder not in self.own and not path.resolve().is_relative_to(folder.resolve()):
+            return False
+        try:
+            with path.open("rb") as file:
+                return _SENSOR.search(file.read(_HEAD_BYTES).decode("utf-8-sig", "replace")) is not None
+        except OSError:
+            return False

@@ -1,0 +1,81 @@
+"""Rows of a window as they are lit: the rendered image before any electron is counted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F32, F64, U8
+from camsim.body import Body
+from camsim.rendering import Grid
+from camsim.sensor.chain import mixed
+from camsim.sensor.falloff import falloff_at
+from camsim.window import rows_of, widened
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Lit:
+    """Rows of the window.
+
+    rows_before : of the window
+    mean_e      : of light alone; with crosstalk one photosite more on every side
+    shown_e     : after crosstalk: what mean and truth are
+    channel     : of each photosite
+    """
+
+    rows_before: int
+    mean_e: F64
+    shown_e: F64
+    channel: U8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """A camera's photosites that take part: ``grid`` those of the picture, ``wide`` those that are rendered."""
+
+    camera: Body
+    grid: Grid
+
+    @property
+    def wide(self) -> Grid:
+        """What is rendered: crosstalk brings in what the window's neighbours see."""
+        return self.grid if self.camera.crosstalk is None else widened(self.grid)
+
+    def channel(self, grid: Grid) -> U8:
+        """Return each photosite's channel."""
+        return self.camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)
+
+    def lit(self, image: F64, rows_before: int) -> Lit:
+        """Return rows as they are lit: of the rendered image, from a row of the window on."""
+        grid = rows_of(self.wide, rows_before, len(image))
+        # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
+        mean_e = np.maximum(image, 0.0, out=image)
+        if self.camera.falloff is not None:
+            mean_e = mean_e * self._falloff(grid)
+        shown_e = mean_e if self.camera.crosstalk is None else mixed(mean_e, self.camera.crosstalk)
+        channel = self.channel(rows_of(self.grid, rows_before, len(shown_e)))
+        return Lit(rows_before=rows_before, mean_e=mean_e, shown_e=shown_e, channel=channel)
+
+    def truth(self, planes: F64 | None, mean_electrons: F64) -> F32 | None:
+        """Return (rows, cols, channels) of every channel's rendered plane; its own is a photosite's mean electrons."""
+        if planes is None:
+            return None
+        planes = np.maximum(planes, 0.0, out=planes)
+        if self.camera.falloff is not None:
+            planes *= self._falloff(self.wide)
+        truth = np.empty((self.grid.rows, self.grid.cols, len(planes)), np.float32)
+        own, crosstalk = self.channel(self.grid), self.camera.crosstalk
+        for k in range(len(planes)):
+            plane = planes[k] if crosstalk is None else crosstalk.seen_by(k, planes, self.camera.cfa)
+            truth[..., k] = np.where(own == k, mean_electrons, plane)
+        return truth
+
+    def _falloff(self, grid: Grid) -> F64:
+        assert self.camera.falloff is not None
+        return falloff_at(
+            self.camera.falloff,
+            shape=(grid.rows, grid.cols),
+            first_centre=grid.first_centre,
+            pitch_um=self.camera.pitch_um,
+        )

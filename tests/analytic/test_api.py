@@ -1,0 +1,162 @@
+"""What one may guess: names that are there, help that is complete, reprs of a line, pictures in notebooks."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import io
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import camsim
+from camsim.body import Body, Changes
+from camsim.errors import UnknownNameError
+from camsim.files.png import picture
+from camsim.files.preview import develop
+
+SMALL = ["region={rows: 12, cols: 16}", "render.tolerance=1e-2"]
+
+
+@pytest.fixture(scope="module")
+def frame() -> camsim.Frame:
+    return camsim.capture("slanted-edge", overrides=SMALL)
+
+
+@pytest.fixture(scope="module")
+def grey() -> camsim.Frame:
+    return camsim.capture("slanted-edge", sensor="mono-345", overrides=SMALL)
+
+
+def test_what_load_reads_is_what_capture_takes(frame: camsim.Frame) -> None:
+    ready = camsim.load("slanted-edge", overrides=SMALL)
+    assert isinstance(ready, camsim.Capture)
+    np.testing.assert_array_equal(ready.frame().mosaic, frame.mosaic)
+    assert camsim.Scene.from_yaml("slanted-edge", overrides=SMALL) == ready.scene
+    # Lengths in pixels are of the sensor's pitch.
+    other = camsim.Scene.from_yaml("slanted-edge", sensor="mono-345")
+    assert other.shapes[0].width_um == pytest.approx(ready.scene.shapes[0].width_um * 3.45 / 4.88)  # type: ignore[union-attr]
+    with pytest.raises(UnknownNameError, match="did you mean 'slanted-edge'"):
+        camsim.Scene.from_yaml("slanted-egde")
+
+
+def test_a_preview_is_three_channels_of_bytes(frame: camsim.Frame, grey: camsim.Frame) -> None:
+    np.testing.assert_array_equal(frame.preview(), develop(frame))
+    assert grey.preview().shape == (12, 16, 3)
+    assert (grey.preview() == develop(grey)[..., None]).all()
+
+
+@pytest.mark.parametrize("size", [(12, 16), (500, 700), (2000, 1000), (1, 1)])
+def test_a_notebooks_picture_has_a_readable_size(size: tuple[int, int]) -> None:
+    pixels = np.zeros((*size, 3), np.uint8)
+    pixels[: size[0] // 2 + 1] = 200
+    shown = np.asarray(Image.open(io.BytesIO(picture(pixels))))
+    assert 200 <= max(shown.shape) <= 800
+    assert shown[0, 0, 0] == 200
+    assert shown.shape[0] / shown.shape[1] == pytest.approx(size[0] / size[1], rel=0.01)
+
+
+def test_a_frame_in_a_notebook(frame: camsim.Frame) -> None:
+    png = frame._repr_png_()
+    assert png is not None
+    assert Image.open(io.BytesIO(png)).size == (240, 180)
+    html = frame._repr_html_()
+    for said in ("data:image/png;base64,", "12 × 16 of 4.88 µm, RG/GB", "signal of G", "FourSpotOlpf(split_um=3.66)"):
+        assert said in html
+    bare = dataclasses.replace(frame, mosaic=frame.mosaic[:0], passed_rows=12)  # written row by row
+    assert bare._repr_png_() is None
+    assert "<img" not in bare._repr_html_()
+    assert "signal of G" in frame.report._repr_html_()
+
+
+def test_curves_and_scenes_in_a_notebook() -> None:
+    html = camsim.reflectance("orange")._repr_html_()  # type: ignore[union-attr]
+    assert "orange" in html
+    assert "<polyline" in html
+    scene = camsim.Scene(background=0.2, shapes=[camsim.Disc(radius_um=k + 1, reflectance=0.5) for k in range(30)])
+    html = scene._repr_html_()
+    assert html.count("Disc(radius_um=") == 10
+    assert "20 more" in html
+    assert "0.2" in camsim.Scene(background=0.2)._repr_html_()
+    assert "&lt;b&gt;" in camsim.Curve([400, 500], [0, 0], "<b>")._repr_html_()
+
+
+LONG = camsim.Curve(range(380, 781), np.linspace(0.0, 1.0, 401))
+CORNERS = [(k / 4, k * k / 16) for k in range(300)]
+
+
+@pytest.mark.parametrize(
+    ("thing", "said"),
+    [
+        (LONG, "Curve(wavelength_nm=(380.0, 381.0, …, 780.0: 401), values=(0.0, 0.0025, …, 1.0: 401))"),
+        (camsim.Curve([400, 500], [0, 1]), "Curve(wavelength_nm=(400.0, 500.0), values=(0.0, 1.0))"),
+        (camsim.Light("D55", illuminance_lux=5), "Light(spectrum='D55', illuminance_lux=5.0)"),
+        (camsim.Scene(background=LONG), "Scene(background=Curve(…))"),
+        (
+            camsim.Polygon(points_um=CORNERS, reflectance=0.5),
+            "Polygon(points_um=((0.0, 0.0), (0.25, 0.0625), …, (74.75, 5587.5625): 300), reflectance=0.5)",
+        ),
+        (
+            camsim.Scene(background=0.5, shapes=[camsim.Disc(radius_um=1, reflectance=0)] * 1000),
+            "Scene(background=0.5, shapes=(Disc(radius_um=1.0, reflectance=0.0), Disc(radius_um=1.0, reflectance=0.0), "
+            "…, Disc(radius_um=1.0, reflectance=0.0): 1000))",
+        ),
+        (
+            camsim.MeasuredPsf(irradiance=np.ones((50, 50)), spacing_um=1),
+            "MeasuredPsf(irradiance=((1.0, 1.0, …, 1.0: 50), (1.0, 1.0, …, 1.0: 50), …, (1.0, 1.0, …, 1.0: 50): 50), "
+            "spacing_um=1.0)",
+        ),
+    ],
+)
+def test_a_repr_is_a_line_that_can_be_read(thing: object, said: str) -> None:
+    assert repr(thing) == said
+
+
+def test_reprs_of_what_is_large(frame: camsim.Frame) -> None:
+    ready = camsim.load("colorchecker")
+    for thing in (frame, frame.report, ready, ready.camera, ready.scene, ready.plan(), frame.colour):
+        assert len(repr(thing)) < 1000
+        assert "\n" not in repr(thing)
+    assert repr(frame).startswith("Frame(12 × 16 photosites of D40-like, 4.88 µm, RG/GB, 12 bits, ")
+    assert repr(frame.report).startswith("Report(slanted-edge: boundary, error ")
+    assert repr(ready.plan()).startswith("Choice(boundary: ")
+    rendering = camsim.render(
+        camsim.Scene(background=0.5), [ready.camera.lens], ready.camera.grid(), wavelength_nm=550.0, tolerance=1e-2
+    )
+    assert repr(rendering) == "Rendering(2000 × 3008 by boundary, error 0 of 0.01)"
+
+
+def test_help_of_replace_names_every_stage() -> None:
+    """The keywords are the camera's fields, and their types; to the type checkers the same (tests/typing)."""
+    listed = inspect.signature(camsim.Camera.replace).parameters
+    assert set(listed) == {"self", *(field.name for field in dataclasses.fields(camsim.Camera))}
+    assert str(listed["olpf"]) == "olpf: 'Olpf | None' = kept"
+    assert get_type_hints(Changes, include_extras=True) == get_type_hints(Body, include_extras=True)
+
+
+def test_no_public_call_hides_its_arguments() -> None:
+    """Whatever is public says what it takes by name: nothing is **how."""
+    hidden = []
+    for name in camsim.__all__:
+        thing = getattr(camsim, name)
+        if inspect.ismodule(thing) or not callable(thing):
+            continue
+        members = {name: thing} | {f"{name}.{key}": getattr(thing, key) for key in vars(thing) if key[0] != "_"}
+        for label, member in members.items():
+            if inspect.isfunction(member) or inspect.ismethod(member):
+                kinds = {parameter.kind for parameter in inspect.signature(member).parameters.values()}
+                if inspect.Parameter.VAR_KEYWORD in kinds:
+                    hidden.append(label)
+    assert not hidden
+
+
+def test_every_name_of_the_stub_is_there() -> None:
+    stub = (Path(camsim.__file__).parent / "__init__.pyi").read_text(encoding="utf-8")
+    for name in camsim.__all__:
+        assert f" as {name}\n" in stub
+        thing: Any = getattr(camsim, name)
+        assert thing is not None
+    assert inspect.ismodule(camsim.measure)

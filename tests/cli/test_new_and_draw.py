@@ -1,0 +1,150 @@
+"""``camsim new`` and ``validate --draw``: a file to start from, and the scene before anything is rendered."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from camsim.capturing import load, load_camera
+from camsim.cli.app import app
+from camsim.cli.draw import lines
+from camsim.cli.new import template
+from camsim.config.schema import SceneFile, SensorFile
+from camsim.optics import Airy
+
+from .conftest import SCENE
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, list(words))
+    return done.exit_code, done.stdout, done.stderr
+
+
+def judged(kind: str, text: str) -> None:
+    Path("it.yaml").write_text(text, encoding="utf-8")
+    Path("it.csv").write_text("nm;R\n300;0.2\n900;0.4\n")
+    if kind == "scene":
+        load("it.yaml")
+    else:
+        load_camera("it.yaml", lens=Airy(f_number=8.0))
+
+
+@pytest.mark.parametrize(("kind", "model"), [("scene", SceneFile), ("sensor", SensorFile)])
+def test_templates_are_whole_with_every_choice(kind: str, model: type) -> None:
+    text = template(kind)
+    judged(kind, text)
+    choices = re.findall(r"^ *#- .*$", text, flags=re.MULTILINE)
+    assert len(choices) > 3
+    for choice in choices:
+        taken = choice.replace("#- ", "", 1)
+        judged(kind, re.sub(r"csv: [\w-]+\.csv", "csv: it.csv", text.replace(choice, taken)))
+    for key in model.model_fields:
+        if key != "source":
+            assert re.search(rf"^(#- )?{key}:", text, flags=re.MULTILINE), key
+
+
+def test_new_writes_what_can_be_captured() -> None:
+    assert run("new", "sensor", "-o", "mine.yaml")[0] == 0
+    code, said, _ = run("new", "scene")
+    assert (code, said.split(":")[0]) == (0, "scene.yaml")
+    small = ["region={rows: 8, cols: 10}", "render.tolerance=1e-2"]
+    assert load("scene.yaml", sensor="mine", overrides=small).frame().mosaic.shape == (8, 10)
+    before = Path("scene.yaml").read_bytes()
+    for words, why in (
+        (("scene",), "'scene.yaml' exists; overwrite it with --force"),
+        (("scene", "-o", "a.txt"), "scenes and sensors are YAML, give a name that ends in .yaml"),
+        (("sensor", "-o", "no/a.yaml"), "its folder does not exist; make it first"),
+    ):
+        code, _, error = run("new", *words)
+        assert code == 2
+        assert why in error
+        assert error.count("\n") == 1
+    assert Path("scene.yaml").read_bytes() == before
+
+
+def test_a_scene_on_the_terminal() -> None:
+    """What is where: the pictures' rows and columns, shares, a scale, shapes that cannot be seen."""
+    scene = SCENE.replace(
+        "    - {kind: rectangle, width: 6, height: 8, rotate_deg: 4, reflectance: 0.05}",
+        "    - {kind: rectangle, width: 10, height: 16, centre: [-5, 0], reflectance: 0.0}\n"
+        "    - {kind: disc, radius: 2, centre: [5, 4], reflectance: blue sky}\n"
+        "    - {kind: disc, radius: 2, centre: [50, 4], reflectance: 0.2}",
+    )
+    Path("a.yaml").write_text(scene, encoding="utf-8")
+    drawn = list(lines(load("a.yaml")))
+    picture = [line[1:-1] for line in drawn if line.startswith("│")]
+    left, right = ({row[col] for row in picture} for col in (1, -2))
+    assert (left, right) == ({" "}, {"█"})
+    middle = len(picture[0]) * 15 // 20
+    assert picture[len(picture) * 3 // 4][middle] not in " █"
+    assert picture[len(picture) // 4][middle] == "█"
+    text = "\n".join(drawn)
+    assert "┤ 5 photosites, 24.4 µm" in text
+    assert "rows 992 to 1007, cols 1494 to 1513 of 2000 × 3008 photosites of D40-like" in text
+    assert "scene.shapes.0: rectangle, reflectance 0: 50 % of the window" in text
+    assert (
+        "scene.shapes.1: disc, reflectance blue sky: 3." in text
+        or "scene.shapes.1: disc, reflectance blue sky: 4" in text
+    )
+    assert "scene.shapes.2: disc, reflectance 0.2: not seen in the window" in text
+    bar = next(line for line in drawn if "┤ 5 ph" in line).index("┤") + 1
+    assert bar == pytest.approx(len(picture[0]) / 4, abs=1.0)
+
+
+@pytest.mark.parametrize("name", ["slanted-edge", "colorchecker"])
+def test_drawings_are_files(name: str) -> None:
+    code, said, _ = run("validate", name, "--draw", "a.svg")
+    assert (code, said) == (0, f"a.svg: {name}\n")
+    assert "<svg" in Path("a.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (("slanted-edge", "--draw", "a.jpg"), "cannot write 'a.jpg': a plot is one of .png, .svg, .pdf"),
+        (("slanted-edge", "flat-field", "--draw", "-"), "--draw: draws one scene, and 2 files are given"),
+        (("d40-like", "--draw", "-"), "--draw: 'd40-like' is a sensor; give a scene, such as one that uses it"),
+        (("d40", "--draw", "-"), "unknown sensor or scene 'd40'; did you mean 'd40-like'?"),
+    ],
+)
+def test_what_cannot_be_drawn(words: tuple[str, ...], why: str) -> None:
+    code, said, error = run("validate", *words)
+    assert (code, said) == (2, "")
+    assert error.startswith(why)
+
+
+def test_sensors_of_ones_own_are_listed_with_their_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CAMSIM_PATH", raising=False)
+    for place, name in (("sensors/mine.yaml", "Mine"), ("far/theirs.yaml", "Theirs"), ("path/d40-like.yaml", "Other")):
+        Path(place).parent.mkdir()
+        Path(place).write_text(template("sensor").replace("My camera", name), encoding="utf-8")
+    Path("scene.yaml").write_text(template("scene"), encoding="utf-8")
+    listed = {line.split()[0]: line.rpartition(" (")[2][:-1] for line in run("list", "sensors")[1].splitlines()}
+    assert (listed["mine"], listed["d40-like"]) == ("sensors/mine.yaml", "shipped")
+    assert not {"theirs", "scene"} & set(listed)
+    monkeypatch.setenv("CAMSIM_PATH", "path")
+    listed = {
+        line.split()[0]: line.rpartition(" (")[2][:-1]
+        for line in run("list", "sensors", "--sensors", "far")[1].splitlines()
+    }
+    assert (listed["theirs"], listed["d40-like"]) == ("far/theirs.yaml", "path/d40-like.yaml")
+    assert "\nname: Theirs " in run("show", "theirs", "--sensors", "far")[1]
+    assert run("validate", "theirs", "--sensors", "far")[1] == "theirs: a sensor, no faults\n"
+    told = run("explain", "scene.yaml", "--sensor", "theirs", "--sensors", "far", "--set", "region={rows: 8, cols: 8}")
+    assert "8 × 8 photosites of Theirs" in told[1]
+    code, _, error = run("capture", "scene.yaml", "--sensor", "theirs", "-o", "a.dng")
+    assert code == 2
+    assert error.startswith("--sensor: unknown sensor 'theirs'")
+    assert (
+        run("list", "sensors", "--sensors", "gone")[2]
+        == "--sensors: 'gone' is no folder; name one that holds sensor files\n"
+    )

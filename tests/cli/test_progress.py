@@ -1,0 +1,38 @@
+"""The bar on a terminal: what is at work, and at the first use on a machine what is being compiled."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+import pytest
+
+from camsim.cli import progress
+from camsim.kernels import kernel
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_it_says_what_is_compiled(monkeypatch: pytest.MonkeyPatch, shown: bool) -> None:
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setattr(progress, "_AFTER_S", 0.0)
+
+    @kernel()
+    def doubled(x: float) -> float:
+        return 2.0 * x
+
+    with progress.Bar(shown=shown) as bar:
+        bar.update("light", 0.25)
+        assert doubled(1.0) == 2.0
+        if bar._bar is not None:
+            bar._bar[0].refresh()
+        assert doubled(2.0) == 4.0
+    said = sys.stderr.getvalue()  # type: ignore[attr-defined]
+    assert ("compiling, once on this machine: test_progress.doubled (1)" in " ".join(said.split())) == shown
+    # Whoever compiles after the bar is told nothing.
+    assert doubled(3) == 6.0
+    assert sys.stderr.getvalue() == said  # type: ignore[attr-defined]

@@ -1,0 +1,153 @@
+"""What people have met: numbers that nobody writes so, words that leave out of what, ways out that were not said."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenEXR
+import pytest
+from tolerances import STATISTICAL
+from typer.testing import CliRunner
+
+import camsim
+from camsim.capturing import load
+from camsim.cli.app import app
+from camsim.cli.explain_noise import noise_budget
+from camsim.cli.explain_plot import nyquists
+from camsim.errors import CamsimError
+from camsim.measure import CameraOtf, read_picture
+from camsim.sensor.cfa import Cfa
+
+from .conftest import SCENE
+
+MONO = ["sensor.olpf=null", "light={line_nm: 550, illuminance_lux: 5000}"]
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("CAMSIM_PATH", raising=False)
+    Path("small.yaml").write_text(SCENE, encoding="utf-8")
+    return tmp_path
+
+
+def run(*words: str) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, list(words), terminal_width=200)
+    return done.exit_code, done.stdout, " ".join(done.stderr.replace("│", " ").split())
+
+
+@pytest.mark.parametrize(
+    ("option", "key"),
+    [
+        ("--tolerance", "render.tolerance"),
+        ("--iso", "exposure.iso"),
+        ("--shutter", "exposure.time_s"),
+        ("--f-number", "lens.f_number"),
+        ("--read-noise", "sensor.readout.read_noise_e"),
+        ("--pixel-pitch", "sensor.frame.pitch_um"),
+    ],
+)
+def test_an_option_that_is_a_key(option: str, key: str) -> None:
+    for command in ("capture", "explain"):
+        code, _, error = run(command, "slanted-edge", option, "1")
+        assert code == 2
+        assert f"No such option: {option}; write --set {key}=VALUE" in error
+    assert "No such option: --forse (Possible options: --force" in run("capture", "slanted-edge", "--forse")[2]
+    assert "(Possible options: " in run("bench", "slanted-edge", "--tolerance", "1")[2]
+    assert "--set" not in run("info", "a.dng", option)[2]
+
+
+def test_light_that_no_channel_sees_has_a_way_out() -> None:
+    infrared = "light={line_nm: 1550, irradiance_w_per_m2: 1}"
+    ready = load("small.yaml", overrides=[infrared])
+    with pytest.raises(CamsimError) as caught:
+        camsim.save(ready.frame(), "a.dng")
+    assert "no channel of the camera responds to the scene's light, line of 1550 nm" in str(caught.value)
+    assert "from 380 to 780 nm: take a light or a sensor that meet, or write the codes without" in str(caught.value)
+    assert not Path("a.dng").exists()
+    camsim.save(ready.frame(), "a.tiff")
+    with pytest.raises(CamsimError, match=r"must be a number from 360 to 830, not 1550, .*; give irradiance_w_per_m2"):
+        load("small.yaml", overrides=["light={line_nm: 1550, illuminance_lux: 1}"])
+    # All of a light beyond a table is 100 % of it.
+    table = "{wavelength_nm: [400, 900], values: [1, 1]}"
+    beyond = f"sensor.quantum_efficiency.curves={{R: {table}, G: {table}, B: {table}}}"
+    with pytest.raises(CamsimError, match=r"nm is missing, with 100 % of the photons"):
+        load("small.yaml", overrides=[infrared, beyond])
+
+
+def test_all_of_a_frame_is_clipped_and_reads_so() -> None:
+    done = CliRunner().invoke(app, ["capture", "small.yaml", "--set", "exposure.time_s=10", "-o", "a.npy"])
+    assert done.exit_code == 0
+    assert "(100 %)" in done.stderr
+    assert "e+0" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("names", "layer", "said"),
+    [
+        (("R", "G", "B"), "mean", "'mean' is not in it; it has channels without a layer, B, G, R: leave the layer out"),
+        (("a.Y", "b.Y"), "c", "'c' is not in it; there are 'a', 'b'"),
+        (("a.Y", "Y"), "c", "'c' is not in it; there are 'a' and channels without a layer, Y, which '' means"),
+    ],
+)
+def test_layers_have_names_or_none(names: tuple[str, ...], layer: str, said: str) -> None:
+    pixels = {name: np.ones((4, 4), np.float32) for name in names}
+    OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, pixels).write("a.exr")
+    with pytest.raises(CamsimError) as caught:
+        read_picture("a.exr", layer=layer)
+    assert said in str(caught.value)
+
+
+def test_theory_names_the_stages_that_are_there() -> None:
+    with_filter, without = (CameraOtf.of(load("small.yaml", overrides=o)) for o in ((), MONO))
+    assert with_filter.stages == ("lens", "OLPF", "photosite")
+    assert without.stages == ("lens", "photosite")
+
+
+def test_each_nyquist_says_whose_it_is() -> None:
+    assert nyquists(Cfa.bayer("RGGB")) == {0.25: ["R", "B"], 0.353553: ["G"], 0.5: ["R", "G", "B"]}
+    assert nyquists(Cfa.mono()) == {0.5: ["Y"]}
+
+
+def texts_of(kind: str, *changes: str) -> set[str]:
+    """What is written in a picture."""
+    from matplotlib.figure import Figure
+
+    from camsim.cli import explain_plot
+
+    figure = Figure(figsize=(8.0, 6.0))
+    {"mtf": explain_plot._draw_mtf, "psf": explain_plot._draw_psf}[kind](figure, load("small.yaml", overrides=changes))
+    figure.savefig(io.BytesIO(), format="svg")
+    artists: list[Any] = figure.findobj(lambda artist: hasattr(artist, "get_text"))
+    return {artist.get_text().strip() for artist in artists}
+
+
+def test_pictures_say_what_their_axes_are() -> None:
+    written = texts_of("mtf", "render.tolerance=1e-2")
+    assert written >= {"Nyquist of all photosites", "Nyquist of R, B", "Nyquist of G"}
+    written = texts_of("psf", *MONO)
+    assert written >= {"x, pitches", "y (down), pitches", "root of relative irradiance", "photosite"}
+    assert not any("OLPF" in text for text in written)
+
+
+def test_the_noise_budget_is_the_noise() -> None:
+    """The squares of all sources add to what a frame of an even surface really spreads by."""
+    scene = ["scene.shapes=[]", "region={rows: 200, cols: 200}", "sensor.cfa={kind: mono}"]
+    flat = "{wavelength_nm: [400, 800], values: [1, 1]}"
+    mono = [f"sensor.quantum_efficiency={{curves: {{Y: {flat}}}, per: photon, peak: 0.5}}", "exposure.temperature_c=60"]
+    noisy = ["sensor.charge.prnu=0.02", "sensor.charge.dcnu=0.5", "sensor.charge.dark_current_e_per_s=900"]
+    more = ["sensor.readout.row_noise_e=5", "sensor.readout.output_noise_dn=1.5"]
+    ready = load("small.yaml", overrides=[*scene, *mono, *noisy, *more])
+    frame = ready.frame()
+    signal_e = float(frame.mean_electrons.mean())
+    budget = noise_budget(ready, np.array([signal_e]))
+    assert set(budget) >= {"photons", "Prnu", "dark current", "dark current's unevenness", "ReadNoise", "rounding"}
+    expected = float(np.sqrt(sum(values[0] ** 2 for values in budget.values())))
+    found = float((frame.mosaic * frame.electrons_per_dn).std())
+    # Rows have few noises of their own: 200 of them, of a twentieth of the variance, rule the spread of the estimate.
+    assert abs(found / expected - 1.0) < STATISTICAL * 0.5 * (
+        np.sqrt(2.0 / frame.mosaic.size) + 0.05 * np.sqrt(2.0 / 200)
+    )

@@ -1,0 +1,57 @@
+"""A hundred and fifty wrong calls: each is refused where it is made, by its argument's name, with what is allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+import camsim
+from camsim.errors import CamsimError
+
+A = np.array([400.0, 700.0])
+FLAT = camsim.Curve(A, (1.0, 1.0), outside="hold")
+LENS = camsim.Airy(f_number=8)
+DISC = camsim.Disc(radius_um=9, reflectance=0.1)
+SCENE = camsim.Scene(background=0.5, shapes=[DISC])
+LIGHT = camsim.Light("D55", illuminance_lux=500)
+EXPOSURE = camsim.Exposure(time_s=0.01, iso=100)
+GRID = camsim.Grid(rows=4, cols=4, pitch_um=4.88)
+ADC = camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=2, base_iso=100)
+CAMERA = camsim.Camera(
+    rows=60,
+    cols=80,
+    pitch_um=4.88,
+    lens=LENS,
+    photosite=camsim.SquarePhotosite(side_um=4.88),
+    cfa=camsim.Cfa.mono(),
+    quantum_efficiency=camsim.QuantumEfficiency([("Y", FLAT)], per="photon", peak=0.5),
+    adc=ADC,
+)
+SHAPELY = shapely.box(0, 0, 1, 1)
+
+
+def adc(**changes: Any) -> camsim.Adc:
+    return camsim.Adc(**{"bit_depth": 12, "black_level_dn": 100, "electrons_per_dn": 2, "base_iso": 100} | changes)
+
+
+def expose(**changes: Any) -> camsim.Frame:
+    return CAMERA.expose(**{"scene": SCENE, "light": LIGHT, "exposure": EXPOSURE} | changes)
+
+
+WRONG = (Path(__file__).parents[1] / "data" / "wrong-calls.txt").read_text(encoding="utf-8")
+CALLS = [tuple(part.strip() for part in line.split("|", 1)) for line in WRONG.splitlines()]
+
+
+def test_there_are_enough_different_ones() -> None:
+    assert len({call for call, _ in CALLS}) == len(CALLS) >= 120
+
+
+@pytest.mark.parametrize(("call", "message"), CALLS, ids=[call for call, _ in CALLS])
+def test_it_is_refused_by_its_arguments_name(call: str, message: str) -> None:
+    with pytest.raises(CamsimError) as refused:
+        eval(call, globals())
+    assert str(refused.value).startswith(message)
