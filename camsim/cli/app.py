@@ -301,16 +301,16 @@ def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")], sen
 @app.command()
 def show(
     name: Annotated[str, typer.Argument(metavar="NAME", help="A sensor or scene: a name or a file.")],
-    sensors: Sensors = None,
     expand: Annotated[
         bool, typer.Option("--expand", help="Of a scene: its charts as the shapes that they stand for, in µm.")
     ] = False,
+    sensors: Sensors = None,
 ) -> None:
     """Print a sensor or scene, and figures that follow from it (as comments: the output is valid YAML)."""
     if expand:
         from camsim.cli.expand import expanded
 
-        for line in expanded(name):
+        for line in expanded(name, sensors or ()):
             print(line)
         return
     from camsim.cli.show import text_of

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from camsim.spectra.curve import Curve
 
 
-def expanded(name: str) -> Iterator[str]:
+def expanded(name: str, sensors: Sequence[str] = ()) -> Iterator[str]:
     """Return the lines of a scene's ``scene`` table with nothing in it but ordinary shapes."""
     from camsim.capturing import load
 
-    scene = load(name).scene
+    scene = load(name, sensors=sensors).scene
     yield from (
         "scene:",
         "  unit: um",

@@ -12,7 +12,7 @@ from camsim.errors import ConfigError
 # What is replaced in the good file of conftest.py, by what, and the messages.
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
-    "repeat-on-grid, repeat-on-ring, chart or svg"
+    "repeat-on-grid, repeat-on-ring, chart, svg or picture"
 )
 
 FAULTS = {
@@ -47,7 +47,7 @@ FAULTS = {
         "radius: 3, width: 4,",
         [
             "scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle, line, "
-            "chart or svg"
+            "chart, svg or picture"
         ],
     ),
     "missing key": (

@@ -15,7 +15,7 @@ from camsim.errors import ConfigError, Fault
 
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
-    "repeat-on-grid, repeat-on-ring, chart or svg"
+    "repeat-on-grid, repeat-on-ring, chart, svg or picture"
 )
 
 
