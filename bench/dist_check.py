@@ -72,7 +72,7 @@ def _try_sdist(sdist: Path, here: Path, chosen: list[str]) -> None:
     with tarfile.open(sdist) as archive:
         archive.extractall(here / "unpacked", filter="data")
     (tree,) = (here / "unpacked").iterdir()
-    python = _environment(here / "sdist-env", f"{tree}[test]")
+    python = _environment(here / "sdist-env", f"{tree}[test,lint]")
     side_by_side = ["-n", "auto", "--maxprocesses", "4", "--dist", "worksteal"]
     _run([python, "-m", "pytest", "-q", *side_by_side, *chosen], tree)
     print("sdist: installed, its tests pass", flush=True)
