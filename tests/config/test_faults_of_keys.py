@@ -51,8 +51,8 @@ FAULTS = {
         "radius: 3,",
         "radius: 3, width: 4,",
         [
-            "scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle, line, chart "
-            "or svg"
+            "scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle, line, "
+            "chart or svg"
         ],
     ),
     "missing key": (
