@@ -11,15 +11,10 @@ from camsim.errors import ConfigError
 
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
-    "repeat-on-grid or repeat-on-ring"
-)
-
-# What is replaced in the good file of conftest.py, by what, and the messages.
-KINDS = (
-    "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
     "repeat-on-grid, repeat-on-ring, chart or svg"
 )
 
+# What is replaced in the good file of conftest.py, by what, and the messages.
 FAULTS = {
     "unknown key": (
         "iso: 200",
