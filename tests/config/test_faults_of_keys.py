@@ -9,12 +9,12 @@ import pytest
 from camsim.capturing import load
 from camsim.errors import ConfigError
 
-# What is replaced in the good file of conftest.py, by what, and the messages.
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
     "repeat-on-grid, repeat-on-ring, chart, svg or picture"
 )
 
+# What is replaced in the good file of conftest.py, by what, and the messages.
 FAULTS = {
     "unknown key": (
         "iso: 200",
