@@ -111,7 +111,7 @@ class DirectSums:
 
     @functools.cached_property
     def zones(self) -> list[tuple[float, tuple[float, float]]]:
-        """How many times more rules may be wrong by, and from where to where: patterns fall with distance cubed."""
+        """How many times more rules may be wrong by, from where to where: the pattern falls with distance³."""
         extent = float(np.abs(self.footprint()[0]).max()) + LARGEST
         edges = [0.0]
         while edges[-1] < self.radius:
