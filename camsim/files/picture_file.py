@@ -15,6 +15,7 @@ from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
 from camsim.scene import Picture
+from camsim.scene.picture import Interpolation
 from camsim.spectra.light import Light
 from camsim.spectra.rgb import linear_of_srgb
 from camsim.typed import NonNegative, Positive, check
@@ -31,7 +32,10 @@ def read_picture(
     light: Light | None = None,
     wavelength_nm: Sequence[float] | npt.NDArray[Any] | None = None,
     tolerance: float = TOLERANCE,
-    **placed: Any,
+    width_um: float,
+    centre_um: Sequence[float] = (0.0, 0.0),
+    rotate_deg: float = 0.0,
+    interpolation: Interpolation = "squares",
 ) -> Picture:
     """Read a picture: PNG, JPEG, TIFF, EXR, NPY, NPZ, ENVI or MATLAB; colours or spectra.
 
@@ -41,19 +45,25 @@ def read_picture(
     light         : of a cube of radiances in W·m⁻²·sr⁻¹·nm⁻¹: a diffuser's in it is a reflectance of 1
     wavelength_nm : of the bands of a cube whose file does not say them
     tolerance     : how far a cube's planes may lie from it, see ``Picture.of_cube``
-    placed        : ``width_um``, ``centre_um``, ``rotate_deg``, ``interpolation``, as of ``Picture``
 
+    The rest is as of ``Picture``.
     Raises InputError or InvalidValueError in one sentence.
     """
     scale = check(scale, Positive, "scale")
     tolerance = check(tolerance, NonNegative, "tolerance")
     with opened(path) as (file, size):
         read = read_samples(Path(path), file, size)
-        name = Path(path).name
+        placed: dict[str, Any] = {
+            "width_um": width_um,
+            "centre_um": centre_um,
+            "rotate_deg": rotate_deg,
+            "interpolation": interpolation,
+            "source": Path(path).name,
+        }
         try:
             if read.wavelength_nm is not None or wavelength_nm is not None:
-                return _cube(read, wavelength_nm, scale, light, tolerance, {**placed, "source": name})
-            return _colours(read, encoding, scale, {**placed, "source": name})
+                return _cube(read, wavelength_nm, scale, light, tolerance, placed)
+            return _colours(read, encoding, scale, placed)
         except InputError:
             raise
         except CamsimError as error:

@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,7 +42,7 @@ class Picture:
                     the outermost ones, and goes on as its mirror image up to there
     source        : what reports and files call it;  sha256: of its samples and spectra, which files do not hold
 
-    >>> picture = Picture.of_rgb(np.full((2, 3, 3), 0.5), width_um=30.0)
+    >>> picture = Picture.of_rgb(np.full((2, 3, 3), (0.5, 0.4, 0.3)), width_um=30.0)
     >>> picture.shape, picture.height_um, len(picture.spectra)
     ((2, 3), 20.0, 3)
     """
@@ -65,7 +65,8 @@ class Picture:
         planes = planes[None] if planes.ndim == 2 else planes
         if planes.ndim != 3 or not planes.size:
             raise refusal(self, "planes", f"must be (planes, rows, cols), not an array of shape {planes.shape}")
-        spectra = tuple(self.spectra) if isinstance(self.spectra, Sequence) else (self.spectra,)
+        several = isinstance(self.spectra, Sequence) and not isinstance(self.spectra, str | bytes)
+        spectra = tuple(self.spectra) if several else (self.spectra,)
         if len(spectra) != len(planes) or len(planes) > MOST_PLANES:
             raise refusal(
                 self, "spectra", f"{len(spectra)} for {len(planes)} planes; one each, at most {MOST_PLANES} of them"
@@ -73,6 +74,8 @@ class Picture:
         for spectrum in spectra:
             if not isinstance(spectrum, float | int | Curve | Component):
                 raise refusal(self, "spectra", f"must be numbers or curves, not {type(spectrum).__name__}")
+            if isinstance(spectrum, float | int) and not 0.0 <= spectrum <= 1.0:
+                raise refusal(self, "spectra", f"a number must be from 0 to 1, not {spectrum:g}")
         if not np.isfinite(planes).all():
             raise refusal(self, "planes", f"{_first(~np.isfinite(planes))} is not a finite number")
         planes.flags.writeable = False
@@ -94,12 +97,22 @@ class Picture:
         object.__setattr__(self, "sha256", content.hexdigest())
 
     @classmethod
-    def of_rgb(cls, rgb: ArrayLike, **placed: Any) -> Picture:
+    def of_rgb(
+        cls,
+        rgb: ArrayLike,
+        *,
+        width_um: float,
+        centre_um: Sequence[float] = (0.0, 0.0),
+        rotate_deg: float = 0.0,
+        interpolation: Interpolation = "squares",
+        source: str = "",
+    ) -> Picture:
         """Return a picture of linear sRGB (rows, cols, 3), from 0 to 1; a grey one may be (rows, cols).
 
         Three planes with the spectra of Mallett & Yuksel (2019): smooth, from 0 to 1, of exactly that colour under D65,
-        and flat where a sample is grey. ``placed``: where and how, as of the class.
+        and flat where a sample is grey. The rest is as of the class.
         """
+        placed = _placed(width_um, centre_um, rotate_deg, interpolation, source)
         samples = np.asarray(rgb)
         if samples.ndim == 2:
             return cls(planes=samples, spectra=(1.0,), **placed)
@@ -114,13 +127,23 @@ class Picture:
 
     @classmethod
     def of_cube(
-        cls, cube: ArrayLike, wavelength_nm: Sequence[float], *, tolerance: float = 1e-4, **placed: Any
+        cls,
+        cube: ArrayLike,
+        wavelength_nm: Sequence[float],
+        *,
+        tolerance: float = 1e-4,
+        width_um: float,
+        centre_um: Sequence[float] = (0.0, 0.0),
+        rotate_deg: float = 0.0,
+        interpolation: Interpolation = "squares",
+        source: str = "",
     ) -> Picture:
         """Return a picture of reflectance spectra (rows, cols, bands), from 0 to 1, straight between the wavelengths.
 
         tolerance : how far any sample may lie from the cube at any wavelength: it becomes as few planes as keep it
                     (principal components); 0 keeps every band
         """
+        placed = _placed(width_um, centre_um, rotate_deg, interpolation, source)
         planes, components = planes_of_cube(np.asarray(cube), np.asarray(wavelength_nm, float), error=tolerance)
         return cls(planes=planes, spectra=components, **placed)
 
@@ -189,6 +212,26 @@ class Picture:
     def surfaces(self) -> tuple[Spectrum, ...]:
         """Curves that bend where the planes' spectra do."""
         return tuple(s.size if isinstance(s, Component) else s for s in self.spectra)
+
+
+class _Placed(TypedDict):
+    width_um: float
+    centre_um: Any
+    rotate_deg: float
+    interpolation: Interpolation
+    source: str
+
+
+def _placed(
+    width_um: float, centre_um: Sequence[float], rotate_deg: float, interpolation: Interpolation, source: str
+) -> _Placed:
+    return {
+        "width_um": width_um,
+        "centre_um": centre_um,
+        "rotate_deg": rotate_deg,
+        "interpolation": interpolation,
+        "source": source,
+    }
 
 
 def _nodes(spectrum: Spectrum | Component) -> F64:

@@ -104,7 +104,8 @@ def test_the_outline_has_the_area_of_the_disc_and_the_wobble_asked_for():
     assert area == pytest.approx(np.pi * 49.0, rel=1e-12)
     along = np.linspace(0.0, 1.0, 1001)[:, None, None]
     off = np.hypot(*np.moveaxis(outline + along * (following - outline), 2, 0)) - 7.0
-    assert np.sqrt(np.mean(off**2)) == pytest.approx(1e-4, rel=0.02)
+    # At most what was asked for; each quarter has a whole number of sides.
+    assert 0.8e-4 < np.sqrt(np.mean(off**2)) <= 1e-4
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5])

@@ -9,6 +9,7 @@ import shapely
 from bench.paper import cases
 from bench.paper.peers import PEERS, Peer, installed_peers
 from camsim.errors import UnknownNameError, UnsupportedError
+from camsim.scene import flattened
 
 
 def test_every_system_of_the_issue_is_there():
@@ -38,7 +39,8 @@ def test_the_window_lies_around_one_edge_and_its_end():
 
 
 def test_the_scene_is_the_square():
-    outline = cases.square((0.3, -0.2)).shapes[0].outline_um(1.0) / cases.PITCH_UM
+    [square] = flattened(cases.square((0.3, -0.2)).shapes)
+    outline = square.layers[0][0].curves.points[:, 0] / cases.PITCH_UM
     np.testing.assert_allclose(
         np.sort(outline, axis=0), np.sort(cases.corners_px() + np.array([0.3, -0.2]), axis=0), atol=1e-9
     )

@@ -60,7 +60,7 @@ def test_no_arguments_is_a_call_for_help(camsim: Run) -> None:
     ("what", "one"),
     [
         ("sensors", "d40-like            A 6-megapixel"),
-        ("scenes", "slanted-edge  A dark square"),
+        ("scenes", "slanted-edge       A dark square"),
         ("illuminants", "D65"),
         ("reflectances", "dark skin"),
         ("sensitivities", "Nikon 5100 (NPL)"),

@@ -59,7 +59,9 @@ def test_examples_of_the_pages_run(page, number, tmp_path, monkeypatch):
     if page == "mtf.md":  # it measures what the commands above it have captured
         ran = camsim(["capture", "knife-edge"], tmp_path)
         assert ran.returncode == 0, ran.stderr
-    exec(compile(PAGES[page][number], f"docs/{page}, example {number}", "exec"), {"__name__": "page"})
+    # The gallery's twins lie beside their scenes.
+    here = {"__name__": "page", "__file__": str(ROOT / "scenes" / "twin.py")}
+    exec(compile(PAGES[page][number], f"docs/{page}, example {number}", "exec"), here)
 
 
 def test_the_pages_have_examples():

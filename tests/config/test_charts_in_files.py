@@ -72,7 +72,8 @@ def test_a_drawing_is_that_of_python(scene):
         (
             "{kind: chart, name: siemens-star, radius: 0, cyles: 9, dark: blak 2}",
             [
-                "11:49: scene.shapes.0.radius: must be a number above 0, not 0 .of the star, in the scene's unit.",
+                "11:49: scene.shapes.0.radius: must be a number above 0, not 0 .of the star; the card's is 5 % larger, "
+                "in the scene's unit.",
                 "11:52: scene.shapes.0.cyles: unknown key; did you mean 'cycles'",
                 "11:68: scene.shapes.0.dark: unknown reflectance 'blak 2'; did you mean 'black 2'",
             ],

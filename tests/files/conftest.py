@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import rawpy
+from planes_by_rows import rows_of_plane
 
 from camsim.frame import ChannelSignal, Frame, Report
 from camsim.rendering.cube import SpectralCube
@@ -30,13 +31,7 @@ def bell(centre_nm: float, width_nm: float) -> np.ndarray:
 def cube_of(planes: list[np.ndarray]) -> SpectralCube:
     """Return a cube of planes made before, with errors."""
     nodes = tuple(500.0 + 100 * k for k in range(len(planes)))
-    return SpectralCube(nodes, "W.m^-2.sr^-1.nm^-1", functools.partial(_bands, planes))
-
-
-def _bands(planes: list[np.ndarray], k: int, take: Callable[[np.ndarray], None]) -> float:
-    for row in range(0, len(planes[k]), 7):
-        take(planes[k][row : row + 7])
-    return 3.2e-7
+    return SpectralCube(nodes, "W.m^-2.sr^-1.nm^-1", functools.partial(rows_of_plane, planes))
 
 
 def build_frame(rows: int = 48, cols: int = 66, pattern: str = "RG GB", seed: int = 5, **changes: Any) -> Frame:

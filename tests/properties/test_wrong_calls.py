@@ -44,6 +44,7 @@ STAGES: tuple[Any, ...] = (
     camsim.Sector(radius_um=2.0, turn_deg=90.0, reflectance=0.1), camsim.Text(text="a", size_um=9.0, reflectance=0.1),
     camsim.Path(segments_um=TRIANGLE, reflectance=0.1),
     camsim.Line(segments_um=TRIANGLE, width_um=0.1, reflectance=0.1),
+    camsim.Picture(planes=np.full((1, 2, 2), 0.5), width_um=4.0),
     camsim.Group(shapes=SCENE.shapes), camsim.RepeatOnGrid(shapes=SCENE.shapes, step_um=(1.0, 1.0)),
     camsim.RepeatOnRing(shapes=SCENE.shapes, count=3),
     camsim.Chart(name="siemens-star", parameters={"radius_um": 9.0}), camsim.Svg(name="a", shapes=SCENE.shapes),
