@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from camsim.optics import OpticalSystem
+from camsim.rendering.render import plan_render
 from tests.attack import systems
 from tests.convergence.test_tolerance import POINT, SQUARE, system_of
 
@@ -112,3 +114,26 @@ def test_discs_that_touch(discs):
     tangent = {"kind": "polygon", "points": [[-3.0, 1.0], [2.0, 1.0], [2.0, 3.0]], "reflectance": 0.1}
     for more in ([], [tangent]):
         keeps(system_of([*shapes, *more], 1.2, photosite=SQUARE, rows=3, cols=4), 1e-7)
+
+
+@pytest.mark.parametrize("turn_rad", np.linspace(0.05, 6.1, 8).tolist())
+def test_photosites_at_exactly_the_distance_from_which_edges_are_far(turn_rad):
+    """2.9e-3 off at one photosite: 5 pitches by the hypotenuse, less by the root; all of an edge was left out.
+
+    Twelve photosites are 5 pitches from the wedge's corner: (3, 4), (5, 0) and their likes.
+    """
+    ends = [[6.0 * np.cos(turn_rad + more), 6.0 * np.sin(turn_rad + more)] for more in (0.0, 0.7)]
+    wedge = {"kind": "polygon", "points": [[0.0, 0.0], *ends], "reflectance": 0.1}
+    spots = {"split": 0.75, "split_y": 0.75, "rotate_deg": 0.0}
+    system = system_of([wedge], 1.1, olpf=spots, rows=13, cols=13) | {"pitch_um": 4.0, "wavelength_nm": [500.0]}
+    planned = plan_render(
+        systems.scene(system),
+        OpticalSystem.of(systems.optics(system)),
+        systems.grid(system),
+        response=np.array([[1.0]]),
+        wavelength_nm=np.array([500.0]),
+        tolerance=1e-4,
+        method="boundary",
+    )
+    assert planned.plan.marks.near == 5.0
+    keeps(system, 1e-4, "boundary")

@@ -119,12 +119,14 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables
     low, high = max(s1, -cut), min(s2, cut)
     total = 0.0
     if not sees_line or (r1 < n.near and r2 < n.near and s2 - s1 < 2.0 * cut - (s2 - s1)):
-        if high > low:
-            total = _flux(h, low, high, tx, ty, field, n)
-            if s1 < low:
-                total += weigh(far_edge(h, s1, low, moments), far)
-            if s2 > high:
-                total += weigh(far_edge(h, high, s2, moments), far)
+        if high <= low:  # an end at exactly the near radius: by rounding it is within, and nothing of the edge is
+            whole: float = weigh(far_edge(h, s1, s2, moments), far)
+            return whole
+        total = _flux(h, low, high, tx, ty, field, n)
+        if s1 < low:
+            total += weigh(far_edge(h, s1, low, moments), far)
+        if s2 > high:
+            total += weigh(far_edge(h, high, s2, moments), far)
         return total
     total = line_at(h, e, channel, edges, tables, n)
     for side in range(2):
