@@ -17,7 +17,7 @@ from scipy import fft
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
-from camsim.kernels import ONE_AT_A_TIME
+from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
@@ -174,15 +174,15 @@ class FourierImage:
             curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
-                with ONE_AT_A_TIME:
-                    add_round(total, scene, footprint, curves, block.place(tile))
+                add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
+                shared(total.shape[1], add)
             return total
         for fields, weights in self._fields(tile, plan, contrast):
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 values = fields(block)
-                with ONE_AT_A_TIME:
-                    add_fields(total, scene, footprint, values, weights, block.place(tile))
+                add = functools.partial(add_fields, total, scene, footprint, values, weights, block.place(tile))
+                shared(total.shape[1], add)
         return total
 
     def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
