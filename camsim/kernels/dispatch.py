@@ -1,4 +1,4 @@
-"""How kernels are compiled: whole where Python calls them, and as little as can be where another kernel takes them in."""
+"""How kernels are compiled: whole where Python calls them, as little as can be where another kernel takes them in."""
 
 from __future__ import annotations
 

@@ -39,7 +39,6 @@ def add_rings_in_zones(
                   ``quiet_line``), for edges with a response and without
     """
 
-
     def work(begin: int, end: int) -> None:
         added_at = np.empty(edges.x.size, np.int64)
         _add_to_rows((begin, end), (x0, y0), zones, channel, image, edges, tables, (long, short), added_at)

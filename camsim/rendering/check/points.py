@@ -202,9 +202,7 @@ def _round(
     return total
 
 
-def light_at_points(
-    asked: Asked, o: Outlines, pair: I64, tables: Tables, panel: float, rules: tuple[F64, F64]
-) -> F64:
+def light_at_points(asked: Asked, o: Outlines, pair: I64, tables: Tables, panel: float, rules: tuple[F64, F64]) -> F64:
     """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
 
     pair   : (pieces,) which two spectra
@@ -212,10 +210,9 @@ def light_at_points(
     rules  : (2, q) nodes and weights, and of fewer for what is short and far
     """
     light = np.empty((len(asked.points), len(asked.nodes)))
-    few = rules[1] if np.any(o.turn_rad != 0.0) else None  # without a round piece the kernel has nothing of them
 
     def work(begin: int, end: int) -> None:
-        _light(begin, end, asked, o, pair, tables, panel, rules[0], few, (light, np.empty(CUTS)))
+        _light(begin, end, asked, o, pair, tables, panel, rules, np.empty(CUTS), light)
 
     shared(light.size, work)
     return light
@@ -230,13 +227,12 @@ def _light(
     pair: I64,
     tables: Tables,
     panel: float,
-    gauss: F64,
-    few: F64 | None,
-    memory: tuple[F64, F64],
+    rules: tuple[F64, F64],
+    cuts: F64,
+    light: F64,
 ) -> None:
-    """Fill in some of the light, counted point by point; memory: the light, and what cuts take."""
-    points, sets, radius, nodes = asked
-    light, cuts = memory
+    """Fill in some of the light, counted point by point; cuts: (CUTS,) memory."""
+    (points, sets, radius, nodes), (gauss, few) = asked, rules
     count, per_step = len(nodes), 1.0 / tables.step
     for job in range(begin, end):
         point, node = job // count, job % count
@@ -245,9 +241,7 @@ def _light(
         total = 0.0
         for e in range(len(pair)):
             energy = Energy(tables.cells[pair[e], channel], per_step, tables.far[pair[e], channel])
-            if few is None:
-                total += _straight(x, y, o, e, reach, panel, energy, gauss)
-            elif o.turn_rad[e] == 0.0:
+            if o.turn_rad[e] == 0.0:
                 total += _straight(x, y, o, e, reach, panel, energy, gauss)
             else:
                 total += _round(x, y, o, e, reach, panel, energy, gauss, few, cuts)
