@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
@@ -33,11 +34,8 @@ def kernel(**options: Any) -> Callable[[F], F]:
     def compiled(function: F) -> F:
         if nb.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return function
-        dispatcher = _Kernel(function, options)
-        if Path(function.__code__.co_filename).is_file():
-            dispatcher._cache = Cache(function)  # what cache=True would set to Numba's own
-        made: F = dispatcher
-        return made
+        dispatcher: F = _Kernel(function, options)
+        return dispatcher
 
     return compiled
 
@@ -46,8 +44,7 @@ def is_kept(compiled: Any) -> bool:
     """Whether a kernel was compiled in this process, or another has left it."""
     if compiled.signatures:
         return True
-    cache = compiled._cache
-    return isinstance(cache, Cache) and cache.index.exists()
+    return compiled.cache is not None and compiled.cache.index.exists()
 
 
 @contextlib.contextmanager
@@ -88,6 +85,17 @@ class _Kernel(CPUDispatcher):  # type: ignore[misc]  # of Numba, which has no ty
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
         super().__init__(function, targetoptions={"nopython": True, "nogil": True, "no_cfunc_wrapper": True, **options})
         self._taken_in: dict[tuple[Any, ...], Any] = {}
+
+    @functools.cached_property
+    def cache(self) -> Cache | None:
+        """What lies on the disk of this kernel; None for one that was typed in. Few kernels are ever asked for it."""
+        return Cache(self.py_func) if Path(self.py_func.__code__.co_filename).is_file() else None
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for types, or load what was compiled; Python calls it."""
+        if self.cache is not None:
+            self._cache = self.cache  # what cache=True would set to Numba's own
+        return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
         """Return the types of a call by another kernel."""

@@ -137,7 +137,7 @@ def _passed(bands: Iterator[F64], channel: U8, scale: F64, places: tuple[I64, I6
         # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
         step = max(1, TAKEN_PHOTOSITES // channel.shape[1])
         for part in np.split(band, range(step, len(band), step)):
-            part *= scale[channel[first : first + len(part)]]
+            part *= scale[channel[first : first + len(part)]] if scale.size > 1 else scale[0]
             take(part)
             first += len(part)
         del band, part  # or they would stay until the next band is finished

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 from camsim.optics import RoundLens
 from camsim.quadrature import quintic_cells
@@ -131,12 +131,25 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
     # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
     most = np.abs(swing).max(axis=1) * np.abs(weights).sum()
     places = np.linspace(0.0, WAVES * blur, WAVES * PER_WAVE)
-    step = (places[:, None, None] + ahead - fine[0]) / (fine[1] - fine[0])
-    cell = np.minimum(step.astype(np.int64), fine.size - 2)
+    along, step = np.ascontiguousarray(ahead.T), float(fine[1] - fine[0])
+    return _loudest(swing, most, np.argsort(-most), float(fine[0]), step, places, along, weights)
+
+
+@kernel()
+def _loudest(
+    swing: F64, most: F64, order: I64, first: float, step: float, places: F64, ahead: F64, weights: F64
+) -> float:
+    """Return how loud the loudest average is; most: no set is louder than that, order: of sets, by it."""
     loudest = 0.0
-    for k in np.argsort(-most):
+    for k in order:
         if most[k] <= loudest:
             break
-        heard = swing[k, cell] + (step - cell) * (swing[k, cell + 1] - swing[k, cell])
-        loudest = max(loudest, float(np.abs(np.einsum("pmd,m->pd", heard, weights)).max()))
+        for d in range(len(ahead)):
+            for place in places:
+                total = 0.0
+                for m in range(weights.size):
+                    u = (place + ahead[d, m] - first) / step
+                    cell = min(int(u), swing.shape[1] - 2)
+                    total += weights[m] * (swing[k, cell] + (u - cell) * (swing[k, cell + 1] - swing[k, cell]))
+                loudest = max(loudest, abs(total))
     return loudest
