@@ -46,7 +46,7 @@ def kernel(**options: Any) -> Callable[[F], F]:
 
 def is_kept(compiled: Any) -> bool:
     """Whether a kernel was compiled in this process, or another has left it."""
-    if compiled.signatures:
+    if not isinstance(compiled, _Kernel) or compiled.signatures:  # with NUMBA_DISABLE_JIT it is Python
         return True
     return compiled.cache is not None and compiled.cache.index.exists()
 
