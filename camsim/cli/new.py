@@ -11,6 +11,7 @@ from camsim.files.atomic import write_whole
 _NEXT = {
     "scene": "camsim validate {0} --draw - shows it, camsim capture {0} takes its picture",
     "sensor": "camsim show {0} says what follows from it, camsim capture SCENE --sensor {0} uses it",
+    "dataset": "camsim dataset {0} -o FOLDER makes its samples",
     "study": "camsim sweep {0} -o FOLDER takes its captures, --dry-run says what that takes",
 }
 

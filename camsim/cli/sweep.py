@@ -5,12 +5,15 @@ from __future__ import annotations
 import dataclasses
 import gc
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from camsim.errors import InvalidValueError
+
+_MOST = 20
 
 
 def sweep(
@@ -51,7 +54,7 @@ def sweep(
     if dry_run:
         with Bar(shown=not quiet) as bar:
             expected = forecast(study, bar.update)
-        _say(dataclasses.asdict(expected), as_json=as_json, title="would take")
+        _say(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
         return
     with Bar(shown=not quiet) as bar:
         done = carry_out(study, output, workers=workers, scheduler=scheduler, progress=bar.update)
@@ -70,20 +73,29 @@ def sweep(
             if name not in columns:
                 raise InvalidValueError(f"no column {name!r}; there are {', '.join(columns)}", key="--plot")
         draw_columns(done.rows, x, y, Path(file))
-    if not quiet or as_json:
-        _say(summary, as_json=as_json, title=f"{output}/manifest.csv, .parquet")
-    failures = [row for row in done.rows if row["status"] != "done"]
+    _say(summary, as_json=as_json, quiet=quiet, title=f"{output}/manifest.csv, .parquet")
+    say_failures(done.rows)
+
+
+def _say(figures: Mapping[str, float], *, as_json: bool, quiet: bool, title: str) -> None:
+    if as_json:
+        print(json.dumps(figures, indent=2))
+    elif not quiet:
+        say_figures(figures, title=title)
+
+
+def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Say what failed and why, and end with 1."""
+    failures = [row for row in rows if row["status"] != "done"]
     if failures:
-        shown = [f"capture {row['index']}: {row['message']}" for row in failures[:20]]
-        more = [f"… and {len(failures) - 20} more"] if len(failures) > 20 else []
+        shown = [f"capture {row['index']}: {row['message']}" for row in failures[:_MOST]]
+        more = [f"… and {len(failures) - _MOST} more"] if len(failures) > _MOST else []
         typer.echo("\n".join((*shown, *more)), err=True)
         raise typer.Exit(1)
 
 
-def _say(figures: dict[str, float], *, as_json: bool, title: str) -> None:
-    if as_json:
-        print(json.dumps(figures, indent=2))
-        return
+def say_figures(figures: Mapping[str, float], *, title: str) -> None:
+    """Print figures below a title."""
     from rich.console import Console
     from rich.table import Table
 

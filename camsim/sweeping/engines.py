@@ -6,13 +6,22 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from camsim.errors import CamsimError, InvalidValueError
-from camsim.sweeping.manifest import FAILED, Row
-from camsim.sweeping.work import Task, carry_out
+from camsim.sweeping.manifest import Results
 
-Results: TypeAlias = list[tuple[str, list[Row]]]
+
+class Task(Protocol):
+    """Work for a second or more."""
+
+    def carry_out(self) -> Results:
+        """Do it."""
+
+    def given_up(self, why: str) -> Results:
+        """Return what there is to say when nobody could."""
+
+
 Engine: TypeAlias = Callable[[Iterable[Task]], Iterator[Results]]
 
 ATTEMPTS = 3
@@ -29,9 +38,26 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def engine_of(workers: int | None, scheduler: str | None) -> Engine:
+    """Return the engine that a user asks for: a cluster, this process (0), or so many."""
+    if scheduler is not None:
+        if workers is not None:
+            raise InvalidValueError("are the scheduler's; leave one of the two out", key="workers")
+        return cluster(scheduler)
+    if workers == 0:
+        return here
+    if workers is not None and workers < 0:
+        raise InvalidValueError(f"{workers}; give 0 (this process) or more", key="workers")
+    return processes(cores() if workers is None else workers)
+
+
 def here(tasks: Iterable[Task]) -> Iterator[Results]:
     """Carry tasks out in this process, one after another."""
-    return map(carry_out, tasks)
+    return map(_done, tasks)
+
+
+def _done(task: Task) -> Results:
+    return task.carry_out()
 
 
 def processes(workers: int) -> Engine:
@@ -59,7 +85,7 @@ def _through(pool: Any, waiting: list[tuple[Task, int]], most: int) -> Iterator[
         while waiting and len(flying) < most:
             task, attempt = waiting.pop()
             try:
-                flying[pool.submit(carry_out, task)] = task, attempt
+                flying[pool.submit(_done, task)] = task, attempt
             except BrokenProcessPool:
                 waiting.append((task, attempt))
                 break
@@ -76,7 +102,7 @@ def _through(pool: Any, waiting: list[tuple[Task, int]], most: int) -> Iterator[
             elif attempt < ATTEMPTS:
                 waiting.append((task, attempt + 1))
             else:
-                yield _gave_up(task)
+                yield task.given_up("its worker died, three times")
 
 
 def _on_one_core() -> None:
@@ -107,7 +133,7 @@ def cluster(address: str) -> Engine:
 
             def hand_out(count: int) -> None:
                 for task, _ in zip(left, range(count), strict=False):
-                    future = client.submit(carry_out, task, pure=False, retries=ATTEMPTS)
+                    future = client.submit(_done, task, pure=False, retries=ATTEMPTS)
                     of[future.key] = task
                     flying.add(future)
 
@@ -120,14 +146,7 @@ def cluster(address: str) -> Engine:
                 elif isinstance(failure, CamsimError):
                     raise failure
                 else:
-                    yield _gave_up(task, f"{type(failure).__name__}: {failure}")
+                    yield task.given_up(f"{type(failure).__name__}: {failure}")
                 hand_out(1)
 
     return engine
-
-
-def _gave_up(task: Task, why: str = "its worker died, three times") -> Results:
-    return [
-        (item.identity, [{**item.told, "frame": 0, "file": "", "status": FAILED, "message": why}])
-        for item in task.items
-    ]

@@ -15,6 +15,8 @@ from camsim.errors import OutputError
 from camsim.files.atomic import reason, write_whole
 
 Row: TypeAlias = dict[str, Any]
+Results: TypeAlias = list[tuple[str, list[Row]]]
+"""Of a task: the rows of each identity."""
 
 HIDDEN = ".sweep"
 PARQUET, CSV = "manifest.parquet", "manifest.csv"
@@ -35,11 +37,13 @@ class Journal:
         for identity, rows in self._lines():
             if identity in wanted:
                 kept[identity] = rows
-        return {
-            identity: rows
-            for identity, rows in kept.items()
-            if all(row["status"] == DONE and sha256_of(self.folder / row["file"]) == row["sha256"] for row in rows)
-        }
+        return {identity: rows for identity, rows in kept.items() if self._is_there(rows)}
+
+    def _is_there(self, rows: Sequence[Row]) -> bool:
+        """Whether every file of these rows is as it was written; a shard has many rows and is read once."""
+        wanted = {(row["file"], row["sha256"]) for row in rows}
+        wanted |= {pair for row in rows for pair in row.get("also", {}).items()}
+        return all(sha256_of(self.folder / file) == checksum for file, checksum in wanted)
 
     def begin(self, kept: Mapping[str, Sequence[Row]]) -> None:
         """Write anew what is kept: a line that was cut off, and what is not wanted any more, go."""

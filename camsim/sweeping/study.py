@@ -9,7 +9,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Generic, TypeAlias, TypeVar
 
 from camsim.config import library, schema, yaml_source
 from camsim.config.judged import Judged
@@ -19,6 +19,7 @@ from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.sweeping.names import Template
 from camsim.sweeping.values import drawn, is_drawn, listed
 
+V = TypeVar("V", bound=schema.Varying)
 StudyOrFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 MOST_POINTS = 10_000_000
 
@@ -40,19 +41,17 @@ class Point:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Study:
-    """What a study file says, its scenes found.
+class Study(Generic[V]):
+    """What the file of a study, or of a data set, says, its scenes found.
 
     document, model : what the file says, and where
     scenes : paths, or names of shipped scenes
-    files  : how files of a capture are called
     """
 
     name: str
     document: Document
-    model: schema.StudyFile
+    model: V
     scenes: tuple[str, ...]
-    files: tuple[Template, ...]
 
     @property
     def count(self) -> int:
@@ -101,34 +100,44 @@ class Study:
         return itertools.product(*pairs)
 
 
-def read_study(study: StudyOrFile) -> Study:
-    """Read a study: a file, or its keys as a mapping. Raises ConfigError with every fault."""
-    if isinstance(study, Mapping):
-        text = yaml_text({"camsim": "study/1", **study})
-        document = yaml_source.parse(text.encode(), "study", Path())
-        stem = "study"
-    else:
-        path = Path(study)
-        document, stem = yaml_source.read(path, os.fspath(study)), path.stem
-    judged = Judged.of(document, schema.StudyFile)
-    scenes = _scenes(judged)
+def read_study(study: StudyOrFile) -> tuple[Study[schema.StudyFile], tuple[Template, ...]]:
+    """Read a study, a file or its keys as a mapping, and how its files are called. Raises ConfigError."""
+    judged, stem = _judged(study, schema.StudyFile, "study")
     files = _templates(judged)
-    model = judged.model
+    return _found(judged, stem), files
+
+
+def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
+    """Read what a data set is made of, a file or its keys as a mapping. Raises ConfigError with every fault."""
+    return _found(*_judged(dataset, schema.DatasetFile, "dataset"))
+
+
+def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], str]:
+    if isinstance(given, Mapping):
+        text = yaml_text({"camsim": f"{kind}/1", **given})
+        return Judged.of(yaml_source.parse(text.encode(), kind, Path()), model), kind
+    path = Path(given)
+    return Judged.of(yaml_source.read(path, os.fspath(given)), model), path.stem
+
+
+def _found(judged: Judged[V], stem: str) -> Study[V]:
+    """Return what the file says; raises ConfigError with all that is wrong with it."""
+    scenes, model = _scenes(judged), judged.model
     if model is not None and model.combine == "zip":
         lengths = {key: len(listed(values)) for key, values in model.vary.items() if not is_drawn(values)}
         if len(set(lengths.values())) > 1:
             told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
             judged.refuse(("combine",), f"zip takes lists of one length, and {told}; or combine: product")
-    if judged.faults or model is None:
-        raise ConfigError(judged.faults)
-    found = Study(name=model.name or stem, document=document, model=model, scenes=scenes, files=files)
-    if found.count * model.frames > MOST_POINTS:
-        judged.refuse(("vary",), f"makes {found.count * model.frames} frames; {MOST_POINTS} are the most")
-        raise ConfigError(judged.faults)
-    return found
+    if not judged.faults and model is not None:
+        found = Study(name=model.name or stem, document=judged.document, model=model, scenes=scenes)
+        frames = found.count * (model.frames if isinstance(model, schema.StudyFile) else 1)
+        if frames <= MOST_POINTS:
+            return found
+        judged.refuse(("vary",), f"makes {frames} frames; {MOST_POINTS} are the most")
+    raise ConfigError(judged.faults)
 
 
-def _scenes(study: Judged[schema.StudyFile]) -> tuple[str, ...]:
+def _scenes(study: Judged[V]) -> tuple[str, ...]:
     given = study.value(("scene",))
     names = given if isinstance(given, list) else [given]
     found = []

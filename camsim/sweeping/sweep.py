@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-import contextlib
-import dataclasses
-import hashlib
 import os
-import pickle
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from camsim.capturing import load
-from camsim.config import memory
-from camsim.errors import ConfigError, Fault, InvalidValueError, OutputError
+from camsim.config import memory, schema
+from camsim.errors import InvalidValueError
 from camsim.exposing import Capture
-from camsim.files.atomic import reason
-from camsim.files.describe import canonical, software
-from camsim.scene import Scene
+from camsim.files.describe import software
 from camsim.sweeping import engines
-from camsim.sweeping.manifest import DONE, FAILED, HIDDEN, Journal, Row, in_order, remove_halves, write_manifest
-from camsim.sweeping.names import field_of
+from camsim.sweeping.captures import Progress, captures_of, identity_of
+from camsim.sweeping.folder import alone
+from camsim.sweeping.manifest import DONE, FAILED, Journal, Row, in_order, write_manifest
+from camsim.sweeping.names import Template, field_of
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
-from camsim.sweeping.work import Item, Task, with_own_seed
+from camsim.sweeping.work import Item, Task
 
-Progress = Callable[[str, float], None]
-
-_MOST_FAULTS = 20
 _TASK = 4e6
 """Photosites of a task: a second or two of one core."""
 
@@ -92,11 +84,10 @@ def sweep(
     """
     began_s = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
-    engine, place = _engine(workers, scheduler), Path(folder)
-    items = list(_items(read_study(study), report))
-    with _alone(place):
+    engine, place = engines.engine_of(workers, scheduler), Path(folder)
+    items = _items(*read_study(study), report)
+    with alone(place):
         journal = Journal(place)
-        remove_halves(place)
         there = journal.finished({item.identity for item in items})
         journal.begin(there)
         tasks = _tasks([item for item in items if item.identity not in there], place)
@@ -126,8 +117,7 @@ def sweep(
 
 def forecast(study: StudyOrFile, progress: Progress | None = None) -> Forecast:
     """Return what a sweep would take, and take nothing."""
-    read = read_study(study)
-    items = list(_items(read, progress or (lambda stage, fraction: None)))
+    items = _items(*read_study(study), progress or (lambda stage, fraction: None))
     first = {item.capture.optical_key: item.capture for item in reversed(items)}
     some = list(first.values())[:: max(1, len(first) // _SAMPLED)]
     planned_s = sum(capture.plan().cost.seconds for capture in some) / len(some) * len(first)
@@ -151,63 +141,34 @@ def forecast(study: StudyOrFile, progress: Progress | None = None) -> Forecast:
     )
 
 
-def _engine(workers: int | None, scheduler: str | None) -> engines.Engine:
-    if scheduler is not None:
-        if workers is not None:
-            raise InvalidValueError("are the scheduler's; leave one of the two out", key="workers")
-        return engines.cluster(scheduler)
-    if workers == 0:
-        return engines.here
-    if workers is not None and workers < 0:
-        raise InvalidValueError(f"{workers}; give 0 (this process) or more", key="workers")
-    return engines.processes(engines.cores() if workers is None else workers)
-
-
-def _items(study: Study, report: Progress) -> Iterator[Item]:
-    """Yield all captures, judged; raises ConfigError with what is wrong with any."""
-    model, faults, names, scenes = study.model, dict[str, Fault](), dict[str, int](), dict[bytes, Scene]()
+def _items(study: Study[schema.StudyFile], files: Sequence[Template], report: Progress) -> list[Item]:
+    """Return all captures, judged; raises CamsimError for what is wrong with any."""
+    names: dict[str, int] = {}
     items = []
-    products = tuple(template.product for template in study.files)
-    for point in study.points():
-        report("read", point.index / study.count)
-        try:
-            capture = load(point.scene, sensor=model.sensor, overrides=point.overrides(model.set), products=products)
-        except ConfigError as error:
-            for fault in map(study.fault, error.faults):
-                faults.setdefault(str(fault), fault)
-            if len(faults) >= _MOST_FAULTS:
-                break
-            continue
-        if "noise.seed" not in (*model.set, *dict(point.settings)):
-            capture = with_own_seed(capture, point.index)
-        # Captures of one scene hold it once, whatever its size.
-        scene = scenes.setdefault(hashlib.sha256(pickle.dumps(capture.scene)).digest(), capture.scene)
-        item = _item(study, point, dataclasses.replace(capture, scene=scene))
+    for point, capture in captures_of(study, tuple(template.product for template in files), report):
+        item = _item(study, files, point, capture)
         for name in (name for frame in item.files for name, _ in frame):
             if (other := names.setdefault(name, point.index)) != point.index:
                 raise InvalidValueError(
                     f"captures {other} and {point.index} both make {name!r}; add {{index}} to the name", key="files"
                 )
         items.append(item)
-    if faults:
-        raise ConfigError(list(faults.values()))
-    yield from items
+    return items
 
 
-def _item(study: Study, point: Point, capture: Capture) -> Item:
+def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: Point, capture: Capture) -> Item:
     settings, stem = dict(point.settings), Path(point.scene).stem
     frames = study.model.frames
     files = tuple(
         tuple(
             (template.name(index=point.index, frame=k, frames=frames, scene=stem, settings=settings), template.product)
-            for template in study.files
+            for template in templates
         )
         for k in range(frames)
     )
-    made_of = [capture.description(capture.frame_number), capture.optical_key, files, study.model.measure, software()]
     told = {"index": point.index, "scene": stem, **{field_of(key): settings.get(key) for key in study.model.vary}}
     return Item(
-        identity=hashlib.sha256(canonical(made_of).encode()).hexdigest(),
+        identity=identity_of(capture, files, study.model.measure),
         capture=capture,
         told=told,
         files=files,
@@ -244,22 +205,3 @@ def _tasks(items: list[Item], folder: Path) -> list[Task]:
                 close()
     close()
     return tasks
-
-
-@contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Keep the folder for one sweep at a time; the system lets go of it when the process ends, however it ends."""
-    from filelock import FileLock, Timeout
-
-    try:
-        (folder / HIDDEN).mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / HIDDEN / "lock")
-        lock.acquire(timeout=0)
-    except Timeout:
-        raise OutputError(f"another sweep is writing into {str(folder)!r}; wait for it") from None
-    except OSError as error:
-        raise OutputError(f"cannot write into {str(folder)!r}: {reason(error)}") from error
-    try:
-        yield
-    finally:
-        lock.release()

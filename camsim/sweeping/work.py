@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from camsim.files.describe import software
 from camsim.frame import Frame, Product
 from camsim.optical_image import OpticalImage
 from camsim.sweeping.columns import measured
-from camsim.sweeping.manifest import DONE, FAILED, Row, sha256_of
+from camsim.sweeping.manifest import DONE, FAILED, Results, Row, sha256_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,23 +43,40 @@ class Task:
     folder: str
     software: str
 
+    def carry_out(self) -> Results:
+        """Take the captures. What fails is a row that says why."""
+        refuse_other_software(self.software)
+        done, shared = [], Shared()
+        for item in self.items:
+            try:
+                rows = list(_taken(item, Path(self.folder), shared))
+            except FAILURES as error:
+                rows = [{**item.told, "frame": 0, "file": "", "status": FAILED, "message": said(error)}]
+            done.append((item.identity, rows))
+        return done
 
-def carry_out(task: Task) -> list[tuple[str, list[Row]]]:
-    """Take the captures of a task; returns (identity, rows) of each. What fails is a row that says why."""
-    if task.software != software():
-        raise CamsimError(f"this worker has {software()}, and the sweep was begun by {task.software}; install that one")
-    done, shared = [], _Shared()
-    for item in task.items:
-        try:
-            rows = list(_taken(item, Path(task.folder), shared))
-        except (CamsimError, OSError, MemoryError, ArithmeticError, ValueError) as error:
-            message = str(error) if isinstance(error, CamsimError) else f"{type(error).__name__}: {error}"
-            rows = [{**item.told, "frame": 0, "file": "", "status": FAILED, "message": message}]
-        done.append((item.identity, rows))
-    return done
+    def given_up(self, why: str) -> Results:
+        """Return rows that say why nobody could take the captures."""
+        row = {"frame": 0, "file": "", "status": FAILED, "message": why}
+        return [(item.identity, [{**item.told, **row}]) for item in self.items]
 
 
-class _Shared:
+FAILURES = (CamsimError, OSError, MemoryError, ArithmeticError, ValueError)
+"""Of a capture, which do not stop the others."""
+
+
+def said(error: BaseException) -> str:
+    """Return what a row says of a failure."""
+    return str(error) if isinstance(error, CamsimError) else f"{type(error).__name__}: {error}"
+
+
+def refuse_other_software(begun_by: str) -> None:
+    """Raise CamsimError in a worker that is not of the version that began the work."""
+    if begun_by != software():
+        raise CamsimError(f"this worker has {software()}, and the work was begun by {begun_by}; install that one")
+
+
+class Shared:
     """The optical image that was rendered last."""
 
     def __init__(self) -> None:
@@ -68,6 +84,7 @@ class _Shared:
         self._image: OpticalImage | None = None
 
     def of(self, capture: Capture, products: frozenset[Product]) -> OpticalImage:
+        """Return the image of a capture: the last one, where it is the same."""
         key = capture.optical_key, "truth" in products
         if self._image is None or key != self._key:
             self._image = None  # two would need twice the memory
@@ -75,7 +92,7 @@ class _Shared:
         return self._image
 
 
-def _taken(item: Item, folder: Path, shared: _Shared) -> Iterator[Row]:
+def _taken(item: Item, folder: Path, shared: Shared) -> Iterator[Row]:
     began_s = time.perf_counter()
     products = frozenset(product for files in item.files for _, product in files)
     seen = shared.of(item.capture, products)
@@ -116,8 +133,3 @@ def _of_file(frame: Frame, number: int, path: Path, name: str, product: Product)
         "tolerance": report.tolerance,
         "error_estimate": error,
     }
-
-
-def with_own_seed(capture: Capture, index: int) -> Capture:
-    """Return the capture with noise of its own: the scene's seed and the index."""
-    return dataclasses.replace(capture, seed=(capture.seed + index) % 2**63)

@@ -7,7 +7,7 @@ from camsim.sweeping import read_study
 
 
 def study(**keys):
-    return read_study({"scene": "slanted-edge", **keys})
+    return read_study({"scene": "slanted-edge", **keys})[0]
 
 
 def settings(**keys):
@@ -37,7 +37,7 @@ def test_ranges():
 
 def test_scenes_are_outermost_and_without_vary_there_is_one_capture_each():
     scenes = ["slanted-edge", "flat-field"]
-    assert [point.scene for point in read_study({"scene": scenes, "vary": {A: [1, 2]}}).points()] == [
+    assert [point.scene for point in study(scene=scenes, vary={A: [1, 2]}).points()] == [
         "slanted-edge",
         "slanted-edge",
         "flat-field",

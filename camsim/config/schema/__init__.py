@@ -65,7 +65,7 @@ from camsim.config.schema.shapes import (
     Star,
     Text,
 )
-from camsim.config.schema.study import StudyFile, Values
+from camsim.config.schema.study import DatasetFile, StudyFile, Values, Varying
 from camsim.marks import Called
 
 __all__ = [
@@ -79,6 +79,7 @@ __all__ = [
     "CircularPhotosite",
     "Cos4Falloff",
     "Curve",
+    "DatasetFile",
     "Disc",
     "Ellipse",
     "EllipticalGaussianLens",
@@ -134,5 +135,6 @@ __all__ = [
     "Text",
     "TwoSpotOlpf",
     "Values",
+    "Varying",
     "WavefrontLens",
 ]
