@@ -76,7 +76,7 @@ LIBRARIES = {
     "threadpoolctl": ("camsim.measure",),
     "typer": ("camsim.cli",),
     "rich": ("camsim.cli",),
-    "platformdirs": ("camsim.kernels",),
+    "platformdirs": ("camsim.kernels", "camsim.spectra.kept"),
     "lazy_loader": ("camsim",),
     "psutil": ("camsim.config", "camsim.bench"),
 }
