@@ -1,5 +1,7 @@
 """What ``camsim bench SCENE`` calls an error is one: against truths that no engine of camsim's shares."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 

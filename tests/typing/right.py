@@ -79,7 +79,7 @@ method: str = capture.plan().method
 taken = camsim.capture(pathlib.Path("slanted-edge"), overrides=("region={rows: 8, cols: 8}", "render.tolerance=1e-2"))
 grid = camsim.Grid(rows=4, cols=4, pitch_um=4)
 image = camsim.render(scene, [lens, olpf, photosite, Haze(1.0)], grid, wavelength_nm=550, tolerance=1e-2).image
-strips = camsim.render(scene, [lens], grid, wavelength_nm=[500, 600], method="strips", tolerance=1e-2).planes
+sampled = camsim.render(scene, [lens, photosite], grid, wavelength_nm=[500], method="uniform", tolerance=1e-2).image
 edges = camsim.measure.picture_of_frame(frame).planes
 x: float = flat.wavelength_nm[0]
 kernel = camsim.Crosstalk(np.eye(3) / 3)
