@@ -23,6 +23,8 @@ from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
 _CLIPPED = 0.002
+_BAND = 2.0
+"""Standard errors of a curve within which its crossings are looked for."""
 _Curve: TypeAlias = Callable[[F64], tuple[F64, F64]]
 
 
@@ -90,7 +92,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     def at(f: F64) -> tuple[F64, F64]:
         return _mtf_and_gradient(spline.transform_rows(np.atleast_1d(f), model, None if tail else reach), rows[0], c)
 
-    limits = [_limit(frequency, mtf, level, at, fit.covariance) for level in (0.5, 0.3, 0.1)]
+    limits = [_limit(frequency, mtf, error, level, at) for level in (0.5, 0.3, 0.1)]
     nyquist_mtf, nyquist_gradient = at(np.array([nyquist]))
     ends = spline.transform_rows(np.zeros(1), model, None)[0].real  # the step, tails and all
     step, step_error = float(ends @ c), math.sqrt(max(float(ends @ fit.covariance @ ends), 0.0))
@@ -208,36 +210,67 @@ def _errors(gradient: F64, covariance: F64) -> F64:
     return error
 
 
-def _limit(frequency: F64, mtf: F64, level: float, at: _Curve, covariance: F64) -> tuple[float, float]:
-    """Return the frequency at which the MTF falls to a level, and its standard error."""
+def _limit(frequency: F64, mtf: F64, mtf_error: F64, level: float, at: _Curve) -> tuple[float, float]:
+    """Return the frequency at which the MTF falls to a level, and its standard error; NaN where noise hides it.
+
+    The error is half of how far two errors of the curve move the crossing, the farther side: noise that makes the
+    curve steep or flat just there does not make the figure good or bad. Where the curve and its errors do not come
+    down to the level at all, nothing is known.
+    """
     f = falls_to(frequency, mtf, level)
-    if math.isnan(f):
+    low, high = (falls_to(frequency, mtf + side * mtf_error, level) for side in (-_BAND, _BAND))
+    if math.isnan(f) or math.isnan(high):
         return math.nan, math.nan
-    delta = 1e-3
+    delta, slope = 1e-3, 0.0
+    first = f
     for _ in range(4):
-        value, gradient = at(np.array([f - delta, f, f + delta]))
+        value, _ = at(np.array([f - delta, f, f + delta]))
         slope = (value[2] - value[0]) / (2.0 * delta)
         if slope >= 0.0:
-            break
+            return math.nan, math.nan
         f -= float(np.clip((value[1] - level) / slope, -0.01, 0.01))
-    error = float(_errors(gradient[1:2], covariance)[0])
-    return f, error / abs(slope)
+    linear = float(np.interp(f, frequency, mtf_error)) / abs(slope)
+    lower = 0.0 if math.isnan(low) else first - low
+    return f, max(linear, lower / _BAND, (high - first) / _BAND)
 
 
 def _rise(fit: EdgeFit, ends: F64) -> tuple[float, float]:
-    """Return the 10–90 % rise and its standard error."""
+    """Return the 10–90 % rise and its standard error; NaN where noise hides an end of it.
+
+    Each end's error is half of how far two errors of the curve move it, as in ``_limit``, or what the slope says.
+    """
     model, c = fit.model, fit.coefficients
     d = np.linspace(-2.0 * model.half_width, 2.0 * model.half_width, 16 * model.columns + 1)
     low = np.zeros(c.size)
     low[0], low[model.columns + TAIL] = 1.0, -0.5 * math.pi
     step = float(ends @ c)
-    esf = (spline.spread_rows(d, model) @ c - low @ c) / step
+    rows = spline.spread_rows(d, model)
+    esf = (rows @ c - low @ c) / step
     at = np.array([crossing(d, esf, 0.1), crossing(d, esf, 0.9)])
-    rows, slopes = spline.spread_rows(at, model), spline.line_rows(at, model) @ c
+    at_rows, slopes = spline.spread_rows(at, model), spline.line_rows(at, model) @ c
+    if not np.all(slopes > 0.0):
+        return math.nan, math.nan
     # A crossing moves by minus the curve's own change over its slope.
-    moves = -(rows - low - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
+    moves = -(at_rows - low - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
     gradient = moves[1] - moves[0]
-    return float(at[1] - at[0]), math.sqrt(max(float(gradient @ fit.covariance @ gradient), 0.0))
+    linear = math.sqrt(max(float(gradient @ fit.covariance @ gradient), 0.0))
+    ways = [linear]
+    for level, place in zip((0.1, 0.9), at, strict=True):
+        error = _errors((rows - low - level * ends) / step, fit.covariance)
+        moved = [_nearest(d, esf + side * error, level, place) for side in (-_BAND, _BAND)]
+        if any(math.isnan(m) for m in moved):
+            return math.nan, math.nan
+        ways.append(max(abs(m - place) for m in moved) / _BAND)
+    return float(at[1] - at[0]), max(linear, math.hypot(*ways[1:]))
+
+
+def _nearest(d: F64, curve: F64, level: float, place: float) -> float:
+    """Return where a curve crosses a level upwards, nearest to a place; NaN when it never does."""
+    up = np.flatnonzero((curve[:-1] < level) & (curve[1:] >= level))
+    if not up.size:
+        return math.nan
+    where = d[up] + (level - curve[up]) / (curve[up + 1] - curve[up]) * (d[up + 1] - d[up])
+    return float(where[np.argmin(np.abs(where - place))])
 
 
 def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
