@@ -159,3 +159,50 @@ def measure_demosaic(
             force=force,
         )
     )
+
+
+@measure_app.command("noise")
+def measure_noise(
+    folder: Annotated[
+        str | None,
+        typer.Argument(metavar="FOLDER", help="Flats and darks, with an index.csv: file,kind,exposure,time_s."),
+    ] = None,
+    sensor: Annotated[
+        str | None, typer.Option("--sensor", metavar="NAME", help="Take flats and darks of this sensor instead.")
+    ] = None,
+    changes: Changes = None,
+    sensors: Sensors = None,
+    side: Annotated[int, typer.Option("--side", metavar="N", help="Photosites a side that --sensor takes.")] = 400,
+    frames: Annotated[
+        int, typer.Option("--frames", metavar="N", help="Frames that --sensor takes of each level.")
+    ] = 16,
+    iso: Annotated[
+        float | None, typer.Option("--iso", metavar="N", help="Of --sensor; its base ISO when left out.")
+    ] = None,
+    keep: Annotated[
+        str | None, typer.Option("--keep", metavar="DIR", help="Write the frames of --sensor and their index here.")
+    ] = None,
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Measure gain, noise, full well, dark current, non-uniformities and linearity after EMVA 1288."""
+    from camsim.cli.measure_noise import NoiseRequest, measure
+
+    measure(
+        NoiseRequest(
+            folder=folder,
+            sensor=sensor,
+            sensors=tuple(sensors or ()),
+            changes=tuple(changes or ()),
+            side=side,
+            frames=frames,
+            iso=iso,
+            keep=keep,
+            as_json=as_json,
+            csv=csv,
+            plot=plot,
+            force=force,
+        )
+    )
