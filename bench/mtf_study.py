@@ -21,7 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import numpy as np
-from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
+from edges import drawn_edge, gaussian_edge, gaussian_mtf, gaussian_sigma
 
 import camsim
 from camsim.errors import UnsupportedError
@@ -126,29 +126,13 @@ def noise(draws: int) -> None:
             )
 
 
-def drawn_edge(rng: np.random.Generator) -> tuple[Plane, Roi, dict[str, float]]:
-    """A sharp edge in a small region of one Bayer channel, noise upon it, and what is true of it."""
-    rows, cols = (int(n) for n in 2 * rng.integers(10, 25, 2))
-    angle = float(rng.uniform(1.0, 44.0) * rng.choice((-1.0, 1.0)))
-    lying = bool(rng.integers(2))
-    sigma, snr = gaussian_sigma(float(rng.uniform(0.25, 0.6))), float(np.exp(rng.uniform(math.log(20), math.log(1000))))
-    first = int(rng.integers(2)), int(rng.integers(2))
-    image = gaussian_edge(
-        rows, cols, angle + 90.0 * lying, sigma, shift_px=float(rng.uniform(-2, 2)), step=2, first=first
-    )
-    samples = image + rng.normal(0.0, 0.8 / snr, image.shape)
-    mtf50 = gaussian_limit(0.5, sigma)
-    # 2·1.2816·σ: a Gaussian's 10 and 90 % points.
-    truth = {"angle_deg": angle, "mtf50_cycles_per_pixel": mtf50, "rise_10_90_pixel": 2.5631 * sigma}
-    return Plane(name="R", samples=samples, step=(2, 2), first=first), Roi(0, 0, rows, cols), truth | {"snr": snr}
-
-
 def small(draws: int, seed: int = 1) -> list[str]:
     """Count what is off by more than four of its own standard errors; return a line for each."""
     rng = np.random.default_rng(seed)
     wrong, refused = [], {}
     for number in range(draws):
-        plane, roi, truth = drawn_edge(rng)
+        samples, first, (rows, cols), truth = drawn_edge(rng)
+        plane, roi = Plane(name="R", samples=samples, step=(2, 2), first=first), Roi(0, 0, rows, cols)
         try:
             edge = measure_edge(plane, roi)
         except UnsupportedError as error:

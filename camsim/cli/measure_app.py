@@ -165,20 +165,16 @@ def measure_demosaic(
 def measure_noise(
     folder: Annotated[
         str | None,
-        typer.Argument(metavar="FOLDER", help="Flats and darks, with an index.csv: file,kind,exposure,time_s."),
+        typer.Argument(metavar="FOLDER", help="Flats and darks with an index.csv."),
     ] = None,
     sensor: Annotated[
         str | None, typer.Option("--sensor", metavar="NAME", help="Take flats and darks of this sensor instead.")
     ] = None,
     changes: Changes = None,
     sensors: Sensors = None,
-    side: Annotated[int, typer.Option("--side", metavar="N", help="Photosites a side that --sensor takes.")] = 400,
-    frames: Annotated[
-        int, typer.Option("--frames", metavar="N", help="Frames that --sensor takes of each level.")
-    ] = 16,
-    iso: Annotated[
-        float | None, typer.Option("--iso", metavar="N", help="Of --sensor; its base ISO when left out.")
-    ] = None,
+    side: Annotated[int, typer.Option("--side", metavar="N", help="Photosites a side that it takes.")] = 400,
+    frames: Annotated[int, typer.Option("--frames", metavar="N", help="Frames of each level that it takes.")] = 16,
+    iso: Annotated[float | None, typer.Option("--iso", metavar="N", help="Its base ISO when left out.")] = None,
     keep: Annotated[
         str | None, typer.Option("--keep", metavar="DIR", help="Write the frames of --sensor and their index here.")
     ] = None,

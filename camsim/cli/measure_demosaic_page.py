@@ -32,7 +32,7 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 _HEADS = (
     "method", "CPSNR dB", *(f"{name} dB" for name in CHANNELS), "developed dB", "SSIM", "MS-SSIM", "ΔE2000",
-    "ΔE2000 95 %", "zipper %", "false colour ΔC", "shift x px", "shift y px", "faults",
+    "ΔE2000 95 %", "zipper", "false colour ΔC", "shift x px", "shift y px", "faults",
 )  # fmt: skip
 
 
@@ -98,17 +98,16 @@ def _table(ranking: Ranking) -> str:
     rows = [
         [
             v.method,
-            "identical" if v.identical else round(v.cpsnr_db, 2),
-            *("∞" if math.isinf(value) else round(value, 2) for value in v.psnr_db),
-            "∞" if math.isinf(v.cpsnr_developed_db) else round(v.cpsnr_developed_db, 2),
-            round(v.ssim, 4),
-            None if math.isnan(v.ms_ssim) else round(v.ms_ssim, 4),
-            round(v.delta_e_mean, 2),
-            round(v.delta_e_95, 2),
-            round(100.0 * v.zipper, 1),
-            round(v.false_colour, 2),
-            round(v.shift_x_px, 2),
-            round(v.shift_y_px, 2),
+            "identical" if v.identical else v.cpsnr_db,
+            *("∞" if math.isinf(value) else value for value in (*v.psnr_db, v.cpsnr_developed_db)),
+            v.ssim,
+            v.ms_ssim,
+            v.delta_e_mean,
+            v.delta_e_95,
+            v.zipper,
+            v.false_colour,
+            v.shift_x_px,
+            v.shift_y_px,
             ", ".join(fault.name for fault in v.faults) or "none",
         ]
         for v in ranking.verdicts

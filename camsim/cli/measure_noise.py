@@ -17,6 +17,17 @@ if TYPE_CHECKING:
     from camsim.measure.noise import NoiseReport
 
 _LEAST_SIDE, _LARGEST_SIDE = 32, 4000
+_WORDS = {
+    "gain_dn_per_e": "gain",
+    "read_noise_e": "read noise",
+    "full_well_e": "full well",
+    "dark_current_e_per_s": "dark current",
+    "dsnu_e": "DSNU",
+    "prnu": "PRNU",
+    "saturation_e": "saturation",
+    "snr_max_db": "SNR at saturation",
+    "dynamic_range_db": "dynamic range",
+}
 _POINTS = ("exposure", "signal_dn", "variance_dn2", "snr")
 
 
@@ -95,14 +106,14 @@ def _print(report: NoiseReport) -> None:
     heads = ["figure", "unit"]
     for channel in report.channels:
         heads += [channel.channel, *(["profile"] if told else [])]
-    rows, reasons = [], dict[str, None]()
+    rows, reasons = [], []
     for name, unit in UNITS.items():
-        row = [name.removesuffix("_dn_per_e").removesuffix("_e_per_s").removesuffix("_e").replace("_", " "), unit]
+        row = [_WORDS.get(name, name.replace("_", " ")), unit]
         for channel in report.channels:
             estimate = channel.figures()[name]
             row.append(with_error(estimate.value, estimate.sigma) if estimate.measurable else "–")
             if not estimate.measurable:
-                reasons[f"{name.replace('_', ' ')}: {estimate.why_not}"] = None
+                reasons.append(f"{channel.channel} {row[0]} is not measurable: {estimate.why_not}")
             if told:
                 expected = (channel.expected or {}).get(name, math.nan)
                 row.append(f"{expected:.5g}" if math.isfinite(expected) else "")
@@ -110,7 +121,7 @@ def _print(report: NoiseReport) -> None:
     title = f"{report.source}: {report.frames} frames of {report.rows} × {report.cols}, EMVA 1288 R4"
     print_table(title, heads, rows)
     for reason in reasons:
-        print(f"not measurable: {reason}")
+        print(reason)
     for channel in report.channels:
         if channel.defects_left_out:
             print(f"{channel.channel}: {channel.defects_left_out} defects left out")

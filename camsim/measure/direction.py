@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy import stats
 
 from camsim.arrays import F64
 from camsim.measure import spline
@@ -42,16 +43,18 @@ def direction(near: Near, line: EdgeLine, model: Model, *, smooth: Model, even: 
     smooth     : the model whose slope told the direction;  even: variance of a photosite
     linear_rad : standard error of the linear fit
 
-    Two things are missing from that. The slope is an estimate, and noise adds its variance to the slope's square, so
-    that the direction seems to be known better than it is: this part of the information is taken off. And of few
-    photosites the sum of squares is no parabola about its least: turned by many standard errors they may fit nearly as
-    well, or better. So the line is turned, all else fitted anew, and whatever raises the sum of squares by less than
-    4² variances must lie within four standard errors.
+    Three things are missing from that. A variance from few photosites is itself uncertain (Student's t). The slope is an
+    estimate, and noise adds its variance to the slope's square, so that the direction seems to be known better than it
+    is: this part of the information is taken off. And of few photosites the sum of squares is no parabola about its
+    least: turned by many standard errors they may fit nearly as well, or better. So the line is turned, all else fitted
+    anew, and whatever raises the sum of squares by less than 4² variances must lie within four standard errors.
     """
     d, s = line.across_and_along(near.x, near.y)
     beside = np.abs(d) <= 1.25 * model.half_width
     near, d, s = Near(*(part[beside] for part in near)), d[beside], s[beside]
-    error = linear_rad / math.sqrt(max(1.0 - _of_noise(d, s, near.signal, smooth, even), 1e-6))
+    freedom = max(d.size - model.columns, 3)
+    few = float(stats.t.isf(stats.norm.sf(_SURE), freedom)) / _SURE
+    error = few * linear_rad / math.sqrt(max(1.0 - _of_noise(d, s, near.signal, smooth, even), 1e-6))
     if d.size > _FEW or not error > 0.0:
         return Direction(error, 0.0)
     turns = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
@@ -59,7 +62,7 @@ def direction(near: Near, line: EdgeLine, model: Model, *, smooth: Model, even: 
     best = int(np.argmin(squares))
     better = float(turns[best]) if squares[best] < squares[_STEPS] - even and abs(best - _STEPS) > 1 else 0.0
     for sure in (0.5 * _SURE, _SURE):
-        likely = np.abs(turns[squares - squares[best] < sure**2 * even])
+        likely = np.abs(turns[squares - squares[best] < (few * sure) ** 2 * even])
         error = max(error, float(likely.max()) / sure)
     return Direction(error, better)
 

@@ -23,7 +23,7 @@ from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
 _CLIPPED = 0.002
-_BAND = 2.0
+_BANDS = (2.0, 4.0)
 """Standard errors of a curve within which its crossings are looked for."""
 _Curve: TypeAlias = Callable[[F64], tuple[F64, F64]]
 
@@ -213,31 +213,32 @@ def _errors(gradient: F64, covariance: F64) -> F64:
 def _limit(frequency: F64, mtf: F64, mtf_error: F64, level: float, at: _Curve) -> tuple[float, float]:
     """Return the frequency at which the MTF falls to a level, and its standard error; NaN where noise hides it.
 
-    The error is half of how far two errors of the curve move the crossing, the farther side: noise that makes the
-    curve steep or flat just there does not make the figure good or bad. Where the curve and its errors do not come
-    down to the level at all, nothing is known.
+    The error is what two and four errors of the curve move the crossing by, the farther side, a half and a quarter of
+    it: noise that makes the curve steep or flat, or dip, just there does not make the figure good. Where the curve and
+    its errors do not come down to the level at all, nothing is known.
     """
     f = falls_to(frequency, mtf, level)
-    low, high = (falls_to(frequency, mtf + side * mtf_error, level) for side in (-_BAND, _BAND))
-    if math.isnan(f) or math.isnan(high):
+    if math.isnan(f):
         return math.nan, math.nan
-    delta, slope = 1e-3, 0.0
-    first = f
+    first, delta, slope, error = f, 1e-3, 0.0, 0.0
+    for band in _BANDS:
+        low, high = (falls_to(frequency, mtf + side * mtf_error, level) for side in (-band, band))
+        if math.isnan(high):
+            return math.nan, math.nan
+        error = max(error, (0.0 if math.isnan(low) else first - low) / band, (high - first) / band)
     for _ in range(4):
         value, _ = at(np.array([f - delta, f, f + delta]))
         slope = (value[2] - value[0]) / (2.0 * delta)
         if slope >= 0.0:
             return math.nan, math.nan
         f -= float(np.clip((value[1] - level) / slope, -0.01, 0.01))
-    linear = float(np.interp(f, frequency, mtf_error)) / abs(slope)
-    lower = 0.0 if math.isnan(low) else first - low
-    return f, max(linear, lower / _BAND, (high - first) / _BAND)
+    return f, max(float(np.interp(f, frequency, mtf_error)) / abs(slope), error)
 
 
 def _rise(fit: EdgeFit, ends: F64) -> tuple[float, float]:
     """Return the 10–90 % rise and its standard error; NaN where noise hides an end of it.
 
-    Each end's error is half of how far two errors of the curve move it, as in ``_limit``, or what the slope says.
+    Each end's error is what errors of the curve move it by, as in ``_limit``, or what the slope says.
     """
     model, c = fit.model, fit.coefficients
     d = np.linspace(-2.0 * model.half_width, 2.0 * model.half_width, 16 * model.columns + 1)
@@ -254,14 +255,15 @@ def _rise(fit: EdgeFit, ends: F64) -> tuple[float, float]:
     moves = -(at_rows - low - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
     gradient = moves[1] - moves[0]
     linear = math.sqrt(max(float(gradient @ fit.covariance @ gradient), 0.0))
-    ways = [linear]
-    for level, place in zip((0.1, 0.9), at, strict=True):
+    ends_error = [0.0, 0.0]
+    for k, (level, place) in enumerate(zip((0.1, 0.9), at, strict=True)):
         error = _errors((rows - low - level * ends) / step, fit.covariance)
-        moved = [_nearest(d, esf + side * error, level, place) for side in (-_BAND, _BAND)]
-        if any(math.isnan(m) for m in moved):
-            return math.nan, math.nan
-        ways.append(max(abs(m - place) for m in moved) / _BAND)
-    return float(at[1] - at[0]), max(linear, math.hypot(*ways[1:]))
+        for band in _BANDS:
+            moved = [_nearest(d, esf + side * error, level, place) for side in (-band, band)]
+            if any(math.isnan(m) for m in moved):
+                return math.nan, math.nan
+            ends_error[k] = max(ends_error[k], *(abs(m - place) / band for m in moved))
+    return float(at[1] - at[0]), max(linear, math.hypot(*ends_error))
 
 
 def _nearest(d: F64, curve: F64, level: float, place: float) -> float:
