@@ -38,7 +38,7 @@ def gaussian_sigma(mtf50):
 
 
 def drawn_edge(rng):
-    """A sharp edge in a small region of one Bayer channel: samples, first row and column, region, what is true of it."""
+    """A sharp edge in a small region of one Bayer channel: samples, their first place, region, what is true of it."""
     rows, cols = (int(n) for n in 2 * rng.integers(10, 25, 2))
     angle = float(rng.uniform(1.0, 44.0) * rng.choice((-1.0, 1.0)))
     lying = bool(rng.integers(2))
