@@ -43,9 +43,9 @@ def direction(near: Near, line: EdgeLine, model: Model, *, smooth: Model, even: 
     smooth     : the model whose slope told the direction;  even: variance of a photosite
     linear_rad : standard error of the linear fit
 
-    Three things are missing from that. A variance from few photosites is itself uncertain (Student's t). The slope is an
-    estimate, and noise adds its variance to the slope's square, so that the direction seems to be known better than it
-    is: this part of the information is taken off. And of few photosites the sum of squares is no parabola about its
+    Three things are missing from that. A variance from few photosites is itself uncertain (Student's t). The slope is
+    an estimate, and noise adds its variance to the slope's square, so that the direction seems to be known better than
+    it is: this part of the information is taken off. And of few photosites the sum of squares is no parabola about its
     least: turned by many standard errors they may fit nearly as well, or better. So the line is turned, all else fitted
     anew, and whatever raises the sum of squares by less than 4² variances must lie within four standard errors.
     """

@@ -14,15 +14,14 @@ from camsim.measure.direction import Near, direction
 from camsim.measure.geometry import EdgeLine, longest_gap
 from camsim.measure.locate import Guess
 from camsim.measure.picture import Channel, Samples
+from camsim.measure.sampling import refuse_gap
 from camsim.measure.solve import solve
 from camsim.measure.spline import BEND, TURN, Model
 
 FINEST_SPACING, COARSEST_SPACING = 0.08, 1.0
 SAMPLES_PER_KNOT = 1.5
-LARGEST_GAP = 0.4
 _OUTLIER = 8.0
 _NOISY = 0.01
-_REPEATED_PERIODS = 3.0
 _GAPS_PER_KNOT = 0.75
 _MOST_BEYOND = 100_000
 _MOST_STARTS = 2
@@ -127,7 +126,8 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     enough = _enough(d, 2.0 * half_width)
     d, s, v = d[enough], s[enough], v[enough]
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
-    _refuse_gap(gap, line, length, channel, what)
+    own = s[np.abs(d) <= channel.period_pixel]
+    refuse_gap(gap, line, length, float(np.ptp(own)) + channel.period_pixel if own.size else 0.0, channel, what)
     slope = spline.slopes(d, *smooth)
     model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
     coefficients, inverse = solve(d, s, slope, v, model)
@@ -289,25 +289,3 @@ def _ordinary(d: F64, r: F64, half_width: float) -> np.ndarray:
     limit = np.where(np.abs(d) < half_width, max(usual), np.where(d < 0.0, *usual))
     keep: np.ndarray = size <= np.maximum(_OUTLIER * 1.4826 * limit, 0.02)
     return keep
-
-
-def _refuse_gap(gap: float, line: EdgeLine, length: float, channel: Channel, what: str) -> None:
-    angle = line.angle_deg
-    slant = math.tan(math.radians(abs(angle)))
-    # The phases of the first lines must come again in later ones: that tells blur from a wrong angle.
-    missing, again = channel.gap_pixel, _REPEATED_PERIODS * channel.period_pixel
-    if slant * (length - again) < missing:
-        need = math.ceil(missing / max(slant, 1e-3) + again)
-        longer = f"take a region {need} px long, or " if need < 20.0 * length else ""
-        enough = math.degrees(math.atan2(missing, max(length - again, missing))) + 0.5
-        raise UnsupportedError(
-            f"an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling "
-            f"phases are missing; {longer}turn the edge to {enough:.0f}° or more",
-            stage=what,
-        )
-    if gap > LARGEST_GAP:
-        raise UnsupportedError(
-            f"at {angle:.2f}° the sampling phases repeat (a gap of {gap:.2f} px across the edge is never "
-            "sampled), as they do at 45°, atan(1/2) and their like; turn the edge by 2°, or take a longer region",
-            stage=what,
-        )

@@ -40,7 +40,7 @@ tifffile.imwrite(sys.argv[2], np.clip(image * 8, 0, 65535).astype(np.uint16), ph
 
 NOTHING = DemosaicRequest(
     files=(), published=False, programs=(), result=".tiff", sensor=None, sensors=(), gamma=None, cfa=None, border=8,
-    changes=("region={rows: 40, cols: 40}", "render.tolerance=1e-2"), as_json=True, csv=None, html=None, plot=None,
+    changes=("region={rows: 56, cols: 56}", "render.tolerance=1e-2"), as_json=True, csv=None, html=None, plot=None,
     force=False,
 )  # fmt: skip
 
