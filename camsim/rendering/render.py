@@ -13,10 +13,8 @@ import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
-from camsim.kernels import is_kept
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.rendering.auto import Choice, check_method, choose
-from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.job import edges_share
 from camsim.rendering.fields.joined import with_pictures
@@ -189,11 +187,6 @@ def plan_render(
         edges, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance, method=method,
         samples=samples,
     )  # fmt: skip
-
-
-def kernels_compiled() -> bool:
-    """Whether the kernels lie compiled in the cache (the first use on a machine compiles them, once)."""
-    return is_kept(render_edges)
 
 
 def _check(wavelength_nm: F64, tolerance: float) -> None:
