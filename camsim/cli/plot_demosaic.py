@@ -39,6 +39,7 @@ def draw(rankings: Sequence[Ranking], file: str) -> bytes:
         left.set_title(ranking.subject, loc="left")
         bars = right.barh(names, [v.delta_e_mean for v in verdicts], color="#c0392b")
         right.bar_label(bars, [f"{v.delta_e_mean:.2f}" for v in verdicts], padding=2, fontsize=8)
+        right.set_xlim(0.0, 1.15 * max(1e-6, *(v.delta_e_mean for v in verdicts)))
         right.set_yticks([])
         right.set_xlabel("mean ΔE2000")
     out = io.BytesIO()
