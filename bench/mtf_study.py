@@ -4,6 +4,7 @@ python bench/mtf_study.py accuracy            # f/2.8–f/32, 2°–43° and mir
 python bench/mtf_study.py accuracy --size 48  # smaller regions
 python bench/mtf_study.py closed-form         # Gaussian edges that no renderer made
 python bench/mtf_study.py noise --draws 200
+python bench/mtf_study.py small --draws 5000  # sharp edges in up to 48 px of a Bayer channel: right, or refused
 python bench/mtf_study.py speed
 """
 
@@ -20,7 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import numpy as np
-from edges import gaussian_edge, gaussian_mtf, gaussian_sigma
+from edges import drawn_edge, gaussian_edge, gaussian_mtf, gaussian_sigma
 
 import camsim
 from camsim.errors import UnsupportedError
@@ -125,6 +126,34 @@ def noise(draws: int) -> None:
             )
 
 
+def small(draws: int, seed: int = 1) -> list[str]:
+    """Count what is off by more than four of its own standard errors; return a line for each."""
+    rng = np.random.default_rng(seed)
+    wrong, refused = [], {}
+    for number in range(draws):
+        samples, first, (rows, cols), truth = drawn_edge(rng)
+        plane, roi = Plane(name="R", samples=samples, step=(2, 2), first=first), Roi(0, 0, rows, cols)
+        try:
+            edge = measure_edge(plane, roi)
+        except UnsupportedError as error:
+            kind = " ".join(str(error).split(": ", 1)[-1].split()[:6])
+            refused[kind] = refused.get(kind, 0) + 1
+            continue
+        for name in ("angle_deg", "mtf50_cycles_per_pixel", "rise_10_90_pixel"):
+            found, error = getattr(edge.figures, name), getattr(edge.standard_error, name)
+            if math.isfinite(found) and not abs(found - truth[name]) <= 4.0 * error:
+                wrong.append(
+                    f"{number}: {roi.rows} × {roi.cols}, {truth['angle_deg']:.2f}°, MTF50 "
+                    f"{truth['mtf50_cycles_per_pixel']:.3f}, SNR {truth['snr']:.0f}: {name} {found:.4f} ± {error:.2g}, "
+                    f"true {truth[name]:.4f}"
+                )
+                print(wrong[-1], flush=True)
+    print(f"{draws} drawn, {sum(refused.values())} refused, {len(wrong)} figures off by more than 4 standard errors")
+    for kind, count in sorted(refused.items(), key=lambda item: -item[1])[:12]:
+        print(f"  {count:5d} {kind} …")
+    return wrong
+
+
 def speed() -> None:
     """A region of a megapixel, and 24 megapixels with 50 edges, kernels compiled before."""
     big = gaussian_edge(1000, 1000, 5.0, 0.8)
@@ -156,7 +185,7 @@ def speed() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["accuracy", "closed-form", "noise", "speed"])
+    parser.add_argument("what", choices=["accuracy", "closed-form", "noise", "small", "speed"])
     parser.add_argument("--size", type=int, default=64)
     parser.add_argument("--draws", type=int, default=200)
     arguments = parser.parse_args()
@@ -166,6 +195,8 @@ def main() -> None:
         closed_form()
     elif arguments.what == "noise":
         noise(arguments.draws)
+    elif arguments.what == "small":
+        small(arguments.draws)
     else:
         speed()
 

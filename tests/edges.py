@@ -35,3 +35,22 @@ def gaussian_limit(level, sigma_px):
 
 def gaussian_sigma(mtf50):
     return math.sqrt(math.log(2.0) / 2.0) / (math.pi * mtf50)
+
+
+def drawn_edge(rng):
+    """A sharp edge in a small region of one Bayer channel: samples, their first place, region, what is true of it."""
+    rows, cols = (int(n) for n in 2 * rng.integers(10, 25, 2))
+    angle = float(rng.uniform(1.0, 44.0) * rng.choice((-1.0, 1.0)))
+    lying = bool(rng.integers(2))
+    sigma, snr = gaussian_sigma(float(rng.uniform(0.25, 0.6))), float(np.exp(rng.uniform(math.log(20), math.log(1000))))
+    first = int(rng.integers(2)), int(rng.integers(2))
+    shift = float(rng.uniform(-2, 2))
+    image = gaussian_edge(rows, cols, angle + 90.0 * lying, sigma, shift_px=shift, step=2, first=first)
+    samples = image + rng.normal(0.0, 0.8 / snr, image.shape)
+    # 2·1.2816·σ: a Gaussian's 10 and 90 % points.
+    figures = {
+        "angle_deg": angle,
+        "mtf50_cycles_per_pixel": gaussian_limit(0.5, sigma),
+        "rise_10_90_pixel": 2.5631 * sigma,
+    }
+    return samples, first, (rows, cols), figures | {"snr": snr}

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from camsim.cli.bench import bench
 from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
+from camsim.cli.measure_app import measure_app
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
 from camsim.cli.sweep import sweep
 from camsim.errors import AccuracyError, CamsimError, InvalidValueError
@@ -235,60 +236,7 @@ def recapture_file(
     recapture(file, outputs or (), force=force, quiet=quiet)
 
 
-measure_app = typer.Typer(name="measure", help="Measure what a file really holds.", no_args_is_help=True)
 app.add_typer(measure_app)
-
-
-@measure_app.command("mtf")
-def measure_mtf(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, TIFF, PNG, EXR, NPY or NPZ with linear data.")],
-    rois: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--roi",
-            metavar="ROW,COL,ROWS,COLS",
-            help="A region with one edge; repeatable. Edges are looked for when left out.",
-        ),
-    ] = None,
-    channel: Annotated[str, typer.Option("--channel", metavar="NAME", help="R, G1, G2, B, Y or all.")] = "all",
-    no_tail: Annotated[
-        bool, typer.Option("--no-tail", help="Leave out the line spread beyond the region: the plain ISO 12233 figure.")
-    ] = False,
-    gamma: Annotated[
-        str | None, typer.Option("--gamma", metavar="G", help="Undo an encoding: srgb, 2.2 …; 1 when data is linear.")
-    ] = None,
-    cfa: Annotated[
-        str | None,
-        typer.Option("--cfa", metavar="RGGB", help="The filter array of a file that does not say it, or x-trans."),
-    ] = None,
-    layer: Annotated[str | None, typer.Option("--layer", metavar="NAME", help="Of an EXR or NPZ with several.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout.")] = False,
-    csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the curves as a table.")] = None,
-    plot: Annotated[
-        str | None, typer.Option("--plot", metavar="FILE.png|svg", help="Draw the curves (needs matplotlib).")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-) -> None:
-    """Measure the MTF on slanted edges, beside what theory gives when the file says what it was taken with."""
-    from camsim.cli.measure import MtfRequest, measure
-
-    measure(
-        MtfRequest(
-            file=file,
-            rois=tuple(rois or ()),
-            channel=channel,
-            tail=not no_tail,
-            gamma=gamma,
-            cfa=cfa,
-            layer=layer,
-            as_json=as_json,
-            csv=csv,
-            plot=plot,
-            force=force,
-        )
-    )
-
-
 app.command()(bench)
 app.command()(explain)
 app.command()(sweep)

@@ -44,7 +44,7 @@ def measure(request: MtfRequest) -> None:
 
     rois = tuple(Roi.parse(text) for text in request.rois)
     _check_outputs(request)
-    picture = read_picture(request.file, gamma=_gamma(request.gamma), cfa=request.cfa, layer=request.layer)
+    picture = read_picture(request.file, gamma=gamma_of(request.gamma), cfa=request.cfa, layer=request.layer)
     theory, why_not = _theory(picture)
     report = measure_mtf(picture, rois=rois, channel=request.channel, tail=request.tail, theory=theory)
     if request.csv is not None:
@@ -61,7 +61,8 @@ def measure(request: MtfRequest) -> None:
         print(line)
 
 
-def _gamma(text: str | None) -> float | str | None:
+def gamma_of(text: str | None) -> float | str | None:
+    """Return what ``--gamma`` says."""
     if text is None or text.lower() == "srgb":
         return text
     try:

@@ -15,21 +15,21 @@ from camsim.frame import Frame
 
 def write_mosaic(frame: Frame, path: Path) -> None:
     """Write the codes: (rows, cols) uint16."""
-    _write(frame.mosaic, path)
+    write_array(frame.mosaic, path)
 
 
 def write_electrons(frame: Frame, path: Path) -> None:
     """Write the electrons after noise: (rows, cols) float64."""
-    _write(frame.electrons, path)
+    write_array(frame.electrons, path)
 
 
 def write_truth(frame: Frame, path: Path) -> None:
     """Write the mean electrons of every channel: (rows, cols, channels) float32."""
     assert frame.truth is not None
-    _write(frame.truth, path)
+    write_array(frame.truth, path)
 
 
-def _write(array: npt.NDArray[Any], path: Path) -> None:
+def write_array(array: npt.NDArray[Any], path: Path) -> None:
     """Write the array in C order, numpy's format 1.0."""
     array = np.ascontiguousarray(array)
     header = io.BytesIO()

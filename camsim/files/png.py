@@ -47,6 +47,15 @@ def picture(pixels: U8) -> bytes:
     return buffer.getvalue()
 
 
+def plain(pixels: U8) -> bytes:
+    """Return pixels as they are, as PNG without a record."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.fromarray(pixels).save(buffer, format="png", compress_level=_DEFLATE_LEVEL)
+    return buffer.getvalue()
+
+
 def _write(pixels: U8 | U16, frame: Frame, product: str, path: Path) -> None:
     from PIL import Image, PngImagePlugin
 

@@ -3,28 +3,29 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import linalg
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.measure import spline
+from camsim.measure.direction import Near, direction
 from camsim.measure.geometry import EdgeLine, longest_gap
 from camsim.measure.locate import Guess
 from camsim.measure.picture import Channel, Samples
-from camsim.measure.spline import ACROSS, BEND, EXTRAS, TAIL, TURN, Model
+from camsim.measure.sampling import refuse_gap
+from camsim.measure.solve import solve
+from camsim.measure.spline import BEND, TURN, Model
 
 FINEST_SPACING, COARSEST_SPACING = 0.08, 1.0
 SAMPLES_PER_KNOT = 1.5
-LARGEST_GAP = 0.4
-_RIDGE = 1e-9
 _OUTLIER = 8.0
 _NOISY = 0.01
-_REPEATED_PERIODS = 3.0
 _GAPS_PER_KNOT = 0.75
 _MOST_BEYOND = 100_000
+_MOST_STARTS = 2
+_MOST_TURN_RAD = math.radians(1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -38,6 +39,7 @@ class EdgeFit:
     noise        : the same on the dark and on the bright side, away from the edge
     gap_pixel    : longest stretch across the edge without a photosite
     turn_rad     : what the last fit would still turn the edge by, a fraction of its error turn_error_rad
+    better_rad   : turn at which the photosites fit better; 0: this is the best
     left_out     : photosites that were far from the fit (defects)
     """
 
@@ -54,6 +56,7 @@ class EdgeFit:
     photosites: int
     turn_rad: float
     turn_error_rad: float
+    better_rad: float
 
 
 def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what: str) -> EdgeFit:
@@ -61,6 +64,23 @@ def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, 
 
     reach : how far the region goes from the edge, the nearer side
     """
+    fit = _fit(samples, channel, guess, reach=reach, what=what)
+    for _ in range(_MOST_STARTS):
+        if not fit.better_rad:
+            break
+        start = replace(guess, line=fit.line.moved(0.0, math.tan(fit.better_rad), 0.0))
+        fit = _fit(samples, channel, start, reach=reach, what=what)
+    if not fit.turn_error_rad < _MOST_TURN_RAD:
+        raise UnsupportedError(
+            f"noise hides the edge's direction ({fit.line.angle_deg:.2f}° might be wrong by degrees); take a longer "
+            "region or less noise",
+            stage=what,
+        )
+    return fit
+
+
+def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what: str) -> EdgeFit:
+    """Fit from one guess."""
     x, y, pitch = samples.x, samples.y, channel.pitch_pixel
     scale = guess.bright - guess.dark
     v = (samples.signal - guess.dark) / scale
@@ -106,16 +126,17 @@ def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, 
     enough = _enough(d, 2.0 * half_width)
     d, s, v = d[enough], s[enough], v[enough]
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
-    _refuse_gap(gap, line, length, channel, what)
+    own = s[np.abs(d) <= channel.period_pixel]
+    refuse_gap(gap, line, length, float(np.ptp(own)) + channel.period_pixel if own.size else 0.0, channel, what)
     slope = spline.slopes(d, *smooth)
     model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
-    coefficients, inverse = _solve(d, s, slope, v, model)
+    coefficients, inverse = solve(d, s, slope, v, model)
     r = spline.residuals(d, s, slope, v, model, coefficients)
     keep = _ordinary(d, r, half_width)
     for _ in range(5):
         if keep.all():
             break
-        coefficients, inverse = _solve(d[keep], s[keep], slope[keep], v[keep], model)
+        coefficients, inverse = solve(d[keep], s[keep], slope[keep], v[keep], model)
         r = spline.residuals(d, s, slope, v, model, coefficients)
         # A defect pulls the fit towards itself: without it its neighbours may be ordinary.
         before, keep = keep, _ordinary(d, r, half_width)
@@ -124,25 +145,47 @@ def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, 
     left_out = int(np.count_nonzero(~keep))
     d, s, slope, v, r = d[keep], s[keep], slope[keep], v[keep], r[keep]
     free = max(1, d.size - coefficients.size)
-    covariance = inverse @ spline.scatter(d, s, slope, r, model, inverse) @ inverse
+    variance = float(r @ r) / free
     away = min(2.0 + rise, 0.5 * half_width)
     noise = tuple(float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away))
+    even = max(noise[0] ** 2, variance), max(noise[1] ** 2, variance)
+    covariance = inverse @ spline.scatter(d, s, slope, r, model, inverse, even) @ inverse
     n = model.columns
+    # For what is flatter than the final fit the profile is too sharp.
+    told = direction(
+        Near(x=xn, y=yn, signal=vn),
+        line,
+        model,
+        smooth=smooth[0],
+        even=max(even),
+        linear_rad=math.sqrt(max(float(covariance[n + TURN, n + TURN]), 0.0)) / model.scale,
+    )
     return EdgeFit(
         line=line,
         model=model,
         coefficients=coefficients,
-        covariance=covariance,
+        covariance=_with_turn(covariance, n + TURN, told.error_rad * model.scale),
         dark=guess.dark,
         scale=scale,
-        residual_rms=math.sqrt(float(r @ r) / free),
+        residual_rms=math.sqrt(variance),
         noise=(noise[0], noise[1]),
         gap_pixel=gap,
         left_out=left_out,
         photosites=int(d.size),
         turn_rad=float(coefficients[n + TURN]) / model.scale,
-        turn_error_rad=math.sqrt(max(float(covariance[n + TURN, n + TURN]), 0.0)) / model.scale,
+        turn_error_rad=told.error_rad,
+        better_rad=told.better_rad,
     )
+
+
+def _with_turn(covariance: F64, turn: int, error: float) -> F64:
+    """Return the covariance if the coefficient ``turn`` has another standard error: all others go along with it."""
+    variance = float(covariance[turn, turn])
+    if not (variance > 0.0 and math.isfinite(error)):
+        return covariance
+    along = covariance[:, turn] / variance
+    more: F64 = covariance + np.outer(along, along) * (error**2 - variance)
+    return more
 
 
 def _near(x: F64, y: F64, line: EdgeLine, distance: float) -> np.ndarray:
@@ -183,8 +226,8 @@ def _settle(
         d, s = line.across_and_along(x, y)
         near = np.abs(d) <= 1.25 * half_width
         dn, sn, vn = d[near], s[near], v[near]
-        straight, _ = _solve(dn, sn, np.zeros(dn.size), vn, model, tail=False)
-        full, _ = _solve(dn, sn, spline.slopes(dn, model, straight), vn, model, tail=False)
+        straight, _ = solve(dn, sn, np.zeros(dn.size), vn, model, tail=False)
+        full, _ = solve(dn, sn, spline.slopes(dn, model, straight), vn, model, tail=False)
         n = model.columns
         turn, bend = full[n + TURN] / model.scale, full[n + BEND] / model.scale**2
         middle, rise = _middle_and_rise(straight, model)
@@ -209,7 +252,7 @@ def _scatter_near(
     d, s, v = d[near], s[near], v[near]
     model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
     flat = np.zeros(d.size)
-    coefficients, _ = _solve(d, s, flat, v, model, tail=False)
+    coefficients, _ = solve(d, s, flat, v, model, tail=False)
     r = spline.residuals(d, s, flat, v, model, coefficients)
     return math.sqrt(float(r @ r) / max(1, d.size - model.columns))
 
@@ -238,26 +281,6 @@ def crossing(d: F64, esf: F64, level: float) -> float:
     return float(d[i] + (level - esf[i]) / (esf[i + 1] - esf[i]) * (d[i + 1] - d[i]))
 
 
-def _solve(d: F64, s: F64, slope: F64, v: F64, model: Model, *, tail: bool = True) -> tuple[F64, F64]:
-    """Return the coefficients and the inverse of the normal equations; columns left out are zero in both."""
-    matrix, right = spline.normal_equations(d, s, slope, v, model)
-    n = model.columns
-    used = np.ones(n + EXTRAS, bool)
-    used[n + TAIL] = tail
-    used[n + ACROSS] = tail
-    used[n + TURN :] = bool(np.any(slope))
-    chosen = np.flatnonzero(used)
-    part = matrix[np.ix_(chosen, chosen)]
-    # Where no photosite lies the curve goes on smoothly: a trace of a penalty on its third differences.
-    third = np.diff(np.eye(n), 3, axis=0)
-    part[:n, :n] += _RIDGE * d.size / n * (third.T @ third)
-    factor = linalg.cho_factor(part + 1e-14 * np.diag(np.diag(part)), lower=True)
-    coefficients, inverse = np.zeros(n + EXTRAS), np.zeros((n + EXTRAS, n + EXTRAS))
-    coefficients[chosen] = linalg.cho_solve(factor, right[chosen])
-    inverse[np.ix_(chosen, chosen)] = linalg.cho_solve(factor, np.eye(chosen.size))
-    return coefficients, inverse
-
-
 def _ordinary(d: F64, r: F64, half_width: float) -> np.ndarray:
     """Return which photosites are not defects: none of those is far from its side's scatter and from the fit."""
     size = np.abs(r)
@@ -266,25 +289,3 @@ def _ordinary(d: F64, r: F64, half_width: float) -> np.ndarray:
     limit = np.where(np.abs(d) < half_width, max(usual), np.where(d < 0.0, *usual))
     keep: np.ndarray = size <= np.maximum(_OUTLIER * 1.4826 * limit, 0.02)
     return keep
-
-
-def _refuse_gap(gap: float, line: EdgeLine, length: float, channel: Channel, what: str) -> None:
-    angle = line.angle_deg
-    slant = math.tan(math.radians(abs(angle)))
-    # The phases of the first lines must come again in later ones: that tells blur from a wrong angle.
-    missing, again = channel.gap_pixel, _REPEATED_PERIODS * channel.period_pixel
-    if slant * (length - again) < missing:
-        need = math.ceil(missing / max(slant, 1e-3) + again)
-        longer = f"take a region {need} px long, or " if need < 20.0 * length else ""
-        enough = math.degrees(math.atan2(missing, max(length - again, missing))) + 0.5
-        raise UnsupportedError(
-            f"an edge of {angle:.2f}° is too close to a pixel axis for {length:.0f} px of length, sampling "
-            f"phases are missing; {longer}turn the edge to {enough:.0f}° or more",
-            stage=what,
-        )
-    if gap > LARGEST_GAP:
-        raise UnsupportedError(
-            f"at {angle:.2f}° the sampling phases repeat (a gap of {gap:.2f} px across the edge is never "
-            "sampled), as they do at 45°, atan(1/2) and their like; turn the edge by 2°, or take a longer region",
-            stage=what,
-        )

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.measure import spline
-from camsim.measure.fit import EdgeFit, crossing, fit_edge
+from camsim.measure.crossings import errors_of, falls_to, limit, rise_of
+from camsim.measure.fit import EdgeFit, fit_edge
 from camsim.measure.geometry import EdgeLine, Roi
 from camsim.measure.locate import locate
 from camsim.measure.picture import LARGEST_SIGNAL, Channel, Plane
@@ -23,7 +23,6 @@ from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
 _CLIPPED = 0.002
-_Curve: TypeAlias = Callable[[F64], tuple[F64, F64]]
 
 
 class TheoreticalOtf(Protocol):
@@ -84,17 +83,17 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     frequency = np.linspace(0.0, HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES)
     rows = spline.transform_rows(frequency, model, None if tail else reach)
     mtf, gradient = _mtf_and_gradient(rows, rows[0], c)
-    error = _errors(gradient, fit.covariance)
+    error = errors_of(gradient, fit.covariance)
     nyquist = channel.nyquist_cycles_per_pixel
 
     def at(f: F64) -> tuple[F64, F64]:
         return _mtf_and_gradient(spline.transform_rows(np.atleast_1d(f), model, None if tail else reach), rows[0], c)
 
-    limits = [_limit(frequency, mtf, level, at, fit.covariance) for level in (0.5, 0.3, 0.1)]
+    limits = [limit(frequency, mtf, error, level, at) for level in (0.5, 0.3, 0.1)]
     nyquist_mtf, nyquist_gradient = at(np.array([nyquist]))
     ends = spline.transform_rows(np.zeros(1), model, None)[0].real  # the step, tails and all
     step, step_error = float(ends @ c), math.sqrt(max(float(ends @ fit.covariance @ ends), 0.0))
-    rise, rise_error = _rise(fit, ends)
+    rise, rise_error = rise_of(fit, ends)
     low_row = np.zeros(c.size)
     low_row[0], low_row[model.columns + TAIL] = 1.0, -0.5 * math.pi
     dark = fit.dark / fit.scale + float(low_row @ c)
@@ -125,7 +124,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
             mtf50_cycles_per_pixel=limits[0][1],
             mtf30_cycles_per_pixel=limits[1][1],
             mtf10_cycles_per_pixel=limits[2][1],
-            mtf_at_nyquist=float(_errors(nyquist_gradient, fit.covariance)[0]),
+            mtf_at_nyquist=float(errors_of(nyquist_gradient, fit.covariance)[0]),
             rise_10_90_pixel=rise_error,
             angle_deg=math.degrees(fit.turn_error_rad),
             contrast=math.sqrt(max(float(slope @ fit.covariance @ slope), 0.0)),
@@ -179,19 +178,6 @@ def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMt
     )
 
 
-def falls_to(frequency: F64, mtf: F64, level: float) -> float:
-    """Return the lowest frequency at which the MTF falls to ``level``, NaN when it never does; straight in between.
-
-    >>> falls_to(np.array([0.0, 0.5, 1.0]), np.array([1.0, 0.6, 0.2]), 0.5)
-    0.625
-    """
-    below = np.flatnonzero((mtf[:-1] >= level) & (mtf[1:] < level))
-    if not below.size:
-        return math.nan
-    i = below[0]
-    return float(frequency[i] + (mtf[i] - level) / (mtf[i] - mtf[i + 1]) * (frequency[i + 1] - frequency[i]))
-
-
 def _mtf_and_gradient(rows: np.ndarray, zero: np.ndarray, c: F64) -> tuple[F64, F64]:
     """Return |F(f)|/F(0) and its derivative after every coefficient, (m,) and (m, n)."""
     transform = rows @ c
@@ -201,43 +187,6 @@ def _mtf_and_gradient(rows: np.ndarray, zero: np.ndarray, c: F64) -> tuple[F64, 
     unit = np.conj(transform) / np.where(size > 0.0, size, 1.0)
     gradient = ((unit[:, None] * rows).real - mtf[:, None] * zero.real) / total
     return mtf, gradient
-
-
-def _errors(gradient: F64, covariance: F64) -> F64:
-    error: F64 = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", gradient, covariance, gradient, optimize=True), 0.0))
-    return error
-
-
-def _limit(frequency: F64, mtf: F64, level: float, at: _Curve, covariance: F64) -> tuple[float, float]:
-    """Return the frequency at which the MTF falls to a level, and its standard error."""
-    f = falls_to(frequency, mtf, level)
-    if math.isnan(f):
-        return math.nan, math.nan
-    delta = 1e-3
-    for _ in range(4):
-        value, gradient = at(np.array([f - delta, f, f + delta]))
-        slope = (value[2] - value[0]) / (2.0 * delta)
-        if slope >= 0.0:
-            break
-        f -= float(np.clip((value[1] - level) / slope, -0.01, 0.01))
-    error = float(_errors(gradient[1:2], covariance)[0])
-    return f, error / abs(slope)
-
-
-def _rise(fit: EdgeFit, ends: F64) -> tuple[float, float]:
-    """Return the 10–90 % rise and its standard error."""
-    model, c = fit.model, fit.coefficients
-    d = np.linspace(-2.0 * model.half_width, 2.0 * model.half_width, 16 * model.columns + 1)
-    low = np.zeros(c.size)
-    low[0], low[model.columns + TAIL] = 1.0, -0.5 * math.pi
-    step = float(ends @ c)
-    esf = (spline.spread_rows(d, model) @ c - low @ c) / step
-    at = np.array([crossing(d, esf, 0.1), crossing(d, esf, 0.9)])
-    rows, slopes = spline.spread_rows(at, model), spline.line_rows(at, model) @ c
-    # A crossing moves by minus the curve's own change over its slope.
-    moves = -(rows - low - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
-    gradient = moves[1] - moves[0]
-    return float(at[1] - at[0]), math.sqrt(max(float(gradient @ fit.covariance @ gradient), 0.0))
 
 
 def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:

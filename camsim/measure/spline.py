@@ -123,11 +123,13 @@ def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F6
 
 
 @kernel()
-def scatter(d: F64, s: F64, slope: F64, r: F64, model: Model, inverse: F64) -> F64:
-    """Return the sum of r²/(1 − leverage)·row·rowᵀ: what the photosites' own scatter does to the right-hand side.
+def scatter(d: F64, s: F64, slope: F64, r: F64, model: Model, inverse: F64, even: tuple[float, float]) -> F64:
+    """Return the sum of (r² + leverage·σ²)·row·rowᵀ: what the photosites' own scatter does to the right-hand side.
 
-    A photosite pulls the fit towards itself by its leverage row·inverse·rowᵀ, and its residual is smaller for it.
-    (MacKinnon and White's HC2: unbiased for even noise, right in the limit for any.)
+    A photosite pulls the fit towards itself by its leverage row·inverse·rowᵀ, and its residual is smaller for it: for
+    even noise E[r²] = (1 − leverage)·σ². What is missing is filled in from all photosites' variance, ``even`` on the
+    dark and the bright side. Dividing by 1 − leverage is right in the mean too, but where few photosites lie on the
+    rise each is nearly followed, and the quotient of two small numbers says next to nothing.
     """
     size = model.columns + EXTRAS
     matrix = np.zeros((size, size))
@@ -138,7 +140,8 @@ def scatter(d: F64, s: F64, slope: F64, r: F64, model: Model, inverse: F64) -> F
         for a in range(count):
             for b in range(count):
                 leverage += value[a] * inverse[index[a], index[b]] * value[b]
-        r2 = r[j] * r[j] / max(1.0 - leverage, 0.05)
+        level = 0.5 + math.atan(d[j]) / math.pi
+        r2 = r[j] * r[j] + leverage * (even[0] + (even[1] - even[0]) * level)
         for a in range(count):
             ia, va = index[a], value[a] * r2
             for b in range(a, count):

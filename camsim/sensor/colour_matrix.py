@@ -178,9 +178,9 @@ def fit_white(light: str) -> F64:
     >>> fit_white("D65").round(3).tolist()
     [0.95, 1.0, 1.089]
     """
-    samples = _standard(light).samples(_observer(), [_MEASURED])
+    samples = _standard(light).samples(observer(), [_MEASURED])
     power = samples.weight_nm * samples.irradiance_w_per_m2_nm * _MEASURED.at(samples.wavelength_nm)
-    seen = np.einsum("kn,n->k", np.array([curve.at(samples.wavelength_nm) for curve in _observer()]), power)
+    seen = np.einsum("kn,n->k", np.array([curve.at(samples.wavelength_nm) for curve in observer()]), power)
     white: F64 = seen / seen[1]
     return white
 
@@ -191,8 +191,8 @@ def _standard(light: str) -> Light:
 
 @functools.lru_cache(maxsize=32)
 def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> ColourFit:
-    samples, electrons = response.to(light, _observer(), [_MEASURED])
-    seen = np.array([curve.at(samples.wavelength_nm) for curve in _observer()])
+    samples, electrons = response.to(light, observer(), [_MEASURED])
+    seen = np.array([curve.at(samples.wavelength_nm) for curve in observer()])
     power = samples.weight_nm * samples.irradiance_w_per_m2_nm
     # The surfaces are straight between whole nanometres, so that lumps see them as all the nodes do.
     wavelength_nm, lumps = lumped(
@@ -230,7 +230,7 @@ def _surfaces() -> tuple[Curve, ...]:
 
 
 @functools.cache
-def _observer() -> tuple[Curve, ...]:
+def observer() -> tuple[Curve, ...]:
     """Return x̄, ȳ and z̄ of the CIE 1931 2° observer, every nanometre."""
     wavelength_nm, values = _matching()
     return tuple(Curve(wavelength_nm, curve) for curve in values)

@@ -1,0 +1,204 @@
+"""The commands of ``camsim measure`` and their options."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+import typer
+
+from camsim.cli.options import Changes, SensorName, Sensors
+
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout.")]
+Force: TypeAlias = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+GammaOf: TypeAlias = Annotated[
+    str | None, typer.Option("--gamma", metavar="G", help="Undo an encoding: srgb, 2.2 …; 1 when data is linear.")
+]
+CsvFile: TypeAlias = Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the figures as a table.")]
+PlotFile: TypeAlias = Annotated[
+    str | None, typer.Option("--plot", metavar="FILE.png|svg", help="Draw the figures (needs matplotlib).")
+]
+
+measure_app = typer.Typer(name="measure", help="Measure what a file really holds.", no_args_is_help=True)
+
+
+@measure_app.command("mtf")
+def measure_mtf(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, TIFF, PNG, EXR, NPY or NPZ with linear data.")],
+    rois: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--roi",
+            metavar="ROW,COL,ROWS,COLS",
+            help="A region with one edge; repeatable. Edges are looked for when left out.",
+        ),
+    ] = None,
+    channel: Annotated[str, typer.Option("--channel", metavar="NAME", help="R, G1, G2, B, Y or all.")] = "all",
+    no_tail: Annotated[
+        bool, typer.Option("--no-tail", help="Leave out the line spread beyond the region: the plain ISO 12233 figure.")
+    ] = False,
+    gamma: Annotated[
+        str | None, typer.Option("--gamma", metavar="G", help="Undo an encoding: srgb, 2.2 …; 1 when data is linear.")
+    ] = None,
+    cfa: Annotated[
+        str | None,
+        typer.Option("--cfa", metavar="RGGB", help="The filter array of a file that does not say it, or x-trans."),
+    ] = None,
+    layer: Annotated[str | None, typer.Option("--layer", metavar="NAME", help="Of an EXR or NPZ with several.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout.")] = False,
+    csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the curves as a table.")] = None,
+    plot: Annotated[
+        str | None, typer.Option("--plot", metavar="FILE.png|svg", help="Draw the curves (needs matplotlib).")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+) -> None:
+    """Measure the MTF on slanted edges, beside what theory gives when the file says what it was taken with."""
+    from camsim.cli.measure import MtfRequest, measure
+
+    measure(
+        MtfRequest(
+            file=file,
+            rois=tuple(rois or ()),
+            channel=channel,
+            tail=not no_tail,
+            gamma=gamma,
+            cfa=cfa,
+            layer=layer,
+            as_json=as_json,
+            csv=csv,
+            plot=plot,
+            force=force,
+        )
+    )
+
+
+@measure_app.command("truth")
+def measure_truth(
+    source: Annotated[str, typer.Argument(metavar="SCENE|FILE", help="A scene, or a file of camsim's.")],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="FILE.exr|npy", help="Where to write the planes.")],
+    space: Annotated[
+        str, typer.Option("--space", metavar="NAME", help="electrons, camera-rgb, xyz or srgb (linear).")
+    ] = "srgb",
+    sensor: SensorName = None,
+    changes: Changes = None,
+    sensors: Sensors = None,
+    as_json: AsJson = False,
+    force: Force = False,
+) -> None:
+    """Write what a perfect camera would give at every photosite: electrons, balanced channels, XYZ, linear sRGB."""
+    from camsim.cli.measure_truth import TruthRequest, measure
+
+    measure(
+        TruthRequest(
+            source=source,
+            space=space,
+            output=output,
+            sensor=sensor,
+            sensors=tuple(sensors or ()),
+            changes=tuple(changes or ()),
+            as_json=as_json,
+            force=force,
+        )
+    )
+
+
+@measure_app.command("demosaic")
+def measure_demosaic(
+    files: Annotated[
+        list[str],
+        typer.Argument(metavar="TRUTH RESULT… | SCENE…", help="A truth and results; with --all or --run: scenes."),
+    ],
+    published: Annotated[
+        bool, typer.Option("--all", help="Capture scenes; run colour-demosaicing's methods and LibRaw's on them.")
+    ] = False,
+    programs: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--run",
+            metavar="'CMD {in} {out}'",
+            help="Capture scenes; run a program on a DNG ({in}) or the codes ({tiff}, {npy}); repeatable.",
+        ),
+    ] = None,
+    result: Annotated[
+        str, typer.Option("--result", metavar="SUFFIX", help="What {out} is: .tiff, .png, .exr or .npy.")
+    ] = ".tiff",
+    sensor: SensorName = None,
+    changes: Changes = None,
+    sensors: Sensors = None,
+    gamma: GammaOf = None,
+    cfa: Annotated[
+        str | None, typer.Option("--cfa", metavar="RGGB", help="The filters under a truth that does not say them.")
+    ] = None,
+    border: Annotated[int, typer.Option("--border", metavar="PX", help="Left out all around.")] = 8,
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    html: Annotated[
+        str | None, typer.Option("--html", metavar="FILE", help="A page with linked crops and error maps.")
+    ] = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Hold demosaiced pictures against the truth, name what is wrong with them, and rank them."""
+    from camsim.cli.measure_demosaic import DemosaicRequest, measure
+
+    measure(
+        DemosaicRequest(
+            files=tuple(files),
+            published=published,
+            programs=tuple(programs or ()),
+            result=result,
+            sensor=sensor,
+            sensors=tuple(sensors or ()),
+            changes=tuple(changes or ()),
+            gamma=gamma,
+            cfa=cfa,
+            border=border,
+            as_json=as_json,
+            csv=csv,
+            html=html,
+            plot=plot,
+            force=force,
+        )
+    )
+
+
+@measure_app.command("noise")
+def measure_noise(
+    folder: Annotated[
+        str | None,
+        typer.Argument(metavar="FOLDER", help="Flats and darks with an index.csv."),
+    ] = None,
+    sensor: Annotated[
+        str | None, typer.Option("--sensor", metavar="NAME", help="Take flats and darks of this sensor instead.")
+    ] = None,
+    changes: Changes = None,
+    sensors: Sensors = None,
+    side: Annotated[int, typer.Option("--side", metavar="N", help="Photosites a side that it takes.")] = 400,
+    frames: Annotated[int, typer.Option("--frames", metavar="N", help="Frames of each level that it takes.")] = 16,
+    iso: Annotated[float | None, typer.Option("--iso", metavar="N", help="Its base ISO when left out.")] = None,
+    keep: Annotated[
+        str | None, typer.Option("--keep", metavar="DIR", help="Write the frames of --sensor and their index here.")
+    ] = None,
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Measure gain, noise, full well, dark current, non-uniformities and linearity after EMVA 1288."""
+    from camsim.cli.measure_noise import NoiseRequest, measure
+
+    measure(
+        NoiseRequest(
+            folder=folder,
+            sensor=sensor,
+            sensors=tuple(sensors or ()),
+            changes=tuple(changes or ()),
+            side=side,
+            frames=frames,
+            iso=iso,
+            keep=keep,
+            as_json=as_json,
+            csv=csv,
+            plot=plot,
+            force=force,
+        )
+    )

@@ -1,0 +1,245 @@
+"""``camsim measure demosaic``: truth and results in, a ranking out."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from camsim.cli.measure import gamma_of
+from camsim.cli.tables import check_text_file, csv_text, print_table
+from camsim.errors import InputError, InvalidValueError
+from camsim.files.atomic import write_whole
+
+if TYPE_CHECKING:
+    from camsim.arrays import F32
+    from camsim.cli.measure_demosaic_page import Page
+    from camsim.exposing import Capture
+    from camsim.measure.demosaic import Ranking, Subject, Verdict
+
+HEADS = (
+    "method",
+    "CPSNR dB",
+    "R dB",
+    "G dB",
+    "B dB",
+    "developed dB",
+    "SSIM",
+    "MS-SSIM",
+    "ΔE2000",
+    "95 %",
+    "zipper %",
+    "false colour ΔC",
+    "shift px",
+    "faults",
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DemosaicRequest:
+    """What the user asked for."""
+
+    files: tuple[str, ...]
+    published: bool
+    programs: tuple[str, ...]
+    result: str
+    sensor: str | None
+    sensors: tuple[str, ...]
+    changes: tuple[str, ...]
+    gamma: str | None
+    cfa: str | None
+    border: int
+    as_json: bool
+    csv: str | None
+    html: str | None
+    plot: str | None
+    force: bool
+
+    @property
+    def of_scenes(self) -> bool:
+        """Whether the arguments are scenes to be captured; otherwise they are a truth and results."""
+        return self.published or bool(self.programs)
+
+
+def measure(request: DemosaicRequest) -> None:
+    """Judge, print and write; raises CamsimError with one sentence."""
+    from camsim.cli.measure_demosaic_page import Page
+
+    _check(request)
+    page = Page() if request.html is not None else None
+    rankings = list((_of_scenes if request.of_scenes else _of_results)(request, page))
+    if request.csv is not None:
+        write_whole(request.csv, csv_text(*_csv(rankings)).encode("utf-8"))
+    if page is not None and request.html is not None:
+        write_whole(request.html, page.html(rankings).encode("utf-8"))
+    if request.plot is not None:
+        from camsim.cli.plot_demosaic import draw
+
+        write_whole(request.plot, draw(rankings, request.plot))
+    if request.as_json:
+        print(json.dumps([ranking.as_dict() for ranking in rankings], indent=2, ensure_ascii=False))
+        return
+    for ranking in rankings:
+        print_table(_title(ranking), HEADS, [row_of(verdict) for verdict in ranking.verdicts])
+        for verdict in ranking.verdicts:
+            for fault in verdict.faults:
+                print(f"{verdict.method}: {fault.name}: {fault.sentence}")
+        for sentence in ranking.left_out:
+            print(f"left out: {sentence}")
+
+
+def _check(request: DemosaicRequest) -> None:
+    """Refuse what cannot be done, before any work."""
+    for file in (request.csv, request.html):
+        if file is not None:
+            check_text_file(file, force=request.force)
+    if request.plot is not None:
+        from camsim.cli.plot import check_drawing
+
+        check_drawing(request.plot, force=request.force)
+    if not request.of_scenes and len(request.files) < 2:
+        raise InvalidValueError(
+            "give a truth and one result or more, or scenes with --all (published methods) or --run (a program)",
+            key="FILE",
+        )
+    from camsim.measure.demosaic.program import check_command
+    from camsim.measure.demosaic.similarity import scikit_metrics
+
+    for template in request.programs:
+        check_command(template, request.result)
+    scikit_metrics()
+
+
+def _of_scenes(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]:
+    """Capture every scene and run methods and programs on its mosaic."""
+    from camsim.capturing import load
+    from camsim.measure.demosaic import Method, compete, judge, methods, ranked, run_program
+    from camsim.measure.demosaic.subject import subject_of_capture
+
+    for scene in request.files:
+        capture = load(
+            scene,
+            sensor=request.sensor,
+            overrides=request.changes,
+            sensors=request.sensors,
+            products=("mosaic", "truth"),
+        )
+        frame = capture.frame(products=("mosaic", "truth"))
+        assert frame.truth is not None
+        subject = subject_of_capture(capture, frame.truth, border=request.border)
+        keep = _keeper(page, subject)
+        entries: list[Method]
+        entries, why = methods(frame) if request.published else ([], [])
+        ranking = compete(subject, frame, entries, left_out=why, seen=keep)
+        verdicts = list(ranking.verdicts)
+        for template in request.programs:
+            found = run_program(template, frame, suffix=request.result, gamma=gamma_of(request.gamma))
+            verdict, image = judge(found, subject, method=template)
+            keep(verdict, image)
+            verdicts.append(verdict)
+        yield ranked(subject, verdicts, ranking.left_out)
+
+
+def _of_results(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]:
+    """Hold results against a truth."""
+    from camsim.measure.demosaic import judge, ranked
+    from camsim.measure.demosaic.subject import planes_of
+    from camsim.measure.reading import read_picture
+
+    truth, *results = request.files
+    subject = _subject(truth, request)
+    keep = _keeper(page, subject)
+    verdicts = []
+    for file in results:
+        found = planes_of(read_picture(file, gamma=gamma_of(request.gamma)))
+        verdict, image = judge(found, subject, method=file)
+        keep(verdict, image)
+        verdicts.append(verdict)
+    yield ranked(subject, verdicts)
+
+
+def _keeper(page: Page | None, subject: Subject) -> Any:
+    if page is None:
+        return lambda verdict, image: None
+    page.begin(subject)
+    return page.keep
+
+
+def _subject(file: str, request: DemosaicRequest) -> Subject:
+    """Return the truth that a file holds or tells: electrons of ours, a capture of ours taken again, or any picture."""
+    import numpy as np
+
+    from camsim.measure.demosaic import subject_of_picture
+    from camsim.measure.demosaic.subject import subject_of_capture
+    from camsim.measure.reading import read_picture
+    from camsim.revive import revive_capture
+
+    picture = read_picture(file)
+    if picture.description is None:
+        cfa = request.cfa
+        pattern = (cfa.upper()[:2], cfa.upper()[2:]) if cfa is not None and len(cfa) == 4 else None
+        return subject_of_picture(picture, cfa=pattern, border=request.border)
+    capture: Capture = replace(revive_capture(picture.description), scene_name=file)
+    channels = capture.camera.cfa.channels
+    planes = {plane.name: plane.samples for plane in picture.planes}
+    whole = all(plane.step == (1, 1) for plane in picture.planes) and set(planes) == set(channels)
+    truth: F32 | None
+    if whole and len(channels) > 1 and not _is_integer(planes[channels[0]]):
+        truth = np.stack([planes[name] for name in channels], axis=2).astype(np.float32)
+    else:
+        print(f"{file} holds no truth in electrons; it is computed again from what the file says", file=sys.stderr)
+        truth = capture.frame(products=("truth",)).truth
+    if truth is None:
+        raise InputError(f"{file!r} tells no truth")
+    return subject_of_capture(capture, truth, border=request.border)
+
+
+def _is_integer(samples: Any) -> bool:
+    return bool(samples.dtype.kind in "ui")
+
+
+def _title(ranking: Ranking) -> str:
+    clipped = f", {ranking.clipped} clipped photosites and their neighbours left out" if ranking.clipped else ""
+    cfa = f", {ranking.cfa}" if ranking.cfa else ""
+    return f"{ranking.subject}: {ranking.rows} × {ranking.cols} photosites{cfa}, {ranking.judged} judged{clipped}"
+
+
+def row_of(verdict: Verdict) -> tuple[str, ...]:
+    """Return a verdict as words."""
+    return (
+        verdict.method,
+        "∞ (identical)" if verdict.identical else _decibels(verdict.cpsnr_db),
+        *(_decibels(value) for value in verdict.psnr_db),
+        _decibels(verdict.cpsnr_developed_db),
+        f"{verdict.ssim:.4f}",
+        "–" if math.isnan(verdict.ms_ssim) else f"{verdict.ms_ssim:.4f}",
+        f"{verdict.delta_e_mean:.2f}",
+        f"{verdict.delta_e_95:.2f}",
+        f"{100.0 * verdict.zipper:.1f}",
+        f"{verdict.false_colour:.2f}",
+        f"{verdict.shift_x_px:+.2f} {verdict.shift_y_px:+.2f}",
+        ", ".join(fault.name for fault in verdict.faults) or "none",
+    )
+
+
+def _decibels(value: float) -> str:
+    return "∞" if math.isinf(value) else f"{value:.2f}"
+
+
+def _csv(rankings: Sequence[Ranking]) -> tuple[list[str], list[list[object]]]:
+    rows: list[list[object]] = []
+    heads: list[str] = []
+    for ranking in rankings:
+        for entry in ranking.as_dict()["verdicts"]:
+            flat: dict[str, object] = {"subject": ranking.subject}
+            for key, value in entry.items():
+                if isinstance(value, dict):
+                    flat |= {f"{key}_{name.lower()}": each for name, each in value.items()}
+                else:
+                    flat[key] = "; ".join(fault["name"] for fault in value) if key == "faults" else value
+            heads = list(flat)
+            rows.append(["" if value is None else value for value in flat.values()])
+    return heads, rows

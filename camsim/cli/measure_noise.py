@@ -1,0 +1,127 @@
+"""``camsim measure noise``: flats and darks of a folder, or of a sensor, in; figures out."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from camsim.cli.measure import with_error
+from camsim.cli.tables import check_text_file, csv_text, print_table
+from camsim.errors import InvalidValueError
+from camsim.files.atomic import write_whole
+
+if TYPE_CHECKING:
+    from camsim.measure.noise import NoiseReport
+
+_LEAST_SIDE, _LARGEST_SIDE = 32, 4000
+_WORDS = {
+    "gain_dn_per_e": "gain",
+    "read_noise_e": "read noise",
+    "full_well_e": "full well",
+    "dark_current_e_per_s": "dark current",
+    "dsnu_e": "DSNU",
+    "prnu": "PRNU",
+    "saturation_e": "saturation",
+    "snr_max_db": "SNR at saturation",
+    "dynamic_range_db": "dynamic range",
+}
+_POINTS = ("exposure", "signal_dn", "variance_dn2", "snr")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseRequest:
+    """What the user asked for."""
+
+    folder: str | None
+    sensor: str | None
+    sensors: Sequence[str]
+    changes: Sequence[str]
+    side: int
+    frames: int
+    iso: float | None
+    keep: str | None
+    as_json: bool
+    csv: str | None
+    plot: str | None
+    force: bool
+
+
+def measure(request: NoiseRequest) -> None:
+    """Measure, print and write; raises CamsimError with one sentence."""
+    if (request.folder is None) == (request.sensor is None):
+        raise InvalidValueError("give a folder of flats and darks, or --sensor NAME, which takes them", key="FOLDER")
+    if not _LEAST_SIDE <= request.side <= _LARGEST_SIDE:
+        raise InvalidValueError(f"{request.side}; must be from {_LEAST_SIDE} to {_LARGEST_SIDE}", key="--side")
+    if not 2 <= request.frames <= 1000:
+        raise InvalidValueError(f"{request.frames}; must be from 2 to 1000", key="--frames")
+    if request.csv is not None:
+        check_text_file(request.csv, force=request.force)
+    if request.plot is not None:
+        from camsim.cli.plot import check_drawing
+
+        check_drawing(request.plot, force=request.force)
+    report = _report(request)
+    if request.csv is not None:
+        rows = [
+            (channel.channel, *point)
+            for channel in report.channels
+            for point in zip(*(getattr(channel, name).tolist() for name in _POINTS), strict=True)
+        ]
+        write_whole(request.csv, csv_text(("channel", *_POINTS), rows).encode("utf-8"))
+    if request.plot is not None:
+        from camsim.cli.plot_noise import draw
+
+        write_whole(request.plot, draw(report, request.plot))
+    if request.as_json:
+        print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
+        return
+    _print(report)
+
+
+def _report(request: NoiseRequest) -> NoiseReport:
+    from camsim.measure.noise import expected_of, measure_noise, read_shots, take_shots, write_shots
+
+    if request.folder is not None:
+        return measure_noise(read_shots(request.folder))
+    from camsim.capturing import load_camera
+    from camsim.measure.noise.taking import frames_of
+    from camsim.optics import Airy
+
+    assert request.sensor is not None
+    lens = Airy(f_number=8.0)  # no lens to speak of: flats are even
+    camera = load_camera(request.sensor, lens=lens, overrides=request.changes, sensors=request.sensors)
+    if request.keep is not None:
+        write_shots(request.keep, dict(frames_of(camera, side=request.side, frames=request.frames, iso=request.iso)))
+    shots = take_shots(camera, side=request.side, frames=request.frames, iso=request.iso)
+    return measure_noise(shots, expected={name: expected_of(camera, name, iso=request.iso) for name in shots.channels})
+
+
+def _print(report: NoiseReport) -> None:
+    from camsim.measure.noise.result import UNITS
+
+    told = any(channel.expected for channel in report.channels)
+    heads = ["figure", "unit"]
+    for channel in report.channels:
+        heads += [channel.channel, *(["profile"] if told else [])]
+    rows, reasons = [], []
+    for name, unit in UNITS.items():
+        row = [_WORDS.get(name, name.replace("_", " ")), unit]
+        for channel in report.channels:
+            estimate = channel.figures()[name]
+            row.append(with_error(estimate.value, estimate.sigma) if estimate.measurable else "–")
+            if not estimate.measurable:
+                reasons.append(f"{channel.channel} {row[0]} is not measurable: {estimate.why_not}")
+            if told:
+                expected = (channel.expected or {}).get(name, math.nan)
+                row.append(f"{expected:.5g}" if math.isfinite(expected) else "")
+        rows.append(row)
+    title = f"{report.source}: {report.frames} frames of {report.rows} × {report.cols}, EMVA 1288 R4"
+    print_table(title, heads, rows)
+    for reason in reasons:
+        print(reason)
+    for channel in report.channels:
+        if channel.defects_left_out:
+            print(f"{channel.channel}: {channel.defects_left_out} defects left out")

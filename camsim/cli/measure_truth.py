@@ -1,0 +1,90 @@
+"""``camsim measure truth``: the truth of a scene or of a file of ours, in another space."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camsim.cli.tables import print_table
+from camsim.errors import UnknownNameError
+from camsim.files.planes import check_planes_file, write_planes
+
+if TYPE_CHECKING:
+    from camsim.exposing import Capture
+
+_YAML = (".yaml", ".yml", "")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TruthRequest:
+    """What the user asked for."""
+
+    source: str
+    space: str
+    output: str
+    sensor: str | None
+    sensors: Sequence[str]
+    changes: Sequence[str]
+    as_json: bool
+    force: bool
+
+
+def measure(request: TruthRequest) -> None:
+    """Compute the truth, write and tell it; raises CamsimError with one sentence."""
+    from camsim.measure.truth import SPACES, truth_in
+
+    check_planes_file(request.output, force=request.force)
+    space = next((name for name in SPACES if name == request.space), None)
+    if space is None:
+        raise UnknownNameError("space", request.space, SPACES, key="--space")
+    truth = truth_in(_capture(request), space)
+    told: dict[str, Any] = {
+        "file": request.output,
+        "space": truth.space,
+        "unit": truth.unit,
+        "rows": truth.image.shape[0],
+        "cols": truth.image.shape[1],
+        "error_estimate": truth.error_estimate,
+        "channels": [
+            {
+                "name": name,
+                "diffuser": truth.diffuser[k],
+                "mean": float(truth.image[..., k].mean(dtype=np.float64)),
+                "least": float(truth.image[..., k].min()),
+                "largest": float(truth.image[..., k].max()),
+            }
+            for k, name in enumerate(truth.channels)
+        ],
+    }
+    write_planes(request.output, truth.image, truth.channels, {"camsim:space": truth.space, "camsim:units": truth.unit})
+    if request.as_json:
+        print(json.dumps(told, indent=2, ensure_ascii=False))
+        return
+    rows = [
+        [c["name"], *(f"{c[key]:.6g}" for key in ("diffuser", "mean", "least", "largest"))] for c in told["channels"]
+    ]
+    title = f"{request.output}: {told['rows']} × {told['cols']}, {truth.unit}; error {truth.error_estimate:.2g}"
+    print_table(title, ("channel", "perfect diffuser", "mean", "least", "largest"), rows)
+
+
+def _capture(request: TruthRequest) -> Capture:
+    """Return the capture of a scene's name or file, or the one that a file of ours tells."""
+    if Path(request.source).suffix.lower() in _YAML:
+        from camsim.capturing import load
+
+        return load(
+            request.source,
+            sensor=request.sensor,
+            overrides=request.changes,
+            sensors=request.sensors,
+            products=("truth",),
+        )
+    from camsim.files.reading import read_file
+    from camsim.revive import revive_capture
+
+    return revive_capture(read_file(request.source).description)

@@ -1,0 +1,47 @@
+"""Rankings as a picture: CPSNR and colour error of every method."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from camsim.measure.demosaic import Ranking
+
+
+def draw(rankings: Sequence[Ranking], file: str) -> bytes:
+    """Return bars of a PNG, SVG or PDF, by the suffix of ``file``: a row of two for each subject."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib.figure import Figure
+
+    suffix = Path(file).suffix.lower()[1:]
+    heights = [0.3 * len(ranking.verdicts) + 1.0 for ranking in rankings]
+    figure = Figure(figsize=(10.0, sum(heights) + 0.3), layout="constrained")
+    axes = figure.subplots(len(rankings), 2, squeeze=False, height_ratios=heights)
+    for (left, right), ranking in zip(axes, rankings, strict=True):
+        verdicts = ranking.verdicts[::-1]
+        names = [verdict.method for verdict in verdicts]
+        finite = [v.cpsnr_db for v in verdicts if math.isfinite(v.cpsnr_db)]
+        # An identical picture's bar has no end; it is drawn a little longer than the others.
+        longest = 1.1 * max(finite, default=50.0)
+        values = [v.cpsnr_db if math.isfinite(v.cpsnr_db) else longest for v in verdicts]
+        bars = left.barh(names, values, color="#2456a6")
+        left.bar_label(
+            bars, ["identical" if v.identical else f"{v.cpsnr_db:.2f}" for v in verdicts], padding=2, fontsize=8
+        )
+        left.set_xlim(0.0, 1.15 * max(values))
+        left.set_xlabel("CPSNR in linear light, dB")
+        left.set_title(ranking.subject, loc="left")
+        bars = right.barh(names, [v.delta_e_mean for v in verdicts], color="#c0392b")
+        right.bar_label(bars, [f"{v.delta_e_mean:.2f}" for v in verdicts], padding=2, fontsize=8)
+        right.set_xlim(0.0, 1.15 * max(1e-6, *(v.delta_e_mean for v in verdicts)))
+        right.set_yticks([])
+        right.set_xlabel("mean ΔE2000")
+    out = io.BytesIO()
+    figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
+    return out.getvalue()

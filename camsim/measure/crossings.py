@@ -1,0 +1,103 @@
+"""Where curves cross a level, with what noise makes of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.measure import spline
+from camsim.measure.fit import EdgeFit, crossing
+from camsim.measure.spline import TAIL
+
+Curve: TypeAlias = Callable[[F64], tuple[F64, F64]]
+
+_BANDS = (2.0, 4.0)
+"""Standard errors of a curve within which its crossings are looked for."""
+
+
+def falls_to(frequency: F64, mtf: F64, level: float) -> float:
+    """Return the lowest frequency at which the MTF falls to ``level``, NaN when it never does; straight in between.
+
+    >>> falls_to(np.array([0.0, 0.5, 1.0]), np.array([1.0, 0.6, 0.2]), 0.5)
+    0.625
+    """
+    below = np.flatnonzero((mtf[:-1] >= level) & (mtf[1:] < level))
+    if not below.size:
+        return math.nan
+    i = below[0]
+    return float(frequency[i] + (mtf[i] - level) / (mtf[i] - mtf[i + 1]) * (frequency[i + 1] - frequency[i]))
+
+
+def errors_of(gradient: F64, covariance: F64) -> F64:
+    """Return the standard error of figures by their derivatives (m, n) after the coefficients."""
+    error: F64 = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", gradient, covariance, gradient, optimize=True), 0.0))
+    return error
+
+
+def limit(frequency: F64, mtf: F64, mtf_error: F64, level: float, at: Curve) -> tuple[float, float]:
+    """Return the frequency at which the MTF falls to a level, and its standard error; NaN where noise hides it.
+
+    The error is what two and four errors of the curve move the crossing by, the farther side, a half and a quarter of
+    it: noise that makes the curve steep or flat, or dip, just there does not make the figure good. Where the curve and
+    its errors do not come down to the level at all, nothing is known.
+    """
+    f = falls_to(frequency, mtf, level)
+    if math.isnan(f):
+        return math.nan, math.nan
+    first, delta, slope, error = f, 1e-3, 0.0, 0.0
+    for band in _BANDS:
+        low, high = (falls_to(frequency, mtf + side * mtf_error, level) for side in (-band, band))
+        if math.isnan(high):
+            return math.nan, math.nan
+        error = max(error, (0.0 if math.isnan(low) else first - low) / band, (high - first) / band)
+    for _ in range(4):
+        value, _ = at(np.array([f - delta, f, f + delta]))
+        slope = (value[2] - value[0]) / (2.0 * delta)
+        if slope >= 0.0:
+            return math.nan, math.nan
+        f -= float(np.clip((value[1] - level) / slope, -0.01, 0.01))
+    return f, max(float(np.interp(f, frequency, mtf_error)) / abs(slope), error)
+
+
+def rise_of(fit: EdgeFit, ends: F64) -> tuple[float, float]:
+    """Return the 10–90 % rise and its standard error; NaN where noise hides an end of it.
+
+    Each end's error is what errors of the curve move it by, as in ``limit``, or what the slope says.
+    """
+    model, c = fit.model, fit.coefficients
+    d = np.linspace(-2.0 * model.half_width, 2.0 * model.half_width, 16 * model.columns + 1)
+    low = np.zeros(c.size)
+    low[0], low[model.columns + TAIL] = 1.0, -0.5 * math.pi
+    step = float(ends @ c)
+    rows = spline.spread_rows(d, model)
+    esf = (rows @ c - low @ c) / step
+    at = np.array([crossing(d, esf, 0.1), crossing(d, esf, 0.9)])
+    at_rows, slopes = spline.spread_rows(at, model), spline.line_rows(at, model) @ c
+    if not np.all(slopes > 0.0):
+        return math.nan, math.nan
+    # A crossing moves by minus the curve's own change over its slope.
+    moves = -(at_rows - low - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
+    gradient = moves[1] - moves[0]
+    linear = math.sqrt(max(float(gradient @ fit.covariance @ gradient), 0.0))
+    ends_error = [0.0, 0.0]
+    for k, (level, place) in enumerate(zip((0.1, 0.9), at, strict=True)):
+        error = errors_of((rows - low - level * ends) / step, fit.covariance)
+        for band in _BANDS:
+            moved = [_nearest(d, esf + side * error, level, place) for side in (-band, band)]
+            if any(math.isnan(m) for m in moved):
+                return math.nan, math.nan
+            ends_error[k] = max(ends_error[k], *(abs(m - place) / band for m in moved))
+    return float(at[1] - at[0]), max(linear, math.hypot(*ends_error))
+
+
+def _nearest(d: F64, curve: F64, level: float, place: float) -> float:
+    """Return where a curve crosses a level upwards, nearest to a place; NaN when it never does."""
+    up = np.flatnonzero((curve[:-1] < level) & (curve[1:] >= level))
+    if not up.size:
+        return math.nan
+    where = d[up] + (level - curve[up]) / (curve[up + 1] - curve[up]) * (d[up + 1] - d[up])
+    return float(where[np.argmin(np.abs(where - place))])

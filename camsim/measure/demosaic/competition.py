@@ -1,0 +1,76 @@
+"""Several methods on one subject: verdicts in order, and why others are missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from camsim.arrays import F32
+from camsim.errors import CamsimError
+from camsim.frame import Frame
+from camsim.measure.demosaic.methods import Method
+from camsim.measure.demosaic.subject import Subject
+from camsim.measure.demosaic.verdict import Verdict, judge
+
+Seen = Callable[[Verdict, F32], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ranking:
+    """The verdicts on one subject, the best CPSNR first.
+
+    rows, cols : of the picture;  judged: photosites that count, border and clipped ones left out
+    left_out   : a sentence for each method that could not be run
+    """
+
+    subject: str
+    rows: int
+    cols: int
+    judged: int
+    clipped: int
+    cfa: str
+    verdicts: tuple[Verdict, ...]
+    left_out: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        head = {name: getattr(self, name) for name in ("subject", "rows", "cols", "judged", "clipped", "cfa")}
+        verdicts = [{"rank": rank, **verdict.as_dict()} for rank, verdict in enumerate(self.verdicts, start=1)]
+        return {**head, "verdicts": verdicts, "left_out": list(self.left_out)}
+
+
+def compete(
+    subject: Subject,
+    frame: Frame,
+    entries: Iterable[Method],
+    *,
+    left_out: Iterable[str] = (),
+    seen: Seen | None = None,
+) -> Ranking:
+    """Run methods on a frame and rank them; ``seen`` is given each verdict with its picture."""
+    verdicts, why = [], list(left_out)
+    for method in entries:
+        try:
+            verdict, image = judge(method.run(frame), subject, method=method.name, scale=subject.level)
+        except CamsimError as error:
+            why.append(str(error) if method.name in str(error) else f"{method.name}: {error}")
+            continue
+        verdicts.append(verdict)
+        if seen is not None:
+            seen(verdict, image)
+    return ranked(subject, verdicts, why)
+
+
+def ranked(subject: Subject, verdicts: Iterable[Verdict], left_out: Iterable[str] = ()) -> Ranking:
+    """Return verdicts in order."""
+    return Ranking(
+        subject=subject.name,
+        rows=subject.shape[0],
+        cols=subject.shape[1],
+        judged=int(subject.used.sum()),
+        clipped=subject.clipped,
+        cfa="/".join(subject.cfa or ()),
+        verdicts=tuple(sorted(verdicts, key=lambda verdict: (-verdict.cpsnr_db, verdict.method))),
+        left_out=tuple(left_out),
+    )

@@ -1,0 +1,147 @@
+"""Demosaicing to be judged: camsim's own bilinear, colour-demosaicing's methods, LibRaw's, and any program's.
+
+All are given balanced linear light, as a raw developer would, and give back the same: 1 where white clips.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F32
+from camsim.errors import CamsimError, UnsupportedError
+from camsim.files import save
+from camsim.files.preview import demosaic
+from camsim.frame import Frame
+from camsim.sensor.cfa import BAYER, PATTERNS
+from camsim.sensor.colour_matrix import as_shot_neutral
+
+_RGB = 3
+_LEAST_FOR_LIBRAW = 22
+_X_TRANS = {"linear": "LINEAR", "VNG": "VNG", "X-Trans, one pass": "PPG", "X-Trans, three passes": "AHD"}
+_BAYER = {"linear": "LINEAR", "VNG": "VNG", "PPG": "PPG", "AHD": "AHD", "DCB": "DCB", "DHT": "DHT", "AAHD": "AAHD"}
+_COLOUR_DEMOSAICING = {
+    "bilinear": "demosaicing_CFA_Bayer_bilinear",
+    "Malvar 2004": "demosaicing_CFA_Bayer_Malvar2004",
+    "Menon 2007": "demosaicing_CFA_Bayer_Menon2007",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """A way to demosaic: its name, and what turns a frame into (rows, cols, 3), 1 where white clips."""
+
+    name: str
+    run: Callable[[Frame], F32]
+
+
+def signal(frame: Frame) -> F32:
+    """Return (rows, cols) codes less their black level, white-balanced; 1 where white clips."""
+    rows, cols = frame.mosaic.shape
+    black = frame.black_level_dn + np.asarray(frame.black_offsets_dn, np.float64)
+    black = np.tile(black, (-(-rows // black.shape[0]), -(-cols // black.shape[1])))[:rows, :cols]
+    span_dn = frame.white_level_dn - frame.black_level_dn
+    light = (frame.mosaic - black) / span_dn / as_shot_neutral(frame.colour)[frame.channel_index]
+    balanced: F32 = light.astype(np.float32)
+    return balanced
+
+
+def methods(frame: Frame) -> tuple[list[Method], list[str]]:
+    """Return the published methods that fit a frame's filters, and a sentence for each group that is left out."""
+    found = [Method("camsim: bilinear", _bilinear)]
+    why: list[str] = []
+    for group in (_by_colour_demosaicing, _by_libraw):
+        try:
+            found += group(frame)
+        except CamsimError as error:
+            why.append(str(error))
+    return found, why
+
+
+def _bilinear(frame: Frame) -> F32:
+    planes: F32 = np.moveaxis(demosaic(signal(frame), frame.channel_index, _RGB), 0, 2)
+    return planes
+
+
+def _by_colour_demosaicing(frame: Frame) -> Iterator[Method]:
+    if "".join(frame.cfa_pattern) not in BAYER:
+        raise UnsupportedError("knows Bayer arrays only", stage="colour-demosaicing")
+    _refuse_missing("colour_demosaicing", "colour-demosaicing")
+
+    def method(function: str) -> Callable[[Frame], F32]:
+        def run(frame: Frame) -> F32:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                image = getattr(_colour_demosaicing(), function)(signal(frame), "".join(frame.cfa_pattern))
+            return np.asarray(image, np.float32)
+
+        return run
+
+    return (Method(f"colour-demosaicing: {name}", method(each)) for name, each in _COLOUR_DEMOSAICING.items())
+
+
+def _colour_demosaicing() -> ModuleType:
+    """Import it without the warnings of names that scipy and matplotlib have moved."""
+    with np.printoptions(), np.errstate(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import colour_demosaicing
+    module: ModuleType = colour_demosaicing
+    return module
+
+
+def _by_libraw(frame: Frame) -> Iterator[Method]:
+    pattern = "".join(frame.cfa_pattern)
+    x_trans = len(frame.cfa_pattern) == len(PATTERNS["x-trans"]) and sorted(pattern) == sorted(
+        "".join(PATTERNS["x-trans"])
+    )
+    if pattern not in BAYER and not x_trans:
+        raise UnsupportedError("knows Bayer and X-Trans arrays only", stage="LibRaw")
+    if min(frame.shape) < _LEAST_FOR_LIBRAW:
+        raise UnsupportedError(f"refuses less than {_LEAST_FOR_LIBRAW} photosites a side", stage="LibRaw")
+    _refuse_missing("rawpy", "rawpy")
+
+    def method(algorithm: str) -> Callable[[Frame], F32]:
+        return lambda frame: _developed_by_libraw(frame, algorithm)
+
+    named = _X_TRANS if x_trans else _BAYER
+    return (Method(f"LibRaw: {name}", method(algorithm)) for name, algorithm in named.items())
+
+
+def _developed_by_libraw(frame: Frame, algorithm: str) -> F32:
+    import rawpy
+
+    neutral = as_shot_neutral(frame.colour)
+    # Its multipliers go by R, G, B and the second green; it divides them by the least.
+    red, green, blue = (float(1.0 / neutral[frame.channels.index(name)]) for name in "RGB")
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "mosaic.dng"
+        save(frame, file)
+        options: dict[str, Any] = {
+            "demosaic_algorithm": rawpy.DemosaicAlgorithm[algorithm],
+            "user_wb": [red, green, blue, green],
+            "output_color": rawpy.ColorSpace.raw,
+            "output_bps": 16,
+            "gamma": (1, 1),
+            "no_auto_bright": True,
+            "adjust_maximum_thr": 0.0,
+            "user_flip": 0,
+        }
+        with rawpy.imread(str(file)) as raw:
+            image = raw.postprocess(**options)
+    if image.shape[:2] != frame.shape:
+        raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}", stage=f"LibRaw: {algorithm}")
+    scaled: F32 = image.astype(np.float32) / np.float32(65535.0)
+    return scaled
+
+
+def _refuse_missing(module: str, package: str) -> None:
+    if find_spec(module) is None:
+        raise UnsupportedError("is not installed: python -m pip install 'camsim-spectral[judge]'", stage=package)

@@ -1,0 +1,135 @@
+"""From anybody's numbers to the truth's scale: what the result counts, and what is wrong with its levels.
+
+On even ground, where every method agrees, a linear result is a + g·t in each channel. One g for all channels is a
+balanced picture, g in proportion to the response to white an unbalanced one; both are usual, and no fault.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from camsim.arrays import F32, F64
+from camsim.measure.demosaic.subject import CHANNELS, Subject
+
+_BALANCE_OFF, _OFFSET_OFF, _EXPONENT_OFF = 0.02, 0.01, 0.08
+_MOST_SAMPLES, _LEAST_SAMPLES = 200_000, 200
+_WINDOW, _EVEN = 7, 0.03
+_LEAST_SPREAD = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Something that is wrong with a result as a whole: its name and a sentence."""
+
+    name: str
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Scaled:
+    """A result on the truth's scale.
+
+    image    : (rows, cols, 3)
+    scale    : what it was divided by: its number for a perfect diffuser
+    balanced : whether its white balance was done; otherwise it was divided by the response to white too
+    """
+
+    image: F32
+    scale: float
+    balanced: bool
+    faults: tuple[Fault, ...]
+
+
+def scaled(found: F32, subject: Subject) -> Scaled:
+    """Bring a result to the truth's scale by one factor, and name what one factor does not explain."""
+    smooth = _smooth(subject)
+    even = smooth[0].size >= _LEAST_SAMPLES
+    # Where nothing is even there are the sums: no method makes light.
+    true, seen = (
+        (image[smooth] if even else image[subject.used]).astype(np.float64) for image in (subject.truth, found)
+    )
+    offset, gain = _lines(true, seen) if even else (np.zeros(3), seen.mean(axis=0) / true.mean(axis=0))
+    largest = float(np.max(np.abs(gain))) or 1.0
+    shares = np.maximum(gain, 1e-6 * largest)
+    unlike = [float(np.abs(np.log(shares / model / np.median(shares / model))).max()) for model in _models(subject)]
+    balanced = unlike[0] <= unlike[1] + 1e-9
+    model = _models(subject)[0 if balanced else 1]
+    # The sums once more: least squares would take a blurred result for a darker one.
+    sums = found[subject.used].sum(axis=0, dtype=np.float64), subject.truth[subject.used].sum(axis=0, dtype=np.float64)
+    level = float(sums[0].sum() / (sums[1] * model).sum())
+    if not level > 0.0:
+        return Scaled(image=found, scale=1.0, balanced=balanced, faults=(_NO_LIKENESS,))
+    white: F32 = (level * model).astype(np.float32)
+    image: F32 = found / white
+    faults = (_gamma(true, seen) or _black(offset / np.maximum(gain, 1e-30))) if even else []
+    if not faults and min(unlike) > _BALANCE_OFF:
+        factors = shares / model / float((shares / model)[1])
+        told = ", ".join(f"{name} {factor:.3g}" for name, factor in zip(CHANNELS, factors, strict=True))
+        faults.append(Fault("wrong white balance", f"against green the channels are off by {told}"))
+    return Scaled(image=image, scale=level, balanced=balanced, faults=tuple(faults))
+
+
+_NO_LIKENESS = Fault("no likeness", "its brightness does not go with the truth's: is it the same picture?")
+
+
+def _models(subject: Subject) -> tuple[F64, F64]:
+    return np.ones(3), subject.neutral / subject.neutral[1]
+
+
+def _smooth(subject: Subject) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Return the rows and columns where the truth is as good as even all around: there no method can go wrong."""
+    brightness = subject.truth.mean(axis=2)
+    reach = ndimage.maximum_filter(brightness, _WINDOW) - ndimage.minimum_filter(brightness, _WINDOW)
+    rows, cols = np.nonzero(subject.used & (reach <= _EVEN * float(brightness.max())))
+    every = max(1, rows.size // _MOST_SAMPLES)
+    return rows[::every], cols[::every]
+
+
+def _lines(true: F64, seen: F64) -> tuple[F64, F64]:
+    """Return offset and gain of each channel; where there is next to one level only it goes through the origin."""
+    offset, gain = np.zeros(3), np.zeros(3)
+    for k in range(3):
+        t, r = true[:, k], seen[:, k]
+        centred = t - t.mean()
+        if float(np.std(t)) < _LEAST_SPREAD:
+            gain[k] = float(r.mean() / t.mean())
+            continue
+        gain[k] = float(np.mean(centred * r) / np.mean(centred * centred))
+        offset[k] = float(r.mean() - gain[k] * t.mean())
+    return offset, gain
+
+
+def _gamma(true: F64, seen: F64) -> list[Fault]:
+    """Name an encoding: r = c·t^p fits better than a straight line, and p is not 1."""
+    exponents = []
+    for k in range(3):
+        t, r = true[:, k], seen[:, k]
+        lit = (t > 0.02) & (r > 0.0)
+        if np.count_nonzero(lit) < _LEAST_SAMPLES or float(np.std(t[lit])) < 2.0 * _LEAST_SPREAD:
+            continue
+        x, y = np.log(t[lit]), np.log(r[lit])
+        centred = x - x.mean()
+        p = float(np.mean(centred * y) / np.mean(centred * centred))
+        power = np.exp(y.mean() + p * centred) - r[lit]
+        offset, gain = _lines(true[lit], seen[lit])
+        line = offset[k] + gain[k] * t[lit] - r[lit]
+        if abs(p - 1.0) > _EXPONENT_OFF and float(np.mean(power**2)) < 0.7 * float(np.mean(line**2)):
+            exponents.append(p)
+    if len(exponents) < 2:
+        return []
+    p = float(np.median(exponents))
+    like = ", as sRGB or 1/2.2 have" if 0.35 < p < 0.6 else ""
+    way_out = "give linear numbers, or undo it with --gamma srgb or --gamma 2.2" if p < 1.0 else "give linear numbers"
+    return [Fault("wrong gamma", f"its numbers go as the {p:.2f}th power of light{like}; {way_out}")]
+
+
+def _black(level: F64) -> list[Fault]:
+    off = float(np.median(level))
+    if not math.isfinite(off) or abs(off) <= _OFFSET_OFF:
+        return []
+    return [Fault("wrong black level", f"black has {off:+.1%} of a diffuser's level; subtract the black level")]

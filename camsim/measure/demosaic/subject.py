@@ -1,0 +1,139 @@
+"""What demosaicing is to give back: the truth in linear light, where it is judged, and how it is developed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from camsim.arrays import F32, F64, U8
+from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.exposing import Capture
+from camsim.measure.picture import Picture
+from camsim.measure.truth.spaces import XYZ_TO_SRGB, balanced, full_scale_e, neutral_of
+from camsim.sensor.cfa import Cfa
+from camsim.sensor.colour_matrix import XYZ_D50, adaptation, fit_for_development, fit_white
+
+CHANNELS = ("R", "G", "B")
+BORDER = 8
+_BESIDE_CLIPPED = 3
+_LEAST = 32
+
+Used = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Subject:
+    """A truth and all that is needed to judge a result by it.
+
+    truth   : (rows, cols, 3) linear light, white-balanced; 1: a perfect diffuser
+    used    : (rows, cols) what is judged: no border, nothing that the camera clips
+    neutral : (3,) what a perfect diffuser gives the channels, the largest 1
+    to_xyz  : (3, 3) balanced channels to XYZ under D50
+    cfa     : filters of the mosaic, letters of its own (0, 0) (0, 1) …; None where nobody says them
+    level   : a perfect diffuser where 1 is the level at which white clips
+    clipped : how many photosites the camera clips, and are left out for it
+    """
+
+    name: str
+    truth: F32
+    used: Used
+    neutral: F64
+    to_xyz: F64
+    cfa: tuple[str, ...] | None
+    level: float = 1.0
+    clipped: int = 0
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.truth.shape[0], self.truth.shape[1]
+
+    @property
+    def channel_index(self) -> U8 | None:
+        """Which of R, G and B each photosite of the mosaic sees; None where nobody says it."""
+        if self.cfa is None or set("".join(self.cfa)) != set(CHANNELS):
+            return None
+        return Cfa(self.cfa).channel_index(*self.shape)
+
+
+def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) -> Subject:
+    """Return the subject of a capture; ``truth_e``: its truth (rows, cols, channels) in electrons, as frames have it.
+
+    Raises UnsupportedError for a camera without the channels R, G and B, or without a colour matrix.
+    """
+    camera, name = capture.camera, capture.scene_name
+    channels = camera.cfa.channels
+    if sorted(channels) != sorted(CHANNELS):
+        raise UnsupportedError(
+            f"the camera has the channels {', '.join(channels)}; demosaicing is judged in R, G and B", stage=name
+        )
+    shape = (capture.grid.rows, capture.grid.cols, len(channels))
+    if truth_e.shape != shape:
+        raise InvalidValueError(f"of shape {truth_e.shape}; the capture's truth has {shape}", key="truth", stage=name)
+    order = [channels.index(letter) for letter in CHANNELS]
+    diffuser_e = camera.diffuser_electrons(capture.light, capture.time_s).astype(np.float32)
+    # Balanced, a diffuser has one level in all channels.
+    level = float(balanced(diffuser_e, capture)[order[1]])
+    clipped = np.any(truth_e >= full_scale_e(capture), axis=2)
+    used = inside(shape, border) & ~ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
+    if not used.any():
+        raise UnsupportedError("nothing is left to judge, all is clipped or border; expose less", stage=name)
+    return Subject(
+        name=name,
+        truth=(balanced(truth_e, capture)[:, :, order] / np.float32(level)).astype(np.float32),
+        used=used,
+        neutral=neutral_of(capture)[order],
+        to_xyz=fit_for_development(camera.colour_response(capture.light, capture.colour_matrix)).forward[:, order],
+        cfa=camera.cfa.window_pattern(capture.grid.origin),
+        level=level,
+        clipped=int(np.count_nonzero(clipped)),
+    )
+
+
+def subject_of_picture(picture: Picture, *, cfa: tuple[str, ...] | None, border: int = BORDER) -> Subject:
+    """Return the subject of anybody's linear picture, whose channels are taken for linear sRGB's."""
+    truth = planes_of(picture)
+    peak = picture.planes[0].white or 1.0
+    matrix = adaptation(fit_white("D65"), XYZ_D50) @ np.linalg.inv(XYZ_TO_SRGB)
+    return Subject(
+        name=picture.name,
+        truth=truth / np.float32(peak),
+        used=inside(truth.shape[:2], border),
+        neutral=np.ones(3),
+        to_xyz=matrix * (XYZ_D50 / matrix.sum(axis=1))[:, None],
+        cfa=cfa,
+    )
+
+
+def planes_of(picture: Picture) -> F32:
+    """Return (rows, cols, 3) above black level of a picture with the planes R, G and B.
+
+    Raises UnsupportedError for a picture without these, or with values that are no numbers.
+    """
+    planes = {plane.name: plane for plane in picture.planes if plane.step == (1, 1)}
+    if not set(CHANNELS) <= set(planes):
+        names = ", ".join(dict.fromkeys(plane.name for plane in picture.planes))
+        raise UnsupportedError(
+            f"has the planes {names}, and a demosaiced picture has R, G and B at every photosite", stage=picture.name
+        )
+    image = np.stack([planes[name].samples for name in CHANNELS], axis=2).astype(np.float32)
+    image -= np.array([planes[name].black for name in CHANNELS], np.float32)
+    if not np.isfinite(image).all():
+        bad = int(np.count_nonzero(~np.isfinite(image)))
+        raise UnsupportedError(f"{bad} of its values are no numbers (NaN or infinite)", stage=picture.name)
+    return image
+
+
+def inside(shape: tuple[int, ...], border: int) -> Used:
+    """Return (rows, cols) true but for a border; raises UnsupportedError when little is left."""
+    if border < 0 or min(shape[:2]) - 2 * border < _LEAST:
+        raise UnsupportedError(
+            f"{shape[0]} × {shape[1]} photosites less a border of {border} leave too few; {_LEAST} a side are needed",
+            key="border",
+        )
+    used = np.zeros(shape[:2], bool)
+    used[border : shape[0] - border, border : shape[1] - border] = True
+    return used

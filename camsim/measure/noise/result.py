@@ -1,0 +1,116 @@
+"""What a measurement of noise returns."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any
+
+from camsim.arrays import F64
+from camsim.measure.noise.photon_transfer import Estimate, PhotonTransfer
+
+UNITS = {
+    "gain_dn_per_e": "DN/e⁻",
+    "read_noise_e": "e⁻",
+    "full_well_e": "e⁻",
+    "dark_current_e_per_s": "e⁻/s",
+    "dsnu_e": "e⁻",
+    "prnu": "fraction",
+    "linearity_error": "fraction",
+    "saturation_e": "e⁻",
+    "snr_max_db": "dB",
+    "dynamic_range_db": "dB",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Spectrogram:
+    """How fixed patterns are spread over frequencies (EMVA 1288 R4, 8.5).
+
+    frequency_cycles_per_pixel : (n,) of the sensor's pitch
+    rows, cols : (n,) root of the power along rows and along columns, DN; white noise of σ is σ everywhere
+    """
+
+    frequency_cycles_per_pixel: F64
+    rows: F64
+    cols_frequency_cycles_per_pixel: F64
+    cols: F64
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ChannelNoise:
+    """The figures of one channel.
+
+    transfer         : gain, read noise, full well, dark current, DSNU, PRNU, linearity
+    saturation_e     : the largest signal that was seen, whether the well or the converter ends it
+    snr_max_db       : √saturation_e, by photon noise alone
+    dynamic_range_db : saturation over the least signal that is seen, √(σ_d² + ¼) + ½ electrons
+    exposure, signal_dn, variance_dn2, snr : (n,) of the flats, above dark; snr: signal over temporal noise
+    dark, flat       : spectrograms of the mean dark and of the flat nearest to half of saturation
+    expected         : what the camera's profile says, where it is known
+    """
+
+    channel: str
+    photosites: int
+    defects_left_out: int
+    transfer: PhotonTransfer
+    saturation_e: Estimate
+    snr_max_db: Estimate
+    dynamic_range_db: Estimate
+    exposure: F64
+    signal_dn: F64
+    variance_dn2: F64
+    snr: F64
+    dark: Spectrogram
+    flat: Spectrogram
+    expected: dict[str, float] | None = None
+
+    def figures(self) -> dict[str, Estimate]:
+        """Return every figure by name, in order."""
+        named = {field.name: getattr(self.transfer, field.name) for field in fields(PhotonTransfer)}
+        more = ("saturation_e", "snr_max_db", "dynamic_range_db")
+        return named | {name: getattr(self, name) for name in more}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON; a figure that cannot be told has a reason in place of a value."""
+        tree: dict[str, Any] = {
+            "channel": self.channel,
+            "photosites": self.photosites,
+            "defects_left_out": self.defects_left_out,
+        }
+        figures: dict[str, Any] = {}
+        for name, estimate in self.figures().items():
+            told: dict[str, Any] = {"unit": UNITS[name]}
+            if estimate.measurable:
+                told |= {"value": estimate.value, "standard_error": estimate.sigma}
+            else:
+                told |= {"value": None, "not_measurable": estimate.why_not}
+            expected = (self.expected or {}).get(name, math.nan)
+            if math.isfinite(expected):
+                told["expected"] = expected
+            figures[name] = told
+        tree["figures"] = figures
+        for name in ("exposure", "signal_dn", "variance_dn2", "snr"):
+            tree[name] = getattr(self, name).tolist()
+        for name in ("dark", "flat"):
+            spectrogram = getattr(self, name)
+            tree[f"spectrogram_{name}_dn"] = {
+                field.name: getattr(spectrogram, field.name).tolist() for field in fields(Spectrogram)
+            }
+        return tree
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class NoiseReport:
+    """All channels of one sensor."""
+
+    source: str
+    rows: int
+    cols: int
+    frames: int
+    channels: tuple[ChannelNoise, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        head = {name: getattr(self, name) for name in ("source", "rows", "cols", "frames")}
+        return {**head, "standard": "EMVA 1288 R4", "channels": [channel.as_dict() for channel in self.channels]}

@@ -1,0 +1,161 @@
+"""Flats and darks: taken alike in groups, from a folder with an index, or from a camera."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+
+from camsim.arrays import U8, U16
+from camsim.errors import InputError, OutputError, UnsupportedError
+from camsim.files import save
+from camsim.files.atomic import write_whole
+from camsim.frame import Frame
+from camsim.measure.picture import Picture
+from camsim.measure.reading import read_picture
+
+Kind: TypeAlias = Literal["flat", "dark", "clipped"]
+
+INDEX = "index.csv"
+HEADS = ("file", "kind", "exposure", "time_s")
+_MOST_FRAMES = 10_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Group:
+    """Frames taken alike.
+
+    kind     : "flat"; "dark": without light; "clipped": so bright that every photosite is full
+    exposure : light per photosite in any unit, the same for all; 0 of darks
+    time_s   : exposure time
+    codes    : (rows, cols) of each frame
+    """
+
+    kind: Kind
+    exposure: float
+    time_s: float
+    codes: Sequence[U16]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shots:
+    """All that a measurement of noise needs.
+
+    channel_index : (rows, cols) which of ``channels`` a photosite is
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    channel_index: U8
+    groups: tuple[Group, ...]
+
+    def of(self, kind: Kind) -> tuple[Group, ...]:
+        """Return the groups of a kind, the least exposure and time first."""
+        found = [group for group in self.groups if group.kind == kind]
+        return tuple(sorted(found, key=lambda group: (group.exposure, group.time_s)))
+
+
+def read_shots(folder: str | Path) -> Shots:
+    """Read a folder of raw frames whose ``index.csv`` says what each is: file, kind, exposure, time_s.
+
+    Raises InputError in one sentence for what is missing or does not belong together.
+    """
+    place = Path(folder)
+    if not place.is_dir():
+        raise InputError(f"{str(folder)!r} is no folder of flats and darks")
+    rows = list(_index(place / INDEX))
+    keys = dict.fromkeys((kind, exposure, time_s) for _, kind, exposure, time_s in rows)
+    found: dict[tuple[Kind, float, float], list[U16]] = {key: [] for key in keys}
+    first: tuple[tuple[str, ...], U8] | None = None
+    for name, kind, exposure, time_s in rows:
+        channels, index, codes = _codes(read_picture(place / name))
+        if first is None:
+            first = channels, index
+        if index.shape != first[1].shape or channels != first[0] or not np.array_equal(index, first[1]):
+            raise InputError(
+                f"{str(place / name)!r} has {index.shape[0]} × {index.shape[1]} photosites of {', '.join(channels)}, "
+                f"others have {first[1].shape[0]} × {first[1].shape[1]} of {', '.join(first[0])}, or another array"
+            )
+        found[kind, exposure, time_s].append(codes)
+    assert first is not None
+    return Shots(
+        name=str(folder),
+        channels=first[0],
+        channel_index=first[1],
+        groups=tuple(Group(kind=k, exposure=e, time_s=t, codes=codes) for (k, e, t), codes in found.items()),
+    )
+
+
+def write_shots(folder: str | Path, frames: Mapping[tuple[Kind, float, float], Sequence[Frame]]) -> None:
+    """Write frames as DNG, or TIFF where that is no array for raw programs, with their index."""
+    from camsim.files.dng_tags import odd_cfa
+
+    place = Path(folder)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        if any(place.iterdir()):
+            raise OutputError(f"{str(folder)!r} is not empty; name another folder")
+    except OSError as error:
+        raise OutputError(f"cannot write into {str(folder)!r}: {error.strerror}") from error
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(HEADS)
+    for number, ((kind, exposure, time_s), group) in enumerate(frames.items()):
+        for k, frame in enumerate(group):
+            suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
+            name = f"{number:03d}-{kind}-{k:02d}{suffix}"
+            save(frame, place / name, product="mosaic")
+            writer.writerow((name, kind, repr(exposure), repr(time_s)))
+    write_whole(place / INDEX, text.getvalue().encode())
+
+
+def _index(path: Path) -> Iterator[tuple[str, Kind, float, float]]:
+    """Yield file, kind, exposure and time of every line."""
+    if not path.is_file():
+        raise InputError(
+            f"{str(path)!r} is missing; it says what each frame is, in the columns {', '.join(HEADS)} "
+            "(kind: flat, dark or clipped; exposure: light in any unit, 0 of darks)"
+        )
+    lines = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8", errors="replace"))))
+    if not lines or set(HEADS) - set(lines[0]):
+        raise InputError(f"{str(path)!r} needs the columns {', '.join(HEADS)}")
+    if len(lines) > _MOST_FRAMES:
+        raise InputError(f"{str(path)!r} names {len(lines)} frames; {_MOST_FRAMES} are the most")
+    kinds: dict[str, Kind] = {kind: kind for kind in get_args(Kind)}
+    for number, line in enumerate(lines, start=2):
+        place = f"{str(path)!r}, line {number}"
+        kind = kinds.get((line["kind"] or "").strip())
+        if kind is None:
+            raise InputError(f"{place}: {line['kind']!r} is no kind; give {', '.join(kinds)}")
+        try:
+            exposure, time_s = float(line["exposure"]), float(line["time_s"])
+        except (TypeError, ValueError):
+            raise InputError(f"{place}: exposure and time_s must be numbers") from None
+        if not (math.isfinite(exposure) and exposure >= 0.0 and math.isfinite(time_s) and time_s > 0.0):
+            raise InputError(f"{place}: exposure must be 0 or more, and time_s above 0")
+        name = (line["file"] or "").strip()
+        if not name or Path(name).is_absolute() or ".." in Path(name).parts:
+            raise InputError(f"{place}: {name!r} must be a file in this folder")
+        yield name, kind, exposure, time_s
+
+
+def _codes(picture: Picture) -> tuple[tuple[str, ...], U8, U16]:
+    """Return channels, (rows, cols) of their numbers, and the codes of a mosaic."""
+    channels = tuple(dict.fromkeys(plane.name for plane in picture.planes))
+    index, codes = np.zeros(picture.shape, np.uint8), np.zeros(picture.shape, np.uint16)
+    covered = 0
+    for plane in picture.planes:
+        if plane.samples.dtype.kind != "u":
+            raise UnsupportedError("holds no codes, and noise is measured in the converter's own", stage=picture.name)
+        where = slice(plane.first[0], None, plane.step[0]), slice(plane.first[1], None, plane.step[1])
+        index[where], codes[where] = channels.index(plane.name), plane.samples
+        covered += plane.samples.size
+    if covered != index.size:
+        raise UnsupportedError("is no mosaic: each photosite has one code", stage=picture.name)
+    return channels, index, codes

@@ -1,0 +1,90 @@
+"""Flats and darks of a camera, as a laboratory takes them: even light at several levels, no lens to speak of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from camsim.camera import Camera
+from camsim.errors import UnsupportedError
+from camsim.exposing import Capture
+from camsim.frame import Frame
+from camsim.measure.noise.shots import Group, Kind, Shots
+from camsim.measure.picture import mosaic_planes
+from camsim.scene import Scene
+from camsim.sensor.exposure import Exposure
+from camsim.spectra.light import Light
+
+TIME_S = 0.01
+DARK_TIMES_S = (0.001, 3.0, 10.0, 20.0, 30.0)
+LEVELS = (0.04, 0.08, 0.15, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62, 0.7, 0.8, 0.9)
+"""Of saturation, in the channel that responds most."""
+
+_Key = tuple[Kind, float, float]
+
+
+def take_shots(camera: Camera, *, side: int = 400, frames: int = 16, iso: float | None = None) -> Shots:
+    """Take flats at 12 levels and darks from 1 ms to 30 s of a window of ``side`` squared photosites.
+
+    frames : of each level; two show the noise, more tell fixed patterns from it
+    """
+    ready = _bench_camera(camera, side)
+    groups = {key: list(each) for key, each in frames_of(camera, side=side, frames=frames, iso=iso)}
+    # The two greens of a Bayer array apart, as everywhere in measuring.
+    planes = mosaic_planes(np.zeros((side, side)), list(ready.cfa.pattern))
+    channels = tuple(dict.fromkeys(plane.name for plane in planes))
+    index = np.zeros((side, side), np.uint8)
+    for plane in planes:
+        where = slice(plane.first[0], None, plane.step[0]), slice(plane.first[1], None, plane.step[1])
+        index[where] = channels.index(plane.name)
+    return Shots(
+        name=camera.name,
+        channels=channels,
+        channel_index=index,
+        groups=tuple(
+            Group(kind=kind, exposure=exposure, time_s=time_s, codes=[frame.mosaic for frame in each])
+            for (kind, exposure, time_s), each in groups.items()
+        ),
+    )
+
+
+def frames_of(
+    camera: Camera, *, side: int, frames: int, iso: float | None = None
+) -> Iterator[tuple[_Key, Sequence[Frame]]]:
+    """Yield the frames of every group: kind, exposure (of saturation) and time, and what was taken."""
+    if camera.shot_noise is None:
+        raise UnsupportedError("has no photon noise: nothing tells its gain", stage=camera.name)
+    ready = _bench_camera(camera, side)
+    iso = ready.adc.base_iso if iso is None else iso
+    per_watt = ready.diffuser_electrons(_light(1.0), TIME_S)
+    brightest = ready.adc.saturation_e(iso, ready.well_as_read_e(iso)) / float(per_watt.max())
+
+    def taken(level: float, time_s: float, seed: int, count: int) -> list[Frame]:
+        flat = Capture(
+            camera=ready,
+            scene=Scene(background=1.0 if level else 0.0),
+            light=_light(brightest * (level or 1.0)),
+            exposure=Exposure(time_s=time_s, iso=iso),
+            seed=seed,
+            tolerance=1e-2,
+            scene_name=f"flat at {level:g}" if level else "dark",
+        )
+        return list(flat.frames(count))
+
+    for number, level in enumerate(LEVELS):
+        yield ("flat", level, TIME_S), taken(level, TIME_S, 100 + number, frames)
+    yield ("dark", 0.0, TIME_S), taken(0.0, TIME_S, 1, 2 * frames)
+    for number, time_s in enumerate(DARK_TIMES_S):
+        yield ("dark", 0.0, time_s), taken(0.0, time_s, 10 + number, frames)
+    full = 4.0 * float(per_watt.max() / per_watt.min())
+    yield ("clipped", full, TIME_S), taken(full, TIME_S, 2, 2)
+
+
+def _bench_camera(camera: Camera, side: int) -> Camera:
+    # Patterns do not depend on the format; a smaller frame spares drawing those of photosites that nobody looks at.
+    return camera.replace(rows=side, cols=side, olpf=None)
+
+
+def _light(watts: float) -> Light:
+    return Light("E", irradiance_w_per_m2=watts, at="sensor")

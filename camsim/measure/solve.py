@@ -1,0 +1,32 @@
+"""The least-squares system of an edge's model, solved."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import linalg
+
+from camsim.arrays import F64
+from camsim.measure import spline
+from camsim.measure.spline import ACROSS, EXTRAS, TAIL, TURN, Model
+
+_RIDGE = 1e-9
+
+
+def solve(d: F64, s: F64, slope: F64, v: F64, model: Model, *, tail: bool = True) -> tuple[F64, F64]:
+    """Return the coefficients and the inverse of the normal equations; columns left out are zero in both."""
+    matrix, right = spline.normal_equations(d, s, slope, v, model)
+    n = model.columns
+    used = np.ones(n + EXTRAS, bool)
+    used[n + TAIL] = tail
+    used[n + ACROSS] = tail
+    used[n + TURN :] = bool(np.any(slope))
+    chosen = np.flatnonzero(used)
+    part = matrix[np.ix_(chosen, chosen)]
+    # Where no photosite lies the curve goes on smoothly: a trace of a penalty on its third differences.
+    third = np.diff(np.eye(n), 3, axis=0)
+    part[:n, :n] += _RIDGE * d.size / n * (third.T @ third)
+    factor = linalg.cho_factor(part + 1e-14 * np.diag(np.diag(part)), lower=True)
+    coefficients, inverse = np.zeros(n + EXTRAS), np.zeros((n + EXTRAS, n + EXTRAS))
+    coefficients[chosen] = linalg.cho_solve(factor, right[chosen])
+    inverse[np.ix_(chosen, chosen)] = linalg.cho_solve(factor, np.eye(chosen.size))
+    return coefficients, inverse

@@ -1,0 +1,46 @@
+"""A truth: an image with the space that it is in and what its numbers count."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from camsim.arrays import F32
+
+Space: TypeAlias = Literal["electrons", "camera-rgb", "xyz", "srgb"]
+
+SPACES: Mapping[Space, str] = {
+    "electrons": "mean electrons of every channel, before noise",
+    "camera-rgb": "linear camera channels, white-balanced; 1: the level at which white clips",
+    "xyz": "CIE 1931 XYZ through the spectra; Y = 1: a perfect diffuser",
+    "srgb": "linear sRGB of those XYZ, adapted from the scene's white to D65; 1: a perfect diffuser",
+}
+"""What a truth can be in, and what its numbers count."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TruthImage:
+    """What every channel is at every photosite, without noise and without a filter array.
+
+    image          : (rows, cols, channels) float32
+    channels       : their names, such as ("R", "G", "B") or ("X", "Y", "Z")
+    space          : see ``SPACES``
+    diffuser       : (channels,) what a perfect diffuser on the optical axis has here
+    error_estimate : the largest error found of the rendering, relative to a perfect diffuser
+    """
+
+    image: F32
+    channels: tuple[str, ...]
+    space: Space
+    diffuser: tuple[float, ...]
+    error_estimate: float
+
+    @property
+    def unit(self) -> str:
+        """What the numbers count."""
+        return SPACES[self.space]
+
+    def __repr__(self) -> str:
+        rows, cols = self.image.shape[:2]
+        return f"TruthImage({rows} × {cols}, {', '.join(self.channels)}, {self.space}: {self.unit})"

@@ -1,0 +1,152 @@
+"""``camsim measure truth``, ``demosaic`` and ``noise`` as people start them."""
+
+import csv
+import json
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pages import assert_numbers_are_from
+
+from camsim.cli.measure_demosaic import DemosaicRequest, measure
+from camsim.errors import CamsimError
+
+RINGS = """\
+camsim: scene/1
+sensor: d40-like
+lens: {kind: airy, f_number: 5.6}
+light: {illuminant: D65, illuminance_lux: 2000}
+exposure: {time_s: auto, iso: 200}
+region: {rows: 60, cols: 64}
+scene:
+  unit: pixel
+  background: {reflectance: 0.6}
+  shapes:
+    - {kind: disc, radius: 18, reflectance: 0.1}
+    - {kind: disc, radius: 14, reflectance: 0.7}
+    - {kind: rectangle, width: 15, height: 12, centre: [18, 18], rotate_deg: 9, reflectance: orange}
+render: {tolerance: 1e-2}
+"""
+
+# A program of someone's: nearest neighbours of the four filters, 16-bit linear TIFF.
+PROGRAM = """\
+import sys, numpy as np, tifffile
+codes = tifffile.imread(sys.argv[1]).astype(float)
+planes = [codes[0::2, 0::2], (codes[0::2, 1::2] + codes[1::2, 0::2]) / 2, codes[1::2, 1::2]]
+image = np.stack([np.kron(p, np.ones((2, 2))) for p in planes], axis=2)
+tifffile.imwrite(sys.argv[2], np.clip(image * 8, 0, 65535).astype(np.uint16), photometric="rgb")
+"""
+
+NOTHING = DemosaicRequest(
+    files=(), published=False, programs=(), result=".tiff", sensor=None, sensors=(), gamma=None, cfa=None, border=8,
+    changes=("region={rows: 56, cols: 56}", "render.tolerance=1e-2"), as_json=True, csv=None, html=None, plot=None,
+    force=False,
+)  # fmt: skip
+
+
+@pytest.fixture
+def rings(folder):
+    (folder / "rings.yaml").write_text(RINGS, encoding="utf-8")
+    (folder / "mine.py").write_text(PROGRAM, encoding="utf-8")
+    return folder
+
+
+def test_all_published_methods_and_a_program(rings, camsim):
+    run = f"{sys.executable} mine.py {{tiff}} {{out}}"
+    done = camsim(
+        "measure", "demosaic", "--all", "rings.yaml", "--run", run, "--json", "--csv", "a.csv", "--html", "a.html"
+    )
+    assert done.returncode == 0, done.stderr
+    (ranking,) = json.loads(done.stdout)
+    verdicts = ranking["verdicts"]
+    assert len(verdicts) == 12
+    assert [verdict["cpsnr_db"] for verdict in verdicts] == sorted((v["cpsnr_db"] for v in verdicts), reverse=True)
+    (mine,) = (verdict for verdict in verdicts if verdict["method"] == run)
+    assert [fault["name"] for fault in mine["faults"]] == ["wrong black level"]  # it never subtracts it
+    with (rings / "a.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["cpsnr_db"]) for row in rows] == [verdict["cpsnr_db"] for verdict in verdicts]
+    page = (rings / "a.html").read_text(encoding="utf-8")
+    assert_numbers_are_from(page.split("<ul>")[0], verdicts)
+    assert "http" not in page
+    assert page.count("data:image/png;base64,") == 1 + 2 * 12
+
+
+def test_truth_and_results(rings, camsim):
+    outputs = ("-o", "mosaic.dng", "-o", "truth.exr", "-o", "truth.npy:truth")
+    assert camsim("capture", "rings.yaml", "-q", *outputs).returncode == 0
+    truth = np.load(rings / "truth.npy")
+    np.save(rings / "good.npy", truth * np.float32(0.01))
+    np.save(rings / "swapped.npy", truth[..., ::-1])
+    np.save(rings / "small.npy", truth[1:])
+    # Of the DNG alone the truth is computed again.
+    done = camsim("measure", "demosaic", "mosaic.dng", "good.npy", "swapped.npy")
+    assert done.returncode == 0, done.stderr
+    assert "∞ (identical)" in done.stdout
+    assert "swapped.npy: R and B are swapped" in done.stdout
+    refused = camsim("measure", "demosaic", "truth.exr", "small.npy")
+    assert refused.returncode == 2
+    assert "59 × 64 pixels, and the truth has 60 × 64" in refused.stderr
+    assert "Traceback" not in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"files": ("truth.npy", "eight.npy")}, "it has 8 bits, so its numbers are probably gamma-encoded"),
+        ({"files": ("truth.npy", "grey.npy")}, "a demosaiced picture has R, G and B at every photosite"),
+        ({"files": ("truth.npy", "nan.npy")}, "1 of its values are no numbers"),
+        ({"files": ("truth.npy",)}, "give a truth and one result or more"),
+        ({"files": ("truth.npy", "truth.npy"), "border": 30}, "too few"),
+        ({"files": ("s.yaml",), "programs": ("mine {in}",)}, "lacks {in} or {out}"),
+        ({"files": ("s.yaml",), "programs": ("mine {dng} {out}",)}, "{dng} is not known"),
+        ({"files": ("small.yaml",), "programs": ("no-such-program {in} {out}",)}, "there is no program"),
+        ({"files": ("siemens-star",), "published": True}, "demosaicing is judged in R, G and B"),
+    ],
+)
+def test_what_cannot_be_judged_is_one_sentence(folder, monkeypatch, changes, sentence):
+    monkeypatch.chdir(folder)
+    truth = np.random.default_rng(1).random((60, 64, 3), np.float32)
+    np.save("truth.npy", truth)
+    np.save("eight.npy", np.rint(255 * truth).astype(np.uint8))
+    np.save("grey.npy", truth[..., 0])
+    truth[30, 30, 1] = np.nan
+    np.save("nan.npy", truth)
+    with pytest.raises(CamsimError) as caught:
+        measure(replace(NOTHING, **changes))
+    assert sentence in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_truth_of_a_file_in_another_space(rings, camsim):
+    assert camsim("capture", "rings.yaml", "-q", "-o", "mosaic.dng").returncode == 0
+    done = camsim("measure", "truth", "mosaic.dng", "--space", "srgb", "-o", "t.npy", "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    image = np.load(rings / "t.npy")
+    assert image.shape == (60, 64, 3)
+    np.testing.assert_allclose(image[2, 2], 0.6, atol=0.01)
+    np.testing.assert_allclose([channel["mean"] for channel in told["channels"]], image.mean((0, 1)), rtol=1e-5)
+    assert camsim("measure", "truth", "rings.yaml", "--space", "xyz", "-o", "t.exr").returncode == 0
+    refused = camsim("measure", "truth", "rings.yaml", "--space", "adobe", "-o", "t.exr", "--force")
+    assert refused.returncode == 2
+    assert "unknown space 'adobe'" in refused.stderr
+
+
+def test_noise_of_a_sensor(folder, camsim):
+    done = camsim(
+        "measure", "noise", "--sensor", "mono-345", "--side", "40", "--frames", "3", "--csv", "n.csv", "--plot", "n.svg"
+    )
+    assert done.returncode == 0, done.stderr
+    assert "dynamic range" in done.stdout
+    assert len((folder / "n.csv").read_text().splitlines()) == 13
+    assert "<svg" in (folder / "n.svg").read_text(encoding="utf-8")
+    for arguments, sentence in (
+        ((), "give a folder of flats and darks, or --sensor"),
+        (("--sensor", "mono-345", "--side", "4"), "must be from 32 to 4000"),
+        (("gone",), "is no folder of flats and darks"),
+    ):
+        refused = camsim("measure", "noise", *arguments)
+        assert refused.returncode == 2
+        assert sentence in refused.stderr

@@ -1,0 +1,97 @@
+"""Flats and darks by way of a folder: the same figures as from the sensor, and what a folder must hold."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from tolerances import STATISTICAL
+
+import camsim
+from camsim.capturing import load_camera
+from camsim.errors import CamsimError
+from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_shots, take_shots, write_shots
+from camsim.measure.noise.taking import frames_of
+
+SIDE, FRAMES = 40, 4
+
+
+@pytest.fixture(scope="module")
+def camera():
+    return load_camera("d40-like", lens=camsim.Airy(f_number=8.0))
+
+
+@pytest.fixture(scope="module")
+def folder(camera, tmp_path_factory):
+    place = tmp_path_factory.mktemp("noise") / "shots"
+    write_shots(place, dict(frames_of(camera, side=SIDE, frames=FRAMES)))
+    return place
+
+
+def test_a_folder_gives_the_sensors_own_figures(camera, folder):
+    shots = take_shots(camera, side=SIDE, frames=FRAMES)
+    taken = measure_noise(shots, expected={name: expected_of(camera, name) for name in shots.channels})
+    read = measure_noise(read_shots(folder))
+    for one, other in zip(taken.channels, read.channels, strict=True):
+        assert one.channel == other.channel
+        assert one.figures() == other.figures()
+        assert other.expected is None
+        for name in ("gain_dn_per_e", "read_noise_e", "dark_current_e_per_s", "prnu"):
+            estimate = one.figures()[name]
+            assert abs(estimate.value - one.expected[name]) < STATISTICAL * estimate.sigma, name
+        assert not one.transfer.full_well_e.measurable  # the converter ends first
+        assert one.saturation_e.value == pytest.approx((4095 - 100) * 10.0, rel=0.05)
+    tree = taken.as_dict()
+    assert tree["channels"][0]["figures"]["gain_dn_per_e"]["unit"] == "DN/e⁻"
+    assert tree["channels"][0]["figures"]["full_well_e"]["value"] is None
+
+
+def test_white_noise_is_flat_in_the_spectrogram_and_a_stripe_is_a_line():
+    rng = np.random.default_rng(2)
+    stripes = 3.0 * np.cos(2 * np.pi * np.arange(64) / 8)
+
+    def group(kind, exposure, time_s, level, count=8):
+        codes = [rng.normal(level, 2.0 + 0.02 * level, (64, 64)) + stripes for _ in range(count)]
+        return Group(kind=kind, exposure=exposure, time_s=time_s, codes=[np.rint(c).astype(np.uint16) for c in codes])
+
+    flats = [group("flat", e, 0.01, 100.0 + 800.0 * e) for e in (0.1, 0.3, 0.5, 0.7, 0.9)]
+    shots = Shots(
+        name="made",
+        channels=("Y",),
+        channel_index=np.zeros((64, 64), np.uint8),
+        groups=(*flats, group("dark", 0.0, 0.01, 100.0), group("dark", 0.0, 10.0, 120.0)),
+    )
+    (channel,) = measure_noise(shots).channels
+    dark = channel.dark
+    peak = int(np.argmax(dark.rows))
+    assert dark.frequency_cycles_per_pixel[peak] == pytest.approx(1 / 8)
+    assert dark.rows[peak] == pytest.approx(3.0 / 2 * np.sqrt(64), rel=0.05)
+    others = np.delete(dark.rows, [0, peak])
+    assert others.mean() == pytest.approx(4.0 / np.sqrt(8), rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda text: text.replace("dark", "night"), "'night' is no kind; give flat, dark, clipped"),
+        (lambda text: text.replace("file,kind", "name,kind"), "needs the columns file, kind, exposure, time_s"),
+        (lambda text: text.replace(",0.04,", ",many,"), "exposure and time_s must be numbers"),
+        (lambda text: re.sub(r"(?m)^.*,dark,.*\n", "", text), r"darks of 0 exposure times; 2 or more"),
+        (lambda text: re.sub(r"(?m)^.*,flat,.*\n", "", text), r"0 levels of light; 4 flats"),
+        (lambda text: re.sub(r"(?m)^.*,dark,0.0,0.01\n", "", text), r"flats of 0.01 s and no dark of that time"),
+        (lambda text: text.replace("000-flat-00.dng", "../flat.dng"), "must be a file in this folder"),
+        (lambda text: text.replace("000-flat-00.dng", "gone.dng"), "there is no such file"),
+    ],
+)
+def test_what_a_folder_must_hold(folder, tmp_path, change, sentence):
+    for file in folder.iterdir():
+        (tmp_path / file.name).symlink_to(file) if file.suffix != ".csv" else None
+    (tmp_path / "index.csv").write_text(change((folder / "index.csv").read_text()))
+    with pytest.raises(CamsimError, match=sentence):
+        measure_noise(read_shots(tmp_path))
+
+
+def test_an_empty_folder(tmp_path):
+    with pytest.raises(CamsimError, match=r"index\.csv' is missing; it says what each frame is"):
+        read_shots(tmp_path)

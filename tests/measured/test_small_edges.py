@@ -1,0 +1,57 @@
+"""Sharp edges in small regions of one Bayer channel: right within their errors, or refused.
+
+``python bench/mtf_study.py small`` draws thousands of these.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from edges import drawn_edge, gaussian_edge, gaussian_sigma
+
+from camsim.errors import UnsupportedError
+from camsim.measure import Plane, Roi, measure_edge
+
+FIGURES = ("angle_deg", "mtf50_cycles_per_pixel", "rise_10_90_pixel")
+
+
+def test_what_is_not_refused_is_right():
+    rng, measured = np.random.default_rng(7), 0
+    for _ in range(48):
+        samples, first, (rows, cols), true = drawn_edge(rng)
+        try:
+            edge = measure_edge(Plane(name="R", samples=samples, step=(2, 2), first=first), Roi(0, 0, rows, cols))
+        except UnsupportedError:
+            continue
+        measured += 1
+        for name in FIGURES:
+            found, error = getattr(edge.figures, name), getattr(edge.standard_error, name)
+            assert math.isnan(found) or abs(found - true[name]) <= 4.0 * error, (true, name, found, error)
+    assert measured > 24
+
+
+def test_errors_are_as_large_as_what_they_tell_and_not_much_larger():
+    """40 noises upon one edge of 12 × 12 samples: the figures scatter as their errors say."""
+    rng, off = np.random.default_rng(3), []
+    sigma = gaussian_sigma(0.4)
+    for _ in range(40):
+        shift = float(rng.uniform(-1.0, 1.0))
+        samples = gaussian_edge(36, 32, -5.8, sigma, step=2, shift_px=shift) + rng.normal(0.0, 0.8 / 150, (18, 16))
+        edge = measure_edge(Plane(name="R", samples=samples, step=(2, 2)), Roi(0, 0, 36, 32))
+        off.append(
+            [
+                (edge.figures.angle_deg + 5.8) / edge.standard_error.angle_deg,
+                (edge.figures.mtf50_cycles_per_pixel - 0.4) / edge.standard_error.mtf50_cycles_per_pixel,
+            ]
+        )
+    scatter = np.sqrt(np.mean(np.square(off), axis=0))
+    assert np.all((scatter > 0.4) & (scatter < 1.3)), scatter
+
+
+def test_noise_that_hides_the_direction_is_refused_or_said():
+    rng = np.random.default_rng(1)
+    samples = gaussian_edge(24, 24, -8.0, gaussian_sigma(0.5), step=2) + rng.normal(0.0, 0.8 / 4, (12, 12))
+    with pytest.raises(UnsupportedError):
+        measure_edge(Plane(name="R", samples=samples, step=(2, 2)), Roi(0, 0, 24, 24))
