@@ -23,10 +23,11 @@ from camsim.optics.protocols import KnowsEnergy
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.fields.aligned import Aligned
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.quiet import Reach, quiet_distance
-from camsim.rendering.fields.samples import parts_of, samples_of
+from camsim.rendering.fields.samples import Lattice, Samples, parts_of, samples_of
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
@@ -35,6 +36,7 @@ from camsim.rendering.fourier.taper import taper_margin
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
 STRIP_POINTS = 2_500_000
+MOST_FREQUENCIES = 4.0  # of a lattice of its own, for each sample and each frequency of the band
 
 # Seconds of one core, measured.
 PER_TILE, PER_POINT_WEIGHT, PER_POINT, PER_SAMPLE, PER_SAMPLE_STRIP = 5e-3, 8e-9, 1.6e-7, 2e-7, 1.2e-7
@@ -82,21 +84,38 @@ class FieldImage:
             part = (..., slice(row, row + rows), slice(col, col + cols))
             at = origin[0] + col, origin[1] + row
             low, high, tile = self._tile(at, (rows, cols), reach)
-            found = [
-                samples_of(layer, low, high, cut=tile.cut, allowed=self._precision, origin=at) for layer in self.layers
-            ]
-            present = [k for k, samples in enumerate(found) if samples is not None]
-            if present:
-                scenery = Fields(
-                    tile=tile,
-                    plan=self._sizes(tile, reach),
-                    samples=[samples for samples in found if samples is not None],
-                    precision=self._precision,
-                )
-                image[part] += self._optics(present).tile_image(tile, scenery.plan, scenery, channel[part])
+            image[part] += self._window(at, low, high, tile, reach, channel[part])
             progress((done + 1) / len(windows))
         if reach.far:
             image += self._beyond(reach).rendered(origin, channel)
+        return image
+
+    def _window(
+        self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8
+    ) -> F64:
+        """Return what a window's photosites see within the reach: lattices along their rows one by one, then the rest."""
+        image = np.zeros(channel.shape)
+        plan = self._sizes(tile, reach)
+        rest: dict[int, Samples] = {}
+        for k, layer in enumerate(self.layers):
+            samples = samples_of(
+                layer,
+                low,
+                high,
+                cut=tile.cut,
+                allowed=self._precision,
+                origin=at,
+                aligned=self._is_aligned(layer, tile),
+            )
+            if samples is None:
+                continue
+            if samples.lattice is not None:
+                image += self._aligned(k, samples.lattice, tile, plan).image(channel)
+            if samples.strengths.size or samples.corrections.size:
+                rest[k] = samples
+        if rest:
+            scenery = Fields(tile=tile, plan=plan, samples=[*rest.values()], precision=self._precision)
+            image += self._optics([*rest]).tile_image(tile, plan, scenery, channel)
         return image
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
@@ -162,6 +181,30 @@ class FieldImage:
             system=self.system,
             pitch_um=self.pitch_um,
             tolerance=self.tolerance,
+        )
+
+    def _is_aligned(self, layer: Layer, tile: Tile) -> bool:
+        """Whether a layer's samples lie along the photosites' rows, and not too closely for a lattice of their own."""
+        along = self._kernel.round and (np.abs(layer.axes).max(axis=0) == 1.0).all()
+        frequencies = tile.periods[0] * tile.periods[1] / self._step(layer) ** 2
+        samples = layer.shape[0] * layer.shape[1] * parts_of(layer, self._kernel.cutoff) ** 2
+        return bool(along and frequencies <= MOST_FREQUENCIES * (samples + tile.points))
+
+    def _aligned(self, number: int, lattice: Lattice, tile: Tile, plan: Sizes) -> Aligned:
+        first = sum(layer.planes for layer in self.layers[:number])
+        density = self.density[first : first + self.layers[number].planes]
+        chromatic = self.system.chromatic
+        return Aligned(
+            lattice=lattice,
+            tile=tile,
+            plan=plan,
+            kernel=self._kernel,
+            density=density if chromatic else density.sum(axis=2, keepdims=True),
+            wavelength_nm=self.wavelength_nm if chromatic else self.wavelength_nm[:1],
+            system=self.system,
+            pitch_um=self.pitch_um,
+            tolerance=self.tolerance,
+            precision=self._precision,
         )
 
     @functools.cached_property
