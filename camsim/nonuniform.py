@@ -54,6 +54,6 @@ def lines_at(phases: F64, coefficients: C128, *, precision: float) -> C128:
     """
     import finufft
 
-    turned = (phases + np.pi) % (2.0 * np.pi) - np.pi
+    turned: F64 = (phases + np.pi) % (2.0 * np.pi) - np.pi
     total: C128 = finufft.nufft1d2(turned, coefficients, eps=precision, isign=1, nthreads=1)
     return total.reshape(len(coefficients), phases.size)

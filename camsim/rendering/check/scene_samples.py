@@ -116,6 +116,8 @@ class Seen:
     def _states(self) -> tuple[np.ndarray, np.ndarray]:
         """(rows, cols) of patches: which are whole, and which an outline may cut."""
         rows, cols = (n + (self.degree > 0) for n in self.shape)
+        if self.outline is None and self.degree == 0:
+            return np.ones((rows, cols), bool), np.zeros((rows, cols), bool)
         whole, cut = np.zeros((rows, cols), bool), np.zeros((rows, cols), bool)
         start, end = self._sides
         low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])

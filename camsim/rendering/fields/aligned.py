@@ -1,9 +1,9 @@
 """Pictures whose samples lie along the photosites' rows: plain transforms in place of non-uniform ones.
 
 The transform of a lattice of samples repeats for ever, so one FFT of the samples is the picture at every frequency of
-the band. Times the transfer of splines, lens, OLPF and photosite it is the image at these frequencies, whose period is a
-whole number of *samples*. From there to the photosites it goes axis by axis, each a sum of waves at places of its own:
-only that of channels, not of planes, and only at rows and columns where a channel is looked at.
+the band. Times the transfer of splines, lens, OLPF and photosite it is the image at these frequencies, whose
+period is a whole number of *samples*. From there to the photosites it goes axis by axis, each a sum of waves at places
+of its own: only that of channels, not of planes, and only at rows and columns where a channel is looked at.
 """
 
 from __future__ import annotations
@@ -87,7 +87,9 @@ class Aligned:
         """Return (modes, count_x//2 + 1, count_y) of lattices (modes, rows, cols)."""
         count_x, count_y = self._counts
         out = np.empty((len(light), count_x // 2 + 1, count_y), complex)
-        for own, lattice in zip(out, light, strict=True):
+        # A lattice may be longer than the period: what lies a period apart is seen as one.
+        for own, whole in zip(out, light, strict=True):
+            lattice = _folded(_folded(whole, count_y, 0), count_x, 1)
             own[:, : len(lattice)] = fft.rfft(lattice, n=count_x, axis=1, workers=-1).T
             own[:, len(lattice) :] = 0.0
             own[...] = fft.fft(own, axis=1, overwrite_x=True, workers=-1)
@@ -123,12 +125,13 @@ class Aligned:
         px, py = count_x * self.lattice.step, count_y * self.lattice.step
         columns = math.floor(self.tile.cut * px) + 1
         lines = np.empty((columns, rows.size), complex)
+        phases = (2.0 * np.pi / py) * rows.astype(float)
 
         def down(first: int) -> None:
             some = Columns(first, count_x, px, py, self.tile.cut)
             axes = self._axes(np.arange(first, min(first + COLUMNS, columns)), px, py)
             found = lit_columns(transforms, cells, some, axes)
-            lines[first : first + COLUMNS] = lines_at(2.0 * np.pi / py * rows, found, precision=self.precision)
+            lines[first : first + COLUMNS] = lines_at(phases, found, precision=self.precision)
 
         _all(down, range(0, columns, COLUMNS))
         # Frequencies from 0 on: of the whole band's sum the real part, twice.
@@ -139,7 +142,7 @@ class Aligned:
 
         def across(first: int) -> None:
             some = np.ascontiguousarray(lines[:, first : first + ROWS].T)
-            found = lines_at(2.0 * np.pi / px * cols, some, precision=self.precision)
+            found = lines_at((2.0 * np.pi / px) * cols.astype(float), some, precision=self.precision)
             image[first : first + ROWS] = (found * turn).real
 
         _all(across, range(0, rows.size, ROWS))
@@ -167,6 +170,18 @@ class Aligned:
                 values = np.broadcast_to(stage.otf(fx, fy, 0.0), (kx.size, ky.size))
                 both = both * values if both.size else values.astype(complex)
         return Axes(axes[0], axes[1], both)
+
+
+def _folded(values: F64, count: int, axis: int) -> F64:
+    """Add up what lies ``count`` apart along an axis, if that is longer."""
+    size = values.shape[axis]
+    if size <= count:
+        return values
+    parts = [np.take(values, range(first, min(first + count, size)), axis=axis) for first in range(0, size, count)]
+    total = np.moveaxis(parts[0], axis, 0)
+    for part in parts[1:]:
+        total[: part.shape[axis]] += np.moveaxis(part, axis, 0)
+    return parts[0]
 
 
 def _at(curves: Curves, frequency: F64) -> F64:

@@ -24,6 +24,7 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fields.aligned import Aligned
+from camsim.rendering.fields.cost import STRIP_POINTS, taken, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.quiet import Reach, quiet_distance
@@ -35,11 +36,9 @@ from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel,
 from camsim.rendering.fourier.taper import taper_margin
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
-STRIP_POINTS = 2_500_000
 MOST_FREQUENCIES = 4.0  # of a lattice of its own, for each sample and each frequency of the band
 
-# Seconds of one core, measured.
-PER_TILE, PER_POINT_WEIGHT, PER_POINT, PER_SAMPLE, PER_SAMPLE_STRIP = 5e-3, 8e-9, 1.6e-7, 2e-7, 1.2e-7
+PER_TILE = 5e-3  # seconds of one core, measured
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,22 +77,19 @@ class FieldImage:
                 f"{self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, or allow a larger tolerance",
                 key="method",
             )
-        windows = _windows(shape, side)
-        for done, window in enumerate(windows):
-            row, col, rows, cols = window
+        parts = windows(shape, side)
+        for done, (row, col, rows, cols) in enumerate(parts):
             part = (..., slice(row, row + rows), slice(col, col + cols))
             at = origin[0] + col, origin[1] + row
             low, high, tile = self._tile(at, (rows, cols), reach)
             image[part] += self._window(at, low, high, tile, reach, channel[part])
-            progress((done + 1) / len(windows))
+            progress((done + 1) / len(parts))
         if reach.far:
             image += self._beyond(reach).rendered(origin, channel)
         return image
 
-    def _window(
-        self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8
-    ) -> F64:
-        """Return what a window's photosites see within the reach: lattices along their rows one by one, then the rest."""
+    def _window(self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8) -> F64:
+        """Return what a window's photosites see within the reach: lattices along their rows, then the rest."""
         image = np.zeros(channel.shape)
         plan = self._sizes(tile, reach)
         rest: dict[int, Samples] = {}
@@ -123,12 +119,21 @@ class FieldImage:
         reach, side, cost = self._planned(origin, shape)
         points = sum(
             self._tile((origin[0] + col, origin[1] + row), (rows, cols), reach)[2].points
-            for row, col, rows, cols in _windows(shape, side)
+            for row, col, rows, cols in windows(shape, side)
         )
         return cost, points
 
     def reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
         """Return how the pattern is parted for a window."""
+        if (origin, shape) not in self._reaches:
+            self._reaches[origin, shape] = self._reach(origin, shape)
+        return self._reaches[origin, shape]
+
+    @functools.cached_property
+    def _reaches(self) -> dict[tuple[tuple[float, float], tuple[int, int]], Reach]:
+        return {}
+
+    def _reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
         kernel = self._kernel
         if not kernel.tapered:
             whole = (kernel.reach, kernel.reach)
@@ -149,7 +154,7 @@ class FieldImage:
         period = float(max(shape)) + 2.0 * float(inner.max()) if far else float(extent.max() + inner.max())
         width = max(math.sqrt(margin * period / kernel.cutoff), margin * kernel.blur / 8.0)
         if far:
-            width = min(width, max(0.5 * float(inner[0]), margin * kernel.blur / 8.0))
+            width = min(width, max(float(inner[0]), margin * kernel.blur / 8.0))
         outer = inner + width
         return Reach(
             inner=(float(inner[0]), float(inner[1])),
@@ -185,7 +190,7 @@ class FieldImage:
 
     def _is_aligned(self, layer: Layer, tile: Tile) -> bool:
         """Whether a layer's samples lie along the photosites' rows, and not too closely for a lattice of their own."""
-        along = self._kernel.round and (np.abs(layer.axes).max(axis=0) == 1.0).all()
+        along = self._kernel.round and layer.upright
         frequencies = tile.periods[0] * tile.periods[1] / self._step(layer) ** 2
         samples = layer.shape[0] * layer.shape[1] * parts_of(layer, self._kernel.cutoff) ** 2
         return bool(along and frequencies <= MOST_FREQUENCIES * (samples + tile.points))
@@ -287,23 +292,19 @@ class FieldImage:
         return reach, *best
 
     def _cost(self, origin: tuple[float, float], shape: tuple[int, int], side: int, reach: Reach) -> Cost:
-        planes, channels, wavelengths = self.density.shape
-        weights = planes * channels * (1 if self._kernel.round else wavelengths)
+        channels, wavelengths = self.density.shape[1:]
+        weights = channels * (1 if self._kernel.round else wavelengths)
         seconds, memory = 0.0, 0.0
-        for row, col, rows, cols in _windows(shape, side):
+        for row, col, rows, cols in windows(shape, side):
             low, high, tile = self._tile((origin[0] + col, origin[1] + row), (rows, cols), reach)
-            area = float(np.prod(np.maximum(high - low, 0.0)))
-            samples = sum(
-                min(area, layer.shape[0] * layer.shape[1] * layer.step**2) / self._step(layer) ** 2
+            each = [
+                taken(
+                    layer, self._step(layer), (low, high), tile, weights=weights, aligned=self._is_aligned(layer, tile)
+                )
                 for layer in self.layers
-            )
-            spread = max(1.0, tile.points / STRIP_POINTS)
-            seconds += PER_TILE + tile.points * (weights * PER_POINT_WEIGHT + planes * PER_POINT)
-            seconds += samples * (PER_SAMPLE + planes * PER_SAMPLE_STRIP * spread)
-            held = min(STRIP_POINTS, 2.0 * tile.points)
-            bytes_held = 8.0 * channels * tile.periods[0] * tile.periods[1] + samples * (40.0 + 40.0 * planes)
-            bytes_held += 16.0 * held * (planes + 12) + 48.0 * area
-            memory = max(memory, bytes_held)
+            ]
+            seconds += PER_TILE + sum(one.seconds for one in each)
+            memory = max(memory, sum(one.held_bytes for one in each))
         return Cost(seconds=seconds, memory_bytes=memory + 16.0 * shape[0] * shape[1])
 
     def _beyond(self, reach: Reach) -> Beyond:
@@ -318,13 +319,3 @@ class FieldImage:
             sharpness=reach.sharpness,
             light=self._kernel.light(reach.inner[0]) / ErrorBudget(self.tolerance).allowed("reach"),
         )
-
-
-def _windows(shape: tuple[int, int], side: int) -> list[tuple[int, int, int, int]]:
-    """Return windows (row, col, rows, cols), about alike."""
-    rows, cols = (math.ceil(size / math.ceil(size / side)) for size in shape)
-    return [
-        (row, col, min(rows, shape[0] - row), min(cols, shape[1] - col))
-        for row in range(0, shape[0], rows)
-        for col in range(0, shape[1], cols)
-    ]

@@ -80,6 +80,11 @@ class Layer:
         return len(self.picture.planes) + self.ones
 
     @property
+    def upright(self) -> bool:
+        """Whether the samples lie along the photosites' rows."""
+        return bool((np.abs(self.axes).max(axis=0) == 1.0).all())
+
+    @property
     def corners(self) -> F64:
         """Corners (4, 2) of the picture, pitches."""
         rows, cols = self.shape
@@ -105,10 +110,14 @@ class Layer:
 
     def coefficients(self, rows: range, cols: range) -> F64:
         """Return coefficients (planes, rows, cols) of a window of samples; beyond the picture they are mirrored."""
-        down, across = mirrored(rows, self.shape[0]), mirrored(cols, self.shape[1])
-        own = self._splines[:, down[:, None], across[None, :]]
-        out = np.ones((self.planes, len(down), len(across)))
-        out[: len(own)] = own - self.offset[:, None, None]
+        if rows.start >= 0 and rows.stop <= self.shape[0] and cols.start >= 0 and cols.stop <= self.shape[1]:
+            own = self._splines[:, rows.start : rows.stop, cols.start : cols.stop]
+        else:
+            down, across = mirrored(rows, self.shape[0]), mirrored(cols, self.shape[1])
+            own = self._splines[:, down[:, None], across[None, :]]
+        out = np.empty((self.planes, len(rows), len(cols)))
+        np.subtract(own, self.offset[:, None, None], out=out[: len(own)])
+        out[len(own) :] = 1.0
         return out
 
 

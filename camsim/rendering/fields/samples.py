@@ -90,7 +90,7 @@ def samples_of(
         points, corrections = _corrections(layer, times, fine, lattice, cover, knot, near, at, cut=cut, allowed=allowed)
     if aligned:
         return Samples(
-            lattice=_upright(layer, np.where(keep, step**2 * fine, 0.0), first, step, beyond),
+            lattice=_upright(layer, step**2 * (fine if keep.all() else np.where(keep, fine, 0.0)), first, step, beyond),
             places=np.empty((0, 2)),
             strengths=np.empty((len(fine), 0)),
             points=points,
