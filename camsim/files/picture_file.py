@@ -15,7 +15,7 @@ from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
 from camsim.scene import Picture
-from camsim.scene.picture import Interpolation
+from camsim.scene.raster import Interpolation
 from camsim.spectra.light import Light
 from camsim.spectra.rgb import linear_of_srgb
 from camsim.typed import NonNegative, Positive, check

@@ -156,14 +156,15 @@ class DirectSums:
         near, far = self._table(density), self._averaged(density, seen.farthest(points))
         zones = [(Rule(*self.footprint(more)), self._inner(seen, more), bounds) for more, bounds in self.zones]
         patches = Patches(seen.values, seen.whole, seen.degree, seen.corner, seen.axes * seen.step)
+        places, light = seen.lit_near(points, self.radius)
         out = np.zeros((channels, len(points)))
         with ONE_AT_A_TIME:
             for k, point in enumerate(points):
                 for footprint, inner, bounds in zones:
                     out[:, k] += lattice_light(patches, point, footprint, inner, near, bounds)
                 out[:, k] += middles_light(patches, point, far, self.radius)
-                if seen.points.size:
-                    out[:, k] += points_light(seen.points, seen.light, point, zones[0][0], near, far, self.radius)
+                if places.size:
+                    out[:, k] += points_light(places, light, point, zones[0][0], near, far, self.radius)
         return out * seen.step**2
 
     def _inner(self, seen: Seen, more: float) -> Rule:

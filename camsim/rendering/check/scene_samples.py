@@ -16,8 +16,7 @@ from scipy import fft
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_legendre
-from camsim.scene import Picture
-from camsim.scene.picture import DEGREES
+from camsim.scene.raster import DEGREES, Raster
 
 Segments = tuple[F64, F64]
 LARGEST = 3.0  # pitches, of a patch
@@ -33,7 +32,7 @@ class Seen:
     pitch_um : of the photosites;  order: of the rule on a patch that is cut
     """
 
-    picture: Picture
+    picture: Raster
     less: F64
     ones: bool
     outline: Segments | None
@@ -166,15 +165,12 @@ class Seen:
         placed = self.corner + self.step * np.einsum("na,ax->nx", np.concatenate(places), self.axes)
         return placed, np.concatenate(lights, axis=1)
 
-    @property
-    def points(self) -> F64:
-        """Where the light of parts of patches lies."""
-        return self._parts[0]
+    def lit_near(self, points: F64, radius: float) -> tuple[F64, F64]:
+        """Return where the light of parts of patches lies (m, 2), and how much it is (planes, m), of a patch's area 1.
 
-    @property
-    def light(self) -> F64:
-        """How much it is, (planes, m), of a patch's area 1."""
-        return self._parts[1]
+        points, radius : about which it is to be summed; here it is the same for all
+        """
+        return self._parts
 
     def _field(self, row: int, col: int, places: F64) -> F64:
         """Return (planes, n) the field on a patch at places 0 … 1."""

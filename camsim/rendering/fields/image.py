@@ -27,13 +27,12 @@ from camsim.rendering.fields.aligned import Aligned
 from camsim.rendering.fields.cost import STRIP_POINTS, taken, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
-from camsim.rendering.fields.quiet import Reach, quiet_distance
+from camsim.rendering.fields.quiet import Reach, parted, quiet_distance
 from camsim.rendering.fields.samples import Lattice, Samples, parts_of, samples_of
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes, spreading_precision
-from camsim.rendering.fourier.taper import taper_margin
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
 MOST_FREQUENCIES = 4.0  # of a lattice of its own, for each sample and each frequency of the band
@@ -134,35 +133,14 @@ class FieldImage:
         return {}
 
     def _reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
-        kernel = self._kernel
-        if not kernel.tapered:
-            whole = (kernel.reach, kernel.reach)
-            return Reach(inner=whole, outer=whole, margin=0.0, sharpness=0.0, far=False)
         extent = self._extent(origin, shape)
-        span = float(np.hypot(*extent))
-        inner = np.full(2, min(kernel.reach, span)) if kernel.round else np.minimum(extent, kernel.reach)
-        far = False
-        if kernel.round and isinstance(self.system.lens, KnowsEnergy) and not self.system.more:
-            quiet = quiet_distance(
-                self.layers, self.system, self.wavelength_nm, self.density, self.pitch_um, kernel, self._footprint,
-                within=span, allowed=0.5 * ErrorBudget(self.tolerance).allowed("reach"),
+        quiet: Callable[[float], float] | None = None
+        if self._kernel.round and isinstance(self.system.lens, KnowsEnergy) and not self.system.more:
+            quiet = functools.partial(
+                quiet_distance, self.layers, self.system, self.wavelength_nm, self.density, self.pitch_um,
+                self._kernel, self._footprint, allowed=0.5 * ErrorBudget(self.tolerance).allowed("reach"),
             )  # fmt: skip
-            if quiet < float(inner[0]):
-                inner, far = np.full(2, quiet), True
-        level = ErrorBudget(self.tolerance).allowed("taper") / min(1.0, kernel.light(float(inner.min())))
-        margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
-        period = float(max(shape)) + 2.0 * float(inner.max()) if far else float(extent.max() + inner.max())
-        width = max(math.sqrt(margin * period / kernel.cutoff), margin * kernel.blur / 8.0)
-        if far:
-            width = min(width, max(float(inner[0]), margin * kernel.blur / 8.0))
-        outer = inner + width
-        return Reach(
-            inner=(float(inner[0]), float(inner[1])),
-            outer=(float(outer[0]), float(outer[1])),
-            margin=margin,
-            sharpness=sharpness,
-            far=far,
-        )
+        return parted(self._kernel, extent, shape, ErrorBudget(self.tolerance).allowed("taper"), quiet)
 
     @functools.cached_property
     def _precision(self) -> float:

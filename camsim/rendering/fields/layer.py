@@ -10,8 +10,7 @@ import numpy as np
 from scipy import linalg, ndimage
 
 from camsim.arrays import F64
-from camsim.scene import Picture
-from camsim.scene.picture import DEGREES
+from camsim.scene.raster import DEGREES, Raster
 from camsim.spectra.curve import Spectrum
 
 Rings = tuple[F64, F64]
@@ -33,7 +32,7 @@ class Layer:
               None where nothing hides the picture
     """
 
-    picture: Picture
+    picture: Raster
     offset: F64
     ones: bool
     step: float
@@ -42,7 +41,7 @@ class Layer:
     outline: Rings | None
 
     @classmethod
-    def of(cls, picture: Picture, background: Spectrum, pitch_um: float, outline_um: Rings | None) -> Layer:
+    def of(cls, picture: Raster, background: Spectrum, pitch_um: float, outline_um: Rings | None) -> Layer:
         """Place a picture; ``outline_um``: edges (start, end) of what can be seen, µm, None for all of it."""
         rows, cols = picture.shape
         axes, step_um = picture.axes, picture.step_um
@@ -86,9 +85,12 @@ class Layer:
 
     @property
     def corners(self) -> F64:
-        """Corners (4, 2) of the picture, pitches."""
-        rows, cols = self.shape
-        return self.places(np.array([[0, 0], [cols, 0], [cols, rows], [0, rows]], float))
+        """Corners (4, 2) about what can be seen, pitches."""
+        (left, top), (right, bottom) = (0.0, 0.0), self.shape[::-1]
+        if self.outline is not None:
+            seen = np.concatenate(self.outline)
+            (left, top), (right, bottom) = seen.min(axis=0), seen.max(axis=0)
+        return self.places(np.array([[left, top], [right, top], [right, bottom], [left, bottom]]))
 
     def places(self, samples: F64) -> F64:
         """Return places (n, 2), pitches, of sample coordinates (n, 2)."""

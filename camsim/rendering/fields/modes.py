@@ -19,8 +19,16 @@ def mixed(curves: F64, allowed: float) -> tuple[F64, F64]:
     >>> len(modes)
     1
     """
-    left, size, right = np.linalg.svd(curves, full_matrices=False)
-    # What is left out of plane p after m modes: Σ over the others of left[p, k]·size[k]·right[k].
-    rest = np.cumsum((np.abs(left) * size * np.abs(right).max(axis=1))[:, ::-1], axis=1)[:, ::-1].max(axis=0)
-    count = max(1, int(np.count_nonzero(rest > allowed)))
-    return np.ascontiguousarray(size[:count, None] * right[:count]), np.ascontiguousarray(left[:, :count].T)
+    rest = curves.copy()
+    basis: list[F64] = []
+    while len(basis) < len(curves) and np.abs(rest).max() > allowed:
+        # The curve that is described worst gives the next direction; no BLAS, whose sums depend on its threads.
+        size = np.einsum("pn,pn->p", rest, rest)
+        worst = int(np.argmax(size))
+        basis.append(rest[worst] / np.sqrt(size[worst]))
+        for own in basis[-1:] + basis:
+            rest -= np.einsum("pn,n->p", rest, own)[:, None] * own
+    if not basis:
+        return np.zeros((1, curves.shape[1])), np.zeros((1, len(curves)))
+    modes = np.stack(basis)
+    return modes, np.einsum("mn,pn->mp", modes, curves)
