@@ -15,7 +15,7 @@ from typer.core import TyperGroup
 from camsim.cli.bench import bench
 from camsim.cli.explain import explain
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
-from camsim.errors import AccuracyError, CamsimError
+from camsim.errors import AccuracyError, CamsimError, InvalidValueError
 
 _BEGAN_S = time.perf_counter()
 _MOST_LINES = 200
@@ -340,13 +340,16 @@ def validate(
             help="Draw a scene's outlines over the window, with photosites and a scale; - draws on the terminal.",
         ),
     ] = None,
+    overrides: Changes = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a drawing that exists.")] = False,
 ) -> None:
     """Look for faults in scene and sensor files, and print all of them; draw a scene."""
     from camsim.cli.validate import draw_scene, validate_files
 
     if draw is not None:
-        draw_scene(files, draw, sensors or (), force=force)
+        draw_scene(files, draw, sensors or (), overrides or (), force=force)
+    elif overrides:
+        raise InvalidValueError("changes what is drawn, and nothing is; give --draw", key="--set")
     else:
         validate_files(files, sensors or ())
 
