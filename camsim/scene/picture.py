@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,6 +36,7 @@ class Picture(Raster, Field):
                     the samples, which may swing beyond them). At its rim the picture ends sharply, half a sample beyond
                     the outermost ones, and goes on as its mirror image up to there
     source        : what reports and files call it;  sha256: of its samples and spectra, which files do not hold
+    read          : how ``read_picture`` made it of a file, for those who read that again
 
     >>> picture = Picture.of_rgb(np.full((2, 3, 3), (0.5, 0.4, 0.3)), width_um=30.0)
     >>> picture.shape, picture.height_um, len(picture.spectra)
@@ -49,6 +50,7 @@ class Picture(Raster, Field):
     rotate_deg: float = 0.0
     interpolation: Interpolation = "squares"
     source: str = ""
+    read: Mapping[str, Any] | None = field(default=None, metadata={"described": "if any"})
     sha256: str = field(default="", init=False)
 
     def __post_init__(self) -> None:
@@ -101,6 +103,7 @@ class Picture(Raster, Field):
         rotate_deg: float = 0.0,
         interpolation: Interpolation = "squares",
         source: str = "",
+        read: Mapping[str, Any] | None = None,
     ) -> Picture:
         """Return a picture of linear sRGB (rows, cols, 3), from 0 to 1; a grey one may be (rows, cols).
 
@@ -126,6 +129,7 @@ class Picture(Raster, Field):
             rotate_deg=rotate_deg,
             interpolation=interpolation,
             source=source,
+            read=read,
         )
 
     @classmethod
@@ -140,6 +144,7 @@ class Picture(Raster, Field):
         rotate_deg: float = 0.0,
         interpolation: Interpolation = "squares",
         source: str = "",
+        read: Mapping[str, Any] | None = None,
     ) -> Picture:
         """Return a picture of reflectance spectra (rows, cols, bands), from 0 to 1, straight between the wavelengths.
 
@@ -155,6 +160,7 @@ class Picture(Raster, Field):
             rotate_deg=rotate_deg,
             interpolation=interpolation,
             source=source,
+            read=read,
         )
 
     @property
