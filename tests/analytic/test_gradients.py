@@ -24,11 +24,10 @@ def rendered(*shapes, tolerance, background=0.0):
     return found.image
 
 
-@pytest.mark.parametrize("period", [2.3, 4.0, 9.0])
-@pytest.mark.parametrize("rotate_deg", [0.0, 27.0])
+@pytest.mark.parametrize(("period", "rotate_deg"), [(2.3, 27.0), (4.0, 0.0), (9.0, 63.0)])
 def test_contrast_is_the_transfer(period, rotate_deg):
     """Waves less the same half a wave on: of a wide grating, amplitude times the transfer at its frequency."""
-    wide = {"width_um": 60.0 * PITCH_UM, "height_um": 60.0 * PITCH_UM, "period_um": period * PITCH_UM}
+    wide = {"width_um": 60.0 * PITCH_UM, "height_um": 50.0 * PITCH_UM, "period_um": period * PITCH_UM}
     bright, dark = (
         rendered(camsim.SineGrating(**wide, rotate_deg=rotate_deg, phase_deg=phase, low=0.1, high=0.9), tolerance=1e-4)
         for phase in (40.0, 220.0)
@@ -82,7 +81,7 @@ def test_brute_force(name):
     places = [(1, 2), (3, 4)]
     centres = [(x0 + col, y0 + row) for row, col in places]
     right = truth.photosites(light, centres=centres, blur=8.0 * NM * 1e-3 / PITCH_UM, side=1.0, spots=SPOTS, nodes=8)
-    for tolerance in (1e-2, 1e-4, 1e-7):
+    for tolerance in (1e-2, 1e-6):
         image = rendered(shape, tolerance=tolerance)
         assert worst([image[place] for place in places], right) <= tolerance
 
@@ -90,19 +89,17 @@ def test_brute_force(name):
 def test_two_curves_that_are_one_are_that_colour():
     """A star from a curve to itself is a ring of it, behind a disc and on a picture."""
     curve = camsim.Curve([400.0, 700.0], [0.2, 0.9])
-    placed = {"radius_um": 15.0, "inner_radius_um": 4.0, "centre_um": (1.0, 2.0)}
+    placed = {"radius_um": 15.0, "inner_radius_um": 7.0, "centre_um": (1.0, 2.0)}
     picture = camsim.Picture(planes=np.random.default_rng(1).random((3, 3)), width_um=30.0)
     cover = camsim.Disc(radius_um=6.0, centre_um=(8.0, 0.0), reflectance=0.1)
-    shown = rendered(picture, camsim.SineStar(cycles=5, low=curve, high=curve, **placed), cover, tolerance=1e-5)
-    right = rendered(picture, camsim.Ring(reflectance=curve, **placed), cover, tolerance=1e-6)
-    assert worst(shown, right) <= 1e-5
+    shown = rendered(picture, camsim.SineStar(cycles=5, low=curve, high=curve, **placed), cover, tolerance=1e-4)
+    right = rendered(picture, camsim.Ring(reflectance=curve, **placed), cover, tolerance=1e-5)
+    assert worst(shown, right) <= 1e-4
 
 
 def test_too_many_samples_are_one_sentence():
     fine = camsim.SineGrating(width_um=1e5, height_um=1e5, period_um=1.0)
-    with pytest.raises(
-        InvalidValueError, match=r"SineGrating would take .* samples, and the most is 6"
-    ):
+    with pytest.raises(InvalidValueError, match=r"SineGrating would take .* samples, and the most is 6"):
         rendered(fine, tolerance=1e-4)
     with pytest.raises(InvalidValueError, match="must be less than radius_um, which is 3"):
         camsim.SineStar(radius_um=3.0, inner_radius_um=3.0, cycles=8)

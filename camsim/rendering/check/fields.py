@@ -23,6 +23,7 @@ from camsim.rendering.check.field_kernels import (
     Near,
     Patches,
     Rule,
+    far_points_light,
     lattice_light,
     middles_light,
     points_light,
@@ -156,15 +157,18 @@ class DirectSums:
         near, far = self._table(density), self._averaged(density, seen.farthest(points))
         zones = [(Rule(*self.footprint(more)), self._inner(seen, more), bounds) for more, bounds in self.zones]
         patches = Patches(seen.values, seen.whole, seen.degree, seen.corner, seen.axes * seen.step)
-        places, light = seen.lit_near(points, self.radius)
+        places, light = seen.lit_near(points, self.zones)
         out = np.zeros((channels, len(points)))
         with ONE_AT_A_TIME:
             for k, point in enumerate(points):
                 for footprint, inner, bounds in zones:
                     out[:, k] += lattice_light(patches, point, footprint, inner, near, bounds)
+                    if places.size:
+                        from_here = (bounds[0] if bounds[0] > 0.0 else -1.0, bounds[1])
+                        out[:, k] += points_light(places, light, point, footprint, near, from_here)
                 out[:, k] += middles_light(patches, point, far, self.radius)
                 if places.size:
-                    out[:, k] += points_light(places, light, point, zones[0][0], near, far, self.radius)
+                    out[:, k] += far_points_light(places, light, point, far, self.radius)
         return out * seen.step**2
 
     def _inner(self, seen: Seen, more: float) -> Rule:

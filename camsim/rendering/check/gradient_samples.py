@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_error, gauss_legendre
-from camsim.rendering.check.scene_samples import Seen
+from camsim.rendering.check.scene_samples import Seen, Zone
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Interpolation, Raster
 from camsim.spectra.curve import Spectrum
@@ -52,24 +54,28 @@ class SeenGradient(Seen):
         """No patch is a sample's."""
         return np.zeros(self.shape, bool)
 
-    def _nodes(self, highest: float) -> int:
-        """Return the order of a rule on a cell."""
+    def _nodes(self, highest: float, more: float = 1.0) -> int:
+        """Return the order of a rule on a cell that may be wrong by so many times more."""
         phase = math.pi * (highest + self.gradient.cycles_per_um * self.pitch_um)
-        order = 3
-        while order < 60 and gauss_error(order, phase) > math.log(max(self.allowed, 1e-12)):
+        order = 2
+        while order < 60 and gauss_error(order, phase) > math.log(min(max(self.allowed, 1e-12) * more, 1e-2)):
             order += 1
         return order
 
-    def lit_near(self, points: F64, radius: float) -> tuple[F64, F64]:
-        """Return places and light of parts of cells, then of whole ones, finer within the radius of some point."""
+    def lit_near(self, points: F64, zones: Sequence[Zone]) -> tuple[F64, F64]:
+        """Return places and light of parts of cells, then of whole ones, finer where they lie near some point."""
         row, col = np.nonzero(self._states[0])
         middle = self.corner + self.step * np.einsum("na,ax->nx", np.stack([col, row], axis=1) + 0.5, self.axes)
         apart = np.full(len(middle), np.inf)
         for point in points:
             apart = np.minimum(apart, np.hypot(*(middle - point).T))
         places, lights = [self._parts[0]], [self._parts[1]]
-        for some, highest in ((apart <= radius + 2.0, self.highest), (apart > radius + 2.0, 0.0)):
-            x, w = gauss_legendre(self._nodes(highest))
+        # Where the next zone begins a cell still is of the one before.
+        begin = [-math.inf, *(low + 1.0 for _, (low, _) in zones[1:]), zones[-1][1][1] + 1.0, math.inf]
+        orders = [self._nodes(self.highest, more) for more, _ in zones] + [self._nodes(0.0)]
+        for order, (low, high) in zip(orders, pairwise(begin), strict=True):
+            some = (apart > low) & (apart <= high)
+            x, w = gauss_legendre(order)
             t = 0.5 * (1.0 + np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2))
             at = (np.stack([col, row], axis=1)[some][:, None] + t).reshape(-1, 2)
             places.append(self.corner + self.step * np.einsum("na,ax->nx", at, self.axes))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -19,6 +20,7 @@ from camsim.quadrature import gauss_legendre
 from camsim.scene.raster import DEGREES, Raster
 
 Segments = tuple[F64, F64]
+Zone = tuple[float, tuple[float, float]]
 LARGEST = 3.0  # pitches, of a patch
 NEXT_TO = 1e-9  # of a patch: an outline this near to a side may be on it
 
@@ -165,10 +167,10 @@ class Seen:
         placed = self.corner + self.step * np.einsum("na,ax->nx", np.concatenate(places), self.axes)
         return placed, np.concatenate(lights, axis=1)
 
-    def lit_near(self, points: F64, radius: float) -> tuple[F64, F64]:
+    def lit_near(self, points: F64, zones: Sequence[Zone]) -> tuple[F64, F64]:
         """Return where the light of parts of patches lies (m, 2), and how much it is (planes, m), of a patch's area 1.
 
-        points, radius : about which it is to be summed; here it is the same for all
+        points, zones : about which it is to be summed, and how exactly at which distance; here it is the same for all
         """
         return self._parts
 
