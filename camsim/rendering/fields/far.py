@@ -107,7 +107,8 @@ class Beyond:
                         (x - low[0]) / step, (y - low[1]) / step, given, mass
                     )
         down, across = (np.minimum(np.arange(n), n - np.arange(n)) for n in length)
-        distance = step * np.hypot(down[:, None], across[None, :])
+        # A quarter of the pattern is all of it.
+        distance = step * np.hypot(*np.meshgrid(*(np.arange(n // 2 + 1.0) for n in length), indexing="ij"))
         inside = (distance >= near[0]) & (distance <= far[1])
         radius = np.geomspace(near[0], far[1], RADII)
         first = taper(self.sharpness)
@@ -121,7 +122,8 @@ class Beyond:
             for own in curves(log_distance):
                 pattern = np.zeros(distance.shape)
                 pattern[inside] = own * falls
-                total += fft.rfft2(mass[taken], workers=-1) * fft.rfft2(pattern, workers=-1)
+                whole = fft.rfft2(pattern[np.ix_(down, across)], workers=-1)
+                total += np.multiply(whole, fft.rfft2(mass[taken], workers=-1), out=whole)
                 taken += 1
             own_lattice[...] = fft.irfft2(total, s=length, workers=-1)[: count[0], : count[1]]
         images = channel.reshape(-1, *channel.shape[-2:])
