@@ -31,6 +31,11 @@ class Raster:
     interpolation: Interpolation
 
     @property
+    def kind(self) -> str:
+        """What explanations call it."""
+        return "picture"
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of samples."""
         return self.planes.shape[1], self.planes.shape[2]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +37,13 @@ class Sampled(Raster):
     width_um: float
     centre_um: tuple[float, float]
     rotate_deg: float
+    gradient: Gradient
     interpolation: Interpolation = "cubic"
+
+    @property
+    def kind(self) -> str:
+        """Its class's name in words."""
+        return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(self.gradient).__name__).lower()
 
 
 def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float) -> Sampled:
@@ -65,6 +72,7 @@ def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float) -> Sampled
         width_um=step_um * counts[0],
         centre_um=gradient.centre_um,
         rotate_deg=gradient.rotate_deg,
+        gradient=gradient,
     )
 
 

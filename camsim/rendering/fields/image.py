@@ -35,6 +35,7 @@ from camsim.rendering.fourier.image import FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes, spreading_precision
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
+PREFERRED_BYTES, MOST_OVERHEAD = 4e8, 1.3  # of a tile, where more of them do not take much longer
 MOST_FREQUENCIES = 4.0  # of a lattice of its own, for each sample and each frequency of the band
 
 PER_TILE = 5e-3  # seconds of one core, measured
@@ -257,17 +258,14 @@ class FieldImage:
     def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Reach, int, Cost]:
         """Return how the pattern is parted, the side of tiles, and what they take."""
         reach = self.reach(origin, shape)
-        best: tuple[int, Cost] | None = None
-        for side in TILE_SIDES:
-            if best is not None and side >= max(shape):
-                continue
-            cost = self._cost(origin, shape, side, reach)
-            if best is None or cost.memory_bytes < best[1].memory_bytes:
-                best = side, cost
-            if best[1].memory_bytes <= self.memory_limit_bytes:
-                break
-        assert best is not None
-        return reach, *best
+        sides = [side for side in TILE_SIDES if side == TILE_SIDES[0] or side < max(shape)]
+        each = [(side, self._cost(origin, shape, side, reach)) for side in sides]
+        least = min(each, key=lambda one: one[1].memory_bytes)
+        for most in (PREFERRED_BYTES, self.memory_limit_bytes):
+            for side, cost in each:
+                if cost.memory_bytes <= most and cost.seconds <= MOST_OVERHEAD * each[0][1].seconds:
+                    return reach, side, cost
+        return reach, *next((one for one in each if one[1].memory_bytes <= self.memory_limit_bytes), least)
 
     def _cost(self, origin: tuple[float, float], shape: tuple[int, int], side: int, reach: Reach) -> Cost:
         channels, wavelengths = self.density.shape[1:]

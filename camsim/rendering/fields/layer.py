@@ -79,6 +79,11 @@ class Layer:
         return len(self.picture.planes) + self.ones
 
     @property
+    def kind(self) -> str:
+        """What explanations call it."""
+        return self.picture.kind
+
+    @property
     def upright(self) -> bool:
         """Whether the samples lie along the photosites' rows."""
         return bool((np.abs(self.axes).max(axis=0) == 1.0).all())
