@@ -2,8 +2,8 @@
 
 python bench/pictures.py [colours] [512] [1024] [6mp] [cube] [24mp]
 
-Seconds of all cores together are beside those of the clock: the latter mean something on an idle machine only. Peaks are
-those of the process so far, the samples' own array included: one size a run.
+Seconds of all cores together are beside those of the clock: the latter mean something on an idle machine only. Peaks
+are those of the process so far, the samples' own array included: one size a run.
 """
 
 from __future__ import annotations
@@ -87,7 +87,8 @@ def speed(name: str, rows: int, cols: int, bands: int = 3, of: int = 1) -> None:
         seconds, worked = time.perf_counter() - began, time.process_time() - worked
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(
-        f"{name}: {seconds:.1f} s, {worked:.1f} s of all cores ({frame.report.seconds['render']:.1f} s rendering and check), {peak:.2f} GB, "
+        f"{name}: {seconds:.1f} s, {worked:.1f} s of all cores "
+        f"({frame.report.seconds['render']:.1f} s rendering and check), {peak:.2f} GB, "
         f"{len(picture.planes)} planes, error {frame.report.error_estimate:.1e}"
     )
 
