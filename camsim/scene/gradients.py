@@ -201,7 +201,9 @@ class SineStar(Gradient):
     def __post_init__(self) -> None:
         judge(self)
         if not self.inner_radius_um < self.radius_um:
-            raise refusal(self, "inner_radius_um", f"must be less than radius_um, which is {self.radius_um:g}")
+            raise refusal(
+                self, "inner_radius_um", f"is {self.inner_radius_um:g}; it must be below radius_um, {self.radius_um:g}"
+            )
 
     @property
     def half_um(self) -> tuple[float, float]:

@@ -92,7 +92,7 @@ class WithPictures:
                 topic=layer.kind,
                 decision=f"{rows} × {cols} samples, {layer.planes} plane{'s' if layer.planes != 1 else ''}",
                 reason=f"{layer.picture.interpolation}, {layer.step:.3g} photosites a sample{turned}; "
-                f"{'all of it seen' if layer.outline is None else 'partly hidden: what outlines cut is integrated'}",
+                f"{'all of it seen' if layer.outline is None else 'what outlines cut of it is integrated'}",
             )
         yield Decision(
             topic="pictures",
