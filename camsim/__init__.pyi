@@ -42,9 +42,11 @@ from .scene import Ellipse as Ellipse
 from .scene import Group as Group
 from .scene import HalfPlane as HalfPlane
 from .scene import Line as Line
+from .scene import LinearGradient as LinearGradient
 from .scene import Path as Path
 from .scene import Picture as Picture
 from .scene import Polygon as Polygon
+from .scene import RadialGradient as RadialGradient
 from .scene import Rectangle as Rectangle
 from .scene import RegularPolygon as RegularPolygon
 from .scene import RepeatOnGrid as RepeatOnGrid
@@ -52,6 +54,9 @@ from .scene import RepeatOnRing as RepeatOnRing
 from .scene import Ring as Ring
 from .scene import Scene as Scene
 from .scene import Sector as Sector
+from .scene import SineGrating as SineGrating
+from .scene import SineStar as SineStar
+from .scene import SineZonePlate as SineZonePlate
 from .scene import Star as Star
 from .scene import Svg as Svg
 from .scene import Text as Text

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+
 from camsim.arrays import C128, F64
 
 
@@ -43,3 +45,15 @@ def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, 
 
     total: C128 = finufft.nufft2d2(*phases, coefficients, eps=precision, isign=sign)
     return total
+
+
+def lines_at(phases: F64, coefficients: C128, *, precision: float) -> C128:
+    """Return Σ_j coefficients[n, j]·exp(i·j·phases) of each line n, j integers about 0: (lines, points).
+
+    Each point is a sum of its own, on one thread.
+    """
+    import finufft
+
+    turned: F64 = (phases + np.pi) % (2.0 * np.pi) - np.pi
+    total: C128 = finufft.nufft1d2(turned, coefficients, eps=precision, isign=1, nthreads=1)
+    return total.reshape(len(coefficients), phases.size)

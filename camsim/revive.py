@@ -5,19 +5,28 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, cast
 
 import camsim
 from camsim.description import OWN_STAGES
 from camsim.errors import CamsimError, InputError
 from camsim.exposing import Capture
+from camsim.files.picture_file import read_picture
+from camsim.scene import Picture
 
 _RESULTS = ("Frame", "Rendering", "Report", "Context")
 """Public too, but what comes out and never what goes in."""
 
+_HOW_READ = ("encoding", "scale", "wavelength_nm", "tolerance")
+_PLACED = ("width_um", "centre_um", "rotate_deg", "interpolation")
+"""What a picture's description says of its file, and of its place."""
 
-def revive(tree: Any) -> Any:
+
+def revive(tree: Any, folder: Path | None = None) -> Any:
     """Return the objects that ``describe`` turned into a tree; lists become tuples.
+
+    folder : where pictures are looked for
 
     Only camsim's own public stages are ever made from a tree, and each judges its parameters. Raises InputError when it
     names another one, a parameter that does not exist, or a value that cannot be.
@@ -26,18 +35,18 @@ def revive(tree: Any) -> Any:
     SquarePhotosite(side_um=3.66)
     """
     try:
-        return _revived(tree, "description")
+        return _revived(tree, "description", folder)
     except RecursionError:
         raise InputError("it is nested too deeply", key="description") from None
 
 
-def revive_capture(description: Mapping[str, Any]) -> Capture:
-    """Return the capture that a description is of."""
+def revive_capture(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
+    """Return the capture that a description is of; ``folder``: where pictures are looked for."""
     if own := description.get(OWN_STAGES):
         names = ", ".join(ascii(name)[1:41] for name in own) if isinstance(own, (list, tuple)) else "stages"
         message = f"not reproducible by camsim alone: it was taken with {names}, of someone's own; take it in Python"
         raise InputError(message, key="description")
-    parts = revive(description)
+    parts = revive(description, folder)
     kinds = _parameters(Capture)
     for name, needed in kinds.items():
         if needed and name not in parts:
@@ -47,21 +56,20 @@ def revive_capture(description: Mapping[str, Any]) -> Capture:
     return cast(Capture, _judged(Capture, parts, "description"))
 
 
-def _revived(tree: Any, place: str) -> Any:
+def _revived(tree: Any, place: str, folder: Path | None) -> Any:
     if isinstance(tree, Mapping):
-        parts = {key: _revived(value, f"{place}.{key}") for key, value in tree.items() if key != "kind"}
-        return _make(tree["kind"], parts, place) if "kind" in tree else parts
+        parts = {key: _revived(value, f"{place}.{key}", folder) for key, value in tree.items() if key != "kind"}
+        return _make(tree["kind"], parts, place, folder) if "kind" in tree else parts
     if isinstance(tree, (list, tuple)):
-        return tuple(_revived(value, place) if isinstance(value, (Mapping, list, tuple)) else value for value in tree)
+        return tuple(
+            _revived(value, place, folder) if isinstance(value, (Mapping, list, tuple)) else value for value in tree
+        )
     return tree
 
 
-def _make(kind: Any, parts: Mapping[str, Any], place: str) -> Any:
+def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) -> Any:
     if kind == "Picture":
-        name = ascii(parts.get("source") or "an array")[:80]
-        raise InputError(
-            f"it shows the picture {name}, which such a file does not hold; capture its scene again", stage=place
-        )
+        return _picture(parts, place, folder)
     stage = _stages().get(kind) if isinstance(kind, str) else None
     if stage is None:
         raise InputError(f"{ascii(kind)[:40]} is not a stage of this version of camsim", stage=place)
@@ -71,6 +79,34 @@ def _make(kind: Any, parts: Mapping[str, Any], place: str) -> Any:
     if missing := [name for name, needed in kinds.items() if needed and name not in parts]:
         raise InputError(f"{kind} lacks {missing[0]!r}", stage=place)
     return _judged(stage, parts, place)
+
+
+def _picture(parts: Mapping[str, Any], place: str, folder: Path | None) -> Picture:
+    """Read a picture again: descriptions hold its name, how it was read, and the hash of its samples."""
+    source, how = parts.get("source") or "an array", parts.get("read")
+    name = ascii(source)[:80]
+    if folder is None or not isinstance(how, Mapping) or Path(str(source)).name != source:
+        raise InputError(
+            f"it shows the picture {name}, which such a file does not hold; capture its scene again", stage=place
+        )
+    if not (folder / source).is_file():
+        raise InputError(
+            f"it shows the picture {name}, which such a file does not hold; put that beside it", stage=place
+        )
+    placed = {key: value for key, value in parts.items() if key not in ("source", "read", "sha256")}
+    if unknown := [*({*how} - {*_HOW_READ}), *({*placed} - {*_PLACED})]:
+        raise InputError(f"a picture has no {ascii(unknown[0])[:40]}", stage=place)
+    try:
+        picture = read_picture(folder / source, **how, **placed)
+    except CamsimError as error:
+        raise InputError(str(error), stage=place) from None
+    except (TypeError, ValueError):
+        raise InputError(f"it does not say rightly how the picture {name} was read", stage=place) from None
+    if picture.sha256 != parts.get("sha256"):
+        raise InputError(
+            f"the picture {name} beside it is another one than was captured: its samples differ", stage=place
+        )
+    return picture
 
 
 def _judged(stage: Any, parts: Mapping[str, Any], place: str) -> Any:

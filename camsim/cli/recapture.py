@@ -77,7 +77,7 @@ def _capture_of(held: Held) -> Capture:
     """Return the capture that a file describes; it must give an image of the file's size."""
     from camsim.revive import revive_capture
 
-    capture = revive_capture(held.description)
+    capture = revive_capture(held.description, held.path.parent)
     grid = capture.grid
     if (grid.rows, grid.cols) != (held.rows, held.cols):
         raise InputError(

@@ -17,6 +17,8 @@ from camsim.spectra.curve import Spectrum
 # What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
 _ANY_SPECTRUM = 0.5
 
+_SPECTRA = ("reflectance", "low", "high")
+
 # What becomes more than one shape.
 _BECOME = {"chart": build_charts.chart, "svg": build_charts.drawing}
 
@@ -29,9 +31,10 @@ def shape_at(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | Non
     if (become := _BECOME.get(str(written.get("kind")))) is not None:
         return become(scene, path, unit_um, spectrum_at)
     given: dict[str, Any] = {}
-    if "reflectance" in (written if table is None else type(table).model_fields):
-        spectrum = spectrum_at(scene, (*path, "reflectance"))
-        given["reflectance"] = _ANY_SPECTRUM if spectrum is None else spectrum
+    for name in _SPECTRA:
+        if name in written:
+            spectrum = spectrum_at(scene, (*path, name))
+            given[name] = _ANY_SPECTRUM if spectrum is None else spectrum
     inner, clip = written.get("shapes"), written.get("clip")
     if isinstance(inner, list):
         places = [(*path, "shapes", index) for index in range(len(inner))]

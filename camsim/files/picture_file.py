@@ -15,7 +15,7 @@ from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
 from camsim.scene import Picture
-from camsim.scene.picture import Interpolation
+from camsim.scene.raster import Interpolation
 from camsim.spectra.light import Light
 from camsim.spectra.rgb import linear_of_srgb
 from camsim.typed import NonNegative, Positive, check
@@ -51,6 +51,8 @@ def read_picture(
     """
     scale = check(scale, Positive, "scale")
     tolerance = check(tolerance, NonNegative, "tolerance")
+    bands = None if wavelength_nm is None else np.asarray(wavelength_nm, np.float64).tolist()
+    how = {"encoding": encoding, "scale": scale, "wavelength_nm": bands, "tolerance": tolerance}
     with opened(path) as (file, size):
         read = read_samples(Path(path), file, size)
         placed: dict[str, Any] = {
@@ -59,6 +61,7 @@ def read_picture(
             "rotate_deg": rotate_deg,
             "interpolation": interpolation,
             "source": Path(path).name,
+            "read": None if light is not None else how,
         }
         try:
             if read.wavelength_nm is not None or wavelength_nm is not None:
@@ -88,14 +91,25 @@ def _colours(read: Read, encoding: Encoding | float | None, scale: float, placed
         raise InvalidValueError(
             f"must be 'srgb', 'linear' or an exponent from 0.1 to 10, not {encoding!r}", key="encoding"
         )
+    if samples.dtype.kind == "u" and samples.dtype.itemsize <= 2:
+        # Every number that there may be, once: a large picture takes no memory but its own.
+        largest = np.iinfo(samples.dtype).max
+        decoded = _decoded(np.arange(largest + 1) / largest, encoding, scale)
+        return Picture.of_rgb(_fractions(decoded[samples]), **placed)
     whole = samples.dtype.kind in "ui"
     values = samples / np.float64(np.iinfo(samples.dtype).max) if whole else np.asarray(samples, np.float64)
     _refuse_strange(values)
+    return Picture.of_rgb(_fractions(_decoded(values, encoding, scale)), **placed)
+
+
+def _decoded(values: F64, encoding: Encoding | float, scale: float) -> F64:
+    """Return linear light."""
     if encoding == "srgb":
-        values = linear_of_srgb(values)
-    elif encoding != "linear":
-        values = np.sign(values) * np.abs(values) ** float(encoding)
-    return Picture.of_rgb(_fractions(values * scale), **placed)
+        return linear_of_srgb(values) * scale
+    if encoding == "linear":
+        return values * scale
+    decoded: F64 = np.sign(values) * np.abs(values) ** float(encoding) * scale
+    return decoded
 
 
 def _cube(
@@ -138,4 +152,4 @@ def _fractions(values: F64) -> F64:
         if low >= -1e-6:
             way_out = f"a reflectance is 0 to 1; give the white's, or {float(f'{0.99 / high:.2g}'):g} for the brightest"
         raise InvalidValueError(f"makes samples from {low:g} to {high:g}, and {way_out}", key="scale")
-    return np.clip(values, 0.0, 1.0)
+    return np.clip(values, 0.0, 1.0, out=values)

@@ -3,6 +3,7 @@
 from camsim.scene import charts
 from camsim.scene.arrange import Arrangement, arrange
 from camsim.scene.charts import Chart
+from camsim.scene.gradients import LinearGradient, RadialGradient, SineGrating, SineStar, SineZonePlate
 from camsim.scene.picture import Picture
 from camsim.scene.primitives import Primitive, Shape, flattened
 from camsim.scene.scene import Scene
@@ -33,10 +34,12 @@ __all__ = [
     "Group",
     "HalfPlane",
     "Line",
+    "LinearGradient",
     "Path",
     "Picture",
     "Polygon",
     "Primitive",
+    "RadialGradient",
     "Rectangle",
     "RegularPolygon",
     "RepeatOnGrid",
@@ -45,6 +48,9 @@ __all__ = [
     "Scene",
     "Sector",
     "Shape",
+    "SineGrating",
+    "SineStar",
+    "SineZonePlate",
     "Star",
     "Svg",
     "Text",

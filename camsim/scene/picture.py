@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias, TypedDict
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camsim.arrays import F64
-from camsim.scene.primitives import Primitive
+from camsim.scene.raster import Field, Interpolation, Raster
 from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
@@ -20,16 +19,12 @@ from camsim.spectra.pca import planes_of_cube
 from camsim.spectra.rgb import rgb_basis
 from camsim.typed import Point, Positive, judge, refusal
 
-Interpolation: TypeAlias = Literal["squares", "linear", "cubic"]
-DEGREES: dict[str, int] = {"squares": 0, "linear": 1, "cubic": 3}
-"""Of the B-splines that the samples weigh."""
-
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Picture:
+class Picture(Raster, Field):
     """A rectangle of samples in front of the camera, as it falls on the sensor.
 
     planes        : (planes, rows, cols) or (rows, cols) numbers, row 0 at the top
@@ -41,6 +36,7 @@ class Picture:
                     the samples, which may swing beyond them). At its rim the picture ends sharply, half a sample beyond
                     the outermost ones, and goes on as its mirror image up to there
     source        : what reports and files call it;  sha256: of its samples and spectra, which files do not hold
+    read          : how ``read_picture`` made it of a file, for those who read that again
 
     >>> picture = Picture.of_rgb(np.full((2, 3, 3), (0.5, 0.4, 0.3)), width_um=30.0)
     >>> picture.shape, picture.height_um, len(picture.spectra)
@@ -54,6 +50,7 @@ class Picture:
     rotate_deg: float = 0.0
     interpolation: Interpolation = "squares"
     source: str = ""
+    read: Mapping[str, Any] | None = field(default=None, metadata={"described": "if any"})
     sha256: str = field(default="", init=False)
 
     def __post_init__(self) -> None:
@@ -106,24 +103,34 @@ class Picture:
         rotate_deg: float = 0.0,
         interpolation: Interpolation = "squares",
         source: str = "",
+        read: Mapping[str, Any] | None = None,
     ) -> Picture:
         """Return a picture of linear sRGB (rows, cols, 3), from 0 to 1; a grey one may be (rows, cols).
 
         Three planes with the spectra of Mallett & Yuksel (2019): smooth, from 0 to 1, of exactly that colour under D65,
         and flat where a sample is grey. The rest is as of the class.
         """
-        placed = _placed(width_um, centre_um, rotate_deg, interpolation, source)
         samples = np.asarray(rgb)
-        if samples.ndim == 2:
-            return cls(planes=samples, spectra=(1.0,), **placed)
-        if samples.ndim != 3 or samples.shape[2] != 3:
+        spectra: Sequence[Spectrum] = (1.0,)
+        if samples.ndim != 2 and (samples.ndim != 3 or samples.shape[2] != 3):
             raise refusal(_OfRgb(), "rgb", f"must be (rows, cols, 3), not an array of shape {samples.shape}")
-        if np.array_equal(samples[..., 0], samples[..., 1]) and np.array_equal(samples[..., 0], samples[..., 2]):
-            return cls(planes=samples[..., 0], spectra=(1.0,), **placed)
-        basis = rgb_basis()
-        wavelength_nm = tuple(basis.wavelength_nm.tolist())
-        curves = [Curve(wavelength_nm, tuple(values.tolist()), outside="hold") for values in basis.values]
-        return cls(planes=np.moveaxis(samples, 2, 0), spectra=curves, **placed)
+        if samples.ndim == 3 and (samples == samples[..., :1]).all():
+            samples = samples[..., 0]
+        elif samples.ndim == 3:
+            basis = rgb_basis()
+            wavelength_nm = tuple(basis.wavelength_nm.tolist())
+            spectra = [Curve(wavelength_nm, tuple(values.tolist()), outside="hold") for values in basis.values]
+            samples = np.moveaxis(samples, 2, 0)
+        return cls(
+            planes=samples,
+            spectra=spectra,
+            width_um=width_um,
+            centre_um=centre_um,
+            rotate_deg=rotate_deg,
+            interpolation=interpolation,
+            source=source,
+            read=read,
+        )
 
     @classmethod
     def of_cube(
@@ -137,52 +144,29 @@ class Picture:
         rotate_deg: float = 0.0,
         interpolation: Interpolation = "squares",
         source: str = "",
+        read: Mapping[str, Any] | None = None,
     ) -> Picture:
         """Return a picture of reflectance spectra (rows, cols, bands), from 0 to 1, straight between the wavelengths.
 
         tolerance : how far any sample may lie from the cube at any wavelength: it becomes as few planes as keep it
                     (principal components); 0 keeps every band
         """
-        placed = _placed(width_um, centre_um, rotate_deg, interpolation, source)
         planes, components = planes_of_cube(np.asarray(cube), np.asarray(wavelength_nm, float), error=tolerance)
-        return cls(planes=planes, spectra=components, **placed)
+        return cls(
+            planes=planes,
+            spectra=components,
+            width_um=width_um,
+            centre_um=centre_um,
+            rotate_deg=rotate_deg,
+            interpolation=interpolation,
+            source=source,
+            read=read,
+        )
 
     @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns of samples."""
-        return self.planes.shape[1], self.planes.shape[2]
-
-    @property
-    def step_um(self) -> float:
-        """Distance between neighbouring samples."""
-        return self.width_um / self.shape[1]
-
-    @property
-    def height_um(self) -> float:
-        """Height of the whole picture."""
-        return self.step_um * self.shape[0]
-
-    @property
-    def axes(self) -> F64:
-        """Unit vectors (2, 2) along the picture's rows and columns."""
-        angle = math.radians(self.rotate_deg)
-        quarter = self.rotate_deg / 90.0
-        # At whole quarters without the rounding of a cosine of π/2.
-        turned = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
-        cosine, sine = turned[int(quarter) % 4] if quarter.is_integer() else (math.cos(angle), math.sin(angle))
-        return np.array([[cosine, sine], [-sine, cosine]])
-
-    @property
-    def flat(self) -> F64 | None:
-        """Weights of the planes that are a reflectance of 1 at every wavelength; None where none are known to be."""
-        if self.spectra == (1.0,):
-            return np.ones(1)
-        curves = [spectrum for spectrum in self.spectra if isinstance(spectrum, Curve)]
-        if len(curves) == len(self.spectra) and len({curve.wavelength_nm for curve in curves}) == 1:
-            total = np.sum([np.asarray(curve.values) for curve in curves], axis=0)
-            held = all(curve.outside == "hold" for curve in curves)
-            return np.ones(len(curves)) if held and np.abs(total - 1.0).max() < 1e-12 else None
-        return None
+    def half_um(self) -> tuple[float, float]:
+        """Half its sides."""
+        return 0.5 * self.width_um, 0.5 * self.height_um
 
     @property
     def reflectance(self) -> Spectrum:
@@ -193,10 +177,6 @@ class Picture:
         nodes = np.unique(np.concatenate([_nodes(spectrum) for spectrum in self.spectra]))
         total = np.einsum("p,pn->n", means, np.stack([spectrum_at(spectrum, nodes) for spectrum in self.spectra]))
         return Curve(tuple(nodes.tolist()), tuple(np.clip(total, 0.0, 1.0).tolist()), outside="hold")
-
-    def primitives(self) -> Iterator[Primitive]:
-        """Return its rectangle in its mean colour, for those who look at outlines only."""
-        return self.frame(self.reflectance).primitives()
 
     def frame(self, reflectance: Spectrum) -> Rectangle:
         """Return the picture's rectangle in one colour."""
@@ -212,26 +192,6 @@ class Picture:
     def surfaces(self) -> tuple[Spectrum, ...]:
         """Curves that bend where the planes' spectra do."""
         return tuple(s.size if isinstance(s, Component) else s for s in self.spectra)
-
-
-class _Placed(TypedDict):
-    width_um: float
-    centre_um: Any
-    rotate_deg: float
-    interpolation: Interpolation
-    source: str
-
-
-def _placed(
-    width_um: float, centre_um: Sequence[float], rotate_deg: float, interpolation: Interpolation, source: str
-) -> _Placed:
-    return {
-        "width_um": width_um,
-        "centre_um": centre_um,
-        "rotate_deg": rotate_deg,
-        "interpolation": interpolation,
-        "source": source,
-    }
 
 
 def _nodes(spectrum: Spectrum | Component) -> F64:

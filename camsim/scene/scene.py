@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from camsim import notebook
 from camsim.errors import InvalidValueError
-from camsim.scene.picture import Picture
 from camsim.scene.primitives import Shape, counted
+from camsim.scene.raster import Field
 from camsim.spectra.curve import Reflectance, Spectrum
 from camsim.typed import judge, refusal
 from camsim.words import brief
@@ -23,18 +23,18 @@ class Scene:
     """What is in front of the camera.
 
     background : reflectance of everything that no shape covers, out to infinity
-    shapes     : and pictures; later ones cover earlier ones
+    shapes     : pictures and gradients; later ones cover earlier ones
     """
 
     background: Reflectance
-    shapes: Sequence[Shape | Picture] = ()
+    shapes: Sequence[Shape | Field] = ()
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)
         try:
-            counted(shape for shape in self.shapes if not isinstance(shape, Picture))
+            counted(shape for shape in self.shapes if not isinstance(shape, Field))
         except InvalidValueError as error:
             raise refusal(self, "shapes", error.message) from None
 
@@ -43,15 +43,15 @@ class Scene:
         """Distinct curves that bend wherever a reflectance of the scene does, the background's first."""
         painted: list[Spectrum] = [self.background]
         for shape in self.shapes:
-            own = shape.surfaces if isinstance(shape, Picture) else (one.reflectance for one in shape.primitives())
+            own = shape.surfaces if isinstance(shape, Field) else (one.reflectance for one in shape.primitives())
             painted.extend(own)
         return tuple(dict.fromkeys(painted))
 
     def framed(self, reflectance: Spectrum) -> Scene:
-        """Return the scene with a rectangle of one colour in place of every picture."""
-        if not any(isinstance(shape, Picture) for shape in self.shapes):
+        """Return the scene with the outline in one colour in place of every picture and gradient."""
+        if not any(isinstance(shape, Field) for shape in self.shapes):
             return self
-        shapes = [shape.frame(reflectance) if isinstance(shape, Picture) else shape for shape in self.shapes]
+        shapes = [shape.frame(reflectance) if isinstance(shape, Field) else shape for shape in self.shapes]
         return Scene(background=self.background, shapes=shapes)
 
     @classmethod

@@ -20,6 +20,13 @@ class Component:
     wavelength_nm: F64
     values: F64
 
+    @classmethod
+    def less(cls, spectrum: Spectrum) -> Component:
+        """Return what takes a reflectance off."""
+        if isinstance(spectrum, Curve):
+            return cls(np.array(spectrum.wavelength_nm, float), -np.array(spectrum.values, float))
+        return cls(np.array([1.0]), np.array([-float(spectrum)]))
+
     def at(self, wavelength_nm: F64) -> F64:
         """Return the values at ``wavelength_nm`` (any shape)."""
         values: F64 = np.interp(wavelength_nm, self.wavelength_nm, self.values)

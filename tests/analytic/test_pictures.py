@@ -69,6 +69,33 @@ def test_brute_force(seed, interpolation):
         assert worst([image[place] for place in places], right) <= tolerance
 
 
+@pytest.mark.parametrize(
+    ("rows", "cols", "scale", "angle", "interpolation"),
+    [
+        (64, 64, 0.05, 33.0, "cubic"),
+        (64, 48, 0.4, 90.0, "linear"),
+        (48, 64, 0.7, 0.0, "squares"),
+        (3, 4, 20.0, 61.0, "linear"),
+        (4, 3, 17.0, 180.0, "squares"),
+        (2, 5, 20.0, 0.0, "cubic"),
+    ],
+)
+def test_brute_force_of_many_samples_and_of_large_ones(rows, cols, scale, angle, interpolation):
+    planes = np.random.default_rng(rows).random((rows, cols))
+    how = {"interpolation": interpolation, "rotate_deg": angle}
+    nodes = int(np.ceil(1.6 * scale)) + 4
+    light = truth.light_of_picture(planes, nodes=nodes, step=scale, centre=(0.3, -0.8), **how)
+    x0, y0 = GRID.first_centre
+    place = (4, 6)
+    centres, spots = [(x0 + place[1], y0 + place[0])], np.zeros((1, 2))
+    right = truth.photosites(light, centres=centres, blur=8.0 * NM * 1e-3 / PITCH_UM, side=1.0, spots=spots, nodes=10)
+    for tolerance in (1e-2, 1e-5, 1e-8):
+        picture = camsim.Picture(
+            planes=planes, width_um=scale * cols * PITCH_UM, centre_um=(0.3 * PITCH_UM, -0.8 * PITCH_UM), **how
+        )
+        assert worst(rendered(picture, tolerance=tolerance, optics=[LENS, PHOTOSITE])[place], right[0]) <= tolerance
+
+
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
 def test_one_flat_colour_is_a_rectangle(interpolation, tolerance):

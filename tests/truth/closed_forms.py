@@ -48,3 +48,10 @@ def edges_by_quadrature(point, start, end, spots, powers):
         cross = source[..., 0] * along[:, None, 1] - source[..., 1] * along[:, None, 0]
         total += np.sum(0.5 * w * energy * cross / (2 * np.pi * r**2))
     return total / len(spots)
+
+
+def grating_contrast(frequency, lambda_n, side, split):
+    """What a lens, a square photosite and an OLPF of four spots leave of a wave of frequency (fx, fy)."""
+    u = min(math.hypot(*frequency) * lambda_n, 1.0)
+    lens = 2.0 / math.pi * (math.acos(u) - u * math.sqrt(1.0 - u * u))
+    return lens * math.prod(float(np.sinc(f * side)) * math.cos(math.pi * f * split) for f in frequency)

@@ -22,6 +22,25 @@ def light_of_picture(samples, *, interpolation, step, centre, rotate_deg, nodes)
     return x.ravel(), y.ravel(), (field * wv[:, None] * wu[None] * step**2).ravel()
 
 
+def light_of_ring(value, *, radius, inner, nodes):
+    """Return places and light of a field value(x, y) between two circles: Gauss nodes outwards, even ones around."""
+    t, w = leggauss(nodes)
+    r = inner + 0.5 * (radius - inner) * (1.0 + t)
+    turn = 2.0 * np.pi * (np.arange(4 * nodes) + 0.5) / (4 * nodes)
+    x, y = r[:, None] * np.cos(turn), r[:, None] * np.sin(turn)
+    share = (0.5 * (radius - inner) * w * r)[:, None] * (2.0 * np.pi / turn.size)
+    return x.ravel(), y.ravel(), (value(x, y) * share).ravel()
+
+
+def light_of_rectangle(value, *, width, height, rotate_deg, nodes):
+    """Return places and light of a field value(u, v) along a rectangle's own sides."""
+    t, w = leggauss(nodes)
+    u, v = np.meshgrid(0.5 * width * t, 0.5 * height * t)
+    c, s = np.cos(np.radians(rotate_deg)), np.sin(np.radians(rotate_deg))
+    light = value(u, v) * np.outer(w, w) * 0.25 * width * height
+    return (u * c - v * s).ravel(), (u * s + v * c).ravel(), light.ravel()
+
+
 def photosites(light, *, centres, blur, side, spots, nodes):
     """Return the light at photosites: squares of ``side`` about ``centres``, with every spot of a low-pass filter."""
     x, y, power = light

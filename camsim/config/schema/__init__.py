@@ -6,6 +6,13 @@ Every field says what it means and in which unit: messages, reference and JSON S
 from camsim.config.schema.base import LISTS, Curve, FilterCurve, Fractions, Letter, LightTable, Makes, Table, Tabulated
 from camsim.config.schema.drawings import Svg
 from camsim.config.schema.electronics import Charge, Readout
+from camsim.config.schema.gradients import (
+    LinearGradient,
+    RadialGradient,
+    SineGrating,
+    SineStar,
+    SineZonePlate,
+)
 from camsim.config.schema.lens import (
     AiryLens,
     AnnularLens,
@@ -96,6 +103,7 @@ __all__ = [
     "Light",
     "LightTable",
     "Line",
+    "LinearGradient",
     "Makes",
     "MeasuredOtfLens",
     "MeasuredPsfLens",
@@ -109,6 +117,7 @@ __all__ = [
     "QuadBayerCfa",
     "QuantumEfficiency",
     "RadialFalloff",
+    "RadialGradient",
     "RadialOtfLens",
     "Readout",
     "Rectangle",
@@ -126,6 +135,9 @@ __all__ = [
     "SensorFile",
     "SensorFrame",
     "Shape",
+    "SineGrating",
+    "SineStar",
+    "SineZonePlate",
     "SquarePhotosite",
     "Star",
     "StudyFile",

@@ -9,6 +9,13 @@ from pydantic import Field, Tag
 from camsim.config.schema.base import Point, Reflectance, Table, by_form
 from camsim.config.schema.charts import Chart
 from camsim.config.schema.drawings import Svg
+from camsim.config.schema.gradients import (
+    LinearGradient,
+    RadialGradient,
+    SineGrating,
+    SineStar,
+    SineZonePlate,
+)
 from camsim.config.schema.pictures import Picture
 from camsim.marks import Called
 from camsim.typed import NonNegative, Positive
@@ -232,8 +239,9 @@ _Kinds: TypeAlias = (
     | Svg
 )
 Shape: TypeAlias = Annotated[_Kinds, Field(discriminator="kind")]
-Placed: TypeAlias = Annotated[_Kinds | Picture, Field(discriminator="kind")]
-"""A shape of a scene; within groups and as clips there are no pictures."""
+_Fields: TypeAlias = Picture | LinearGradient | RadialGradient | SineGrating | SineStar | SineZonePlate
+Placed: TypeAlias = Annotated[_Kinds | _Fields, Field(discriminator="kind")]
+"""A shape of a scene; within groups and as clips there are no pictures and gradients."""
 
 for _table in (Group, RepeatOnGrid, RepeatOnRing):
     _table.model_rebuild()

@@ -153,10 +153,29 @@ def middles_light(patches: Patches, point: F64, far: Far, radius: float) -> F64:
 
 
 @kernel()
-def points_light(places: F64, light: F64, point: F64, footprint: Rule, near: Near, far: Far, radius: float) -> F64:
-    """Return (channels,): the light (planes, n) of points (n, 2) at a photosite."""
+def points_light(places: F64, light: F64, point: F64, footprint: Rule, near: Near, bounds: tuple[float, float]) -> F64:
+    """Return (channels,): the light (planes, n) of points (n, 2) at a photosite, of those at some distance."""
     nodes, weights = footprint
     planes, channels = near.table.shape[1], near.table.shape[2]
+    total = np.zeros(channels)
+    for q in range(len(places)):
+        mx, my = places[q, 0] - point[0], places[q, 1] - point[1]
+        distance = math.sqrt(mx * mx + my * my)
+        if distance > bounds[1] or distance <= bounds[0]:
+            continue
+        for m in range(len(weights)):
+            dx, dy = mx - nodes[m, 0], my - nodes[m, 1]
+            distance = math.sqrt(dx * dx + dy * dy)
+            for p in range(planes):
+                for k in range(channels):
+                    total[k] += weights[m] * light[p, q] * _near(near, distance, p, k)
+    return total
+
+
+@kernel()
+def far_points_light(places: F64, light: F64, point: F64, far: Far, radius: float) -> F64:
+    """Return (channels,): that of those farther away."""
+    planes, channels = far.table.shape[1], far.table.shape[2]
     total = np.zeros(channels)
     for q in range(len(places)):
         mx, my = places[q, 0] - point[0], places[q, 1] - point[1]
@@ -165,11 +184,4 @@ def points_light(places: F64, light: F64, point: F64, footprint: Rule, near: Nea
             for p in range(planes):
                 for k in range(channels):
                     total[k] += light[p, q] * _far(far, distance, p, k)
-            continue
-        for m in range(len(weights)):
-            dx, dy = mx - nodes[m, 0], my - nodes[m, 1]
-            distance = math.sqrt(dx * dx + dy * dy)
-            for p in range(planes):
-                for k in range(channels):
-                    total[k] += weights[m] * light[p, q] * _near(near, distance, p, k)
     return total

@@ -23,6 +23,7 @@ from camsim.rendering.check.field_kernels import (
     Near,
     Patches,
     Rule,
+    far_points_light,
     lattice_light,
     middles_light,
     points_light,
@@ -156,6 +157,7 @@ class DirectSums:
         near, far = self._table(density), self._averaged(density, seen.farthest(points))
         zones = [(Rule(*self.footprint(more)), self._inner(seen, more), bounds) for more, bounds in self.zones]
         patches = Patches(seen.values, seen.whole, seen.degree, seen.corner, seen.axes * seen.step)
+        places, light = seen.lit_near(points, self.zones)
         out = np.zeros((channels, len(points)))
 
         def work(begin: int, end: int) -> None:
@@ -163,9 +165,12 @@ class DirectSums:
                 point = points[k]
                 for footprint, inner, bounds in zones:
                     out[:, k] += lattice_light(patches, point, footprint, inner, near, bounds)
+                    if places.size:
+                        from_here = (bounds[0] if bounds[0] > 0.0 else -1.0, bounds[1])
+                        out[:, k] += points_light(places, light, point, footprint, near, from_here)
                 out[:, k] += middles_light(patches, point, far, self.radius)
-                if seen.points.size:
-                    out[:, k] += points_light(seen.points, seen.light, point, zones[0][0], near, far, self.radius)
+                if places.size:
+                    out[:, k] += far_points_light(places, light, point, far, self.radius)
 
         shared(len(points), work)
         return out * seen.step**2

@@ -12,6 +12,7 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.quadrature import gauss_error
 from camsim.rendering.check.fields import DirectSums
+from camsim.rendering.check.gradient_samples import Cells, SeenGradient
 from camsim.rendering.check.judge import Found, Judge, Windows
 from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
 from camsim.rendering.check.polygons import polygons
@@ -20,6 +21,8 @@ from camsim.rendering.check.scenery import pieces_of
 from camsim.rendering.check.wavelengths import condensed, densities
 from camsim.rendering.engine import Plan
 from camsim.scene import Picture, Scene
+from camsim.scene.gradients import Gradient
+from camsim.scene.raster import Field, axes_of, flat_of
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
@@ -58,32 +61,16 @@ class PictureJudge:
             seen_nm = job.wavelength_nm[:1]
         allowed = job.budget.of_check.tolerance
         background = self.scene.background
-        pictures, spectra = [], []
+        highest = max(job.system.cutoff_per_um(float(nm)) for nm in (seen_nm.min(), seen_nm.max())) * job.grid.pitch_um
+        pictures: list[Seen] = []
+        spectra: list[Spectrum | Component] = []
         for number, shape in enumerate(self.scene.shapes):
-            if not isinstance(shape, Picture):
-                continue
-            grey = background if isinstance(background, float | int) else None
-            flat = None if grey is None else shape.flat
-            highest = (
-                max(job.system.cutoff_per_um(float(nm)) for nm in (seen_nm.min(), seen_nm.max())) * job.grid.pitch_um
-            )
-            step = min(shape.step_um / job.grid.pitch_um, LARGEST)
-            order = 3
-            while order < 60 and gauss_error(order, math.pi * highest * step) > math.log(max(allowed, 1e-12)):
-                order += 1
-            pictures.append(
-                Seen(
-                    picture=shape,
-                    less=np.zeros(len(shape.planes)) if flat is None or grey is None else grey * flat,
-                    ones=flat is None,
-                    outline=_outline(self.scene, number, job.grid.pitch_um, 1.0 / highest, allowed),
-                    pitch_um=job.grid.pitch_um,
-                    order=order + 1,
-                )
-            )
-            spectra.extend(shape.spectra)
-            if flat is None:
-                spectra.append(_less(background))
+            if isinstance(shape, Field):
+                pictures.append(self._seen(number, shape, highest, allowed))
+                assert isinstance(shape, Picture | Gradient)
+                spectra.extend(shape.spectra)
+                if pictures[-1].ones:
+                    spectra.append(Component.less(background))
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm, full=job.signals.scale)
         blur = job.system.blurs_um(wavelength_nm) / job.grid.pitch_um
         sums = functools.partial(DirectSums, seen=tuple(pictures), system=job.system, grid=job.grid, allowed=allowed)
@@ -91,6 +78,27 @@ class PictureJudge:
         phase = 2.0 * math.pi * radius * float(1.0 / blur.min() - 1.0 / blur.max())
         nodes, moved = condensed(wavelength_nm, density, phase=phase, allowed=allowed)
         return sums(density=moved, wavelength_nm=nodes)
+
+    def _seen(self, number: int, shape: Field, highest: float, allowed: float) -> Seen:
+        """Return what is seen of a picture or gradient; ``highest``: frequency of the lens, cycles/pitch."""
+        assert isinstance(shape, Picture | Gradient)
+        pitch_um, background = self.edges.job.grid.pitch_um, self.scene.background
+        grey = background if isinstance(background, float | int) else None
+        flat = None if grey is None else flat_of(shape.spectra)
+        less = np.zeros(len(shape.spectra)) if flat is None or grey is None else grey * flat
+        outline = _outline(self.scene, number, pitch_um, 1.0 / highest, allowed)
+        raster = Cells.over(shape, pitch_um) if isinstance(shape, Gradient) else shape
+        most = shape.cycles_per_um * pitch_um if isinstance(shape, Gradient) else 0.0
+        phase = math.pi * (highest + most) * min(raster.step_um / pitch_um, LARGEST)
+        order = 3
+        while order < 60 and gauss_error(order, phase) > math.log(max(allowed, 1e-12)):
+            order += 1
+        if isinstance(shape, Gradient):
+            return SeenGradient(
+                picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1,
+                gradient=shape, highest=highest, allowed=allowed,
+            )  # fmt: skip
+        return Seen(picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1)
 
     @functools.cached_property
     def _windows(self) -> Windows:
@@ -116,11 +124,11 @@ class PictureJudge:
         x0, y0 = grid.first_centre
         places = []
         for shape in self.scene.shapes:
-            if isinstance(shape, Picture):
+            if isinstance(shape, Picture | Gradient):
                 middle = np.array(shape.centre_um) / grid.pitch_um
-                half = 0.5 * np.array([shape.width_um, shape.height_um]) / grid.pitch_um
+                half = np.array(shape.half_um) / grid.pitch_um
                 for across, down in ((-1, -1), (0, 0), (1, 1), (1, -1), (-1, 1)):
-                    places.append(middle + np.einsum("a,ax->x", half * [across, down], shape.axes))
+                    places.append(middle + np.einsum("a,ax->x", half * [across, down], axes_of(shape.rotate_deg)))
         spots: dict[tuple[int, int], None] = {}
         turn = 0
         while len(spots) < min(count, grid.rows * grid.cols):
@@ -175,19 +183,13 @@ def _windows_of(places: tuple[I64, I64], rows: int, cols: int) -> tuple[I64, I64
 
 def _outline(scene: Scene, number: int, pitch_um: float, longest: float, allowed: float) -> Segments | None:
     """Return what bounds what is seen of a picture, by the painter's rule; None for all of it."""
-    picture, later = scene.shapes[number], scene.shapes[number + 1 :]
-    if not later:
+    field, later = scene.shapes[number], scene.shapes[number + 1 :]
+    if not later and isinstance(field, Picture):
         return None
-    assert isinstance(picture, Picture)
+    assert isinstance(field, Field)
     own = Curve((1.0, 2.0), (0.25, 0.75), name="the picture", outside="hold")
-    covered = Scene(background=0.5, shapes=[picture.frame(own), *later]).framed(0.5)
+    covered = Scene(background=0.5, shapes=[field.frame(own), *later]).framed(0.5)
     pieces, spectra = pieces_of(covered, pitch_um)
     edges = polygons(pieces, longest, allowed)
     mine = (edges.left == spectra.index(own)) | (edges.right == spectra.index(own))
     return edges.start[mine], edges.end[mine]
-
-
-def _less(spectrum: Spectrum) -> Component:
-    if isinstance(spectrum, Curve):
-        return Component(np.array(spectrum.wavelength_nm, float), -np.array(spectrum.values, float))
-    return Component(np.array([1.0]), np.array([-float(spectrum)]))

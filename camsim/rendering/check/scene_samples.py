@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -16,10 +17,10 @@ from scipy import fft
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_legendre
-from camsim.scene import Picture
-from camsim.scene.picture import DEGREES
+from camsim.scene.raster import DEGREES, Raster
 
 Segments = tuple[F64, F64]
+Zone = tuple[float, tuple[float, float]]
 LARGEST = 3.0  # pitches, of a patch
 NEXT_TO = 1e-9  # of a patch: an outline this near to a side may be on it
 
@@ -33,7 +34,7 @@ class Seen:
     pitch_um : of the photosites;  order: of the rule on a patch that is cut
     """
 
-    picture: Picture
+    picture: Raster
     less: F64
     ones: bool
     outline: Segments | None
@@ -116,6 +117,8 @@ class Seen:
     def _states(self) -> tuple[np.ndarray, np.ndarray]:
         """(rows, cols) of patches: which are whole, and which an outline may cut."""
         rows, cols = (n + (self.degree > 0) for n in self.shape)
+        if self.outline is None and self.degree == 0:
+            return np.ones((rows, cols), bool), np.zeros((rows, cols), bool)
         whole, cut = np.zeros((rows, cols), bool), np.zeros((rows, cols), bool)
         start, end = self._sides
         low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
@@ -164,15 +167,12 @@ class Seen:
         placed = self.corner + self.step * np.einsum("na,ax->nx", np.concatenate(places), self.axes)
         return placed, np.concatenate(lights, axis=1)
 
-    @property
-    def points(self) -> F64:
-        """Where the light of parts of patches lies."""
-        return self._parts[0]
+    def lit_near(self, points: F64, zones: Sequence[Zone]) -> tuple[F64, F64]:
+        """Return where the light of parts of patches lies (m, 2), and how much it is (planes, m), of a patch's area 1.
 
-    @property
-    def light(self) -> F64:
-        """How much it is, (planes, m), of a patch's area 1."""
-        return self._parts[1]
+        points, zones : about which it is to be summed, and how exactly at which distance; here it is the same for all
+        """
+        return self._parts
 
     def _field(self, row: int, col: int, places: F64) -> F64:
         """Return (planes, n) the field on a patch at places 0 … 1."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.rendering.edges import shares_within
 from camsim.rendering.fields.layer import Rings
 from camsim.scene.patches import edges_of, pieces_of
 
@@ -48,7 +49,7 @@ def cover_of(outline: Rings, shape: tuple[int, int]) -> Cover:
 
 def _touched(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
     """Return (rows, cols): where the outline may run."""
-    low, high = _clipped(start, end, shape)
+    low, high = shares_within(start, end, np.array([-1.0, -1.0]), np.array([shape[1] + 1.0, shape[0] + 1.0]))
     seen = high > low
     a, along, low, high = start[seen], (end - start)[seen], low[seen], high[seen]
     count = np.ceil((high - low) * np.hypot(*along.T) / ALONG).astype(np.int64) + 1
@@ -62,19 +63,6 @@ def _touched(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
             within = (col >= 0) & (col < shape[1]) & (row >= 0) & (row < shape[0])
             touched[row[within], col[within]] = True
     return touched
-
-
-def _clipped(start: F64, end: F64, shape: tuple[int, int]) -> tuple[F64, F64]:
-    """Return from where to where (n,), shares of its length, each edge may be near the patches."""
-    low, high = np.zeros(len(start)), np.ones(len(start))
-    for axis, size in ((0, shape[1]), (1, shape[0])):
-        along = end[:, axis] - start[:, axis]
-        safe = np.where(along == 0.0, 1.0, along)
-        one, two = (-1.0 - start[:, axis]) / safe, (size + 1.0 - start[:, axis]) / safe
-        outside = (along == 0.0) & ((start[:, axis] < -1.0) | (start[:, axis] > size + 1.0))
-        low = np.where(along == 0.0, low, np.maximum(low, np.minimum(one, two)))
-        high = np.where(along == 0.0, np.where(outside, -1.0, high), np.minimum(high, np.maximum(one, two)))
-    return low, high
 
 
 def _inside(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:

@@ -23,21 +23,22 @@ from camsim.optics.protocols import KnowsEnergy
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.fields.aligned import Aligned
+from camsim.rendering.fields.cost import STRIP_POINTS, taken, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
-from camsim.rendering.fields.quiet import Reach, quiet_distance
-from camsim.rendering.fields.samples import parts_of, samples_of
+from camsim.rendering.fields.quiet import Reach, parted, quiet_distance
+from camsim.rendering.fields.samples import Lattice, Samples, parts_of, samples_of
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes, spreading_precision
-from camsim.rendering.fourier.taper import taper_margin
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
-STRIP_POINTS = 2_500_000
+PREFERRED_BYTES, MOST_OVERHEAD = 4e8, 1.3  # of a tile, where more of them do not take much longer
+MOST_FREQUENCIES = 4.0  # of a lattice of its own, for each sample and each frequency of the band
 
-# Seconds of one core, measured.
-PER_TILE, PER_POINT_WEIGHT, PER_POINT, PER_SAMPLE, PER_SAMPLE_STRIP = 5e-3, 8e-9, 1.6e-7, 2e-7, 1.2e-7
+PER_TILE = 5e-3  # seconds of one core, measured
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,27 +77,41 @@ class FieldImage:
                 f"{self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, or allow a larger tolerance",
                 key="method",
             )
-        windows = _windows(shape, side)
-        for done, window in enumerate(windows):
-            row, col, rows, cols = window
+        parts = windows(shape, side)
+        for done, (row, col, rows, cols) in enumerate(parts):
             part = (..., slice(row, row + rows), slice(col, col + cols))
             at = origin[0] + col, origin[1] + row
             low, high, tile = self._tile(at, (rows, cols), reach)
-            found = [
-                samples_of(layer, low, high, cut=tile.cut, allowed=self._precision, origin=at) for layer in self.layers
-            ]
-            present = [k for k, samples in enumerate(found) if samples is not None]
-            if present:
-                scenery = Fields(
-                    tile=tile,
-                    plan=self._sizes(tile, reach),
-                    samples=[samples for samples in found if samples is not None],
-                    precision=self._precision,
-                )
-                image[part] += self._optics(present).tile_image(tile, scenery.plan, scenery, channel[part])
-            progress((done + 1) / len(windows))
+            image[part] += self._window(at, low, high, tile, reach, channel[part])
+            progress((done + 1) / len(parts))
         if reach.far:
             image += self._beyond(reach).rendered(origin, channel)
+        return image
+
+    def _window(self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8) -> F64:
+        """Return what a window's photosites see within the reach: lattices along their rows, then the rest."""
+        image = np.zeros(channel.shape)
+        plan = self._sizes(tile, reach)
+        rest: dict[int, Samples] = {}
+        for k, layer in enumerate(self.layers):
+            samples = samples_of(
+                layer,
+                low,
+                high,
+                cut=tile.cut,
+                allowed=self._precision,
+                origin=at,
+                aligned=self._is_aligned(layer, tile),
+            )
+            if samples is None:
+                continue
+            if samples.lattice is not None:
+                image += self._aligned(k, samples.lattice, tile, plan).image(channel)
+            if samples.strengths.size or samples.corrections.size:
+                rest[k] = samples
+        if rest:
+            scenery = Fields(tile=tile, plan=plan, samples=[*rest.values()], precision=self._precision)
+            image += self._optics([*rest]).tile_image(tile, plan, scenery, channel)
         return image
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
@@ -104,41 +119,29 @@ class FieldImage:
         reach, side, cost = self._planned(origin, shape)
         points = sum(
             self._tile((origin[0] + col, origin[1] + row), (rows, cols), reach)[2].points
-            for row, col, rows, cols in _windows(shape, side)
+            for row, col, rows, cols in windows(shape, side)
         )
         return cost, points
 
     def reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
         """Return how the pattern is parted for a window."""
-        kernel = self._kernel
-        if not kernel.tapered:
-            whole = (kernel.reach, kernel.reach)
-            return Reach(inner=whole, outer=whole, margin=0.0, sharpness=0.0, far=False)
+        if (origin, shape) not in self._reaches:
+            self._reaches[origin, shape] = self._reach(origin, shape)
+        return self._reaches[origin, shape]
+
+    @functools.cached_property
+    def _reaches(self) -> dict[tuple[tuple[float, float], tuple[int, int]], Reach]:
+        return {}
+
+    def _reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
         extent = self._extent(origin, shape)
-        span = float(np.hypot(*extent))
-        inner = np.full(2, min(kernel.reach, span)) if kernel.round else np.minimum(extent, kernel.reach)
-        far = False
-        if kernel.round and isinstance(self.system.lens, KnowsEnergy) and not self.system.more:
-            quiet = quiet_distance(
-                self.layers, self.system, self.wavelength_nm, self.density, self.pitch_um, kernel, self._footprint,
-                within=span, allowed=0.5 * ErrorBudget(self.tolerance).allowed("reach"),
+        quiet: Callable[[float], float] | None = None
+        if self._kernel.round and isinstance(self.system.lens, KnowsEnergy) and not self.system.more:
+            quiet = functools.partial(
+                quiet_distance, self.layers, self.system, self.wavelength_nm, self.density, self.pitch_um,
+                self._kernel, self._footprint, allowed=0.5 * ErrorBudget(self.tolerance).allowed("reach"),
             )  # fmt: skip
-            if quiet < float(inner[0]):
-                inner, far = np.full(2, quiet), True
-        level = ErrorBudget(self.tolerance).allowed("taper") / min(1.0, kernel.light(float(inner.min())))
-        margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
-        period = float(max(shape)) + 2.0 * float(inner.max()) if far else float(extent.max() + inner.max())
-        width = max(math.sqrt(margin * period / kernel.cutoff), margin * kernel.blur / 8.0)
-        if far:
-            width = min(width, max(0.5 * float(inner[0]), margin * kernel.blur / 8.0))
-        outer = inner + width
-        return Reach(
-            inner=(float(inner[0]), float(inner[1])),
-            outer=(float(outer[0]), float(outer[1])),
-            margin=margin,
-            sharpness=sharpness,
-            far=far,
-        )
+        return parted(self._kernel, extent, shape, ErrorBudget(self.tolerance).allowed("taper"), quiet)
 
     @functools.cached_property
     def _precision(self) -> float:
@@ -162,6 +165,30 @@ class FieldImage:
             system=self.system,
             pitch_um=self.pitch_um,
             tolerance=self.tolerance,
+        )
+
+    def _is_aligned(self, layer: Layer, tile: Tile) -> bool:
+        """Whether a layer's samples lie along the photosites' rows, and not too closely for a lattice of their own."""
+        along = self._kernel.round and layer.upright
+        frequencies = tile.periods[0] * tile.periods[1] / self._step(layer) ** 2
+        samples = layer.shape[0] * layer.shape[1] * parts_of(layer, self._kernel.cutoff) ** 2
+        return bool(along and frequencies <= MOST_FREQUENCIES * (samples + tile.points))
+
+    def _aligned(self, number: int, lattice: Lattice, tile: Tile, plan: Sizes) -> Aligned:
+        first = sum(layer.planes for layer in self.layers[:number])
+        density = self.density[first : first + self.layers[number].planes]
+        chromatic = self.system.chromatic
+        return Aligned(
+            lattice=lattice,
+            tile=tile,
+            plan=plan,
+            kernel=self._kernel,
+            density=density if chromatic else density.sum(axis=2, keepdims=True),
+            wavelength_nm=self.wavelength_nm if chromatic else self.wavelength_nm[:1],
+            system=self.system,
+            pitch_um=self.pitch_um,
+            tolerance=self.tolerance,
+            precision=self._precision,
         )
 
     @functools.cached_property
@@ -231,36 +258,29 @@ class FieldImage:
     def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Reach, int, Cost]:
         """Return how the pattern is parted, the side of tiles, and what they take."""
         reach = self.reach(origin, shape)
-        best: tuple[int, Cost] | None = None
-        for side in TILE_SIDES:
-            if best is not None and side >= max(shape):
-                continue
-            cost = self._cost(origin, shape, side, reach)
-            if best is None or cost.memory_bytes < best[1].memory_bytes:
-                best = side, cost
-            if best[1].memory_bytes <= self.memory_limit_bytes:
-                break
-        assert best is not None
-        return reach, *best
+        sides = [side for side in TILE_SIDES if side == TILE_SIDES[0] or side < max(shape)]
+        each = [(side, self._cost(origin, shape, side, reach)) for side in sides]
+        least = min(each, key=lambda one: one[1].memory_bytes)
+        for most in (PREFERRED_BYTES, self.memory_limit_bytes):
+            for side, cost in each:
+                if cost.memory_bytes <= most and cost.seconds <= MOST_OVERHEAD * each[0][1].seconds:
+                    return reach, side, cost
+        return reach, *next((one for one in each if one[1].memory_bytes <= self.memory_limit_bytes), least)
 
     def _cost(self, origin: tuple[float, float], shape: tuple[int, int], side: int, reach: Reach) -> Cost:
-        planes, channels, wavelengths = self.density.shape
-        weights = planes * channels * (1 if self._kernel.round else wavelengths)
+        channels, wavelengths = self.density.shape[1:]
+        weights = channels * (1 if self._kernel.round else wavelengths)
         seconds, memory = 0.0, 0.0
-        for row, col, rows, cols in _windows(shape, side):
+        for row, col, rows, cols in windows(shape, side):
             low, high, tile = self._tile((origin[0] + col, origin[1] + row), (rows, cols), reach)
-            area = float(np.prod(np.maximum(high - low, 0.0)))
-            samples = sum(
-                min(area, layer.shape[0] * layer.shape[1] * layer.step**2) / self._step(layer) ** 2
+            each = [
+                taken(
+                    layer, self._step(layer), (low, high), tile, weights=weights, aligned=self._is_aligned(layer, tile)
+                )
                 for layer in self.layers
-            )
-            spread = max(1.0, tile.points / STRIP_POINTS)
-            seconds += PER_TILE + tile.points * (weights * PER_POINT_WEIGHT + planes * PER_POINT)
-            seconds += samples * (PER_SAMPLE + planes * PER_SAMPLE_STRIP * spread)
-            held = min(STRIP_POINTS, 2.0 * tile.points)
-            bytes_held = 8.0 * channels * tile.periods[0] * tile.periods[1] + samples * (40.0 + 40.0 * planes)
-            bytes_held += 16.0 * held * (planes + 12) + 48.0 * area
-            memory = max(memory, bytes_held)
+            ]
+            seconds += PER_TILE + sum(one.seconds for one in each)
+            memory = max(memory, sum(one.held_bytes for one in each))
         return Cost(seconds=seconds, memory_bytes=memory + 16.0 * shape[0] * shape[1])
 
     def _beyond(self, reach: Reach) -> Beyond:
@@ -275,13 +295,3 @@ class FieldImage:
             sharpness=reach.sharpness,
             light=self._kernel.light(reach.inner[0]) / ErrorBudget(self.tolerance).allowed("reach"),
         )
-
-
-def _windows(shape: tuple[int, int], side: int) -> list[tuple[int, int, int, int]]:
-    """Return windows (row, col, rows, cols), about alike."""
-    rows, cols = (math.ceil(size / math.ceil(size / side)) for size in shape)
-    return [
-        (row, col, min(rows, shape[0] - row), min(cols, shape[1] - col))
-        for row in range(0, shape[0], rows)
-        for col in range(0, shape[1], cols)
-    ]

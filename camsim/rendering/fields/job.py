@@ -11,12 +11,15 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fields.gradient import sampled
 from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.layer import Layer, Rings
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
 from camsim.rendering.spectral import Signals, blur_of, fuse, multiplied
 from camsim.scene import Picture, Scene
+from camsim.scene.gradients import Gradient
+from camsim.scene.raster import Field, Raster
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
@@ -54,19 +57,21 @@ class FieldJob:
     ) -> FieldJob:
         """Find what is seen of every picture; ``scale``: (channels,) of the edges' signals."""
         seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
+        seen_nm = seen_nm if seen_nm.size else wavelength_nm[:1]
         layers: list[Layer] = []
         spectra: list[Spectrum | Component] = []
         for number, shape in enumerate(scene.shapes):
-            if not isinstance(shape, Picture):
+            if not isinstance(shape, Field):
                 continue
             outline = _seen(scene, number, system, grid, seen_nm, ErrorBudget(tolerance))
             if outline is not None and not len(outline[0]):
                 continue
-            layer = Layer.of(shape, scene.background, grid.pitch_um, outline)
+            raster = _raster(shape, system, seen_nm, ErrorBudget(tolerance))
+            layer = Layer.of(raster, scene.background, grid.pitch_um, outline)
             layers.append(layer)
-            spectra.extend(shape.spectra)
+            spectra.extend(raster.spectra)
             if layer.ones:
-                spectra.append(_negative(scene.background))
+                spectra.append(Component.less(scene.background))
         nodes, density = multiplied(spectra or [0.0], response, wavelength_nm)
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
         return cls(
@@ -123,9 +128,18 @@ def _without_tails(wavelength_nm: F64, density: F64, allowed: float) -> tuple[F6
     return wavelength_nm[first:stop], kept
 
 
+def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudget) -> Raster:
+    """Return the samples of a field: a picture's own, or as many of a gradient as lens and tolerance ask for."""
+    if isinstance(field, Raster):
+        return field
+    assert isinstance(field, Gradient)
+    cutoff = max(system.cutoff_per_um(float(nm)) for nm in (seen_nm.min(), seen_nm.max()))
+    return sampled(field, cutoff, budget.allowed("outlines"))
+
+
 def edges_share(scene: Scene) -> float:
     """Return the share of the tolerance that edges may take: all of it, but where both are there."""
-    pictures = sum(isinstance(shape, Picture) for shape in scene.shapes)
+    pictures = sum(isinstance(shape, Field) for shape in scene.shapes)
     return 1.0 if not pictures else OF_EDGES if pictures < len(scene.shapes) else 1.0
 
 
@@ -133,14 +147,14 @@ def _seen(
     scene: Scene, number: int, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget
 ) -> Rings | None:
     """Return the outline of what is seen of a picture, as the edges are cut; None for all of it."""
-    picture = scene.shapes[number]
-    assert isinstance(picture, Picture)
+    field = scene.shapes[number]
+    assert isinstance(field, Field)
     later = scene.shapes[number + 1 :]
-    if not later:
+    if not later and isinstance(field, Picture):
         return None
     # A colour that nothing else has: its edges are the outline.
     own = Curve((1.0, 2.0), (0.25, 0.75), name="the picture", outside="hold")
-    own_frame = picture.frame(own)
+    own_frame = field.frame(own)
     covered = Scene(background=scene.background, shapes=[own_frame, *later]).framed(scene.background)
     found = arranged(covered, system, grid, seen_nm, budget)
     if own not in found.spectra:
@@ -149,14 +163,9 @@ def _seen(
     forth, back = found.left == which, found.right == which
     start = np.concatenate([found.start_um[forth], found.end_um[back]])
     end = np.concatenate([found.end_um[forth], found.start_um[back]])
+    if not isinstance(field, Picture):
+        return start, end
     [frame] = own_frame.primitives()
     corners = frame.layers[0][0].curves.points[:, 0]
     whole = len(start) == 4 and {*map(tuple, start.tolist())} == {*map(tuple, corners.tolist())}
     return None if whole else (start, end)
-
-
-def _negative(spectrum: Spectrum) -> Component:
-    """Return what takes a reflectance off."""
-    if isinstance(spectrum, Curve):
-        return Component(np.array(spectrum.wavelength_nm, float), -np.array(spectrum.values, float))
-    return Component(np.array([1.0]), np.array([-float(spectrum)]))

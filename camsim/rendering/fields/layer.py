@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.scene import Picture
-from camsim.scene.picture import DEGREES
+from camsim.scene.raster import DEGREES, Raster
 from camsim.spectra.curve import Spectrum
 
 Rings = tuple[F64, F64]
@@ -32,7 +31,7 @@ class Layer:
               None where nothing hides the picture
     """
 
-    picture: Picture
+    picture: Raster
     offset: F64
     ones: bool
     step: float
@@ -41,7 +40,7 @@ class Layer:
     outline: Rings | None
 
     @classmethod
-    def of(cls, picture: Picture, background: Spectrum, pitch_um: float, outline_um: Rings | None) -> Layer:
+    def of(cls, picture: Raster, background: Spectrum, pitch_um: float, outline_um: Rings | None) -> Layer:
         """Place a picture; ``outline_um``: edges (start, end) of what can be seen, µm, None for all of it."""
         rows, cols = picture.shape
         axes, step_um = picture.axes, picture.step_um
@@ -79,10 +78,23 @@ class Layer:
         return len(self.picture.planes) + self.ones
 
     @property
+    def kind(self) -> str:
+        """What explanations call it."""
+        return self.picture.kind
+
+    @property
+    def upright(self) -> bool:
+        """Whether the samples lie along the photosites' rows."""
+        return bool((np.abs(self.axes).max(axis=0) == 1.0).all())
+
+    @property
     def corners(self) -> F64:
-        """Corners (4, 2) of the picture, pitches."""
-        rows, cols = self.shape
-        return self.places(np.array([[0, 0], [cols, 0], [cols, rows], [0, rows]], float))
+        """Corners (4, 2) about what can be seen, pitches."""
+        (left, top), (right, bottom) = (0.0, 0.0), self.shape[::-1]
+        if self.outline is not None:
+            seen = np.concatenate(self.outline)
+            (left, top), (right, bottom) = seen.min(axis=0), seen.max(axis=0)
+        return self.places(np.array([[left, top], [right, top], [right, bottom], [left, bottom]]))
 
     def places(self, samples: F64) -> F64:
         """Return places (n, 2), pitches, of sample coordinates (n, 2)."""
@@ -104,10 +116,14 @@ class Layer:
 
     def coefficients(self, rows: range, cols: range) -> F64:
         """Return coefficients (planes, rows, cols) of a window of samples; beyond the picture they are mirrored."""
-        down, across = mirrored(rows, self.shape[0]), mirrored(cols, self.shape[1])
-        own = self._splines[:, down[:, None], across[None, :]]
-        out = np.ones((self.planes, len(down), len(across)))
-        out[: len(own)] = own - self.offset[:, None, None]
+        if rows.start >= 0 and rows.stop <= self.shape[0] and cols.start >= 0 and cols.stop <= self.shape[1]:
+            own = self._splines[:, rows.start : rows.stop, cols.start : cols.stop]
+        else:
+            down, across = mirrored(rows, self.shape[0]), mirrored(cols, self.shape[1])
+            own = self._splines[:, down[:, None], across[None, :]]
+        out = np.empty((self.planes, len(rows), len(cols)))
+        np.subtract(own, self.offset[:, None, None], out=out[: len(own)])
+        out[len(own) :] = 1.0
         return out
 
 

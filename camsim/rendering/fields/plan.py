@@ -7,8 +7,6 @@ import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from camsim.arrays import F64, I64, U8
 from camsim.rendering.engine import Cost, Decision, Marks, Plan, Progress
 from camsim.rendering.fields.image import FieldImage
@@ -91,10 +89,10 @@ class WithPictures:
             rows, cols = layer.shape
             turned = f", turned by {layer.picture.rotate_deg:g}°" if layer.picture.rotate_deg % 360.0 else ""
             yield Decision(
-                topic="picture",
+                topic=layer.kind,
                 decision=f"{rows} × {cols} samples, {layer.planes} plane{'s' if layer.planes != 1 else ''}",
                 reason=f"{layer.picture.interpolation}, {layer.step:.3g} photosites a sample{turned}; "
-                f"{'all of it seen' if layer.outline is None else 'partly hidden: what outlines cut is integrated'}",
+                f"{'all of it seen' if layer.outline is None else 'what outlines cut of it is integrated'}",
             )
         yield Decision(
             topic="pictures",
@@ -127,7 +125,10 @@ class WithPictures:
 
 
 def _added(image: F64, bands: Iterator[F64]) -> Iterator[F64]:
+    """Yield an image with bands added to it, in its own memory."""
     first = 0
     for band in bands:
-        yield np.asarray(band + image[first : first + len(band)])
+        part = image[first : first + len(band)]
+        part += band
         first += len(band)
+        yield part

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fourier.plan import Kernel
+from camsim.rendering.fourier.taper import taper_margin
 
 DIRECTIONS = 64
 STEPS = 1.2  # of the search for the inner radius
@@ -29,6 +30,44 @@ class Reach:
     far: bool
 
 
+def parted(
+    kernel: Kernel,
+    extent: F64,
+    shape: tuple[int, int],
+    allowed: float,
+    quiet: Callable[[float], float] | None,
+) -> Reach:
+    """Return how the pattern is parted for a window.
+
+    extent  : (2,) how far apart photosites and pictures lie;  shape: rows and columns
+    allowed : what the taper may be wrong by;  quiet: distance where the pattern turns quiet, within what is given
+    """
+    if not kernel.tapered:
+        whole = (kernel.reach, kernel.reach)
+        return Reach(inner=whole, outer=whole, margin=0.0, sharpness=0.0, far=False)
+    span = float(np.hypot(*extent))
+    inner = np.full(2, min(kernel.reach, span)) if kernel.round else np.minimum(extent, kernel.reach)
+    nearer = span if quiet is None else quiet(span)
+    far = quiet is not None and nearer < float(inner[0])
+    if far:
+        inner = np.full(2, nearer)
+    level = allowed / min(1.0, kernel.light(float(inner.min())))
+    margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
+    period = float(max(shape)) + 2.0 * float(inner.max()) if far else float(extent.max() + inner.max())
+    width = max(math.sqrt(margin * period / kernel.cutoff), margin * kernel.blur / 8.0)
+    if far:
+        # Narrower than would be best for the near part alone: but the wider, the coarser the far part's lattice.
+        width = min(width, max(float(inner[0]), margin * kernel.blur / 8.0))
+    outer = inner + width
+    return Reach(
+        inner=(float(inner[0]), float(inner[1])),
+        outer=(float(outer[0]), float(outer[1])),
+        margin=margin,
+        sharpness=sharpness,
+        far=far,
+    )
+
+
 def quiet_distance(
     layers: Sequence[Layer],
     system: OpticalSystem,
@@ -37,8 +76,8 @@ def quiet_distance(
     pitch_um: float,
     kernel: Kernel,
     footprint: float,
-    *,
     within: float,
+    *,
     allowed: float,
 ) -> float:
     """Return the distance from which on the pattern's rings may be averaged.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,15 +24,26 @@ THREE = 3  # samples in place of one
 MOST_NODES = 64
 
 
+class Lattice(NamedTuple):
+    """Splines on a lattice along the photosites' rows."""
+
+    light: F64  # (planes, rows, cols), row 0 at the top
+    first: tuple[float, float]  # where the first of them is, pitches from an origin
+    step: float
+    degree: int
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Samples:
     """A layer about a window; lengths in pitches from an origin.
 
+    lattice   : the kept splines, where they are wanted as that, or None
     places    : (n, 2) of the kept splines;  strengths: (planes, n) their light
     points    : (m, 2) of what they get wrong;  corrections: (planes, m) light
     step, degree, axes : of the splines
     """
 
+    lattice: Lattice | None
     places: F64
     strengths: F64
     points: F64
@@ -42,12 +54,12 @@ class Samples:
 
 
 def samples_of(
-    layer: Layer, low: F64, high: F64, *, cut: float, allowed: float, origin: tuple[float, float]
+    layer: Layer, low: F64, high: F64, *, cut: float, allowed: float, origin: tuple[float, float], aligned: bool = False
 ) -> Samples | None:
     """Return what of a layer lies in a box, exactly, and perhaps a little more beyond it; None where nothing does.
 
     low, high : (2,) of the box, pitches from ``origin``;  cut: highest frequency, cycles/pitch
-    allowed   : error of the nodes, relative
+    allowed   : error of the nodes, relative;  aligned: whether splines along the photosites' rows come as a lattice
     """
     at = np.array(origin)
     box = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]) + at
@@ -65,28 +77,68 @@ def samples_of(
     step = layer.step / times
     margin = reach_of(layer.degree, step)
     # Sample (row, col) of the fine lattice lies at u = (col + 1/2)/times.
-    first_row, first_col = rows.start, cols.start
-    cover, knot = _cover(layer, times, (first_row, first_col), fine.shape[1:])
-    keep = _kept(cover.whole, layer.degree)
-    grid = np.stack(
-        np.meshgrid(first_col + 0.5 + np.arange(fine.shape[2]), first_row + 0.5 + np.arange(fine.shape[1])), axis=-1
-    )
-    places = layer.places((grid / times).reshape(-1, 2)) - at
-    inside = ((places >= low - 2.0 * margin) & (places <= high + 2.0 * margin)).all(axis=1)
-    keep &= inside.reshape(keep.shape)
-    lattice = np.where(keep, fine, 0.0)
-    near = low - margin, high + margin
-    points, corrections = _corrections(layer, times, fine, lattice, cover, knot, near, at, cut=cut, allowed=allowed)
-    flat = keep.ravel()
+    first = layer.places(np.array([[cols.start + 0.5, rows.start + 0.5]]) / times)[0] - at
+    beyond = low - 2.0 * margin, high + 2.0 * margin
+    if layer.degree == 0 and layer.outline is None:
+        keep = np.ones(fine.shape[1:], bool)
+        points, corrections = np.empty((0, 2)), np.empty((len(fine), 0))
+    else:
+        cover, knot = _cover(layer, times, (rows.start, cols.start), fine.shape[1:])
+        keep = _kept(cover.whole, layer.degree) & _in_box(layer, first, step, fine.shape[1:], beyond)
+        near = low - margin, high + margin
+        lattice = np.where(keep, fine, 0.0)
+        points, corrections = _corrections(layer, times, fine, lattice, cover, knot, near, at, cut=cut, allowed=allowed)
+    if aligned:
+        return Samples(
+            lattice=_upright(layer, step**2 * (fine if keep.all() else np.where(keep, fine, 0.0)), first, step, beyond),
+            places=np.empty((0, 2)),
+            strengths=np.empty((len(fine), 0)),
+            points=points,
+            corrections=corrections,
+            step=step,
+            degree=layer.degree,
+            axes=layer.axes,
+        )
+    keep &= _in_box(layer, first, step, fine.shape[1:], beyond)
+    row, col = np.nonzero(keep)
     return Samples(
-        places=places[flat],
-        strengths=step**2 * fine.reshape(len(fine), -1)[:, flat],
+        lattice=None,
+        places=first + step * np.einsum("na,ax->nx", np.stack([col, row], axis=1), layer.axes),
+        strengths=step**2 * fine[:, row, col],
         points=points,
         corrections=corrections,
         step=step,
         degree=layer.degree,
         axes=layer.axes,
     )
+
+
+def _in_box(layer: Layer, first: F64, step: float, shape: tuple[int, ...], box: tuple[F64, F64]) -> np.ndarray:
+    """Return (rows, cols): which samples lie in a box; ``first``: where the first one is."""
+    down, across = (step * np.arange(count) for count in shape)
+    inside = np.ones(shape, bool)
+    for axis in (0, 1):
+        place = first[axis] + across * layer.axes[0, axis] + (down * layer.axes[1, axis])[:, None]
+        inside &= (place >= box[0][axis]) & (place <= box[1][axis])
+    return inside
+
+
+def _upright(layer: Layer, light: F64, first: F64, step: float, box: tuple[F64, F64]) -> Lattice:
+    """Return samples (planes, rows, cols) of a layer that lies along the photosites' rows, those in a box."""
+    if layer.axes[0, 0] == 0.0:
+        light = light.transpose(0, 2, 1)
+    signs = layer.axes.sum(axis=0)  # of the steps along x and y
+    corner = []
+    for axis, sign in enumerate(signs.tolist()):
+        place = first[axis] + sign * step * np.arange(light.shape[2 - axis])
+        inside = np.flatnonzero((place >= box[0][axis]) & (place <= box[1][axis]))
+        inside = inside[:: int(sign)]
+        if not inside.size:
+            return Lattice(np.zeros((len(light), 1, 1)), (float(first[0]), float(first[1])), step, layer.degree)
+        corner.append(float(place[inside[0]]))
+        part = slice(int(inside.min()), int(inside.max()) + 1)
+        light = light[:, :, part][:, :, :: int(sign)] if axis == 0 else light[:, part][:, :: int(sign)]
+    return Lattice(light, (corner[0], corner[1]), step, layer.degree)
 
 
 def parts_of(layer: Layer, cut: float) -> int:

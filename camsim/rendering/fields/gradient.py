@@ -1,0 +1,101 @@
+"""A gradient as splines, fine enough for a lens and a tolerance.
+
+Splines of step h with coefficients c have the transform C(k)·sinc⁴(kh), C repeating every 1/h. Samples of a field whose
+frequencies lie below f, filtered by 1/sinc⁴, give a field that is right at all |k| < f; what is wrong in it lies beyond
+1/h − f, which no lens passes that ends before. Only where the rim cuts the field does some of it come through.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.scene.gradients import Gradient
+from camsim.scene.raster import Interpolation, Raster
+from camsim.spectra.curve import Spectrum
+
+MOST_SAMPLES = 64_000_000
+TAPS, BAND = 16, 0.25  # of the filter, and the frequencies, cycles a sample, that it is for: to 2e-14
+MARGIN = 24  # samples beyond the rim: splines there hear 0.27²⁴ of what lies beyond
+FEWEST = 8  # samples along a field's extent
+OF_SMALLEST = 48  # samples along the length over which a field may change otherwise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sampled(Raster):
+    """A gradient's samples; they go on beyond its rim."""
+
+    planes: F64
+    spectra: tuple[Spectrum, ...]
+    width_um: float
+    centre_um: tuple[float, float]
+    rotate_deg: float
+    gradient: Gradient
+    interpolation: Interpolation = "cubic"
+
+    @property
+    def kind(self) -> str:
+        """Its class's name in words."""
+        return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(self.gradient).__name__).lower()
+
+
+def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float) -> Sampled:
+    """Return a gradient's samples.
+
+    cutoff_per_um : of the lens at its shortest wavelength;  allowed: error, of a change from black to white
+    """
+    step_um = _step_um(gradient, cutoff_per_um, allowed)
+    more = MARGIN + TAPS if gradient.cycles_per_um else MARGIN
+    counts = [2 * (math.ceil(half / step_um) + more) for half in gradient.half_um]
+    if counts[0] * counts[1] > MOST_SAMPLES:
+        raise InvalidValueError(
+            f"{type(gradient).__name__} would take {counts[0] * counts[1]:.2g} samples, and the most is "
+            f"{MOST_SAMPLES:.2g}; make it smaller or coarser, or allow a larger tolerance",
+            key="shapes",
+        )
+    x, y = (step_um * (np.arange(count) - 0.5 * (count - 1)).astype(np.float64) for count in counts)
+    planes = gradient.planes_at(x[None, :], y[:, None])
+    if gradient.cycles_per_um:
+        taps = _filter()
+        for axis in (1, 2):
+            planes = ndimage.correlate1d(planes, taps, axis=axis, mode="nearest")
+    return Sampled(
+        planes=planes,
+        spectra=gradient.spectra,
+        width_um=step_um * counts[0],
+        centre_um=gradient.centre_um,
+        rotate_deg=gradient.rotate_deg,
+        gradient=gradient,
+    )
+
+
+def _step_um(gradient: Gradient, cutoff_per_um: float, allowed: float) -> float:
+    """Return the distance of samples."""
+    f = gradient.cycles_per_um
+    step = min(*(2.0 * half / FEWEST for half in gradient.half_um), gradient.smallest_um / OF_SMALLEST)
+    if not f:
+        return step
+    step = min(step, BAND / f, 0.95 / (cutoff_per_um + f))
+    # Two aliases along either axis, of (f/(1/h − f))⁴ of the wave's half height, meet a rim: a wave of frequency k that
+    # is cut leaves a line of light of 1/2πk, and no line is seen brighter than the cut-off.
+    while 2.0 * (f * step / (1.0 - f * step)) ** 4 * cutoff_per_um / (2.0 * math.pi * (1.0 / step - f)) > allowed:
+        step *= 0.9
+    return step
+
+
+@functools.cache
+def _filter() -> F64:
+    """Return taps (2·TAPS − 1,) of (2 + cos 2πk)/3 over sinc⁴ k: samples through which such splines are laid."""
+    k = BAND * np.cos(np.pi * (np.arange(4 * TAPS) + 0.5) / (4 * TAPS))
+    waves = np.cos(2.0 * np.pi * np.outer(k, np.arange(TAPS)))
+    taps = np.linalg.lstsq(waves, (2.0 + np.cos(2.0 * np.pi * k)) / 3.0 / np.sinc(k) ** 4, rcond=None)[0]
+    both: F64 = np.concatenate([0.5 * taps[:0:-1], taps[:1], 0.5 * taps[1:]])
+    both.flags.writeable = False
+    return both

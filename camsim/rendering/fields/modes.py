@@ -1,0 +1,34 @@
+"""Planes made fewer: what many of them give one channel are often few curves, to what may be wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camsim.arrays import F64
+
+
+def mixed(curves: F64, allowed: float) -> tuple[F64, F64]:
+    """Return modes (m, n) and mixtures (m, planes) with curves ≈ mixturesᵀ·modes, no more of them than keep the error.
+
+    curves  : (planes, n) what a plane of ones gives, anywhere
+    allowed : largest difference of any plane's curve
+
+    >>> modes, mixture = mixed(np.array([[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]]), 1e-9)
+    >>> np.einsum("mp,mn->pn", mixture, modes).round(9).tolist()
+    [[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]]
+    >>> len(modes)
+    1
+    """
+    rest = curves.copy()
+    basis: list[F64] = []
+    while len(basis) < len(curves) and np.abs(rest).max() > allowed:
+        # The curve that is described worst gives the next direction; no BLAS, whose sums depend on its threads.
+        size = np.einsum("pn,pn->p", rest, rest)
+        worst = int(np.argmax(size))
+        basis.append(rest[worst] / np.sqrt(size[worst]))
+        for own in basis[-1:] + basis:
+            rest -= np.einsum("pn,n->p", rest, own)[:, None] * own
+    if not basis:
+        return np.zeros((1, curves.shape[1])), np.zeros((1, len(curves)))
+    modes = np.stack(basis)
+    return modes, np.einsum("mn,pn->mp", modes, curves)

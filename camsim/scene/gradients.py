@@ -1,0 +1,286 @@
+"""Gradients and sinusoids: fields between two reflectances, known everywhere."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from camsim.arrays import F64
+from camsim.scene.primitives import Shape
+from camsim.scene.raster import Field
+from camsim.scene.shapes import Disc, Rectangle, Ring
+from camsim.spectra.curve import Curve, Reflectance, Spectrum, spectrum_at
+from camsim.typed import Point, Positive, judge, refusal
+
+Cycles = Annotated[int, Ge(1), Le(100_000)]
+
+
+class Gradient(Field):
+    """What all have: a value from 0 to 1 at every place, which weighs the reflectance ``high`` against ``low``."""
+
+    __slots__ = ()
+
+    centre_um: Any
+    low: Any
+    high: Any
+
+    @property
+    def rotate_deg(self) -> float:
+        """How its own x and y lie, clockwise as displayed."""
+        return 0.0
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Half its extent along its own x and y."""
+        raise NotImplementedError
+
+    @property
+    def cycles_per_um(self) -> float:
+        """The highest frequency that it has anywhere; 0 for what is a polynomial of the third degree at most."""
+        return 0.0
+
+    @property
+    def smallest_um(self) -> float:
+        """Over what length it may change in other ways than that."""
+        return math.inf
+
+    def value(self, x_um: F64, y_um: F64) -> F64:
+        """Return its value at places from its centre along its own axes; beyond its rim it goes on smoothly."""
+        raise NotImplementedError
+
+    @property
+    def spectra(self) -> tuple[Spectrum, ...]:
+        """Of the planes: one of white where both reflectances are numbers, or else those of ``high`` and ``low``."""
+        return (1.0,) if self._grey else (self.high, self.low)
+
+    def planes_at(self, x_um: F64, y_um: F64) -> F64:
+        """Return (planes, …): what each spectrum weighs at places."""
+        value = self.value(x_um, y_um)
+        return np.stack([self.low + (self.high - self.low) * value] if self._grey else [value, 1.0 - value])
+
+    @property
+    def _grey(self) -> bool:
+        return not isinstance(self.low, Curve) and not isinstance(self.high, Curve)
+
+    @property
+    def reflectance(self) -> Spectrum:
+        """Half way from one to the other."""
+        if self._grey:
+            return 0.5 * float(self.low + self.high)
+        curves = [part for part in (self.low, self.high) if isinstance(part, Curve)]
+        nodes = np.unique(np.concatenate([np.asarray(curve.wavelength_nm, float) for curve in curves]))
+        mean = 0.5 * (spectrum_at(self.low, nodes) + spectrum_at(self.high, nodes))
+        return Curve(tuple(nodes.tolist()), tuple(mean.tolist()), outside="hold")
+
+    @property
+    def surfaces(self) -> tuple[Spectrum, ...]:
+        """Both reflectances."""
+        return self.low, self.high
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinearGradient(Gradient):
+    """A rectangle that goes evenly from ``low`` on its left side to ``high`` on its right one; then it is turned.
+
+    >>> wedge = LinearGradient(width_um=40.0, height_um=10.0, low=0.1, high=0.9)
+    >>> wedge.value(np.array([-20.0, 0.0, 20.0]), np.zeros(3)).tolist()
+    [0.0, 0.5, 1.0]
+    """
+
+    width_um: Positive
+    height_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    low: Reflectance = 0.0
+    high: Reflectance = 1.0
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Half its sides."""
+        return 0.5 * self.width_um, 0.5 * self.height_um
+
+    def value(self, x_um: F64, y_um: F64) -> F64:
+        """Return x, from 0 to 1."""
+        value: F64 = 0.5 + x_um / self.width_um + 0.0 * y_um
+        return value
+
+    def frame(self, reflectance: Spectrum) -> Shape:
+        """Return its rectangle."""
+        return _rectangle(self, reflectance)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RadialGradient(Gradient):
+    """A disc that goes from ``high`` in its centre to ``low`` at its rim, with the square of the distance."""
+
+    radius_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    low: Reflectance = 0.0
+    high: Reflectance = 1.0
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Its radius."""
+        return self.radius_um, self.radius_um
+
+    def value(self, x_um: F64, y_um: F64) -> F64:
+        """Return 1 less the square of the distance, in radii."""
+        value: F64 = 1.0 - (x_um * x_um + y_um * y_um) / self.radius_um**2
+        return value
+
+    def frame(self, reflectance: Spectrum) -> Shape:
+        """Return its disc."""
+        return Disc(radius_um=self.radius_um, centre_um=self.centre_um, reflectance=reflectance)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SineGrating(Gradient):
+    """A rectangle of waves that run along its width; then it is turned.
+
+    period_um : of a wave;  phase_deg: of the wave in its centre, 0 is bright
+    """
+
+    width_um: Positive
+    height_um: Positive
+    period_um: Positive
+    phase_deg: float = 0.0
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    low: Reflectance = 0.0
+    high: Reflectance = 1.0
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Half its sides."""
+        return 0.5 * self.width_um, 0.5 * self.height_um
+
+    @property
+    def cycles_per_um(self) -> float:
+        """That of its waves."""
+        return 1.0 / self.period_um
+
+    def value(self, x_um: F64, y_um: F64) -> F64:
+        """Return a wave along x."""
+        turn = x_um / self.period_um + self.phase_deg / 360.0 + 0.0 * y_um
+        value: F64 = 0.5 + 0.5 * np.cos(2.0 * np.pi * turn)
+        return value
+
+    def frame(self, reflectance: Spectrum) -> Shape:
+        """Return its rectangle."""
+        return _rectangle(self, reflectance)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SineStar(Gradient):
+    """A Siemens star whose sectors are waves around its centre; within ``inner_radius_um`` there is nothing of it.
+
+    cycles : around it;  rotate_deg: of the first bright middle from the right, clockwise as displayed
+    """
+
+    radius_um: Positive
+    inner_radius_um: Positive
+    cycles: Cycles
+    centre_um: Point = (0.0, 0.0)
+    rotate_deg: float = 0.0
+    low: Reflectance = 0.0
+    high: Reflectance = 1.0
+
+    def __post_init__(self) -> None:
+        judge(self)
+        if not self.inner_radius_um < self.radius_um:
+            raise refusal(
+                self, "inner_radius_um", f"is {self.inner_radius_um:g}; it must be below radius_um, {self.radius_um:g}"
+            )
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Its radius."""
+        return self.radius_um, self.radius_um
+
+    @property
+    def cycles_per_um(self) -> float:
+        """That along its inner circle."""
+        return self.cycles / (2.0 * math.pi * self.inner_radius_um)
+
+    @property
+    def smallest_um(self) -> float:
+        """Its inner radius: in the middle waves fade, where nothing of it is seen."""
+        return self.inner_radius_um
+
+    def value(self, x_um: F64, y_um: F64) -> F64:
+        """Return a wave of the angle."""
+        distance = np.hypot(x_um, y_um) / self.inner_radius_um
+        # What is not seen of it fades with all derivatives: from 0.8 of the inner radius on it is whole.
+        t = np.clip((distance - 0.3) / 0.5, 1e-9, 1.0 - 1e-9)
+        size = 1.0 / (1.0 + np.exp(np.clip(1.0 / t - 1.0 / (1.0 - t), -700.0, 700.0)))
+        value: F64 = 0.5 + 0.5 * size * np.cos(self.cycles * np.arctan2(y_um, x_um))
+        return value
+
+    def frame(self, reflectance: Spectrum) -> Shape:
+        """Return its ring."""
+        return Ring(
+            radius_um=self.radius_um,
+            inner_radius_um=self.inner_radius_um,
+            centre_um=self.centre_um,
+            reflectance=reflectance,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SineZonePlate(Gradient):
+    """A disc of circular waves whose frequency rises evenly from 0 in its centre, which is bright.
+
+    finest_period_um : at its rim
+    """
+
+    radius_um: Positive
+    finest_period_um: Positive
+    centre_um: Point = (0.0, 0.0)
+    low: Reflectance = 0.0
+    high: Reflectance = 1.0
+
+    def __post_init__(self) -> None:
+        judge(self)
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Its radius."""
+        return self.radius_um, self.radius_um
+
+    @property
+    def cycles_per_um(self) -> float:
+        """That at its rim."""
+        return 1.0 / self.finest_period_um
+
+    def value(self, x_um: F64, y_um: F64) -> F64:
+        """Return a wave of the square of the distance."""
+        turn = (x_um * x_um + y_um * y_um) / (2.0 * self.radius_um * self.finest_period_um)
+        value: F64 = 0.5 + 0.5 * np.cos(2.0 * np.pi * turn)
+        return value
+
+    def frame(self, reflectance: Spectrum) -> Shape:
+        """Return its disc."""
+        return Disc(radius_um=self.radius_um, centre_um=self.centre_um, reflectance=reflectance)
+
+
+def _rectangle(gradient: LinearGradient | SineGrating, reflectance: Spectrum) -> Shape:
+    return Rectangle(
+        width_um=gradient.width_um,
+        height_um=gradient.height_um,
+        centre_um=gradient.centre_um,
+        rotate_deg=gradient.rotate_deg,
+        reflectance=reflectance,
+    )

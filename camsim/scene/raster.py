@@ -1,0 +1,106 @@
+"""Fields in front of the camera: samples on a turned lattice, and what makes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.scene.primitives import Primitive, Shape
+from camsim.spectra.component import Component
+from camsim.spectra.curve import Curve, Spectrum
+
+Interpolation: TypeAlias = Literal["squares", "linear", "cubic"]
+DEGREES: dict[str, int] = {"squares": 0, "linear": 1, "cubic": 3}
+"""Of the B-splines that the samples weigh."""
+
+
+class Raster:
+    """Samples on a lattice of squares, row 0 at the top, planes (planes, rows, cols) each with a spectrum."""
+
+    __slots__ = ()
+
+    planes: Any
+    spectra: Any
+    width_um: float
+    centre_um: Any
+    rotate_deg: float
+    interpolation: Interpolation
+
+    @property
+    def kind(self) -> str:
+        """What explanations call it."""
+        return "picture"
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of samples."""
+        return self.planes.shape[1], self.planes.shape[2]
+
+    @property
+    def step_um(self) -> float:
+        """Distance between neighbouring samples."""
+        return self.width_um / self.shape[1]
+
+    @property
+    def height_um(self) -> float:
+        """Height of the whole lattice."""
+        return self.step_um * self.shape[0]
+
+    @property
+    def axes(self) -> F64:
+        """Unit vectors (2, 2) along rows and columns."""
+        return axes_of(self.rotate_deg)
+
+    @property
+    def flat(self) -> F64 | None:
+        """Weights of the planes that are a reflectance of 1 at every wavelength; None where none are known to be."""
+        return flat_of(self.spectra)
+
+
+class Field:
+    """A shape that is no flat colour."""
+
+    __slots__ = ()
+
+    @property
+    def reflectance(self) -> Spectrum:
+        """Its mean: what it is where only outlines are looked at."""
+        raise NotImplementedError
+
+    @property
+    def surfaces(self) -> tuple[Spectrum, ...]:
+        """Curves that bend where its spectra do."""
+        raise NotImplementedError
+
+    def frame(self, reflectance: Spectrum) -> Shape:
+        """Return its outline in one colour."""
+        raise NotImplementedError
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline in its mean colour, for those who look at outlines only."""
+        return self.frame(self.reflectance).primitives()
+
+
+def axes_of(rotate_deg: float) -> F64:
+    """Return unit vectors (2, 2) along the rows and columns of what is turned clockwise."""
+    angle, quarter = math.radians(rotate_deg), rotate_deg / 90.0
+    # At whole quarters without the rounding of a cosine of π/2.
+    turned = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+    cosine, sine = turned[int(quarter) % 4] if quarter.is_integer() else (math.cos(angle), math.sin(angle))
+    return np.array([[cosine, sine], [-sine, cosine]])
+
+
+def flat_of(spectra: tuple[Spectrum | Component, ...]) -> F64 | None:
+    """Return weights of spectra that add up to a reflectance of 1; None where none are known to."""
+    if spectra == (1.0,):
+        return np.ones(1)
+    curves = [spectrum for spectrum in spectra if isinstance(spectrum, Curve)]
+    if len(curves) == len(spectra) and len({curve.wavelength_nm for curve in curves}) == 1:
+        total = np.sum([np.asarray(curve.values) for curve in curves], axis=0)
+        held = all(curve.outside == "hold" for curve in curves)
+        return np.ones(len(curves)) if held and np.abs(total - 1.0).max() < 1e-12 else None
+    return None
