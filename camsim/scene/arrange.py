@@ -127,7 +127,7 @@ def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits, apart: Apart
         np.concatenate([whole.behind[closed], arcs.behind[owner]]),
     )
     keep = np.any(drawn.start != drawn.end, axis=1)
-    return _Drawn(*(column[keep] for column in drawn))
+    return _Drawn(drawn.owner[keep], drawn.start[keep], drawn.end[keep], drawn.right[keep])
 
 
 def _rings_drawn(

@@ -9,8 +9,6 @@ pattern, and this twice, for either end.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from camsim.arrays import F64, I64

@@ -6,9 +6,10 @@ earlier ones that do lies on its other side. So intervals are counted along each
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,7 +42,8 @@ class Rims(NamedTuple):
 
     def some(self, which: I64 | np.ndarray) -> Rims:
         """Return picked ones."""
-        return Rims(*(column[which] for column in self))
+        columns: Any = (column[which] for column in self)
+        return Rims(*columns)
 
     @property
     def whole(self) -> np.ndarray:
@@ -111,7 +113,7 @@ def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Ri
     first = np.searchsorted(whose, np.arange(len(radius)))
     covered -= (covered - change[order])[first][whose]
     until = np.append(angle[1:], math.pi)
-    until[np.append(first[1:], len(whose)) - 1] = math.pi
+    until[_last(whose, len(radius))] = math.pi
     behind = np.full(len(whose), HIDDEN)
     seen = np.flatnonzero((covered == 0) & (until > angle))
     covers = _Covers.of(met, inner, outer, len(radius))
@@ -124,9 +126,8 @@ def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Ri
 def _joined(whose: I64, angle: F64, behind: I64, place: F64, centre: F64, radius: F64) -> Rims:
     """Return runs of parts with the same behind them; the last part of a rim goes on in its first one."""
     first = np.searchsorted(whose, np.arange(len(radius)))
-    last = np.append(first[1:], len(whose)) - 1
     before = np.arange(-1, len(whose) - 1)
-    before[first] = last
+    before[first] = _last(whose, len(radius))
     begins = behind[before] != behind
     closed = np.bincount(whose, begins, len(radius)) == 0
     begins[first[closed]] = True
@@ -134,13 +135,18 @@ def _joined(whose: I64, angle: F64, behind: I64, place: F64, centre: F64, radius
     disc = whose[start]
     run = np.searchsorted(disc, np.arange(len(radius)))
     following = np.arange(1, len(start) + 1)
-    following[np.append(run[1:], len(start)) - 1] = run
+    following[_last(disc, len(radius))] = run
     turn = (angle[start[following]] - angle[start]) % math.tau
     turn[closed[disc]] = math.tau
     shown = behind[start] != HIDDEN
     start, end, turn = start[shown], start[following][shown], turn[shown]
     disc = whose[start]
     return Rims(disc, behind[start], centre[disc], radius[disc], angle[start], turn, place[start], place[end])
+
+
+def _last(whose: I64, count: int) -> I64:
+    """Return where each rim's last part is."""
+    return np.searchsorted(whose, np.arange(count), side="right") - 1
 
 
 def _meetings(centre: F64, radius: F64, first: I64, second: I64) -> tuple[_Meetings, I64, I64]:
@@ -152,7 +158,8 @@ def _meetings(centre: F64, radius: F64, first: I64, second: I64) -> tuple[_Meeti
     inner = np.concatenate([first[within], second[around]])
     outer = np.concatenate([second[within], first[around]])
     cross = (distance < one + two) & ~within & ~around
-    first, second, gap, distance, one, two = (part[cross] for part in (first, second, gap, distance, one, two))
+    first, second, gap = first[cross], second[cross], gap[cross]
+    distance, one, two = distance[cross], one[cross], two[cross]
     # Both crossings lie so far along the line of centres and so far off it.
     along = 0.5 * (distance + (one - two) * (one + two) / distance)
     off = np.sqrt(np.maximum((one - along) * (one + along), 0.0))
@@ -167,7 +174,7 @@ def _meetings(centre: F64, radius: F64, first: I64, second: I64) -> tuple[_Meeti
 
 
 class _Covers(NamedTuple):
-    """Intervals of rims that earlier discs cover, rim by rim: where each rim's begin, which disc, from where, how far."""
+    """Intervals of rims that earlier discs cover: where each rim's begin, which disc, from where on, how far."""
 
     first: I64
     other: I64
@@ -190,11 +197,11 @@ class _Covers(NamedTuple):
         """Return the last disc that covers a place on each rim (n,), −1 for none."""
         counts = np.diff(self.first)[whose]
         found = np.full(len(whose), -1)
-        parts = np.flatnonzero(np.diff(np.cumsum(counts) // TOGETHER, prepend=-1))
-        for low, high in zip(parts.tolist(), [*parts[1:].tolist(), len(whose)], strict=True):
+        ends = np.append(np.flatnonzero(np.diff(np.cumsum(counts) // TOGETHER)) + 1, len(whose))
+        for low, high in itertools.pairwise([0, *ends.tolist()]):
             part = np.repeat(np.arange(low, high), counts[low:high])
-            ends = np.cumsum(counts[low:high])
-            k = self.first[whose[part]] + np.arange(len(part)) - np.repeat(ends - counts[low:high], counts[low:high])
+            before = np.cumsum(counts[low:high]) - counts[low:high]
+            k = self.first[whose[part]] + np.arange(len(part)) - np.repeat(before, counts[low:high])
             lies = (angle[part] - self.begin[k]) % math.tau < self.size[k]
             np.maximum.at(found, part[lies], self.other[k[lies]])
         return found

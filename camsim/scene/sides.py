@@ -65,8 +65,8 @@ class SideLimits(NamedTuple):
 
     def end_um(self, radius_um: F64) -> F64:
         """Return the longest sides (n,) of an arc that ends; see ``rim_sides``."""
-        side = np.minimum(self.side_um(radius_um, False, False), np.sqrt(np.sqrt(360.0 * self.moment_um3 * radius_um)))
-        return side
+        longest: F64 = np.sqrt(np.sqrt(360.0 * self.moment_um3 * radius_um))
+        return np.minimum(longest, self.side_um(radius_um, False, False))
 
     def corner_um(self, radius_um: F64) -> F64:
         """Return the longest first sides (n,) from a corner."""
