@@ -52,8 +52,35 @@ def _segment(index: int, given: Any) -> Segment:
 Segments = Annotated[Several[Any], Called("a list of segments"), After(segments)]
 
 
+class Drawn(Shape):
+    """What a pen has drawn, filled."""
+
+    __slots__ = ()
+
+    depth: ClassVar[int] = 0
+
+    reflectance: Reflectance
+    _curves: Curves
+
+    @property
+    def pieces(self) -> int:
+        """Sides and curves."""
+        return len(self._curves.kind)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what is enclosed."""
+        if self.pieces:
+            yield one(self._curves, self.reflectance, rule=getattr(self, "fill_rule", "nonzero"))
+
+    def _keep(self, pen: Pen, what: str) -> None:
+        curves = pen.curves()
+        if not math.isfinite(float(abs(curves.points).sum())):
+            raise refusal(self, "segments_um", f"its numbers are too far apart to draw {what} through them")
+        object.__setattr__(self, "_curves", curves)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Path(Shape):
+class Path(Drawn):
     """What one or more outlines enclose, each begun by a ``move`` and closed by a straight line where it is left open.
 
     segments_um : ("move", x, y), ("line", x, y), ("quadratic", x1, y1, x, y), ("cubic", x1, y1, x2, y2, x, y),
@@ -66,8 +93,6 @@ class Path(Shape):
     camsim.errors.InvalidValueError: Path.segments_um: begins with 'line'; a path begins with ('move', x, y)
     """
 
-    depth: ClassVar[int] = 0
-
     segments_um: Segments
     fill_rule: FillRule = "nonzero"
     reflectance: Reflectance
@@ -78,17 +103,4 @@ class Path(Shape):
         pen = Pen()
         for word, *numbers in self.segments_um:
             getattr(pen, word)(*numbers)
-        curves = pen.curves()
-        if not math.isfinite(float(abs(curves.points).sum())):
-            raise refusal(self, "segments_um", "its numbers are too far apart to draw an arc through them")
-        object.__setattr__(self, "_curves", curves)
-
-    @property
-    def pieces(self) -> int:
-        """Sides and curves."""
-        return len(self._curves.kind)
-
-    def primitives(self) -> Iterator[Primitive]:
-        """Return what it encloses."""
-        if self.pieces:
-            yield one(self._curves, self.reflectance, rule=self.fill_rule)
+        self._keep(pen, "an arc")
