@@ -13,10 +13,10 @@ from scipy import optimize
 from camsim.arrays import C128, F64
 from camsim.optics.pattern import Pattern
 from camsim.rendering.footprint import Footprint
+from camsim.rendering.spectral import multiples
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 NEAREST = 5.0  # blurs: where the search for quiet begins
-ALIKE = 12  # digits by which weight sets are the same but for a factor
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
 
@@ -48,7 +48,7 @@ class Waves:
         rings = [_at(front, ring) for ring in self.pattern.rings]
         for u, amplitude, power in rings:
             loudness = amplitude * self.blur**power * self.footprint.transfer(u / self.blur)
-            phasor = self._different[None] * loudness[:, None]
+            phasor = self.different[None] * loudness[:, None]
             phasors.append(phasor.reshape(-1, self.blur.size))
         powers = np.array([power for _, _, power in rings])
         loudest_in_step = np.array([np.abs(phasor).sum(axis=1).max() for phasor in phasors])
@@ -75,16 +75,9 @@ class Waves:
         return known[: distance.size]
 
     @functools.cached_property
-    def _different(self) -> F64:
-        """Weight sets (k, j) without those that are another one times a number up to 1, as of greys: they are never the
-        loudest."""
-        size = np.abs(self.shares).max(axis=1)
-        order = np.argsort(-size, kind="stable")
-        size, shares = size[order], self.shares[order]
-        first = shares[np.arange(len(shares)), np.abs(shares).argmax(axis=1)]
-        alike = np.round(shares / np.where(first == 0.0, 1.0, first)[:, None], ALIKE)
-        _, kept = np.unique(alike, axis=0, return_index=True)
-        return self.shares[np.sort(order[kept])]
+    def different(self) -> F64:
+        """Weight sets (k, j) of which none is another one times a number: the others are never the loudest."""
+        return self.shares[np.unique(multiples(self.shares)[0])]
 
     @functools.cached_property
     def _waves(self) -> dict[float, C128]:
