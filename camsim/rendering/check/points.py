@@ -195,7 +195,7 @@ def light_at_points(
     radius: F64,
     nodes: F64,
     o: Outlines,
-    pair: I64,
+    pair: tuple[I64, F64],
     tables: Tables,
     panel: float,
     rules: tuple[F64, F64],
@@ -203,23 +203,24 @@ def light_at_points(
     """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
 
     sets   : (points,) channel of each;  radius: (points,) within which E is taken from the table
-    pair   : (pieces,) which two spectra
+    pair   : (pieces,) which two spectra, and what their difference is to be multiplied by
     panel  : longest that one rule integrates, pitches
     rules  : (2, q) nodes and weights, and of fewer for what is short and far
     """
     count, per_step = len(nodes), 1.0 / tables.step
     gauss, few = rules
+    sides, times = pair
     light = np.zeros((len(points), count))
     for job in nb.prange(len(points) * count):
         point, node = job // count, job % count
         x, y = points[point, 0] + nodes[node, 0], points[point, 1] + nodes[node, 1]
         channel, reach = sets[point], radius[point]
         total = 0.0
-        for e in range(len(pair)):
-            energy = Energy(tables.cells[pair[e], channel], per_step, tables.far[pair[e], channel])
+        for e in range(len(sides)):
+            energy = Energy(tables.cells[sides[e], channel], per_step, tables.far[sides[e], channel])
             if o.turn_rad[e] == 0.0:
-                total += _straight(x, y, o, e, reach, panel, energy, gauss)
+                total += times[e] * _straight(x, y, o, e, reach, panel, energy, gauss)
             else:
-                total += _round(x, y, o, e, reach, panel, energy, (gauss, few))
+                total += times[e] * _round(x, y, o, e, reach, panel, energy, (gauss, few))
         light[point, node] = total / math.tau
     return light
