@@ -120,7 +120,7 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables
         if high <= low:  # an end at exactly the near radius: by rounding it is within, and nothing of the edge is
             whole: float = weigh(far_edge(h, s1, s2, moments), far)
             return whole
-        total = times * _flux(h, low, high, tx, ty, field, n)
+        total += times * _flux(h, low, high, tx, ty, field, n)
         if s1 < low:
             total += weigh(far_edge(h, s1, low, moments), far)
         if s2 > high:

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
+
 from camsim.errors import InvalidValueError
 from camsim.kind import LARGEST, Misfit
 from camsim.marks import After, Called
@@ -104,3 +106,42 @@ class Path(Drawn):
         for word, *numbers in self.segments_um:
             getattr(pen, word)(*numbers)
         self._keep(pen, "an arc")
+
+    @classmethod
+    def of(cls, area: Any, *, reflectance: Reflectance, fill_rule: FillRule = "evenodd") -> Path:
+        """Return what an area covers: a polygon or multipolygon of Shapely's, or corners (n, 2), µm.
+
+        Holes stay holes; an outline of corners may cross itself.
+
+        >>> import shapely
+        >>> Path.of(shapely.box(0, 0, 2, 1), reflectance=0.5).pieces
+        4
+        """
+        return cls(segments_um=_segments_of(area), fill_rule=fill_rule, reflectance=reflectance)
+
+
+def _segments_of(area: Any) -> list[Segment]:
+    kind = getattr(area, "geom_type", None)
+    if kind is None:
+        rings = [np.asarray(area, dtype=object)]
+    else:
+        import shapely
+
+        whole = shapely.polygons(area) if kind == "LinearRing" else area
+        parts = shapely.get_parts(whole)
+        if not len(parts) or any(part.geom_type != "Polygon" or part.is_empty for part in parts):
+            what = f"an empty {kind}" if area.is_empty else f"a {kind} of Shapely's"
+            raise InvalidValueError(
+                f"must be a Polygon, MultiPolygon or LinearRing, not {what}; give lines a width by .buffer",
+                key="area",
+                stage="Path.of",
+            )
+        rings = [shapely.get_coordinates(ring)[:-1] for part in parts for ring in (part.exterior, *part.interiors)]
+    segments: list[Segment] = []
+    for ring in rings:
+        if ring.ndim != 2 or ring.shape[1] != 2 or len(ring) < 3:
+            message = f"must be at least 3 corners (n, 2), or an area of Shapely's, not an array of shape {ring.shape}"
+            raise InvalidValueError(message, key="area", stage="Path.of")
+        segments += [("line" if number else "move", x, y) for number, (x, y) in enumerate(ring.tolist())]
+        segments.append(("close",))
+    return segments

@@ -78,9 +78,10 @@ def dashes_of(
     """
     until = list(itertools.accumulate((way.length for way in ways), initial=0.0))
     total, period = until[-1], sum(pattern)
+    offset %= period
     edges = [*itertools.accumulate(pattern, initial=0.0)]
     spans = []
-    for round_ in range(math.floor(offset / period), math.ceil((offset + total) / period) + 1):
+    for round_ in range(math.ceil((offset + total) / period) + 1):
         for low, high in zip(edges[0:-1:2], edges[1::2], strict=True):
             begin, end = round_ * period + low - offset, round_ * period + high - offset
             if low == high and 0.0 <= begin <= total:
