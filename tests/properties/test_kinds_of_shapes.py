@@ -360,7 +360,9 @@ def nested(depth):
             "makes 1024000000000000 sides and curves; the most is 5000000",
         ),
         (
-            lambda: camsim.Line(segments_um=[("move", 0, 0), ("line", 9, 0)], width_um=1, dashes_um=[1e-9], reflectance=0),
+            lambda: camsim.Line(
+                segments_um=[("move", 0, 0), ("line", 9, 0)], width_um=1, dashes_um=[1e-9], reflectance=0
+            ),
             "makes more than 200000 dashes",
         ),
         (lambda: camsim.Path.of(shapely.Polygon(), reflectance=0), "or LinearRing, not an empty Polygon"),
