@@ -58,10 +58,13 @@ def test_new_writes_what_can_be_captured() -> None:
     assert (code, said.split(":")[0]) == (0, "scene.yaml")
     small = ["region={rows: 8, cols: 10}", "render.tolerance=1e-2"]
     assert load("scene.yaml", sensor="mine", overrides=small).frame().mosaic.shape == (8, 10)
+    for kind in ("study", "dataset"):
+        assert run("new", kind)[0] == 0
+        assert run("validate", f"{kind}.yaml")[0] == 0
     before = Path("scene.yaml").read_bytes()
     for words, why in (
         (("scene",), "'scene.yaml' exists; overwrite it with --force"),
-        (("scene", "-o", "a.txt"), "scenes and sensors are YAML, give a name that ends in .yaml"),
+        (("scene", "-o", "a.txt"), "it is YAML, give a name that ends in .yaml"),
         (("sensor", "-o", "no/a.yaml"), "its folder does not exist; make it first"),
     ):
         code, _, error = run("new", *words)
@@ -100,6 +103,12 @@ def test_a_scene_on_the_terminal() -> None:
     assert bar == pytest.approx(len(picture[0]) / 4, abs=1.0)
 
 
+def test_what_is_drawn_can_be_changed() -> None:
+    code, said, _ = run("validate", "slanted-edge", "--draw", "-", "--set", "region.rows=40", "--set", "region.cols=80")
+    assert code == 0
+    assert "rows 980 to 1019, cols 1464 to 1543 of 2000" in said
+
+
 @pytest.mark.parametrize("name", ["slanted-edge", "colorchecker"])
 def test_drawings_are_files(name: str) -> None:
     code, said, _ = run("validate", name, "--draw", "a.svg")
@@ -113,6 +122,8 @@ def test_drawings_are_files(name: str) -> None:
         (("slanted-edge", "--draw", "a.jpg"), "cannot write 'a.jpg': a plot is one of .png, .svg, .pdf"),
         (("slanted-edge", "flat-field", "--draw", "-"), "--draw: draws one scene, and 2 files are given"),
         (("d40-like", "--draw", "-"), "--draw: 'd40-like' is a sensor; give a scene, such as one that uses it"),
+        (("slanted-edge", "--set", "exposure.iso=800"), "--set: changes what is drawn, and nothing is; give --draw"),
+        (("slanted-edge", "--draw", "-", "--set", "region.rows=-4"), "--set region.rows: must be"),
         (("d40", "--draw", "-"), "unknown sensor or scene 'd40'; did you mean 'd40-like'?"),
     ],
 )

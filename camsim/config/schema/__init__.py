@@ -65,6 +65,7 @@ from camsim.config.schema.shapes import (
     Star,
     Text,
 )
+from camsim.config.schema.study import DatasetFile, StudyFile, Values, Varying
 from camsim.marks import Called
 
 __all__ = [
@@ -78,6 +79,7 @@ __all__ = [
     "CircularPhotosite",
     "Cos4Falloff",
     "Curve",
+    "DatasetFile",
     "Disc",
     "Ellipse",
     "EllipticalGaussianLens",
@@ -126,10 +128,13 @@ __all__ = [
     "Shape",
     "SquarePhotosite",
     "Star",
+    "StudyFile",
     "Svg",
     "Table",
     "Tabulated",
     "Text",
     "TwoSpotOlpf",
+    "Values",
+    "Varying",
     "WavefrontLens",
 ]
