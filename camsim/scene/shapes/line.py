@@ -148,10 +148,10 @@ class _Stroke:
         for number, way in enumerate(ways):
             radius = way.radius + self.half  # of the side on the right
             end = way.end - 1j * self.half * way.into
-            if way.bend == 0.0:
+            if way.bend_rad == 0.0:
                 pen.line(*_xy(end))
             elif way.radius > 0.0 or -way.radius > self.half:
-                pen.arc(abs(radius), abs(radius), 0.0, abs(way.bend) > math.pi, way.bend > 0.0, *_xy(end))
+                pen.arc(abs(radius), abs(radius), 0.0, abs(way.bend_rad) > math.pi, way.bend_rad > 0.0, *_xy(end))
             else:  # wider than it is bent: its side lies beyond the centre
                 pen.line(*_xy(way.start + 1j * way.radius * way.out))
                 pen.line(*_xy(end))
@@ -189,16 +189,16 @@ class _Stroke:
     def _beyond_centre(self, pen: Pen, way: Way) -> None:
         """Draw what a piece that is bent more than it is wide sweeps on the other side of its centre."""
         rest = self.half - abs(way.radius)
-        if way.bend == 0.0 or rest <= 0.0:
+        if way.bend_rad == 0.0 or rest <= 0.0:
             return
         centre = way.start + 1j * way.radius * way.out
-        side = 1.0 if way.bend > 0.0 else -1.0
+        side = 1.0 if way.bend_rad > 0.0 else -1.0
         first, last = centre + 1j * side * rest * way.out, centre + 1j * side * rest * way.into
-        if way.bend < 0.0:
+        if way.bend_rad < 0.0:
             first, last = last, first
         pen.move(*_xy(centre))
         pen.line(*_xy(first))
-        pen.arc(rest, rest, 0.0, abs(way.bend) > math.pi, True, *_xy(last))
+        pen.arc(rest, rest, 0.0, abs(way.bend_rad) > math.pi, True, *_xy(last))
         pen.close()
 
 

@@ -12,48 +12,48 @@ DOT = 1e-9  # of a line's width: a dash of no length, which has a direction all 
 
 
 class Way(NamedTuple):
-    """A piece of the middle of a line: straight, or an arc that bends by ``bend`` radians."""
+    """A piece of the middle of a line: straight, or an arc that bends by ``bend_rad``."""
 
     start: complex
     end: complex
-    bend: float
+    bend_rad: float
 
     @property
     def out(self) -> complex:
         """Direction in which it leaves."""
-        return unit(self.end - self.start) * turn(-0.5 * self.bend)
+        return unit(self.end - self.start) * turn(-0.5 * self.bend_rad)
 
     @property
     def into(self) -> complex:
         """Direction in which it arrives."""
-        return unit(self.end - self.start) * turn(0.5 * self.bend)
+        return unit(self.end - self.start) * turn(0.5 * self.bend_rad)
 
     @property
     def radius(self) -> float:
         """Above 0 where its centre lies to the left (cross product above 0)."""
-        return math.inf if self.bend == 0.0 else 0.5 * abs(self.end - self.start) / math.sin(0.5 * self.bend)
+        return math.inf if self.bend_rad == 0.0 else 0.5 * abs(self.end - self.start) / math.sin(0.5 * self.bend_rad)
 
     @property
     def length(self) -> float:
         """How long it is."""
-        return abs(self.end - self.start) if self.bend == 0.0 else abs(self.radius * self.bend)
+        return abs(self.end - self.start) if self.bend_rad == 0.0 else abs(self.radius * self.bend_rad)
 
     def back(self) -> Way:
         """Return it the other way."""
-        return Way(self.end, self.start, -self.bend)
+        return Way(self.end, self.start, -self.bend_rad)
 
-    def at(self, share: float) -> complex:
+    def at(self, t: float) -> complex:
         """Return the place at a share of its length; its ends by their very numbers."""
-        if share in (0.0, 1.0):
-            return self.end if share else self.start
-        if self.bend == 0.0:
-            return self.start + share * (self.end - self.start)
+        if t in (0.0, 1.0):
+            return self.end if t else self.start
+        if self.bend_rad == 0.0:
+            return self.start + t * (self.end - self.start)
         centre = self.start + 1j * self.radius * self.out
-        return centre + (self.start - centre) * turn(self.bend * share)
+        return centre + (self.start - centre) * turn(self.bend_rad * t)
 
-    def part(self, begin: float, end: float) -> Way:
+    def part(self, t0: float, t1: float) -> Way:
         """Return what lies between two shares."""
-        return Way(self.at(begin), self.at(end), self.bend * (end - begin))
+        return Way(self.at(t0), self.at(t1), self.bend_rad * (t1 - t0))
 
 
 def turn(angle: float) -> complex:
