@@ -115,7 +115,7 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables
     field, times = tables.field[edges.alike[e], channel], edges.times[e]
     cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
     low, high = max(s1, -cut), min(s2, cut)
-    total = 0.0
+    total: float = 0.0
     if not sees_line or (r1 < n.near and r2 < n.near and s2 - s1 < 2.0 * cut - (s2 - s1)):
         if high <= low:  # an end at exactly the near radius: by rounding it is within, and nothing of the edge is
             whole: float = weigh(far_edge(h, s1, s2, moments), far)
