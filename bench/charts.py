@@ -1,13 +1,16 @@
-"""How long charts take, warm: ``python -m bench.charts [siemens-star] [dead-leaves]``; promised for 2 cores.
+"""How long charts take, warm: ``python -m bench.charts [siemens-star] [dead-leaves] [glyphs] [polygons]``.
 
-A star of 144 cycles at 1e-6 on 1024 × 1024 photosites, and dead leaves of 20 000 discs at 1e-4 on 3008 × 2000
-photosites behind a Bayer filter.
+Promised for 2 cores: a star of 144 cycles at 1e-6 on 1024 × 1024 photosites, and dead leaves of 20 000 discs at 1e-4 on
+3008 × 2000 photosites behind a Bayer filter. A page of 10 000 glyphs is to be no slower than as many polygons of as
+many edges: the last figure of both is how many there are.
 """
 
 from __future__ import annotations
 
 import argparse
+import functools
 import resource
+import string
 import time
 from collections.abc import Callable
 
@@ -49,7 +52,48 @@ def dead_leaves() -> str:
     return f"{frame.report.method}, error {frame.report.error_estimate:.1e}"
 
 
-CASES: dict[str, Callable[[], str]] = {"siemens-star": siemens_star, "dead-leaves": dead_leaves}
+LETTERS, SIZE_UM = 100, 12.0 * PITCH_UM  # in a line, and lines on the page; how large
+
+
+def _page(shapes: list[camsim.scene.Shape]) -> tuple[str, int]:
+    found = camsim.render(
+        camsim.Scene(background=0.9, shapes=shapes),
+        [LENS, camsim.SquarePhotosite(side_um=PITCH_UM)],
+        camsim.Grid(rows=1024, cols=1024, pitch_um=PITCH_UM),
+        wavelength_nm=550.0,
+        tolerance=1e-4,
+        method="boundary",
+    )
+    return f"{found.method}, error {found.error_estimate:.1e}, {found.work.edges} edges", found.work.edges
+
+
+def _text() -> list[camsim.scene.Shape]:
+    letters = (string.ascii_letters + string.digits) * LETTERS**2
+    lines = "\n".join(letters[k : k + LETTERS] for k in range(0, LETTERS**2, LETTERS))
+    return [camsim.Text(text=lines, size_um=SIZE_UM, align="centre", vertical="middle", line=0.8, reflectance=0.1)]
+
+
+def glyphs() -> str:
+    return _page(_text())[0]
+
+
+@functools.cache
+def _edges() -> int:
+    return _page(_text())[1]
+
+
+def polygons() -> str:
+    step_um, sides = 0.8 * SIZE_UM, max(3, round(_edges() / LETTERS**2))
+    polygon = camsim.RegularPolygon(sides=sides, radius_um=0.3 * SIZE_UM, rotate_deg=1.0, reflectance=0.1)
+    return _page([camsim.RepeatOnGrid(shapes=[polygon], cols=LETTERS, rows=LETTERS, step_um=(step_um, step_um))])[0]
+
+
+CASES: dict[str, Callable[[], str]] = {
+    "siemens-star": siemens_star,
+    "dead-leaves": dead_leaves,
+    "glyphs": glyphs,
+    "polygons": polygons,
+}
 
 
 def main() -> None:

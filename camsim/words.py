@@ -155,6 +155,16 @@ def called(kind: type) -> str:
     return f"{'an' if name[:1] in 'AEIOaeiou' else 'a'} {name}"
 
 
+def kebab(kind: type) -> str:
+    """Return the name of a class as files call it.
+
+    >>> class RegularPolygon: ...
+    >>> kebab(RegularPolygon)
+    'regular-polygon'
+    """
+    return "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in kind.__name__).removeprefix("-")
+
+
 def brief(value: object) -> str:
     """Return a stage as people write it, on a line: what is as usual left out, of long lists the ends.
 

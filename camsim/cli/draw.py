@@ -12,7 +12,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.scene.outlines import loops_of
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
-from camsim.words import percent
+from camsim.words import kebab, percent
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
@@ -165,7 +165,7 @@ def _legend(capture: Capture, everything: list[Painted], on_top: Any) -> Iterato
     for number, shape in enumerate(shapes[:_MOST_LINES]):
         share = float(np.mean(owner[on_top] == number))
         seen = f"{percent(share)} of the window" if share else "not seen in the window, or smaller than a cell"
-        kind = type(shape).__name__.lower()
+        kind = getattr(shape, "name", kebab(type(shape)))  # a chart's own
         surfaces = list(dict.fromkeys(_words(one.surface) for one in everything if one.number == number))
         surface = surfaces[0] if len(surfaces) == 1 else f"{len(surfaces)} surfaces"
         yield f"  scene.shapes.{number}: {kind}, reflectance {surface}: {seen}"

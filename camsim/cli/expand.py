@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from camsim.spectra.curve import Curve
+from camsim.words import kebab
 
 
 def expanded(name: str, sensors: Sequence[str] = ()) -> Iterator[str]:
@@ -37,8 +38,7 @@ def _ordinary(shapes: Iterable[Any]) -> Iterator[dict[str, Any]]:
 
 
 def _table(shape: Any) -> dict[str, Any]:
-    kind = "".join(f"-{letter.lower()}" if letter.isupper() else letter for letter in type(shape).__name__)[1:]
-    table: dict[str, Any] = {"kind": kind}
+    table: dict[str, Any] = {"kind": kebab(type(shape))}
     for field in dataclasses.fields(shape):
         value = getattr(shape, field.name)
         if not field.init or value == field.default:

@@ -23,7 +23,6 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern
-from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.scene import Primitive
 from camsim.scene.curves import STRAIGHT, joined
@@ -68,14 +67,15 @@ class LongSides:
         grid: Grid,
         blur_um: tuple[float, float],
         line_per_um: float,
-        budget: ErrorBudget,
+        allowed: float,
+        quiet: float,
     ) -> LongSides:
         """Choose them for all curves of a scene together.
 
         limits   : of sides that are short enough anyway
         blur_um  : of the lens, shortest and longest;  line_per_um: peak of its line spread
+        allowed  : error of a photosite, of full contrast;  quiet: what the pattern's far form may be wrong by
         """
-        allowed = budget.allowed("outlines")
         pattern = system.lens.pattern() if isinstance(system.lens, RoundLens) and not system.more else None
         half, area = system.photosite.half_extent_um, system.photosite.area_um2
         across = 2.0 * math.hypot(*half)
@@ -87,7 +87,7 @@ class LongSides:
             extent=float(np.hypot(*(np.abs(system.spots_um()) + half).T).max()),
             pattern=pattern,
             blur=blur_um[1],
-            quiet=0.0 if pattern is None else pattern.quiet(budget.allowed("powers")) * blur_um[1],
+            quiet=0.0 if pattern is None else pattern.quiet(quiet) * blur_um[1],
             densest=math.inf if pattern is None else pattern.core / math.pi / blur_um[0] ** 2,
         )
         if area > 0.0:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,20 +13,24 @@ from camsim.quadrature import gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.long_sides import LongSides
-from camsim.scene import Arrangement, Scene, arrange, flattened
+from camsim.scene import Arrangement, Primitive, Scene, arrange, flattened
 from camsim.scene.outlines import has_curves
 from camsim.scene.sides import SideLimits
+from camsim.spectra.curve import spectrum_at
 
-SLOPE_NODES = 24  # of a bound: a few per cent of it do not matter
+SLOPE_NODES = 96  # of a bound: a few per cent of it do not matter
+DIRECTIONS = 64  # in which a photosite and an OLPF are asked, over half a turn
 
 
 def arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget) -> Arrangement:
     """Return the scene's edges, its curved outlines as polygons; ``seen_nm``: wavelengths that carry signal."""
     primitives = flattened(scene.shapes)
-    if not seen_nm.size or not has_curves(primitives):
+    contrast = _contrast(scene, primitives, seen_nm)
+    if contrast == 0.0 or not has_curves(primitives):
         return arrange(scene)
     shortest_nm, longest_nm = float(seen_nm.min()), float(seen_nm.max())
-    limits, line_per_um = _limits(system, shortest_nm, budget.allowed("outlines"))
+    allowed = budget.allowed("outlines") / contrast
+    limits, line_per_um = _limits(system, shortest_nm, allowed)
     long = LongSides.of(
         primitives,
         limits=limits,
@@ -33,9 +38,21 @@ def arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budg
         grid=grid,
         blur_um=(system.blur_um(shortest_nm), system.blur_um(longest_nm)),
         line_per_um=line_per_um,
-        budget=budget,
+        allowed=allowed,
+        quiet=budget.allowed("powers"),
     )
     return arrange(scene, limits._replace(longer=long.along), apart=long.apart)
+
+
+def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> float:
+    """Return the most that two surfaces differ by at a wavelength that carries signal."""
+    if not seen_nm.size:
+        return 0.0
+    low = high = spectrum_at(scene.background, seen_nm)
+    for spectrum in dict.fromkeys(one.reflectance for one in primitives):
+        there = spectrum_at(spectrum, seen_nm)
+        low, high = np.minimum(low, there), np.maximum(high, there)
+    return float(np.max(high - low))
 
 
 def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[SideLimits, float]:
@@ -46,12 +63,15 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[
     line spread, which is no more than ∫2π|f|·|OTF| df along it. Where another shape cuts the outline, what is left of
     the last side counts at once: its area times the pattern's peak, which is half that slope. Where sides differ,
     what one lacks is made up for beside it: the moment counts, times the pattern's slope, at most ∫∫2π|f_x|·|OTF| d²f.
+    OLPF and photosite pass no more in any direction than in the one where they pass most.
     """
     highest = system.cutoff_per_um(shortest_nm)
     x, w = gauss_legendre(SLOPE_NODES)
     f = 0.5 * (1.0 + x) * highest
+    angle = np.arange(DIRECTIONS)[:, None] * math.pi / DIRECTIONS
+    weight = np.abs(system.footprint_otf(f * np.cos(angle), f * np.sin(angle))).max(axis=0) * w * highest
     passes = [
-        system.point_otf_size(f, direction, shortest_nm) * w * highest
+        system.point_otf_size(f, direction, shortest_nm) * weight
         for direction in ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
     ]
     slope = max(2.0 * math.pi * float(np.sum(f * otf)) for otf in passes)

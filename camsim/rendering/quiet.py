@@ -13,6 +13,7 @@ from scipy import optimize
 from camsim.arrays import C128, F64
 from camsim.optics.pattern import Pattern
 from camsim.rendering.footprint import Footprint
+from camsim.rendering.spectral import multiples
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 NEAREST = 5.0  # blurs: where the search for quiet begins
@@ -47,7 +48,7 @@ class Waves:
         rings = [_at(front, ring) for ring in self.pattern.rings]
         for u, amplitude, power in rings:
             loudness = amplitude * self.blur**power * self.footprint.transfer(u / self.blur)
-            phasor = self.shares[None] * loudness[:, None]
+            phasor = self.different[None] * loudness[:, None]
             phasors.append(phasor.reshape(-1, self.blur.size))
         powers = np.array([power for _, _, power in rings])
         loudest_in_step = np.array([np.abs(phasor).sum(axis=1).max() for phasor in phasors])
@@ -72,6 +73,11 @@ class Waves:
             more = np.exp(2j * np.pi * u * distance[len(known) :, None] / self.blur)
             known = self._waves[u] = np.concatenate([known, more])
         return known[: distance.size]
+
+    @functools.cached_property
+    def different(self) -> F64:
+        """Weight sets (k, j) of which none is another one times a number: the others are never the loudest."""
+        return self.shares[np.unique(multiples(self.shares)[0])]
 
     @functools.cached_property
     def _waves(self) -> dict[float, C128]:

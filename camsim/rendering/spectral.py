@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.optics import OpticalSystem
 from camsim.quadrature import gauss_legendre
 from camsim.scene import Arrangement
@@ -17,6 +17,7 @@ from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 
 FEWEST_NODES = 16
+ALIKE = 12  # digits by which weights are the same but for a factor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -52,6 +53,24 @@ def multiplied(spectra: Sequence[Spectrum | Component], response: F64, wavelengt
         reflectance = np.stack([spectrum_at(s, wavelength_nm[here]) for s in spectra])
         parts.append(lumped(wavelength_nm[here], reflectance[:, None, :] * response[None, :, here]))
     return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts], axis=2)
+
+
+def multiples(weights: F64) -> tuple[I64, F64]:
+    """Return which row each row (k, n) is a multiple of, and the factor, −1 to 1: of greys all are of the widest pair.
+
+    >>> multiples(np.array([[1.0, 2.0], [-2.0, -4.0], [0.0, 1.0]]))
+    (array([1, 1, 2]), array([-0.5,  1. ,  1. ]))
+    """
+    order = np.argsort(-np.abs(weights).max(axis=1), kind="stable")
+    largest = np.abs(weights).argmax(axis=1)
+    size = weights[np.arange(len(weights)), largest]
+    shape = np.round(weights / np.where(size == 0.0, 1.0, size)[:, None], ALIKE) + 0.0
+    _, first, group = np.unique(shape[order], axis=0, return_index=True, return_inverse=True)
+    which = np.empty(len(weights), np.int64)
+    which[order] = order[first][group.ravel()]
+    there = largest[which]
+    own, other = weights[np.arange(len(weights)), there], weights[which, there]
+    return which, np.where(other == 0.0, 1.0, own / np.where(other == 0.0, 1.0, other))
 
 
 def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:

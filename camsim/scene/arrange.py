@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.scene.outlines import Outlines
-from camsim.scene.primitives import flattened
+from camsim.scene.primitives import Primitive, flattened
+from camsim.scene.regions import positive
+from camsim.scene.rim_sides import sides_of
+from camsim.scene.rims import Rims, discs_among, rims_of
 from camsim.scene.scene import Scene
 from camsim.scene.sides import SideLimits
 from camsim.scene.stretches import Apart
@@ -59,31 +63,33 @@ def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | No
     """
     spectra: dict[Spectrum, int] = {scene.background: 0}
     primitives = flattened(scene.shapes)
-    regions = [spectra.setdefault(primitive.reflectance, len(spectra)) for primitive in primitives]
+    regions = np.array([spectra.setdefault(one.reflectance, len(spectra)) for one in primitives], np.int64)
     outlines = Outlines.of(primitives)
     limits = limits or SideLimits()
     covers = Covers.of(primitives, outlines)
-    rings = outlines.some(covers.seen).rings(limits, crossing=covers.crossing, apart=apart)
-    starts: list[F64] = []
-    ends: list[F64] = []
-    lefts: list[I64] = []
-    seen = [(primitives[i], regions[i]) for i in covers.seen.tolist()]
-    for region, visible in visible_rings(seen, rings, covers):
-        if region == 0:
-            continue
-        for ring in visible:
-            starts.append(ring)
-            ends.append(np.roll(ring, -1, axis=0))
-            lefts.append(np.full(len(ring), region))
+    sides = np.bincount(outlines.owner, minlength=len(primitives))
+    sound, centre, radius = discs_among([primitives[i] for i in covers.seen.tolist()], covers.first, covers.second)
+    discs = sound & ~covers.alone
+    number = np.cumsum(discs) - 1
+    pairs = discs[covers.first]
+    rims = rims_of(
+        centre[discs],
+        radius[discs],
+        regions[covers.seen[discs]],
+        (number[covers.first[pairs]], number[covers.second[pairs]]),
+    )
+    drawn = _rims_drawn(rims._replace(disc=covers.seen[discs][rims.disc]), outlines, limits, apart)
+    others = covers.some(~discs)
+    rings = outlines.some(others.seen).rings(limits, crossing=others.crossing, apart=apart)
+    cut = _rings_drawn([(primitives[i], int(regions[i])) for i in others.seen.tolist()], rings, others)
     hidden = np.ones(len(primitives), bool)
     hidden[covers.seen] = False
-    sides = np.bincount(outlines.owner, minlength=len(primitives))
-    sides[covers.seen] = [sum(map(len, own)) for own in rings]
-    start, end = np.concatenate([np.empty((0, 2)), *starts]), np.concatenate([np.empty((0, 2)), *ends])
-    left = np.concatenate([np.empty(0, np.int64), *lefts])
-    # An edge whose squared length is no longer a number above 0 contributes nothing.
-    keep = np.sum((end - start) ** 2, axis=1) > 0.0
-    start, end, left, right = _merge_shared(start[keep], end[keep], left[keep])
+    sides[covers.seen[discs]] = np.bincount(drawn.owner, minlength=len(primitives))[covers.seen[discs]]
+    sides[others.seen] = [sum(map(len, own)) for own in rings]
+    start, end, left, right = (
+        np.concatenate(parts)
+        for parts in zip(cut, (drawn.start, drawn.end, regions[drawn.owner], drawn.right), strict=True)
+    )
     return Arrangement(
         start_um=start,
         end_um=end,
@@ -93,6 +99,56 @@ def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | No
         sides=sides,
         hidden=hidden,
     )
+
+
+class _Drawn(NamedTuple):
+    """Sides of discs: whose (n,), where, and the region beyond."""
+
+    owner: I64
+    start: F64
+    end: F64
+    right: I64
+
+
+def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits, apart: Apart | None) -> _Drawn:
+    """Return the sides of what is seen of rims; ``rims.disc`` numbers primitives."""
+    whole = rims.some(rims.whole)
+    order = np.argsort(whole.disc)
+    rings = [ring for (ring,) in outlines.some(whole.disc[order]).rings(limits, apart=apart)]
+    closed = np.repeat(order, [len(ring) for ring in rings])
+    arcs = rims.some(~rims.whole)
+    owner, start, end = sides_of(arcs, limits, apart)
+    starts = [positive(ring) for ring in rings]
+    ends = [np.roll(ring, -1, axis=0) for ring in starts]
+    drawn = _Drawn(
+        np.concatenate([whole.disc[closed], arcs.disc[owner]]),
+        np.concatenate([*starts, start]),
+        np.concatenate([*ends, end]),
+        np.concatenate([whole.behind[closed], arcs.behind[owner]]),
+    )
+    keep = np.any(drawn.start != drawn.end, axis=1)
+    return _Drawn(drawn.owner[keep], drawn.start[keep], drawn.end[keep], drawn.right[keep])
+
+
+def _rings_drawn(
+    seen: list[tuple[Primitive, int]], rings: list[list[F64]], covers: Covers
+) -> tuple[F64, F64, I64, I64]:
+    """Return the edges of what is seen of polygons."""
+    starts: list[F64] = []
+    ends: list[F64] = []
+    lefts: list[I64] = []
+    for region, visible in visible_rings(seen, rings, covers):
+        if region == 0:
+            continue
+        for ring in visible:
+            starts.append(ring)
+            ends.append(np.roll(ring, -1, axis=0))
+            lefts.append(np.full(len(ring), region))
+    start, end = np.concatenate([np.empty((0, 2)), *starts]), np.concatenate([np.empty((0, 2)), *ends])
+    left = np.concatenate([np.empty(0, np.int64), *lefts])
+    # An edge whose squared length is no longer a number above 0 contributes nothing.
+    keep = np.sum((end - start) ** 2, axis=1) > 0.0
+    return _merge_shared(start[keep], end[keep], left[keep])
 
 
 def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:

@@ -63,6 +63,11 @@ class SideLimits(NamedTuple):
             side = np.where(uneven, np.minimum(side, even_side), side)
         return np.minimum(side, MOST_TURN * radius_um)
 
+    def end_um(self, radius_um: F64) -> F64:
+        """Return the longest sides (n,) of an arc that ends; see ``rim_sides``."""
+        longest: F64 = np.sqrt(np.sqrt(360.0 * self.moment_um3 * radius_um))
+        return np.minimum(longest, self.side_um(radius_um, False, False))
+
     def corner_um(self, radius_um: F64) -> F64:
         """Return the longest first sides (n,) from a corner."""
         if not math.isfinite(self.cut_um2):
@@ -155,7 +160,12 @@ def _lengths(
         longer = limits.longer(found.place_um, found.radius_um, found.length_um)
         side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius_um)
     found, side = _graded(found, side, limits, corners)
-    total = float(np.sum(found.length_um / side))
+    judge_sides(float(np.sum(found.length_um / side)))
+    return side, found
+
+
+def judge_sides(total: float) -> None:
+    """Refuse more sides than memory holds."""
     if total > MOST_SIDES:
         raise InvalidValueError(
             f"curves of the scene would take {total:.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "
@@ -163,7 +173,6 @@ def _lengths(
             key="shapes",
             stage="Scene",
         )
-    return side, found
 
 
 def _laid(curves: Curves, found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, F64]:

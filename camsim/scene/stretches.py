@@ -130,21 +130,29 @@ def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stret
     import shapely
 
     straight = np.flatnonzero(curves.kind == STRAIGHT)
-    fixed = shapely.box(*_boxes(curves.points[straight, 0], curves.points[straight, 3], 0.0).T)
+    fixed = np.stack([curves.points[straight, 0], curves.points[straight, 3]], axis=1)
     cut = np.ones(len(found.owner), bool)
     for turn in range(ROUNDS):
         if turn:
             found, flags = halved(found, cut.astype(float), cut)
             cut = flags > 0.0
         own = curves.some(found.owner)
-        boxes = shapely.box(*_boxes(own.at(found.t0), own.at(found.t1), HIGH * found.length_um[:, None]).T)
+        chords = np.concatenate([np.stack([own.at(found.t0), own.at(found.t1)], axis=1), fixed])
+        # An arc of a quarter radian or less rises by an eighth of its square over its radius; half of that is spare.
+        high = np.minimum(HIGH * found.length_um, 0.19 * found.length_um**2 / found.radius_um)
+        high = np.concatenate([high, np.zeros(len(straight))])
+        owner = np.concatenate([found.owner, straight])
+        boxes = shapely.box(*_boxes(chords[:, 0], chords[:, 1], high[:, None]).T)
         asked = np.flatnonzero(cut)
-        first, second = shapely.STRtree(np.concatenate([boxes, fixed])).query(boxes[asked])
-        one, two = found.owner[asked[first]], np.concatenate([found.owner, straight])[second]
+        first, second = shapely.STRtree(boxes).query(boxes[asked])
+        first = asked[first]
+        one, two = owner[first], owner[second]
         other = whose.primitive[one] != whose.primitive[two]
         other |= whose.crosses[one] & (np.abs(one - two) > 1)
+        first, second = first[other], second[other]
+        near = shapely.distance(*(shapely.linestrings(chords[part]) for part in (first, second)))
         cut[:] = False
-        cut[asked[first[other]]] = True
+        cut[first[near <= high[first] + high[second]]] = True
     return found, cut
 
 

@@ -49,6 +49,13 @@ class Covers:
         alone[first] = alone[second] = False
         return cls(seen, first, second, boxes[seen], alone)
 
+    def some(self, which: np.ndarray) -> Covers:
+        """Return those among some that meet none of the others."""
+        number = np.cumsum(which) - 1
+        kept = which[self.first]
+        first, second = number[self.first[kept]], number[self.second[kept]]
+        return Covers(self.seen[which], first, second, self.boxes_um[which], self.alone[which])
+
     @property
     def crossing(self) -> bool:
         """Whether any outlines may cross."""

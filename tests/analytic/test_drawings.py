@@ -51,6 +51,12 @@ CONSTRUCTS = {
     'paint-order="stroke"/>',
     "line, and a dot of a line": '<line x1="4" y1="6" x2="34" y2="16" stroke="black" stroke-width="4"/>'
     '<path d="M20 30h0" stroke="black" stroke-width="9" stroke-linecap="round"/>',
+    "dashes of an open line": '<path d="M2 8 L30 8 A10 10 0 0 1 30 28 L4 36" fill="none" stroke="black" '
+    'stroke-width="4" stroke-dasharray="7 3 2" stroke-dashoffset="2.5"/>',
+    "dashes round a corner and a start": '<rect x="6" y="6" width="28" height="24" fill="none" stroke="black" '
+    'stroke-width="3" stroke-dasharray="13,4" stroke-dashoffset="-9" stroke-linejoin="round"/>',
+    "dots": '<path d="M4 20 C4 -10 36 50 36 20" fill="none" stroke="black" stroke-width="5" '
+    'stroke-dasharray="0 8" stroke-linecap="round"/>',
     "style attribute and rules": "<style>.a{fill:#808080} #b{fill:none;stroke:black} rect.c{fill:black}</style>"
     '<circle class="a" cx="10" cy="10" r="8"/><circle id="b" cx="28" cy="12" r="8"/><rect class="c" x="6" y="24" '
     'width="9" height="9"/><rect style="fill:#808080;stroke:none" x="22" y="24" width="12" height="12" fill="red"/>',

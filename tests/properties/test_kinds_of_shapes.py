@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from PIL import Image, ImageDraw, ImageFont
 from tolerances import ROUNDING
 
@@ -93,6 +94,36 @@ SHAPES = {
     "wider than it is bent": (
         camsim.Line(segments_um=[("move", 1, 0), ("arc", 1, 1, 0, 0, 1, -1, 0)], width_um=6, reflectance=0.2),
         0.5 * math.pi * (4**2 + 2**2),
+    ),
+    "dashes round the corners": (  # one goes on where the outline begins
+        camsim.Line(
+            segments_um=[("move", 0, 0), ("line", 8, 0), ("line", 8, 8), ("line", 0, 8), ("close",)],
+            width_um=2,
+            dashes_um=[4],
+            dash_offset_um=-30,
+            reflectance=0.2,
+        ),
+        4 * 8,
+    ),
+    "dashes of a bent line": (
+        camsim.Line(
+            segments_um=[("move", 8, 0), ("arc", 8, 8, 0, 0, 1, 0, 8)],
+            width_um=4,
+            dashes_um=[math.pi, math.pi],
+            reflectance=0.2,
+        ),
+        2 * math.pi * 4,
+    ),
+    "an area of Shapely's": (
+        camsim.Path.of(
+            shapely.MultiPolygon([shapely.box(0, 0, 6, 6) - shapely.box(1, 1, 4, 4), shapely.box(7, 0, 9, 1)]),
+            reflectance=0.2,
+        ),
+        36 - 9 + 2,
+    ),
+    "corners that cross": (
+        camsim.Path.of(np.array([(0, 0), (4, 4), (4, 0), (0, 4)]), reflectance=0.2),
+        8.0,
     ),
     "group": (
         camsim.Group(
@@ -328,6 +359,14 @@ def nested(depth):
             lambda: camsim.RepeatOnGrid(shapes=[nested(10)], cols=10**6, rows=10**6, step_um=(1, 1)),
             "makes 1024000000000000 sides and curves; the most is 5000000",
         ),
+        (
+            lambda: camsim.Line(
+                segments_um=[("move", 0, 0), ("line", 9, 0)], width_um=1, dashes_um=[1e-9], reflectance=0
+            ),
+            "makes more than 200000 dashes",
+        ),
+        (lambda: camsim.Path.of(shapely.Polygon(), reflectance=0), "or LinearRing, not an empty Polygon"),
+        (lambda: camsim.Path.of([(0, 1), (2, 3)], reflectance=0), "at least 3 corners (n, 2), or an area of Shapely's"),
         (lambda: camsim.Text(text="שלום", size_um=1, reflectance=0), "Open Sans has no '\\u05e9' (U+05E9, hebrew"),
         (lambda: camsim.Text(text="a\u0301", size_um=1, reflectance=0), "(U+0301, combining acute accent)"),
         (lambda: camsim.Text(text="a", weight="Heavy", size_um=1, reflectance=0), "not 'Heavy'"),

@@ -155,6 +155,10 @@ class Line(Table):
     miter_limit: float = Field(
         default=4.0, ge=1, le=1e6, description="points longer than so many widths are cut off, as in SVG"
     )
+    dashes: list[Annotated[float, Field(ge=0)]] = Field(
+        default=[], description="lengths of dash, gap, dash …, again and again, in the scene's unit; none: it is whole"
+    )
+    dash_offset: float = Field(default=0.0, description="where in this pattern an outline begins, in the scene's unit")
     reflectance: _Painted
 
 

@@ -85,16 +85,15 @@ def _flux(
 @kernel(forceinline=True)
 def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
     """Contribution of one edge's line to a photosite at signed distance h, half of it taken away; without rings."""
-    pair = edges.pair[e]
     a = abs(h)
     if a >= n.reach:
-        total: float = weigh(far_line(h, across(moments_of(e, edges, n))), tables.far[pair, channel])
+        total: float = weigh(far_line(h, across(moments_of(e, edges, n))), tables.far[edges.pair[e], channel])
         return total
     u = a / n.response_step
     cell = int(u)
     t = u - cell
-    c = tables.response[edges.response[e], pair, channel, cell]
-    value: float = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+    c = tables.response[edges.response[e], edges.alike[e], channel, cell]
+    value: float = edges.times[e] * (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5])))))
     return value if h >= 0.0 else -value
 
 
@@ -106,23 +105,22 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables
     h = dx * ty - dy * tx
     s1 = dx * tx + dy * ty
     s2 = s1 + edges.length[e]
-    pair = edges.pair[e]
-    far = tables.far[pair, channel]
+    far = tables.far[edges.pair[e], channel]
     moments = moments_of(e, edges, n)
     r1, r2 = math.hypot(h, s1), math.hypot(h, s2)
     beside = s1 < 0.0 < s2
     sees_line = beside and edges.response[e] >= 0 and abs(h) < n.reach
     if not sees_line and min(r1, r2) >= n.near and (not beside or abs(h) >= n.near):
         return weigh(far_edge(h, s1, s2, moments), far)
-    field = tables.field[pair, channel]
+    field, times = tables.field[edges.alike[e], channel], edges.times[e]
     cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
     low, high = max(s1, -cut), min(s2, cut)
-    total = 0.0
+    total: float = 0.0
     if not sees_line or (r1 < n.near and r2 < n.near and s2 - s1 < 2.0 * cut - (s2 - s1)):
         if high <= low:  # an end at exactly the near radius: by rounding it is within, and nothing of the edge is
             whole: float = weigh(far_edge(h, s1, s2, moments), far)
             return whole
-        total = _flux(h, low, high, tx, ty, field, n)
+        total += times * _flux(h, low, high, tx, ty, field, n)
         if s1 < low:
             total += weigh(far_edge(h, s1, low, moments), far)
         if s2 > high:
@@ -133,9 +131,9 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables
         s = -s1 if side == 0 else s2
         if s < cut:
             if side == 0:
-                total -= _flux(h, -cut, -s, tx, ty, field, n)
+                total -= times * _flux(h, -cut, -s, tx, ty, field, n)
             else:
-                total -= _flux(h, s, cut, tx, ty, field, n)
+                total -= times * _flux(h, s, cut, tx, ty, field, n)
             s = cut
         if s < math.inf:
             total -= weigh(far_tail(h, s, mirrored(moments) if side == 0 else moments), far)

@@ -8,6 +8,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from camsim.arrays import F64, I64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics.pattern import Pattern
@@ -17,6 +19,7 @@ from camsim.rendering.boundary.settings import Settings, plan_boundary
 from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
+from camsim.rendering.spectral import multiples
 from camsim.rendering.work import Work
 
 
@@ -56,6 +59,12 @@ class BoundaryPlan:
         return self.nodes.wavelength_nm.size
 
     @functools.cached_property
+    def tabled(self) -> int:
+        """Number of pairs of spectra that are no multiples of one another."""
+        weights = self.nodes.weights
+        return len(np.unique(multiples(weights.reshape(len(weights), -1))[0]))
+
+    @functools.cached_property
     def counts(self) -> Counts:
         """What has to be done for one image."""
         job = self.job
@@ -64,7 +73,7 @@ class BoundaryPlan:
             job.grid,
             self.settings,
             self.footprint,
-            sets=len(job.sides) * job.signals.scale.size,
+            sets=self.tabled * job.signals.scale.size,
             wavelengths=self.wavelengths,
         )
 
@@ -104,7 +113,7 @@ class BoundaryPlan:
         yield Decision(
             topic="settings",
             decision=f"{counts.tables} tables, {counts.table_values:.2g} numbers",
-            reason="fields and edge responses, one for each channel and pair of colours",
+            reason="fields and edge responses, one for each channel and pair of colours, of greys one for all",
         )
 
     def of(self, job: Job) -> BoundaryPlan:

@@ -22,6 +22,7 @@ from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.job import Job, Nodes
+from camsim.rendering.spectral import multiples
 
 NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
 BAND_PHOTOSITES = 2_000_000
@@ -96,11 +97,14 @@ def boundary_bands(
     far = far_moments(pattern, blur, flat).reshape(pairs, channels, 4)
     order, cells = gather(job.edges, job.pair, far, settings.tile_nodes + CELL_NODES)
     some = job.edges.some(order)
-    edges, normals = _tabled(some, job.pair[order], settings, footprint)
+    which, times = multiples(weights.reshape(pairs, -1))
+    tabled, alike = np.unique(which, return_inverse=True)
+    different = weights[tabled].reshape(-1, count)
+    edges, normals = _tabled(some, job.pair[order], (alike.ravel(), times), settings, footprint)
     field = field_tables(
         pattern,
         blur,
-        flat,
+        different,
         footprint,
         radius=settings.near,
         step=settings.field_step,
@@ -111,18 +115,18 @@ def boundary_bands(
             pattern,
             pitch_um,
             blur,
-            flat,
+            different,
             normals,
             extent=footprint.extent,
             distance=settings.reach,
             step=settings.response_step,
         )
     else:
-        responses = np.empty((0, flat.shape[0], 1, 6))
+        responses = np.empty((0, len(different), 1, 6))
     tables = Tables(
         far=far,
-        field=field.reshape(pairs, channels, *field.shape[1:]),
-        response=responses.reshape(len(normals), pairs, channels, *responses.shape[2:]),
+        field=field.reshape(len(tabled), channels, *field.shape[1:]),
+        response=responses.reshape(len(normals), len(tabled), channels, *responses.shape[2:]),
         base=job.base,
         rings=_rings(blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
         ring_weights=weights,
@@ -152,8 +156,13 @@ def _rings(blur: F64, footprint: Footprint, nearest: float) -> C128:
     return airy_rings(blur, nodes, weights, turns=_turns(footprint), nearest=nearest)
 
 
-def _tabled(edges: Edges, pair: I64, settings: Settings, footprint: Footprint) -> tuple[TabledEdges, F64]:
-    """Return edges as the kernels read them, and the normals (n, 2) of the edge responses that they look up."""
+def _tabled(
+    edges: Edges, pair: I64, multiple: tuple[I64, F64], settings: Settings, footprint: Footprint
+) -> tuple[TabledEdges, F64]:
+    """Return edges as the kernels read them, and the normals (n, 2) of the edge responses that they look up.
+
+    multiple : (pairs,) the tabulated pair that each is a multiple of, and the factor
+    """
     along, length = edges.end - edges.start, edges.length
     tx, ty = along[:, 0] / length, along[:, 1] / length
     turn = tx + 1j * ty
@@ -170,6 +179,8 @@ def _tabled(edges: Edges, pair: I64, settings: Settings, footprint: Footprint) -
         m4=np.conj(footprint.m4) * turn**4,
         m6=np.conj(footprint.m6) * turn**6,
         pair=pair,
+        alike=multiple[0][pair],
+        times=multiple[1][pair],
         response=response,
     )
     return tabled, normals

@@ -22,11 +22,14 @@ class TabledEdges(NamedTuple):
     m4: C128
     m6: C128
     pair: I64  # which two spectra
+    alike: I64  # which of the pairs that are tabulated, of which its own is a multiple
+    times: F64  # by what
     response: I64  # which edge response, −1 for none
 
 
 class Tables(NamedTuple):
-    """Everything that is tabulated, by pair of spectra and channel."""
+    """Everything that is tabulated, by pair of spectra and channel; ``field`` and ``response`` by pairs that are no
+    multiples of one another."""
 
     far: F64  # (pairs, channels, 4)
     field: F64  # (pairs, channels, 2, n, n)

@@ -104,7 +104,7 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     field_step = shortest * min(COARSEST_FIELD, _step(pattern, 8, budget.allowed("field") / EIGHT_POINTS))
     response_step = shortest * min(COARSEST_RESPONSE, _step(pattern, 6, 0.5 * budget.allowed("response") / SIX_POINTS))
     near, reach = quiet_end, quiet_line
-    table_bytes = 16.0 * len(waves.shares) * (quiet_end / field_step) ** 2
+    table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
     if pattern.airy and (quiet_end > RINGS_FROM * blur.size * longest or table_bytes > TABLE_BYTES):
         near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
     return Settings(

@@ -32,7 +32,7 @@ class Integrals:
     """The check's settings for a round lens; lengths in pitches.
 
     sides, spots : of the photosite, (n, 2) of the OLPF, pitches
-    pieces, pair : of the scene, and which two spectra lie beside each
+    pieces, pair, times : of the scene, what lies beside each, and by how much more or less of it
     wavelength_nm, weights : (n,) and (pairs, channels, n) left minus right, of full scale
     budget       : of what the check may be wrong by
     corners      : (4,) low x, low y, high x, high y of the outermost photosites
@@ -44,6 +44,7 @@ class Integrals:
     pitch_um: float
     pieces: Pieces
     pair: I64
+    times: F64
     wavelength_nm: F64
     weights: F64
     budget: ErrorBudget
@@ -116,7 +117,7 @@ class Integrals:
         light = light_at_points(
             Asked(points, sets, radius, nodes),
             self.pieces.outlines,
-            self.pair,
+            (self.pair, self.times),
             Tables(
                 table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
                 table.step,

@@ -16,7 +16,7 @@ from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.scenery import Pieces, pieces_of
-from camsim.rendering.check.wavelengths import densities
+from camsim.rendering.check.wavelengths import densities, widest
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Plan
 from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
@@ -139,6 +139,7 @@ class Judge:
         job = self.job
         pieces, wavelength_nm, density = self.seen
         sides, pair = np.unique(np.stack([pieces.left, pieces.right], axis=1), axis=0, return_inverse=True)
+        weights, which, times = widest(density[sides[:, 0]] - density[sides[:, 1]])
         x0, y0 = job.grid.first_centre
         lens, photosite = job.system.lens, job.system.photosite
         assert isinstance(lens, RoundLens)
@@ -150,9 +151,10 @@ class Judge:
             spots=job.system.spots_um() / job.grid.pitch_um,
             pitch_um=job.grid.pitch_um,
             pieces=pieces,
-            pair=pair.ravel().astype(np.int64),
+            pair=which[pair.ravel()],
+            times=times[pair.ravel()],
             wavelength_nm=wavelength_nm,
-            weights=density[sides[:, 0]] - density[sides[:, 1]],
+            weights=weights,
             budget=job.budget.of_check,
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
         )

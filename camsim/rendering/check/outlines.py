@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -128,8 +127,3 @@ def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
         owner, rows = owner[order], rows[order]
     counts = np.bincount(owner, minlength=len(straight))
     return Outlines(*(np.ascontiguousarray(column) for column in rows.T[:6])), rows[:, 6:].copy(), counts
-
-
-def full_turn(turn_rad: float) -> bool:
-    """Return whether an arc is a whole circle."""
-    return abs(turn_rad) >= math.tau * (1.0 - 1e-15)

@@ -202,10 +202,12 @@ def _round(
     return total
 
 
-def light_at_points(asked: Asked, o: Outlines, pair: I64, tables: Tables, panel: float, rules: tuple[F64, F64]) -> F64:
+def light_at_points(
+    asked: Asked, o: Outlines, pair: tuple[I64, F64], tables: Tables, panel: float, rules: tuple[F64, F64]
+) -> F64:
     """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
 
-    pair   : (pieces,) which two spectra
+    pair   : (pieces,) which two spectra, and what their difference is to be multiplied by
     panel  : longest that one rule integrates, pitches
     rules  : (2, q) nodes and weights, and of fewer for what is short and far
     """
@@ -224,7 +226,7 @@ def _light(
     end: int,
     asked: Asked,
     o: Outlines,
-    pair: I64,
+    pair: tuple[I64, F64],
     tables: Tables,
     panel: float,
     rules: tuple[F64, F64],
@@ -233,16 +235,17 @@ def _light(
 ) -> None:
     """Fill in some of the light, counted point by point; cuts: (CUTS,) memory."""
     (points, sets, radius, nodes), (gauss, few) = asked, rules
+    sides, times = pair
     count, per_step = len(nodes), 1.0 / tables.step
     for job in range(begin, end):
         point, node = job // count, job % count
         x, y = points[point, 0] + nodes[node, 0], points[point, 1] + nodes[node, 1]
         channel, reach = sets[point], radius[point]
         total = 0.0
-        for e in range(len(pair)):
-            energy = Energy(tables.cells[pair[e], channel], per_step, tables.far[pair[e], channel])
+        for e in range(len(sides)):
+            energy = Energy(tables.cells[sides[e], channel], per_step, tables.far[sides[e], channel])
             if o.turn_rad[e] == 0.0:
-                total += _straight(x, y, o, e, reach, panel, energy, gauss)
+                total += times[e] * _straight(x, y, o, e, reach, panel, energy, gauss)
             else:
-                total += _round(x, y, o, e, reach, panel, energy, gauss, few, cuts)
+                total += times[e] * _round(x, y, o, e, reach, panel, energy, gauss, few, cuts)
         light[point, node] = total / math.tau

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 
@@ -31,6 +31,9 @@ def densities(
     return wavelength_nm[seen], density / np.where(full > 0.0, full, 1.0)[:, None]
 
 
+DIGITS = 12  # by which pairs of colours are the same but for a factor
+
+
 def condensed(wavelength_nm: F64, density: F64, *, phase: float, allowed: float) -> tuple[F64, F64]:
     """Move signals to Chebyshev nodes, so that they weigh every polynomial of that degree as before.
 
@@ -49,3 +52,19 @@ def condensed(wavelength_nm: F64, density: F64, *, phase: float, allowed: float)
     at_places[0] *= 0.5
     moved: F64 = (2.0 / count) * ((density @ at_places.T) @ at_nodes)
     return nodes, moved
+
+
+def widest(weights: F64) -> tuple[F64, I64, F64]:
+    """Return the weights (k, channels, n) of which all (pairs, channels, n) are multiples, which of them, and by what.
+
+    The factor is from −1 to 1: of greys the two that differ most stand for all.
+    """
+    flat = weights.reshape(len(weights), -1)
+    size = np.take_along_axis(flat, np.abs(flat).argmax(axis=1)[:, None], axis=1)[:, 0]
+    unit = flat / np.where(size == 0.0, 1.0, size)[:, None]
+    _, first, which = np.unique(np.round(unit, DIGITS) + 0.0, axis=0, return_index=True, return_inverse=True)
+    which = which.ravel()
+    most = np.zeros(len(first))
+    np.maximum.at(most, which, np.abs(size))
+    kept = unit[first] * most[:, None]
+    return kept.reshape(-1, *weights.shape[1:]), which, size / np.where(most == 0.0, 1.0, most)[which]

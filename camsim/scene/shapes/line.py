@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.scene.arcs import Arcs, Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, Pen
-from camsim.scene.primitives import Primitive, Shape, one
-from camsim.scene.shapes.path import Segments
+from camsim.scene.shapes.path import Drawn, Segments
+from camsim.scene.shapes.ways import DOT, Way, dashes_of, unit
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Positive, judge, refusal
+from camsim.typed import NonNegative, Positive, Several, judge, refusal
 
 Cap = Literal["butt", "round", "square"]
 Join = Literal["miter", "round", "bevel"]
@@ -23,11 +23,12 @@ MiterLimit = Annotated[float, Ge(1), Le(1e6)]
 
 FOLLOWED = 1e-7  # of its width: how closely a bent line's middle is followed by arcs
 NO_WAVE = 1e-3  # of that distance: so short that nothing but distance counts
+MOST_DASHES = 200_000
 SMOOTH = 1e-7  # radians that a direction may jump without a corner
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Line(Shape):
+class Line(Drawn):
     """A line of some width along a path.
 
     segments_um : as of a Path; each outline may be open, and is closed by ("close",)
@@ -35,76 +36,43 @@ class Line(Shape):
     cap         : of open ends: cut off square, a half disc, or half a width longer
     join        : of corners: sides drawn on until they meet, a disc, or cut off
     miter_limit : a miter longer than so many widths is cut off, as in SVG
+    dashes_um   : lengths of dash, gap, dash … along each outline, again and again; of odd number twice over, as in SVG
+    dash_offset_um : where in this pattern each outline begins
     """
-
-    depth: ClassVar[int] = 0
 
     segments_um: Segments
     width_um: Positive
     cap: Cap = "butt"
     join: Join = "miter"
     miter_limit: MiterLimit = 4.0
+    dashes_um: Several[NonNegative] = ()
+    dash_offset_um: float = 0.0
     reflectance: Reflectance
     _curves: Curves = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         judge(self)
-        strokes = [_Stroke(self, *part) for part in _parts(self.segments_um, self.width_um)]
         pen = Pen()
-        for stroke in strokes:
-            stroke.draw(pen)
-        curves = pen.curves()
-        if not math.isfinite(float(np.abs(curves.points).sum())):
-            raise refusal(self, "segments_um", "its numbers are too far apart to draw a line through them")
-        object.__setattr__(self, "_curves", curves)
+        for ways, closed in self._drawn():
+            _Stroke(self, ways, closed).draw(pen)
+        self._keep(pen, "a line")
 
-    @property
-    def pieces(self) -> int:
-        """Sides and curves of its outline."""
-        return len(self._curves.kind)
-
-    def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
-        if self.pieces:
-            yield one(self._curves, self.reflectance)
-
-
-class _Way(NamedTuple):
-    """A piece of the middle of a line: straight, or an arc that bends by ``bend`` radians."""
-
-    start: complex
-    end: complex
-    bend: float
-
-    @property
-    def out(self) -> complex:
-        """Direction in which it leaves."""
-        return _unit(self.end - self.start) * _turn(-0.5 * self.bend)
-
-    @property
-    def into(self) -> complex:
-        """Direction in which it arrives."""
-        return _unit(self.end - self.start) * _turn(0.5 * self.bend)
-
-    @property
-    def radius(self) -> float:
-        """Above 0 where its centre lies to the left (cross product above 0)."""
-        return math.inf if self.bend == 0.0 else 0.5 * abs(self.end - self.start) / math.sin(0.5 * self.bend)
-
-    def back(self) -> _Way:
-        """Return it the other way."""
-        return _Way(self.end, self.start, -self.bend)
+    def _drawn(self) -> Iterator[tuple[list[Way], bool]]:
+        """Yield the pieces of each outline, or of its dashes, and whether it is closed."""
+        pattern = tuple(self.dashes_um) * (1 + len(self.dashes_um) % 2)
+        if sum(pattern) == 0.0:  # as in SVG
+            yield from _parts(self.segments_um, self.width_um)
+            return
+        left = float(MOST_DASHES)
+        for ways, closed in _parts(self.segments_um, self.width_um):
+            left -= sum(way.length for way in ways) / sum(pattern) * (len(pattern) // 2)
+            if not left >= 0.0:
+                raise refusal(self, "dashes_um", f"makes more than {MOST_DASHES} dashes; give longer ones")
+            if ways:
+                yield from dashes_of(ways, closed, pattern, self.dash_offset_um, DOT * self.width_um)
 
 
-def _turn(angle: float) -> complex:
-    return complex(math.cos(angle), math.sin(angle))
-
-
-def _unit(vector: complex) -> complex:
-    return vector / abs(vector)
-
-
-def _parts(segments: Iterable[Any], width_um: float) -> Iterator[tuple[list[_Way], bool]]:
+def _parts(segments: Iterable[Any], width_um: float) -> Iterator[tuple[list[Way], bool]]:
     """Yield the pieces of each outline, and whether it is closed."""
     groups: list[tuple[list[tuple[Any, ...]], bool]] = []
     for segment in segments:
@@ -127,28 +95,28 @@ def _parts(segments: Iterable[Any], width_um: float) -> Iterator[tuple[list[_Way
         yield (ways[: len(ways) - more], closed)
 
 
-def _ways(curves: Curves, width_um: float) -> list[_Way]:
+def _ways(curves: Curves, width_um: float) -> list[Way]:
     bent = np.flatnonzero(curves.kind != STRAIGHT)
     fine = FOLLOWED * width_um
     arcs: Arcs | None = None
     if bent.size:
         # Followed to a distance, whatever waves pass.
         arcs = arcs_of(curves.some(bent), Fineness(NO_WAVE * fine, 2.0 / NO_WAVE))
-    ways: list[_Way] = []
+    ways: list[Way] = []
     for number in range(len(curves.kind)):
         if curves.kind[number] == STRAIGHT:
             x, y = curves.points[number, [0, 3]].T
-            ways.append(_Way(complex(x[0], y[0]), complex(x[1], y[1]), 0.0))
+            ways.append(Way(complex(x[0], y[0]), complex(x[1], y[1]), 0.0))
         elif arcs is not None:
             for k in np.flatnonzero(bent[arcs.owner] == number):
-                ways.append(_Way(complex(arcs.start[k]), complex(arcs.end[k]), float(arcs.bend_rad[k])))
+                ways.append(Way(complex(arcs.start[k]), complex(arcs.end[k]), float(arcs.bend_rad[k])))
     return ways
 
 
 class _Stroke:
     """One outline of a line: its left side there, its right side back."""
 
-    def __init__(self, line: Line, ways: list[_Way], closed: bool) -> None:
+    def __init__(self, line: Line, ways: list[Way], closed: bool) -> None:
         self.line, self.half, self.ways, self.closed = line, 0.5 * line.width_um, ways, closed
 
     def draw(self, pen: Pen) -> None:
@@ -172,25 +140,25 @@ class _Stroke:
         for way in self.ways:
             self._beyond_centre(pen, way)
 
-    def _begin(self, pen: Pen, way: _Way) -> None:
+    def _begin(self, pen: Pen, way: Way) -> None:
         pen.move(*_xy(way.start - 1j * self.half * way.out))
 
-    def _side(self, pen: Pen, ways: Sequence[_Way]) -> None:
+    def _side(self, pen: Pen, ways: Sequence[Way]) -> None:
         """Draw the right side (cross product below 0) of pieces and of the corners between them."""
         for number, way in enumerate(ways):
             radius = way.radius + self.half  # of the side on the right
             end = way.end - 1j * self.half * way.into
-            if way.bend == 0.0:
+            if way.bend_rad == 0.0:
                 pen.line(*_xy(end))
             elif way.radius > 0.0 or -way.radius > self.half:
-                pen.arc(abs(radius), abs(radius), 0.0, abs(way.bend) > math.pi, way.bend > 0.0, *_xy(end))
+                pen.arc(abs(radius), abs(radius), 0.0, abs(way.bend_rad) > math.pi, way.bend_rad > 0.0, *_xy(end))
             else:  # wider than it is bent: its side lies beyond the centre
                 pen.line(*_xy(way.start + 1j * way.radius * way.out))
                 pen.line(*_xy(end))
             if number + 1 < len(ways):
                 self._corner(pen, way, ways[number + 1])
 
-    def _corner(self, pen: Pen, before: _Way, after: _Way) -> None:
+    def _corner(self, pen: Pen, before: Way, after: Way) -> None:
         turn = math.atan2((before.into.conjugate() * after.out).imag, (before.into.conjugate() * after.out).real)
         there = after.start - 1j * self.half * after.out
         if abs(turn) <= SMOOTH:
@@ -204,10 +172,10 @@ class _Stroke:
         else:
             longer = 1.0 / max(math.cos(0.5 * turn), 1e-9)
             if self.line.join == "miter" and longer <= self.line.miter_limit:
-                pen.line(*_xy(after.start - 1j * self.half * longer * _unit(before.into + after.out)))
+                pen.line(*_xy(after.start - 1j * self.half * longer * unit(before.into + after.out)))
             pen.line(*_xy(there))
 
-    def _cap(self, pen: Pen, way: _Way) -> None:
+    def _cap(self, pen: Pen, way: Way) -> None:
         there = way.end + 1j * self.half * way.into
         if self.line.cap == "round":
             pen.arc(self.half, self.half, 0.0, False, True, *_xy(way.end + self.half * way.into))
@@ -218,19 +186,19 @@ class _Stroke:
             pen.line(*_xy(way.end + self.half * way.into * (1.0 + 1.0j)))
         pen.line(*_xy(there))
 
-    def _beyond_centre(self, pen: Pen, way: _Way) -> None:
+    def _beyond_centre(self, pen: Pen, way: Way) -> None:
         """Draw what a piece that is bent more than it is wide sweeps on the other side of its centre."""
         rest = self.half - abs(way.radius)
-        if way.bend == 0.0 or rest <= 0.0:
+        if way.bend_rad == 0.0 or rest <= 0.0:
             return
         centre = way.start + 1j * way.radius * way.out
-        side = 1.0 if way.bend > 0.0 else -1.0
+        side = 1.0 if way.bend_rad > 0.0 else -1.0
         first, last = centre + 1j * side * rest * way.out, centre + 1j * side * rest * way.into
-        if way.bend < 0.0:
+        if way.bend_rad < 0.0:
             first, last = last, first
         pen.move(*_xy(centre))
         pen.line(*_xy(first))
-        pen.arc(rest, rest, 0.0, abs(way.bend) > math.pi, True, *_xy(last))
+        pen.arc(rest, rest, 0.0, abs(way.bend_rad) > math.pi, True, *_xy(last))
         pen.close()
 
 

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
+
 from camsim.errors import InvalidValueError
 from camsim.kind import LARGEST, Misfit
 from camsim.marks import After, Called
@@ -52,8 +54,35 @@ def _segment(index: int, given: Any) -> Segment:
 Segments = Annotated[Several[Any], Called("a list of segments"), After(segments)]
 
 
+class Drawn(Shape):
+    """What a pen has drawn, filled."""
+
+    __slots__ = ()
+
+    depth: ClassVar[int] = 0
+
+    reflectance: Reflectance
+    _curves: Curves
+
+    @property
+    def pieces(self) -> int:
+        """Sides and curves."""
+        return len(self._curves.kind)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return what is enclosed."""
+        if self.pieces:
+            yield one(self._curves, self.reflectance, rule=getattr(self, "fill_rule", "nonzero"))
+
+    def _keep(self, pen: Pen, what: str) -> None:
+        curves = pen.curves()
+        if not math.isfinite(float(abs(curves.points).sum())):
+            raise refusal(self, "segments_um", f"its numbers are too far apart to draw {what} through them")
+        object.__setattr__(self, "_curves", curves)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Path(Shape):
+class Path(Drawn):
     """What one or more outlines enclose, each begun by a ``move`` and closed by a straight line where it is left open.
 
     segments_um : ("move", x, y), ("line", x, y), ("quadratic", x1, y1, x, y), ("cubic", x1, y1, x2, y2, x, y),
@@ -66,8 +95,6 @@ class Path(Shape):
     camsim.errors.InvalidValueError: Path.segments_um: begins with 'line'; a path begins with ('move', x, y)
     """
 
-    depth: ClassVar[int] = 0
-
     segments_um: Segments
     fill_rule: FillRule = "nonzero"
     reflectance: Reflectance
@@ -78,17 +105,43 @@ class Path(Shape):
         pen = Pen()
         for word, *numbers in self.segments_um:
             getattr(pen, word)(*numbers)
-        curves = pen.curves()
-        if not math.isfinite(float(abs(curves.points).sum())):
-            raise refusal(self, "segments_um", "its numbers are too far apart to draw an arc through them")
-        object.__setattr__(self, "_curves", curves)
+        self._keep(pen, "an arc")
 
-    @property
-    def pieces(self) -> int:
-        """Sides and curves."""
-        return len(self._curves.kind)
+    @classmethod
+    def of(cls, area: Any, *, reflectance: Reflectance, fill_rule: FillRule = "evenodd") -> Path:
+        """Return what an area covers: a polygon or multipolygon of Shapely's, or corners (n, 2), µm.
 
-    def primitives(self) -> Iterator[Primitive]:
-        """Return what it encloses."""
-        if self.pieces:
-            yield one(self._curves, self.reflectance, rule=self.fill_rule)
+        Holes stay holes; an outline of corners may cross itself.
+
+        >>> import shapely
+        >>> Path.of(shapely.box(0, 0, 2, 1), reflectance=0.5).pieces
+        4
+        """
+        return cls(segments_um=_segments_of(area), fill_rule=fill_rule, reflectance=reflectance)
+
+
+def _segments_of(area: Any) -> list[Segment]:
+    kind = getattr(area, "geom_type", None)
+    if kind is None:
+        rings = [np.asarray(area, dtype=object)]
+    else:
+        import shapely
+
+        whole = shapely.polygons(area) if kind == "LinearRing" else area
+        parts = shapely.get_parts(whole)
+        if not len(parts) or any(part.geom_type != "Polygon" or part.is_empty for part in parts):
+            what = f"an empty {kind}" if area.is_empty else f"a {kind} of Shapely's"
+            raise InvalidValueError(
+                f"must be a Polygon, MultiPolygon or LinearRing, not {what}; give lines a width by .buffer",
+                key="area",
+                stage="Path.of",
+            )
+        rings = [shapely.get_coordinates(ring)[:-1] for part in parts for ring in (part.exterior, *part.interiors)]
+    segments: list[Segment] = []
+    for ring in rings:
+        if ring.ndim != 2 or ring.shape[1] != 2 or len(ring) < 3:
+            message = f"must be at least 3 corners (n, 2), or an area of Shapely's, not an array of shape {ring.shape}"
+            raise InvalidValueError(message, key="area", stage="Path.of")
+        segments += [("line" if number else "move", x, y) for number, (x, y) in enumerate(ring.tolist())]
+        segments.append(("close",))
+    return segments

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 from camsim.errors import InvalidValueError
@@ -213,3 +213,11 @@ def dots(segments: Sequence[Segment]) -> list[tuple[float, float]]:
         for part in parts
         if len(part) > 1 and len({segment[-2:] for segment in part if segment[0] != "close"}) == 1
     ]
+
+
+def dashes_of(style: Mapping[str, str], diagonal: float) -> tuple[list[float], float]:
+    """Return the lengths of a stroke's dashes and gaps, none where it is whole, and where in them it begins."""
+    said = style["stroke-dasharray"]
+    given = [] if said == "none" else [length(part, diagonal) for part in re.split(r"[\s,]+", said.strip())]
+    # A length below 0 is an error, which SVG lets pass.
+    return ([] if min(given, default=0.0) < 0.0 else given), length(style["stroke-dashoffset"], diagonal)

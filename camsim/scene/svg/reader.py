@@ -17,6 +17,7 @@ from camsim.scene.svg.outline import (
     SHAPES,
     Matrix,
     Segment,
+    dashes_of,
     dots,
     length,
     matrix_of,
@@ -46,7 +47,6 @@ _WAYS_OUT = {
     "script": "scripts are not run; save the drawing as it looks",
     "switch": "is not supported; keep what is to be seen",
     "foreignObject": "holds what is no drawing; remove it",
-    "stroke-dasharray": "draw the dashes as paths of their own",
     "opacity": "paint it in the colour that this makes",
     "mask": "use a clip-path",
 }
@@ -217,7 +217,11 @@ class Reader:
         diagonal = (0.5 * (self.view.width_px**2 + self.view.height_px**2)) ** 0.5
         width = self._tried(element, lambda: length(style["stroke-width"], diagonal))
         limit = self._tried(element, lambda: numbers(style["stroke-miterlimit"]))
-        if not width or not limit or width <= 0.0:
+        dashes = self._tried(element, lambda: dashes_of(style, diagonal))
+        if not width or not limit or width <= 0.0 or dashes is None:
+            return []
+        if any(dashes[0]) and "pathLength" in element.attributes:
+            self.refuse(element, "has dashes in shares of a pathLength; give their lengths in user units")
             return []
         cap, join = style["stroke-linecap"], style["stroke-linejoin"]
         line = self._tried(
@@ -228,6 +232,8 @@ class Reader:
                 cap=cap,  # type: ignore[arg-type]  # judged there
                 join=join,  # type: ignore[arg-type]
                 miter_limit=limit[0] if limit[0] >= 1.0 else 4.0,  # less is an error, which SVG lets pass
+                dashes_um=dashes[0],
+                dash_offset_um=dashes[1],
                 reflectance=colour,
             ),
         )
@@ -259,7 +265,6 @@ class Reader:
         if opacity[0] < 1.0:
             said["opacity"] = style["opacity"]
         if style["stroke"] != "none":
-            said |= {key: style[key] for key in ("stroke-dasharray",) if style[key] not in ("none", "0")}
             said |= {key: style[key] for key in ("vector-effect",) if style[key] != "none"}
         for key, value in said.items():
             self.refuse(element, f"its {key} {value[:40]!r} is not supported; {_WAYS_OUT.get(key, 'remove it')}")

@@ -22,6 +22,7 @@ INHERITED = {
     "stroke-miterlimit": "4",
     "stroke-opacity": "1",
     "stroke-dasharray": "none",
+    "stroke-dashoffset": "0",
     "visibility": "visible",
     "color": "black",
     "clip-rule": "nonzero",

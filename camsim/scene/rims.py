@@ -1,0 +1,207 @@
+"""Discs over discs: what of each rim is seen, and what lies behind it, in closed form; nothing is cut or joined.
+
+Another disc covers one interval of a rim. A place on a rim is seen where no later disc covers it, and the last of the
+earlier ones that do lies on its other side. So intervals are counted along each rim; polygons take no part.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.scene.curves import circles_among
+from camsim.scene.primitives import Primitive
+
+TANGENT = 1e-9  # of all numbers' size: circles that touch so nearly are left to what cuts polygons
+HIDDEN = -2  # in place of what lies behind
+TOGETHER = 4_000_000  # intervals asked about at a time
+
+
+class Rims(NamedTuple):
+    """Visible parts of rims, each from an angle on, the positive way round.
+
+    disc, behind : (n,) whose, and the region beyond it, 0 for the background
+    centre_um, radius_um : (n, 2), (n,)
+    from_rad, turn_rad   : (n,); a turn of 2π is a whole rim
+    start_um, end_um     : (n, 2) its ends, the very numbers of the part that goes on there
+    """
+
+    disc: I64
+    behind: I64
+    centre_um: F64
+    radius_um: F64
+    from_rad: F64
+    turn_rad: F64
+    start_um: F64
+    end_um: F64
+
+    def some(self, which: I64 | np.ndarray) -> Rims:
+        """Return picked ones."""
+        columns: Any = (column[which] for column in self)
+        return Rims(*columns)
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Which are closed (n,)."""
+        return np.asarray(self.turn_rad == math.tau)
+
+
+class _Meetings(NamedTuple):
+    """Where rims enter and leave other discs.
+
+    whose, other     : (n,) whose rim, and which disc
+    begin, end       : (n,) angles between which it lies in that, the positive way round
+    begin_um, end_um : (n, 2) these places
+    """
+
+    whose: I64
+    other: I64
+    begin: F64
+    end: F64
+    begin_um: F64
+    end_um: F64
+
+
+def discs_among(primitives: Sequence[Primitive], first: I64, second: I64) -> tuple[np.ndarray, F64, F64]:
+    """Return which primitives are discs that meet nothing but discs, and their centres and radii.
+
+    first, second : pairs that may meet, the earlier one first
+    """
+    sound = np.zeros(len(primitives), bool)
+    centre, radius = np.zeros((len(primitives), 2)), np.zeros(len(primitives))
+    for number, primitive in enumerate(primitives):
+        if not primitive.simple or len((curves := primitive.layers[0][0].curves).kind) != 1:
+            continue
+        if abs(curves.turn_rad[0]) == math.tau and circles_among(curves)[0]:
+            start, u, _, _ = curves.points[0]
+            sound[number], centre[number], radius[number] = True, start - u, math.hypot(*u)
+    gap = np.hypot(*(centre[second] - centre[first]).T)
+    size = np.abs(centre).max(axis=1) + radius
+    slack = TANGENT * np.maximum(size[first], size[second])
+    one, two = radius[first], radius[second]
+    tangent = np.minimum(np.abs(gap - one - two), np.abs(gap - np.abs(one - two))) <= slack
+    # What meets something else is cut as that is, and so is what meets it.
+    while (bad := (sound[first] | sound[second]) & (tangent | ~sound[first] | ~sound[second])).any():
+        sound[first[bad]] = sound[second[bad]] = False
+    return sound, centre, radius
+
+
+def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Rims:
+    """Return what is seen of the rims of discs in painter's order.
+
+    region : (n,) of each; a part with the same region on both sides is left out
+    pairs  : of discs that may meet, the earlier one first
+    """
+    met, inner, outer = _meetings(centre, radius, *pairs)
+    later = met.other > met.whose
+    # Every rim is cut at the angle π, where it begins, and at both ends of every interval; how many later discs cover
+    # it changes there.
+    count = np.bincount(met.whose[later & (met.begin > met.end)], minlength=len(radius))
+    count += np.bincount(inner[outer > inner], minlength=len(radius))
+    whose = np.concatenate([np.arange(len(radius)), met.whose, met.whose])
+    angle = np.concatenate([np.full(len(radius), -math.pi), met.begin, met.end])
+    change = np.concatenate([count, later.astype(np.int64), -later.astype(np.int64)])
+    place = np.concatenate([centre - radius[:, None] * [1.0, 0.0], met.begin_um, met.end_um])
+    order = np.lexsort((angle, whose))
+    whose, angle, place = whose[order], angle[order], place[order]
+    covered = np.cumsum(change[order])
+    first = np.searchsorted(whose, np.arange(len(radius)))
+    covered -= (covered - change[order])[first][whose]
+    until = np.append(angle[1:], math.pi)
+    until[_last(whose, len(radius))] = math.pi
+    behind = np.full(len(whose), HIDDEN)
+    seen = np.flatnonzero((covered == 0) & (until > angle))
+    covers = _Covers.of(met, inner, outer, len(radius))
+    behind[seen] = np.append(region, 0)[covers.last(whose[seen], 0.5 * (angle + until)[seen])]
+    behind[behind == region[whose]] = HIDDEN
+    kept = until > angle
+    return _joined(whose[kept], angle[kept], behind[kept], place[kept], centre, radius)
+
+
+def _joined(whose: I64, angle: F64, behind: I64, place: F64, centre: F64, radius: F64) -> Rims:
+    """Return runs of parts with the same behind them; the last part of a rim goes on in its first one."""
+    first = np.searchsorted(whose, np.arange(len(radius)))
+    before = np.arange(-1, len(whose) - 1)
+    before[first] = _last(whose, len(radius))
+    begins = behind[before] != behind
+    closed = np.bincount(whose, begins, len(radius)) == 0
+    begins[first[closed]] = True
+    start = np.flatnonzero(begins)
+    disc = whose[start]
+    run = np.searchsorted(disc, np.arange(len(radius)))
+    following = np.arange(1, len(start) + 1)
+    following[_last(disc, len(radius))] = run
+    turn = (angle[start[following]] - angle[start]) % math.tau
+    turn[closed[disc]] = math.tau
+    shown = behind[start] != HIDDEN
+    start, end, turn = start[shown], start[following][shown], turn[shown]
+    disc = whose[start]
+    return Rims(disc, behind[start], centre[disc], radius[disc], angle[start], turn, place[start], place[end])
+
+
+def _last(whose: I64, count: int) -> I64:
+    """Return where each rim's last part is."""
+    return np.searchsorted(whose, np.arange(count), side="right") - 1
+
+
+def _meetings(centre: F64, radius: F64, first: I64, second: I64) -> tuple[_Meetings, I64, I64]:
+    """Return where rims of pairs cross, and which discs lie wholly within which."""
+    gap = centre[second] - centre[first]
+    distance = np.hypot(gap[:, 0], gap[:, 1])
+    one, two = radius[first], radius[second]
+    within, around = distance <= two - one, distance <= one - two
+    inner = np.concatenate([first[within], second[around]])
+    outer = np.concatenate([second[within], first[around]])
+    cross = (distance < one + two) & ~within & ~around
+    first, second, gap = first[cross], second[cross], gap[cross]
+    distance, one, two = distance[cross], one[cross], two[cross]
+    # Both crossings lie so far along the line of centres and so far off it.
+    along = 0.5 * (distance + (one - two) * (one + two) / distance)
+    off = np.sqrt(np.maximum((one - along) * (one + along), 0.0))
+    way = gap / distance[:, None]
+    side = off[:, None] * np.stack([-way[:, 1], way[:, 0]], axis=1)
+    foot = centre[first] + along[:, None] * way
+    low, high = foot - side, foot + side
+    whose, other = np.concatenate([first, second]), np.concatenate([second, first])
+    begin_um, end_um = np.concatenate([low, high]), np.concatenate([high, low])
+    begin, end = (np.arctan2(*(at - centre[whose]).T[::-1]) for at in (begin_um, end_um))
+    return _Meetings(whose, other, begin, end, begin_um, end_um), inner, outer
+
+
+class _Covers(NamedTuple):
+    """Intervals of rims that earlier discs cover: where each rim's begin, which disc, from where on, how far."""
+
+    first: I64
+    other: I64
+    begin: F64
+    size: F64
+
+    @classmethod
+    def of(cls, met: _Meetings, inner: I64, outer: I64, count: int) -> _Covers:
+        """Collect them."""
+        earlier, within = met.other < met.whose, outer < inner
+        whose = np.concatenate([met.whose[earlier], inner[within]])
+        other = np.concatenate([met.other[earlier], outer[within]])
+        whole = np.full(np.count_nonzero(within), math.tau)
+        begin = np.concatenate([met.begin[earlier], np.zeros_like(whole)])
+        size = np.concatenate([((met.end - met.begin) % math.tau)[earlier], 2.0 * whole])
+        order = np.argsort(whose, kind="stable")
+        return cls(np.searchsorted(whose[order], np.arange(count + 1)), other[order], begin[order], size[order])
+
+    def last(self, whose: I64, angle: F64) -> I64:
+        """Return the last disc that covers a place on each rim (n,), −1 for none."""
+        counts = np.diff(self.first)[whose]
+        found = np.full(len(whose), -1)
+        ends = np.append(np.flatnonzero(np.diff(np.cumsum(counts) // TOGETHER)) + 1, len(whose))
+        for low, high in itertools.pairwise([0, *ends.tolist()]):
+            part = np.repeat(np.arange(low, high), counts[low:high])
+            before = np.cumsum(counts[low:high]) - counts[low:high]
+            k = self.first[whose[part]] + np.arange(len(part)) - np.repeat(before, counts[low:high])
+            lies = (angle[part] - self.begin[k]) % math.tau < self.size[k]
+            np.maximum.at(found, part[lies], self.other[k[lies]])
+        return found
