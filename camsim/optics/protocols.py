@@ -214,6 +214,24 @@ class KnowsSize(_Ability, Protocol):
 
 
 @runtime_checkable
+class KnowsTail(_Ability, Protocol):
+    """A pattern without light in all that knows how much of it an edge may show."""
+
+    def light_beyond(self, distance_um: F64, wavelength_nm: float) -> F64:
+        """Return the most that a straight edge of contrast 1 shows at distances and beyond."""
+        ...
+
+
+@runtime_checkable
+class Splits(_Ability, Protocol):
+    """A lens that may be a round one, moved, and a short pattern besides."""
+
+    def split(self) -> Any:
+        """Return a ``difference.Split``, None where it is not."""
+        ...
+
+
+@runtime_checkable
 class RoundLens(OpticalStage, KnowsBlur, KnowsEnergy, Protocol):
     """A round lens whose pattern scales with its blur and is known in closed form: the boundary engine takes it.
 

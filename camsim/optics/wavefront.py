@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -16,7 +16,9 @@ from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.marks import Before, Called
 from camsim.nonuniform import modes
-from camsim.optics.airy import NM_PER_UM
+from camsim.optics.airy import NM_PER_UM, Airy
+from camsim.optics.annular import AnnularAiry
+from camsim.optics.difference import Difference, Split, rim_of
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
 from camsim.spectra.curve import Transmission
@@ -24,6 +26,7 @@ from camsim.typed import Positive, judge, refusal
 from camsim.words import brief
 
 MOST_WAVES = 50.0
+PLANE = 2  # Zernikes up to this one are planes: they move the pattern
 COARSE = 1e-9  # a non-uniform FFT to this precision may use a grid of less than half the size
 SETTLED = 1e-11  # two rules that differ by no more than this agree
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
@@ -132,6 +135,22 @@ class Wavefront:
         shift = 2.0 * self.blur_um(wavelength_nm) * frequency_per_um
         sizes: F64 = np.interp(shift, np.arange(LATTICE) * (place[1] - place[0]), size / size[0], right=0.0)
         return sizes
+
+    def split(self) -> Split | None:
+        """Return the lens as a round one, moved, and what is left: of round pupils.
+
+        The move is 2N times the mean slope of the path difference on the rim: a length, the same at every wavelength.
+        """
+        if self.pupil.shape != "circular":
+            return None
+        obstruction = self.pupil.obstruction
+        core = AnnularAiry(f_number=self.f_number, obstruction=obstruction) if obstruction else Airy(f_number=self.f_number)
+        slope = rim_of(self, obstruction, self.reference_nm).move
+        x_um, y_um = (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
+        bent = self.defocus_um != 0.0 or any(index > PLANE and coefficient for index, coefficient in self._pairs)
+        bare = replace(self, transmission=1.0)
+        rest = Difference(lens=bare, core=core, obstruction=obstruction, moved_um=(x_um, y_um)) if bent else None
+        return Split(core=core, moved_um=(x_um, y_um), rest=rest)
 
     @property
     def _pairs(self) -> tuple[tuple[int, float], ...]:

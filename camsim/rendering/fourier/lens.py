@@ -17,7 +17,7 @@ from scipy import fft
 from camsim.arrays import C128, F64
 from camsim.kernels import ONE_AT_A_TIME, kernel
 from camsim.optics import OpticalSystem, RoundLens
-from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, Round, Separable
+from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round, Separable
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Block, Tile
@@ -78,10 +78,13 @@ def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) ->
     taken twice.
     """
     lens = system.lens
+    ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
+    if isinstance(lens, KnowsTail) and not system.more:
+        tail = lens.light_beyond
+        return lambda distance: 2.0 * max(float(tail(np.array(distance * pitch_um), nm)) for nm in ends_nm)
     if not isinstance(lens, KnowsEnergy) or system.more:
         return lambda distance: 1.0
     energy = lens.encircled_energy
-    ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
     farther = np.linspace(1.0, 1.5, 33)
 
     def light(distance: float) -> float:
