@@ -39,6 +39,8 @@ class Bent(Protocol):
 
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64: ...  # noqa: D102
 
+    def waves_across(self, wavelength_nm: float) -> float: ...  # noqa: D102
+
     def blur_um(self, wavelength_nm: float) -> float: ...  # noqa: D102
 
     def cutoff_per_um(self, wavelength_nm: float) -> float: ...  # noqa: D102
@@ -145,6 +147,10 @@ class Difference:
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
         """Return what tells how many nodes the pattern takes out to a distance in µm."""
         return self.lens.pupil_nodes(wavelength_nm)
+
+    def waves_across(self, wavelength_nm: float) -> float:
+        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
+        return self.lens.waves_across(wavelength_nm)
 
     def light_beyond(self, distance_um: F64, wavelength_nm: float) -> F64:
         """Return how much a straight edge of contrast 1 may show at distances and beyond; 1 where nothing is known."""

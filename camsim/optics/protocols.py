@@ -223,6 +223,15 @@ class KnowsTail(_Ability, Protocol):
 
 
 @runtime_checkable
+class KnowsWaves(_Ability, Protocol):
+    """A lens whose pattern changes with the wavelength by more than its size, because its wavefront is no sphere."""
+
+    def waves_across(self, wavelength_nm: float) -> float:
+        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
+        ...
+
+
+@runtime_checkable
 class Splits(_Ability, Protocol):
     """A lens that may be a round one, moved, and a short pattern besides."""
 

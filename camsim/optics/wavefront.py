@@ -34,6 +34,7 @@ ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coe
 RAYS = 24  # on every side of the outline, along which the wavefront's degree is looked for
 LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
 MOST_POINTS = 1 << 13  # along a ray
+ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
 MOST_NODES = 5e7  # of the pupil's rule: 2 GB
 
 
@@ -104,6 +105,12 @@ class Wavefront:
             total = total + coefficient * ratio * zernike(index, x, y)
         return total
 
+    def waves_across(self, wavelength_nm: float) -> float:
+        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
+        x, y, _ = self.pupil.rule(ACROSS, ACROSS)
+        waves, plane = self.waves(x, y, wavelength_nm), np.stack([x, y, np.ones_like(x)], axis=1)
+        return float(np.ptp(waves - plane @ np.linalg.lstsq(plane, waves, rcond=None)[0]))
+
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function at (fx, fy) cycles/µm: the pupil's overlap with its shifted copy, weighed by phase.
 
@@ -144,7 +151,11 @@ class Wavefront:
         if self.pupil.shape != "circular":
             return None
         obstruction = self.pupil.obstruction
-        core = AnnularAiry(f_number=self.f_number, obstruction=obstruction) if obstruction else Airy(f_number=self.f_number)
+        core = (
+            AnnularAiry(f_number=self.f_number, obstruction=obstruction)
+            if obstruction
+            else Airy(f_number=self.f_number)
+        )
         slope = rim_of(self, obstruction, self.reference_nm).move
         x_um, y_um = (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
         bent = self.defocus_um != 0.0 or any(index > PLANE and coefficient for index, coefficient in self._pairs)

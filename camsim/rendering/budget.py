@@ -1,8 +1,9 @@
 """What may be wrong by how much: every source of error by name, and its share of the tolerance.
 
 An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to 1,
-and so do ``SCENE`` and ``FOURIER``. The check is no source of error in an image; what *it* may be wrong by is
-``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that. Shares are large where a digit costs most: ends
+and so do ``SCENE`` and ``FOURIER``. An aberrated lens is rendered as two, each to its part of the tolerance: a round one,
+and a difference, whose ``SCENE`` and ``DIFFERENCE`` add to 1. The check is no source of error in an image; what *it* may
+be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that. Shares are large where a digit costs most: ends
 and lines grow with the power −2/5 of what they may leave, everything else with −1/6 or slower.
 """
 
@@ -15,6 +16,7 @@ Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
     "rings", "taper", "reach", "spreading", "pupil",
+    "cut", "hem", "short pupil", "short lines",
     "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
 
@@ -54,6 +56,18 @@ FOURIER: dict[Source, Share] = {
     ),
     "pupil": Share(0.02, "a pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
 }
+DIFFERENCE: dict[Source, Share] = {
+    "cut": Share(0.50, "an aberrated pattern's difference from a round one past its reach, as of the lines in sight"),
+    "hem": Share(0.28, "what its taper leaves outside the band: 1/sinh β of eight times what a line shows there"),
+    "short pupil": Share(0.05, "its pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
+    "short lines": Share(
+        0.05, "six-point look-up in what it shows beside a line: as of a response, twice the transfer"
+    ),
+    "spreading": FOURIER["spreading"],
+}
+CLOSED_PART = (
+    0.6  # of the tolerance: what the round part of an aberrated lens may be wrong by; its difference: the rest
+)
 CHECK: dict[Source, Share] = {
     "footprint rule": Share(0.35, "Gauss rule over the photosite"),
     "own curves": Share(0.05, "curves as pairs of arcs: what lies between, in one pair and in all"),
@@ -62,6 +76,8 @@ CHECK: dict[Source, Share] = {
     "own wavelengths": Share(0.05, "its own fused wavelengths"),
 }
 CHECK_PART = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
+# Of the tolerance: what it may be wrong by in an aberrated lens's difference, whose reach grows with the cube root of this.
+DIFFERENCE_CHECK_PART = 1.0 / 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,4 +100,4 @@ class ErrorBudget:
         return ErrorBudget(CHECK_PART * self.tolerance)
 
 
-_SHARES = SCENE | BOUNDARY | FOURIER | CHECK
+_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | CHECK

@@ -157,7 +157,7 @@ class FourierImage:
             some = present[first : first + plan.channels]
             total = self._spectrum(tile, plan, regions, (density[1:] - density[0])[:, some])
             for k, values in zip(some, total, strict=True):
-                plane = _inverse(values.view(complex)[..., 0], tile)
+                plane = inverse(values.view(complex)[..., 0], tile)
                 mine = channel == k
                 image[mine] = np.broadcast_to(plane, channel.shape)[mine]
         return image
@@ -206,7 +206,7 @@ def check_tolerance(tolerance: float) -> None:
         )
 
 
-def _inverse(values: F64, tile: Tile) -> F64:
+def inverse(values: F64, tile: Tile) -> F64:
     """Return the tile's photosites from their frequencies (py, px//2 + 1); ``values`` is lost.
 
     First down the columns, some at a time, of which only the tile's rows are kept; then along those.

@@ -212,12 +212,12 @@ def _tapered_transfer(
     for axis, (place, inner, outer) in enumerate(zip(axes, tile.inner, tile.outer, strict=True)):
         along = tapered(np.abs(place), inner, outer, shape) * steps[axis]
         pattern *= along if axis == 0 else along[:, None]
-    folded = _fold(_fold(pattern, sizes[1], 0), sizes[0], 1)
+    folded = fold(fold(pattern, sizes[1], 0), sizes[0], 1)
     transfer: C128 = fft.rfft2(folded, workers=-1)
     return transfer
 
 
-def _fold(values: F64, size: int, axis: int) -> F64:
+def fold(values: F64, size: int, axis: int) -> F64:
     """Add up samples −n … n modulo ``size``, the one at 0 first."""
     reach = values.shape[axis] // 2
     moved = np.moveaxis(values, axis, 0)
