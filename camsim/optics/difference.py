@@ -29,6 +29,7 @@ STEP = 1e-4  # of a slope's difference, in radii
 SQUARE, CUBE = 4.0 / math.pi**3, 8.0 / math.pi**3
 RING = 1.0 / (2.0 * math.pi**4)  # what a line hears of an Airy pattern's rings, times x^(−5/2) (boundary/settings.py)
 STEEPER = 30.0  # rings · waves of slope / x: what amplitudes at the rim differ by; 27 was measured of coma
+NEAREST = 0.05  # of the cube's size that is left: as near the geometric pattern as it is taken to hold
 FARTHEST, PER_DECADE = 1e7, 200  # where a reach is looked for, λN
 
 
@@ -152,21 +153,23 @@ class Difference:
         """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
         return self.lens.waves_across(wavelength_nm)
 
-    def light_beyond(self, distance_um: F64, wavelength_nm: float) -> F64:
-        """Return how much a straight edge of contrast 1 may show at distances and beyond; 1 where nothing is known."""
+    def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
+        """Return how much a straight edge of contrast 1 may show at distances and beyond; 1 where nothing is known.
+
+        rings : what is left of the rings by what else stands in the light's way
+        """
         rim = _rim_of(self, wavelength_nm)
         x = np.maximum(np.asarray(distance_um, float) / self.blur_um(wavelength_nm), 1e-3)
         inside = 1.0 - (2.0 * rim.steepest / x) ** 2
-        rims = 1.0 / (1.0 - self.obstruction)
-        rings = RING * (min(2.0, rim.rings) + STEEPER * rim.steepest / x) * x**-2.5
-        light = rims * (SQUARE * rim.square / x**2 + CUBE * rim.cube / (x**3 * np.maximum(inside, 0.05)) + rings)
-        bound: F64 = np.where(inside > 0.05, np.minimum(light, 1.0), 1.0)
+        swing = rings * RING * (min(2.0, rim.rings) + STEEPER * rim.steepest / x) * x**-2.5
+        light = SQUARE * rim.square / x**2 + CUBE * rim.cube / (x**3 * np.maximum(inside, NEAREST)) + swing
+        bound: F64 = np.where(inside > NEAREST, np.minimum(light / (1.0 - self.obstruction), 1.0), 1.0)
         return bound
 
-    def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
+    def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
         """Return a distance beyond which ``light_beyond`` is at most that, µm."""
         x = np.geomspace(0.5, FARTHEST, math.ceil(PER_DECADE * math.log10(2.0 * FARTHEST)))
-        light = self.light_beyond(x * self.blur_um(wavelength_nm), wavelength_nm)
+        light = self.light_beyond(x * self.blur_um(wavelength_nm), wavelength_nm, rings)
         loud = np.flatnonzero(light > lost_fraction)
         return float(x[min(loud[-1] + 1, x.size - 1)] if loud.size else x[0]) * self.blur_um(wavelength_nm)
 

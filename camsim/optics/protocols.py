@@ -217,8 +217,12 @@ class KnowsSize(_Ability, Protocol):
 class KnowsTail(_Ability, Protocol):
     """A pattern without light in all that knows how much of it an edge may show."""
 
-    def light_beyond(self, distance_um: F64, wavelength_nm: float) -> F64:
-        """Return the most that a straight edge of contrast 1 shows at distances and beyond."""
+    def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
+        """Return the most that a straight edge of contrast 1 shows at distances and beyond; rings: what is left of."""
+        ...
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
+        """Return a distance beyond which it is at most that, µm."""
         ...
 
 

@@ -57,9 +57,9 @@ FOURIER: dict[Source, Share] = {
     "pupil": Share(0.02, "a pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
 }
 DIFFERENCE: dict[Source, Share] = {
-    "cut": Share(0.50, "an aberrated pattern's difference from a round one past its reach, as of the lines in sight"),
-    "hem": Share(0.28, "what its taper leaves outside the band: 1/sinh β of eight times what a line shows there"),
-    "short pupil": Share(0.05, "its pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
+    "cut": Share(0.62, "an aberrated pattern's difference from a round one past its reach, as of the lines in sight"),
+    "hem": Share(0.20, "what its taper leaves outside the band: 1/sinh β of eight times what a line shows there"),
+    "short pupil": Share(0.03, "its pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
     "short lines": Share(
         0.05, "six-point look-up in what it shows beside a line: as of a response, twice the transfer"
     ),
@@ -77,7 +77,7 @@ CHECK: dict[Source, Share] = {
 }
 CHECK_PART = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
 # Of the tolerance: what it may be wrong by in an aberrated lens's difference, whose reach grows with the cube root of this.
-DIFFERENCE_CHECK_PART = 1.0 / 4.0
+DIFFERENCE_CHECK_PART = 1.0 / 2.0
 
 
 @dataclass(frozen=True, slots=True)

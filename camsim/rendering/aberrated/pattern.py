@@ -94,17 +94,17 @@ class ShortPattern:
         """
         if block not in self._blocks:
             tile = self.settings.tile(0, 0, self.settings.side, self.settings.side)
+            # The half plane i ≥ 0 is there; a block lies wholly in it or in its mirror image.
+            back = block.first_i < 0
             i, j = block.first_i + np.arange(block.count_i), block.first_j + np.arange(block.count_j)
-            # The half plane i ≥ 0 is there; the rest is its mirror image.
-            mirrored = i < 0
-            place = np.where(mirrored[None], -j[:, None], j[:, None]) % self.transfers.shape[1], np.abs(i)[None]
+            row, low, high = (-j if back else j) % self.transfers.shape[1], np.abs(i).min(), np.abs(i).max() + 1
             foot = footprint_transfer(self.system, block, tile, self.pitch_um)
             across, down, both = (part.view(complex)[..., 0] for part in foot)
             footprint = across * down[:, None] * (both if both.size else 1.0)
             values = np.empty((len(self.transfers), block.count_j, 2, block.count_i))
             for own, transfer in zip(values, self.transfers, strict=True):
-                taken = transfer[place]
-                taken = np.where(mirrored, taken.conj(), taken) * footprint
+                taken = transfer[:, low:high][row]
+                taken = (taken[:, ::-1].conj() if back else taken) * footprint
                 own[:, 0], own[:, 1] = taken.real, taken.imag
             self._blocks[block] = values
         return self._blocks[block]
@@ -117,7 +117,7 @@ class ShortPattern:
         An edge's response is the running integral of the line spread, whose transform is the transfer along the normal.
         Beyond its reach it is nothing: the constant of the integral.
         """
-        settings, (_, reach, _) = self.settings, self.lattice
+        settings = self.settings
         cells = math.ceil(2.0 * settings.near / settings.step)
         if not len(normals):
             return np.empty((0, len(self.sets[0]), cells, 6))

@@ -15,12 +15,12 @@ from scipy import fft
 
 from camsim.optics.airy import AIRY
 from camsim.optics.difference import Difference
-from camsim.rendering.boundary.settings import SIX_POINTS, crowding
+from camsim.rendering.boundary.settings import SIX_POINTS, crowding, smooth_corners
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.taper import taper_margin
 from camsim.rendering.job import Job
 
-LINES = 2.0  # in sight of a photosite and in step, without a corner: the two sides of a bar
+CORNER = 0.5  # lines more in sight of a photosite for every corner nearby
 ALL_ROUND = 1.5 * math.pi  # what a whole circle shows beyond its radius, over what a line at that distance does
 HEARD = 8.0  # times what a line shows, that a taper's hem works on
 COARSEST_RESPONSE = 0.15  # step, blurs
@@ -74,14 +74,15 @@ def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Sett
     """Choose the settings of windows ``times`` the reach and more along a side."""
     pitch_um, blur, budget = job.grid.pitch_um, job.blur, job.budget
     ends_nm = {float(job.signals.wavelength_nm.min()), float(job.signals.wavelength_nm.max())}
-    allowed = budget.allowed("cut")
+    allowed, rings = budget.allowed("cut"), job.system.ring_share(job.signals.wavelength_nm)
 
     def reach_of(lines: float) -> float:
-        return max(rest.reach_um(allowed / lines, nm) for nm in ends_nm) / pitch_um
+        return max(rest.reach_um(allowed / lines, nm, rings) for nm in ends_nm) / pitch_um
 
-    alone = reach_of(LINES)
-    reach = reach_of(min(LINES + crowding(job.edges, 4.0 * alone), ALL_ROUND))
-    beyond = max(float(rest.light_beyond(np.array(reach * pitch_um), nm)) for nm in ends_nm)
+    alone = reach_of(1.0)
+    lines = min(1.0 + CORNER * crowding(job.edges, 2.0 * alone), ALL_ROUND)
+    reach = min(reach_of(ALL_ROUND if smooth_corners(job.edges, alone) else lines), job.span)
+    beyond = max(float(rest.light_beyond(np.array(reach * pitch_um), nm, rings)) for nm in ends_nm)
     margin, sharpness = taper_margin(min(max(budget.allowed("hem") / (HEARD * beyond), 1e-14), 1.0))
     grain = max(FINEST_GRAIN, round(0.125 * (reach + extent)))
     side = grain * (math.ceil(times * (reach + extent) / grain) + 2)

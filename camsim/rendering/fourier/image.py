@@ -185,6 +185,10 @@ class FourierImage:
                     add_fields(total, scene, footprint, values, weights, block.place(tile))
         return total
 
+    @functools.cached_property
+    def _made(self) -> dict[tuple[object, ...], Fields]:
+        return {}
+
     def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
         """Yield what gives the lens on a block, and the weights of its wavelengths."""
         wavelength_nm = self._lit[0]
@@ -194,7 +198,14 @@ class FourierImage:
         precision = ErrorBudget(self.tolerance).allowed("pupil")
         for first in range(0, wavelength_nm.size, plan.fields):
             some = slice(first, first + plan.fields)
-            fields = tapered_fields(self.system, wavelength_nm[some], self.pitch_um, tile, plan, precision=precision)
+            # Windows of one size on scenery all about them have the same transfers: those that were made last are kept.
+            key = tile.periods, tile.inner, tile.outer, tile.cut, plan.sharpness, first
+            if key not in self._made:
+                self._made.clear()
+                self._made[key] = tapered_fields(
+                    self.system, wavelength_nm[some], self.pitch_um, tile, plan, precision=precision
+                )
+            fields = self._made[key]
             yield fields, np.ascontiguousarray(contrast[:, :, some])
 
 

@@ -38,7 +38,10 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     cutoff = max(system.cutoff_per_um(float(w)) for w in wavelength_nm) * pitch_um
     blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
     reach = math.inf
-    if isinstance(lens, KnowsReach) and not more:
+    if isinstance(lens, KnowsTail):
+        lost, rings = ErrorBudget(tolerance).allowed("reach"), system.ring_share(wavelength_nm)
+        reach = max(lens.reach_um(lost, float(w), rings) for w in wavelength_nm) / pitch_um
+    elif isinstance(lens, KnowsReach) and not more:
         lost = ErrorBudget(tolerance).allowed("reach")
         reach = max(float(lens.reach_um(lost, float(w))) for w in wavelength_nm) / pitch_um
     is_round = isinstance(lens, Round) and not more
@@ -79,9 +82,9 @@ def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) ->
     """
     lens = system.lens
     ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
-    if isinstance(lens, KnowsTail) and not system.more:
-        tail = lens.light_beyond
-        return lambda distance: 2.0 * max(float(tail(np.array(distance * pitch_um), nm)) for nm in ends_nm)
+    if isinstance(lens, KnowsTail):
+        tail, rings = lens.light_beyond, system.ring_share(wavelength_nm)
+        return lambda distance: 2.0 * max(float(tail(np.array(distance * pitch_um), nm, rings)) for nm in ends_nm)
     if not isinstance(lens, KnowsEnergy) or system.more:
         return lambda distance: 1.0
     energy = lens.encircled_energy
@@ -222,10 +225,13 @@ def fold(values: F64, size: int, axis: int) -> F64:
     reach = values.shape[axis] // 2
     moved = np.moveaxis(values, axis, 0)
     out = np.zeros((size, *moved.shape[1:]))
-    for begin in range(0, len(moved), size):
-        part = moved[begin : begin + size]
-        out[: len(part)] += part
-    return np.moveaxis(np.roll(out, -reach, axis=0), 0, axis)
+    first = -reach
+    while first <= reach:
+        place = first % size
+        last = min(reach, first + size - 1 - place)
+        out[place : place + last - first + 1] += moved[first + reach : last + reach + 1]
+        first = last + 1
+    return np.moveaxis(out, 0, axis)
 
 
 def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile) -> Fields:
