@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias
 
@@ -35,7 +35,8 @@ RAYS = 24  # on every side of the outline, along which the wavefront's degree is
 LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
 MOST_POINTS = 1 << 13  # along a ray
 ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
-MOST_NODES = 5e7  # of the pupil's rule: 2 GB
+MOST_NODES = 1e9  # of the pupil's rule: an hour
+NODES_AT_ONCE = 2_000_000  # 200 MB
 
 
 def _as_pairs(given: Any) -> Any:
@@ -194,12 +195,12 @@ class Wavefront:
 
     def strehl(self, wavelength_nm: float) -> float:
         """Return the pattern's height at the centre over that without aberrations."""
-        x, y, weights = self._rule(wavelength_nm, 0.0)
-        amplitude = np.sum(weights * np.exp(2j * np.pi * self.waves(x, y, wavelength_nm))) / self.pupil.area
-        return float(abs(amplitude) ** 2)
+        rules = self._rules(wavelength_nm, 0.0)
+        amplitude = sum(complex(np.sum(w * self._phase_factor(x, y, wavelength_nm))) for x, y, w in rules)
+        return abs(amplitude / self.pupil.area) ** 2
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
-        """Irradiance (y, x) per µm² from a point of unit power, on a lattice of even steps about 0.
+        """Irradiance (y, x) per µm² from a point of unit power, on a lattice of even steps.
 
         precision : of the amplitude, relative to its largest possible value
 
@@ -208,17 +209,22 @@ class Wavefront:
         """
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
         reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
-        x, y, weights = self._rule(wavelength_nm, self._turns(reach_um, wavelength_nm))
-        strengths = weights * self._phase_factor(x, y, wavelength_nm)
         steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
-        amplitude = modes(
-            (2.0 * np.pi * radius * steps[1] * y, 2.0 * np.pi * radius * steps[0] * x),
-            strengths,
-            (y_um.size, x_um.size),
-            precision=max(precision, 1e-14),
-            sign=-1,
-            upsampling=1.25 if precision >= COARSE else 2,
-        )
+        # The integers of a sum run about 0: the lattice's middle is moved there.
+        middle = [float(axis[axis.size // 2]) for axis in (x_um, y_um)]
+        amplitude = np.zeros((y_um.size, x_um.size), complex)
+        for x, y, weights in self._rules(wavelength_nm, self._turns(reach_um, wavelength_nm)):
+            strengths = weights * self._phase_factor(x, y, wavelength_nm)
+            if any(middle):
+                strengths *= np.exp(-2j * np.pi * radius * (x * middle[0] + y * middle[1]))
+            amplitude += modes(
+                (2.0 * np.pi * radius * steps[1] * y, 2.0 * np.pi * radius * steps[0] * x),
+                strengths,
+                amplitude.shape,
+                precision=max(precision, 1e-14),
+                sign=-1,
+                upsampling=1.25 if precision >= COARSE else 2,
+            )
         irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)
         return irradiance
 
@@ -231,8 +237,8 @@ class Wavefront:
         """Return by how much a plane wave turns along the pupil's radius that goes a distance off the axis, radians."""
         return math.pi / self.blur_um(wavelength_nm) * self.pupil.outer_radius * reach_um
 
-    def _rule(self, wavelength_nm: float, turns: float) -> tuple[F64, F64, F64]:
-        """Return a rule over the pupil for its amplitude times waves that turn by up to ``turns`` along a radius."""
+    def _rules(self, wavelength_nm: float, turns: float) -> Iterator[tuple[F64, F64, F64]]:
+        """Yield a rule over the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""
         radial, angular, sides = self._orders(self._degrees(wavelength_nm), turns)
         if radial * angular * sides > MOST_NODES:
             raise UnsupportedError(
@@ -240,7 +246,9 @@ class Wavefront:
                 f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene",
                 key="zernike_waves",
             )
-        return self.pupil.rule(radial, angular)
+        rings = max(1, NODES_AT_ONCE // (angular * sides))
+        for first in range(0, radial, rings):
+            yield self.pupil.rule(radial, angular, slice(first, first + rings))
 
     def _orders(self, degrees: tuple[int, int], turns: float) -> tuple[int, int, int]:
         """Return nodes along a radius, along a side, and sides.

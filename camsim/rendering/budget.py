@@ -1,10 +1,11 @@
 """What may be wrong by how much: every source of error by name, and its share of the tolerance.
 
 An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to 1,
-and so do ``SCENE`` and ``FOURIER``. An aberrated lens is rendered as two, each to its part of the tolerance: a round one,
-and a difference, whose ``SCENE`` and ``DIFFERENCE`` add to 1. The check is no source of error in an image; what *it* may
-be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that. Shares are large where a digit costs most: ends
-and lines grow with the power −2/5 of what they may leave, everything else with −1/6 or slower.
+and so do ``SCENE`` and ``FOURIER``. An aberrated lens is rendered as two, each to its part of the tolerance: a round one
+and a difference; ``SCENE`` and ``DIFFERENCE`` add to 1. The check is no source of error in an image; what *it* may be
+wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that. Shares are large where a digit costs
+most: ends and lines grow with the power −2/5 of what they may leave, everything else with −1/6 or slower, but for "cut",
+which grows with −1/3.
 """
 
 from __future__ import annotations
@@ -60,14 +61,10 @@ DIFFERENCE: dict[Source, Share] = {
     "cut": Share(0.62, "an aberrated pattern's difference from a round one past its reach, as of the lines in sight"),
     "hem": Share(0.20, "what its taper leaves outside the band: 1/sinh β of eight times what a line shows there"),
     "short pupil": Share(0.03, "its pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
-    "short lines": Share(
-        0.05, "six-point look-up in what it shows beside a line: as of a response, twice the transfer"
-    ),
+    "short lines": Share(0.03, "six-point look-up in what it shows beside a line: a response's bound, transfer taken twice"),
     "spreading": FOURIER["spreading"],
 }
-CLOSED_PART = (
-    0.6  # of the tolerance: what the round part of an aberrated lens may be wrong by; its difference: the rest
-)
+CLOSED_PART = 0.5  # of the tolerance: what an aberrated lens's round part may be wrong by; its difference has the rest
 CHECK: dict[Source, Share] = {
     "footprint rule": Share(0.35, "Gauss rule over the photosite"),
     "own curves": Share(0.05, "curves as pairs of arcs: what lies between, in one pair and in all"),
@@ -76,8 +73,7 @@ CHECK: dict[Source, Share] = {
     "own wavelengths": Share(0.05, "its own fused wavelengths"),
 }
 CHECK_PART = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
-# Of the tolerance: what it may be wrong by in an aberrated lens's difference, whose reach grows with the cube root of this.
-DIFFERENCE_CHECK_PART = 1.0 / 2.0
+DIFFERENCE_CHECK_PART = 0.5  # likewise of an aberrated lens's difference: its reach grows with the cube root of this
 
 
 @dataclass(frozen=True, slots=True)

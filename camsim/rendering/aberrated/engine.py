@@ -15,12 +15,15 @@ from camsim.rendering.aberrated.cost import Counts, short_cost, short_counts
 from camsim.rendering.aberrated.image import ShortImage
 from camsim.rendering.aberrated.settings import settings_of
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
+from camsim.rendering.boundary.settings import check_tolerance
+from camsim.rendering.budget import CLOSED_PART
 from camsim.rendering.engine import Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
 
 SIDES = (2.0, 5.0, 12.0)  # of windows, in reaches: one corner, an outline, a crowd
+FEW = 16  # windows: larger ones would hardly be fewer
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -150,6 +153,7 @@ class Aberrated:
             raise UnsupportedError("boundary takes none; only importance takes a number", key="samples")
         if job.split is None or job.footprint is None:
             raise UnsupportedError(job.unknown)
+        check_tolerance(job.tolerance, job.split.core.pattern(), CLOSED_PART)
         closed, rest_job = Boundary().plan(job.round_part()), job.difference_part()
         if rest_job is None or not len(rest_job.edges):
             return AberratedPlan(job=job, closed=closed, short=None)
@@ -169,6 +173,8 @@ def _short(job: Job, rest: Difference, whole: Job) -> ShortImage:
         seconds = short_cost(short_counts(image)).seconds
         if best is None or seconds < best[0]:
             best = seconds, image
+        if len(image.windows) <= FEW:
+            break
     assert best is not None
     return best[1]
 

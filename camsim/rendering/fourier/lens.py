@@ -22,7 +22,7 @@ from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Curves, Factors
-from camsim.rendering.fourier.plan import Kernel, Sizes
+from camsim.rendering.fourier.plan import STRIP_SAMPLES, Kernel, Sizes
 from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.psf import point_spread_of
 
@@ -199,7 +199,8 @@ def _tapered_transfer(
 ) -> C128:
     """Return the half plane i ≥ 0 of a lens's transfer at one wavelength; rows go round."""
     axes: list[F64] = []
-    steps, sizes = [], []
+    steps: list[float] = []
+    sizes: list[int] = []
     for period, outer in zip(tile.periods, tile.outer, strict=True):
         size = fft.next_fast_len(math.ceil(2.04 * tile.cut * period) + 1)
         step = period / size
@@ -207,15 +208,22 @@ def _tapered_transfer(
         axes.append(step * np.arange(-reach, reach + 1.0))
         steps.append(step)
         sizes.append(size)
-    pattern = (
-        point_spread_of(system, axes[0] * pitch_um, axes[1] * pitch_um, wavelength_nm, precision=precision)
-        * pitch_um**2
-    )
     shape = taper(plan.sharpness)
-    for axis, (place, inner, outer) in enumerate(zip(axes, tile.inner, tile.outer, strict=True)):
-        along = tapered(np.abs(place), inner, outer, shape) * steps[axis]
-        pattern *= along if axis == 0 else along[:, None]
-    folded = fold(fold(pattern, sizes[1], 0), sizes[0], 1)
+    hems = [
+        tapered(np.abs(place), inner, outer, shape) * step
+        for place, inner, outer, step in zip(axes, tile.inner, tile.outer, steps, strict=True)
+    ]
+    folded = np.zeros((sizes[1], sizes[0]))
+    reach, rows = axes[1].size // 2, max(1, min(sizes[1], STRIP_SAMPLES // axes[0].size))
+    for first in range(0, axes[1].size, rows):
+        some = slice(first, min(first + rows, axes[1].size))
+        pattern = point_spread_of(
+            system, axes[0] * pitch_um, axes[1][some] * pitch_um, wavelength_nm, precision=precision
+        )
+        pattern *= hems[0] * pitch_um**2
+        pattern *= hems[1][some, None]
+        folded[np.arange(some.start - reach, some.stop - reach) % sizes[1]] += fold(pattern, sizes[0], 1)
+        del pattern
     transfer: C128 = fft.rfft2(folded, workers=-1)
     return transfer
 
