@@ -1,14 +1,15 @@
 """A lens with aberrations as a round lens, moved, and what it has besides: a pattern of no light in all, and short.
 
-A pattern's tail comes from the pupil's rim. Where that is a circle, so is the tail, moved by the wavefront's slope there.
-With f in units of 1/λN the transfer along u begins 1 − (4/π)·f·⟨exp(4πi·f·s)⟩, s the slope ∂W/∂u on the rim in waves per
-radius and ⟨⟩ its mean, weighed by |normal·u|. Terms that are even and smooth in f leave nothing far away. So, x λN from a
-straight edge and with the mean slope taken as a move of 2·⟨s⟩·λN, what is left falls as
+A pattern's tail comes from the pupil's rim. Where that is a circle, so is the tail, moved by the wavefront's slope
+there. With f in units of 1/λN the transfer along u begins 1 − (4/π)·f·⟨exp(4πi·f·s)⟩, s the slope ∂W/∂u on the rim in
+waves per radius and ⟨⟩ its mean, weighed by |normal·u|; terms that are even and smooth in f leave nothing far away. So,
+x λN from a straight edge, an aberrated pattern shows (2/π³)·⟨1/(x − 2s)⟩ where a round one shows (2/π³)/x: rays from the
+rim, each where its slope sends it. With the mean slope taken as a move of 2·⟨s⟩·λN, what is left falls as
 
-    (4/π³)·⟨s⟩/x² + (8/π³)·⟨s²⟩/x³        (s about the move)
+    (4/π³)·⟨s⟩/x² + (8/π³)·⟨s²⟩/x³ + …        (s about the move)
 
-where the first term is what no move can take (three-leaved and higher odd aberrations), and the rings' phase and size
-differ by no more than ``rings`` says. Nearer than the geometric pattern, 2·max|s|, all may differ.
+where the first term is what no move can take: three-leaved and higher odd aberrations. The rings differ in phase, and in
+size by slopes over x. Nearer than the rays of all of the pupil go, 2·max|s|, all may differ.
 """
 
 from __future__ import annotations
@@ -24,13 +25,15 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics.protocols import Round, RoundLens
 
-RIM_POINTS, DIRECTIONS = 720, 36
+RIM_POINTS, DIRECTIONS, INSIDE = 240, 24, 12  # on a rim, and circles of the pupil on which slopes are looked for
 STEP = 1e-4  # of a slope's difference, in radii
-SQUARE, CUBE = 4.0 / math.pi**3, 8.0 / math.pi**3
+TAIL = 2.0 / math.pi**3
 RING = 1.0 / (2.0 * math.pi**4)  # what a line hears of an Airy pattern's rings, times x^(−5/2) (boundary/settings.py)
 STEEPER = 30.0  # rings · waves of slope / x: what amplitudes at the rim differ by; 27 was measured of coma
-NEAREST = 0.05  # of the cube's size that is left: as near the geometric pattern as it is taken to hold
-FARTHEST, PER_DECADE = 1e7, 200  # where a reach is looked for, λN
+MORE = 1.2  # directions between, and the next terms: 1.02 was measured
+RAYS, BEYOND_RAYS = 2.2, 3.0  # slopes, and λN more: as near as the tail is taken to be the rim's alone
+FARTHEST = 1e7  # λN: where a reach is looked for
+HALVINGS = 24
 
 
 class Bent(Protocol):
@@ -66,44 +69,50 @@ class Split(NamedTuple):
 class Rim(NamedTuple):
     """Slopes on a pupil's rim or rims, waves per radius at one wavelength.
 
-    move   : (2,) the mean slope, as far as it is one direction's;  square, cube: the largest over all directions of
-             |⟨s⟩| and ⟨s²⟩ about it;  steepest: the largest slope about it
-    rings  : how far the phases of opposite points of the rim differ, radians, the move apart
+    move    : (2,) the mean slope, as far as it is one direction's
+    slope   : (directions, points) about it, along each direction;  weight: what each point counts, 1 in all
+    steepest, inside : the largest slope about it, of the rim and of all of the pupil
+    rings   : how far the phases of opposite points of the rim differ, radians, the move apart
     """
 
     move: F64
-    square: float
-    cube: float
+    slope: F64
+    weight: F64
     steepest: float
+    inside: float
     rings: float
 
 
 def rim_of(lens: Bent, obstruction: float, wavelength_nm: float) -> Rim:
-    """Measure the wavefront on the rim of a round pupil, and on that of its obstruction."""
+    """Measure the wavefront on the rim of a round pupil, on that of its obstruction, and between."""
     angle = 2.0 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
-    cos, sin = np.cos(angle), np.sin(angle)
-    direction = np.stack([cos, sin], axis=1)[:: RIM_POINTS // DIRECTIONS]
-    slopes, weights, odd = [], [], []
-    for radius in (1.0, obstruction) if obstruction else (1.0,):
-        x, y = radius * cos, radius * sin
+    normal = np.stack([np.cos(angle), np.sin(angle)])
+    direction = normal[:, :: RIM_POINTS // DIRECTIONS].T
+    rims = [1.0, obstruction] if obstruction else [1.0]
+
+    def slopes(radius: float) -> F64:
+        x, y = radius * normal
         gx = lens.waves(x + STEP, y, wavelength_nm) - lens.waves(x - STEP, y, wavelength_nm)
         gy = lens.waves(x, y + STEP, wavelength_nm) - lens.waves(x, y - STEP, wavelength_nm)
-        slopes.append(np.stack([gx, gy]) / (2.0 * STEP))
-        weights.append(radius * np.abs(direction @ np.stack([cos, sin])))
-        waves = lens.waves(x, y, wavelength_nm)
-        odd.append((waves - np.roll(waves, RIM_POINTS // 2), x, y))
-    slope, weight = np.concatenate(slopes, axis=1), np.concatenate(weights, axis=1)
+        return np.stack([gx, gy]) / (2.0 * STEP)
+
+    slope = np.concatenate([slopes(radius) for radius in rims], axis=1)
+    # Sums in an order of their own: what a BLAS adds up depends on the number of its threads.
+    across = np.abs(np.einsum("da,ap->dp", direction, normal))
+    weight = np.concatenate([radius * across for radius in rims], axis=1)
     weight = weight / weight.sum(axis=1, keepdims=True)
     mean = np.einsum("dp,da,ap->d", weight, direction, slope)
-    move = 2.0 * np.einsum("d,da->a", mean, direction) / len(direction)
-    about = np.einsum("da,ap->dp", direction, slope - move[:, None])
-    phase = [float(np.abs(w - 2.0 * (move[0] * x + move[1] * y)).max()) for w, x, y in odd]
+    move: F64 = 2.0 * np.einsum("d,da->a", mean, direction) / DIRECTIONS
+    about = slope - move[:, None]
+    everywhere = np.stack([slopes(float(radius)) for radius in np.linspace(obstruction, 1.0, INSIDE)])
+    odd = [lens.waves(*(radius * normal), wavelength_nm) - radius * np.einsum("a,ap->p", move, normal) for radius in rims]
     return Rim(
         move=move,
-        square=float(np.abs(np.einsum("dp,dp->d", weight, about)).max()),
-        cube=float(np.einsum("dp,dp->d", weight, about**2).max()),
-        steepest=float(np.hypot(*(slope - move[:, None])).max()),
-        rings=2.0 * math.pi * max(phase),
+        slope=np.einsum("da,ap->dp", direction, about),
+        weight=weight,
+        steepest=float(np.hypot(*about).max()),
+        inside=float(np.hypot(*(everywhere - move[:, None]).transpose(1, 0, 2)).max()),
+        rings=2.0 * math.pi * max(float(np.abs(w - np.roll(w, RIM_POINTS // 2)).max()) for w in odd),
     )
 
 
@@ -159,19 +168,25 @@ class Difference:
         rings : what is left of the rings by what else stands in the light's way
         """
         rim = _rim_of(self, wavelength_nm)
-        x = np.maximum(np.asarray(distance_um, float) / self.blur_um(wavelength_nm), 1e-3)
-        inside = 1.0 - (2.0 * rim.steepest / x) ** 2
-        swing = rings * RING * (min(2.0, rim.rings) + STEEPER * rim.steepest / x) * x**-2.5
-        light = SQUARE * rim.square / x**2 + CUBE * rim.cube / (x**3 * np.maximum(inside, NEAREST)) + swing
-        bound: F64 = np.where(inside > NEAREST, np.minimum(light / (1.0 - self.obstruction), 1.0), 1.0)
+        x = np.asarray(distance_um, float) / self.blur_um(wavelength_nm)
+        nearest = max(RAYS * rim.inside + BEYOND_RAYS, 0.5)
+        far = np.maximum(x, nearest)[..., None, None]
+        tail = np.abs(np.sum(rim.weight / (far - 2.0 * rim.slope), axis=-1) - 1.0 / far[..., 0]).max(axis=-1)
+        far = far[..., 0, 0]
+        swing = rings * RING * (min(2.0, rim.rings) + STEEPER * rim.steepest / far) * far**-2.5
+        light = MORE * (TAIL * tail + swing) / (1.0 - self.obstruction)
+        bound: F64 = np.where(x < nearest, 1.0, np.minimum(light, 1.0))
         return bound
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
         """Return a distance beyond which ``light_beyond`` is at most that, µm."""
-        x = np.geomspace(0.5, FARTHEST, math.ceil(PER_DECADE * math.log10(2.0 * FARTHEST)))
-        light = self.light_beyond(x * self.blur_um(wavelength_nm), wavelength_nm, rings)
-        loud = np.flatnonzero(light > lost_fraction)
-        return float(x[min(loud[-1] + 1, x.size - 1)] if loud.size else x[0]) * self.blur_um(wavelength_nm)
+        blur_um = self.blur_um(wavelength_nm)
+        low, high = 0.0, math.log(FARTHEST)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            loud = self.light_beyond(np.array(math.exp(middle) * blur_um), wavelength_nm, rings) > lost_fraction
+            low, high = (middle, high) if loud else (low, middle)
+        return math.exp(high) * blur_um
 
 
 @functools.lru_cache(maxsize=256)

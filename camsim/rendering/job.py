@@ -170,10 +170,12 @@ class Job:
     def round_part(self) -> Job:
         """Return the round part of a split lens: its pattern is moved, and so are the edges, the other way seen."""
         assert self.split is not None
-        moved = np.array(self.split.moved_um) / self.grid.pitch_um
+        edges = self.edges.seen_from(-np.array(self.split.moved_um) / self.grid.pitch_um)
+        there = edges.length > 0.0  # a length of rounding may be none elsewhere
         return dataclasses.replace(
             self,
-            edges=self.edges.seen_from(-moved),
+            edges=edges.some(there),
+            pair=self.pair[there],
             system=dataclasses.replace(self.system, lens=self.split.core),
             pattern=self.split.core.pattern(),
             split=None,
