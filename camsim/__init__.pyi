@@ -86,6 +86,7 @@ from .sensor.stages.shot_noise import ShotNoise as ShotNoise
 from .spectra.curve import Curve as Curve
 from .spectra.light import Light as Light
 from .spectra.named import reflectance as reflectance
+from .sweeping import sweep as sweep
 from .version import __version__ as __version__
 from .window import Region as Region
 

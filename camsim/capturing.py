@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 from camsim.camera import Camera
 from camsim.config import build, build_sensor, coverage, csv_curves, library, memory, overrides, schema, yaml_source
 from camsim.config.build_sensor import SensorDocument
-from camsim.config.build_shapes import SceneDocument
 from camsim.config.judged import Judged
+from camsim.config.lengths import SceneDocument
 from camsim.config.overrides import Override
 from camsim.config.sensor_search import SensorSearch
 from camsim.config.tree import MOST_FAULTS

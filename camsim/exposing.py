@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,6 +20,7 @@ from camsim.frame import ChannelSignal, Frame, Products, Report, check_products
 from camsim.lit import Lit, Window
 from camsim.marks import Called
 from camsim.notes import Setting, notes_after, notes_before
+from camsim.optical_image import OpticalImage, key_of
 from camsim.optics.own import own_stages
 from camsim.regrouped import Regrouped
 from camsim.rendering import Grid, Rendering
@@ -102,13 +104,28 @@ class Capture:
 
     @functools.cached_property
     def samples(self) -> LightSamples:
-        """The light at nodes that follow every curve of camera and scene."""
-        return self.camera.samples(self.light, self.scene.spectra)
+        """The light, of 1 W/m², at nodes that follow every curve of camera and scene."""
+        return self.camera.samples(self.light.of_one_watt, self.scene.spectra)
 
     @functools.cached_property
     def time_s(self) -> float:
         """The exposure time, found when it is "auto"."""
         return self.camera.exposure_time_s(self.light, self.exposure)
+
+    @functools.cached_property
+    def radiant_exposure_j_per_m2(self) -> float:
+        """How much light there is: the only thing that level and time of the exposure change in the optical image."""
+        exposure_j_per_m2 = self.light.total_w_per_m2 * self.time_s
+        if not math.isfinite(exposure_j_per_m2):
+            raise InvalidValueError("the light is not finite; give less light, or a shorter exposure", key="light")
+        return exposure_j_per_m2
+
+    @functools.cached_property
+    def optical_key(self) -> str:
+        """A name of all that makes the optical image: captures that share it may share one."""
+        camera, how = self.camera, (self.tolerance, self.method, self.strict)
+        response = camera.electrons_per_reflectance(self.samples, 1.0)
+        return key_of(self.scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how)
 
     @functools.cached_property
     def white_level_dn(self) -> int:
@@ -132,12 +149,12 @@ class Capture:
         return own_stages((*self.camera.optics.stages, *self.camera.stages))
 
     def plan(self) -> Choice:
-        """Decide how the scene is rendered, and render nothing."""
+        """Decide how the scene is rendered, in electrons per J/m², and render nothing."""
         return plan_render(
             self.scene,
             self.camera.optics,
             self.window.wide,
-            response=self.camera.electrons_per_reflectance(self.samples, self.time_s),
+            response=self.camera.electrons_per_reflectance(self.samples, 1.0),
             wavelength_nm=self.samples.wavelength_nm,
             tolerance=self.tolerance,
             method=self.method,
@@ -163,18 +180,9 @@ class Capture:
         """
         return next(self.frames(products=products, progress=progress))
 
-    def frames(
-        self, count: int = 1, *, products: Products = ("mosaic",), progress: Progress | None = None
-    ) -> Iterator[Frame]:
-        """Take pictures of one scene, rendered once, with frame numbers from ``frame_number`` on.
-
-        A frame's seconds are its own: those of light and rendering are the first one's.
-        """
-        check_products(products)
-        clock = Clock()
-        choice, cube = self.plan(), self._cube(products)
-        notes = self.notes(choice, products)
-        clock.lap("light")
+    def optical_image(self, *, products: Products = ("mosaic",), progress: Progress | None = None) -> OpticalImage:
+        """Render what the lens throws on the photosites, for captures that differ in nothing that comes before."""
+        choice = self.plan()
         rendering = carry_out(
             choice,
             self.window.channel(self.window.wide),
@@ -182,8 +190,31 @@ class Capture:
             strict=self.strict,
             progress=progress,
         )
-        lit = self.window.lit(rendering.image, 0)
-        truth = self.window.truth(rendering.planes, lit.shown_e)
+        return OpticalImage(choice=choice, rendering=rendering)
+
+    def frames(
+        self,
+        count: int = 1,
+        *,
+        products: Products = ("mosaic",),
+        progress: Progress | None = None,
+        optical_image: OpticalImage | None = None,
+    ) -> Iterator[Frame]:
+        """Take pictures of one scene, rendered once, with frame numbers from ``frame_number`` on.
+
+        A frame's seconds are its own: those of light and rendering are the first one's.
+        optical_image : of a capture with the same ``optical_key``; None renders it
+        """
+        check_products(products)
+        clock = Clock()
+        cube = self._cube(products)
+        clock.lap("light")
+        seen = optical_image or self.optical_image(products=products, progress=progress)
+        rendering, notes = seen.rendering, self.notes(seen.choice, products)
+        own = optical_image is None  # and may be overwritten: a large frame needs no second copy
+        lit = self.window.lit(self._exposed(rendering.image, own=own), 0)
+        planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
+        truth = self.window.truth(planes, lit.shown_e)
         clock.lap("render")
         for frame_number in range(self.frame_number, self.frame_number + count):
             signals = Signals(self.camera.cfa.channels, self.white_level_dn)
@@ -225,7 +256,7 @@ class Capture:
 
         def record_rows(image: F64) -> None:
             nonlocal passed
-            lit = self.window.lit(image, passed)
+            lit = self.window.lit(self._exposed(image, own=True), passed)
             clock.lap("render")
             _, codes = self._recorded(lit, self.frame_number, clock, signals)
             take(codes)
@@ -251,6 +282,10 @@ class Capture:
             frame_number=self.frame_number,
             report=self._report(rendering, clock.seconds, signals.all(), self.notes(choice, products)),
         )
+
+    def _exposed(self, image: F64, *, own: bool) -> F64:
+        """Return electrons, of electrons per J/m²; ``own``: in the same memory."""
+        return np.multiply(image, self.radiant_exposure_j_per_m2, out=image if own else None)
 
     def _cube(self, products: Products) -> SpectralCube | None:
         if "spectral" not in products:
@@ -291,6 +326,27 @@ class Capture:
             rows_before=rows_before,
         )
 
+    def description(self, frame_number: int) -> dict[str, Any]:
+        """Return all that a frame is made of, as files carry it."""
+        described: dict[str, Any] = describe(
+            {
+                "camera": self.camera,
+                "scene": self.scene,
+                "light": self.light,
+                "exposure": self.exposure,
+                "region": self.region,
+                "seed": self.seed,
+                "frame_number": frame_number,
+                "tolerance": self.tolerance,
+                "method": self.method,
+                "noise": self.noise,
+                "colour_matrix": self.colour_matrix,
+                "spectral_nm": self.spectral_nm,
+                **({OWN_STAGES: own} if (own := self.own_stages) else {}),
+            }
+        )
+        return described
+
     def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
         """Return the frame: ``photosites`` with all that files say about them."""
         camera, exposure = self.camera, self.exposure
@@ -314,23 +370,7 @@ class Capture:
             seed=self.seed,
             frame_number=frame_number,
             colour=camera.colour_response(self.light, self.colour_matrix),
-            description=describe(
-                {
-                    "camera": camera,
-                    "scene": self.scene,
-                    "light": self.light,
-                    "exposure": exposure,
-                    "region": self.region,
-                    "seed": self.seed,
-                    "frame_number": frame_number,
-                    "tolerance": self.tolerance,
-                    "method": self.method,
-                    "noise": self.noise,
-                    "colour_matrix": self.colour_matrix,
-                    "spectral_nm": self.spectral_nm,
-                    **({OWN_STAGES: own} if (own := self.own_stages) else {}),
-                }
-            ),
+            description=self.description(frame_number),
         )
 
     def _report(

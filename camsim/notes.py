@@ -13,8 +13,9 @@ from camsim.frame import ChannelSignal
 from camsim.optics.own import own_stages
 from camsim.optics.protocols import KnowsSplits
 from camsim.rendering.auto import Choice
+from camsim.rendering.edges import shares_within
 from camsim.rendering.grid import Grid
-from camsim.scene import Scene
+from camsim.scene import Picture, Scene
 from camsim.sensor.exposure import Exposure
 from camsim.words import percent
 
@@ -114,6 +115,8 @@ def _of_the_converter(camera: Body, iso: float) -> Iterator[str]:
 
 
 def _of_edges(scene: Scene, choice: Choice) -> Iterator[str]:
+    if any(isinstance(shape, Picture) for shape in scene.shapes):
+        return  # a picture is all detail, and where it lies nobody misses an edge
     job = choice.plan.job
     if scene.shapes and not _any_edge_within(job.edges.start, job.edges.end, job.grid):
         left, top = (job.grid.pitch_um * (first - 0.5) for first in job.grid.first_centre)
@@ -129,13 +132,8 @@ def _any_edge_within(start: np.ndarray, end: np.ndarray, grid: Grid) -> bool:
     """Whether a piece of any edge lies in the window; all in pitches."""
     low = np.array(grid.first_centre) - 0.5
     high = low + np.array([grid.cols, grid.rows])
-    beside = ((np.minimum(start, end) > high) | (np.maximum(start, end) < low)).any(axis=1)
-    # One that passes by has all corners on one side of its line.
-    corners = np.array([low, (low[0], high[1]), (high[0], low[1]), high])
-    along, to = (end - start)[:, None], corners - start[:, None]
-    side = along[..., 0] * to[..., 1] - along[..., 1] * to[..., 0]
-    past = (side > 0.0).all(axis=1) | (side < 0.0).all(axis=1)
-    return bool((~(beside | past)).any())
+    enters, leaves = shares_within(start, end, low, high)
+    return bool((enters <= leaves).any())
 
 
 def _of_dark_current(setting: Setting) -> Iterator[str]:

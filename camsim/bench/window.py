@@ -8,6 +8,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.rendering import Grid
+from camsim.rendering.edges import shares_within
 from camsim.scene import Scene, flattened
 from camsim.scene.outlines import Outlines
 from camsim.scene.sides import SideLimits
@@ -53,7 +54,10 @@ def along_outlines(scene: Scene, grid: Grid) -> F64:
     ends = np.concatenate([np.roll(outline, -1, axis=0) for outline in outlines])
     x0, y0 = grid.first_centre
     starts, ends = (points - np.array([x0 - 0.5, y0 - 0.5]) for points in (starts, ends))
-    starts, ends = _clipped(starts, ends, (float(grid.cols), float(grid.rows)))
+    enters, leaves = shares_within(starts, ends, np.zeros(2), np.array([grid.cols, grid.rows], float))
+    seen = enters < leaves
+    starts, along = starts[seen], (ends - starts)[seen]
+    starts, ends = starts + enters[seen, None] * along, starts + leaves[seen, None] * along
     lengths = np.hypot(*(ends - starts).T)
     if not lengths.sum() > 0.0:
         return np.empty((0, 2))
@@ -65,25 +69,6 @@ def along_outlines(scene: Scene, grid: Grid) -> F64:
     share = ((at - passed[edge]) / np.where(lengths[edge] > 0.0, lengths[edge], 1.0))[:, None]
     points: F64 = (starts[edge] + share * (ends[edge] - starts[edge]))[:, ::-1]
     return points
-
-
-def _clipped(starts: F64, ends: F64, size: tuple[float, float]) -> tuple[F64, F64]:
-    """Return what of the edges lies within (0, 0) … size (x, y), by Liang and Barsky."""
-    along = ends - starts
-    first, last = np.zeros(len(starts)), np.ones(len(starts))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for axis, most in enumerate(size):
-            a = -starts[:, axis] / along[:, axis]
-            b = (most - starts[:, axis]) / along[:, axis]
-            still = along[:, axis] == 0.0
-            inside = (starts[:, axis] >= 0.0) & (starts[:, axis] <= most)
-            low = np.where(still, np.where(inside, 0.0, 2.0), np.minimum(a, b))
-            high = np.where(still, 1.0, np.maximum(a, b))
-            first, last = np.maximum(first, low), np.minimum(last, high)
-    seen = first < last
-    begin = starts[seen] + first[seen, None] * along[seen]
-    end = starts[seen] + last[seen, None] * along[seen]
-    return begin, end
 
 
 def _starts(count: int, side: int) -> F64:

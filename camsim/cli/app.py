@@ -15,7 +15,8 @@ from typer.core import TyperGroup
 from camsim.cli.bench import bench
 from camsim.cli.explain import explain
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
-from camsim.errors import AccuracyError, CamsimError
+from camsim.cli.sweep import sweep
+from camsim.errors import AccuracyError, CamsimError, InvalidValueError
 
 _BEGAN_S = time.perf_counter()
 _MOST_LINES = 200
@@ -76,6 +77,7 @@ class SchemaOf(StrEnum):
 
     scene = "scene"
     sensor = "sensor"
+    study = "study"
 
 
 def run() -> None:
@@ -287,6 +289,7 @@ def measure_mtf(
 
 app.command()(bench)
 app.command()(explain)
+app.command()(sweep)
 
 
 @app.command("list")
@@ -320,7 +323,7 @@ def show(
 
 @app.command()
 def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> None:
-    """Print the JSON Schema of scene or sensor files, for editors that complete and check."""
+    """Print the JSON Schema of scene, sensor or study files, for editors that complete and check."""
     import json
 
     from camsim.config.reference import json_schema
@@ -340,13 +343,16 @@ def validate(
             help="Draw a scene's outlines over the window, with photosites and a scale; - draws on the terminal.",
         ),
     ] = None,
+    overrides: Changes = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a drawing that exists.")] = False,
 ) -> None:
     """Look for faults in scene and sensor files, and print all of them; draw a scene."""
     from camsim.cli.validate import draw_scene, validate_files
 
     if draw is not None:
-        draw_scene(files, draw, sensors or (), force=force)
+        draw_scene(files, draw, sensors or (), overrides or (), force=force)
+    elif overrides:
+        raise InvalidValueError("changes what is drawn, and nothing is; give --draw", key="--set")
     else:
         validate_files(files, sensors or ())
 
@@ -359,7 +365,7 @@ def new(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
 ) -> None:
-    """Write a scene or sensor to start from, with a comment to every line."""
+    """Write a scene, a sensor or a study to start from, with a comment to every line."""
     from camsim.cli.new import write_template
 
     print(write_template(what.value, output or f"{what.value}.yaml", force=force))

@@ -20,6 +20,7 @@ from camsim.files.atomic import replacing, write_chunks
 from camsim.files.describe import record
 from camsim.files.dng_tags import odd_cfa
 from camsim.frame import Frame
+from camsim.optical_image import OpticalImage
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import as_shot_neutral
 from camsim.window import Region
@@ -80,9 +81,10 @@ def write_pairs(
     rows: list[dict[str, Any]] = []
     variants = list(_variants(capture))
     for variant in variants:
+        seen = variant.capture.optical_image(products=("mosaic", "truth"))
         for level in levels:
             progress("pairs", len(rows) / (len(variants) * len(levels)))
-            rows.append(_write_pair(variant, level, folder, number=len(rows), compress=compress))
+            rows.append(_write_pair(variant, seen, level, folder, number=len(rows), compress=compress))
             if not quiet:
                 print(f"{rows[-1]['noisy']}, {rows[-1]['clean']}, {rows[-1]['truth']}", file=sys.stderr)
     table = io.StringIO(newline="")
@@ -137,13 +139,15 @@ def _letters(cfa: Cfa, origin: tuple[int, int]) -> str:
     return letters if len(letters) <= _MOST_LETTERS else f"cfa-{len(rows)}x{len(rows[0])}"
 
 
-def _write_pair(variant: _Variant, level: float, folder: Path, *, number: int, compress: bool) -> dict[str, Any]:
+def _write_pair(
+    variant: _Variant, seen: OpticalImage, level: float, folder: Path, *, number: int, compress: bool
+) -> dict[str, Any]:
     capture = variant.capture
     exposure = dataclasses.replace(capture.exposure, time_s=capture.time_s * level)
     noisy = dataclasses.replace(capture, exposure=exposure, noise=True, seed=capture.seed + number)
-    frame = noisy.frame()
+    frame = next(noisy.frames(optical_image=seen))
     stem = f"{number:03d}-{variant.name}-x{level:g}"
-    clean = dataclasses.replace(noisy, noise=False).frame(products=("mosaic", "truth"))
+    clean = next(dataclasses.replace(noisy, noise=False).frames(products=("mosaic", "truth"), optical_image=seen))
     # What raw developers would misread goes into a plain TIFF.
     suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
     names = {"noisy": f"{stem}-noisy{suffix}", "clean": f"{stem}-clean{suffix}", "truth": f"{stem}-truth.exr"}

@@ -13,6 +13,7 @@ from camsim.config.sensor_search import SensorSearch
 from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.atomic import write_whole
 from camsim.optics import Airy
+from camsim.sweeping import read_study
 
 TERMINAL = "-"
 A_SCENE = "a scene"
@@ -34,17 +35,19 @@ def validate_files(files: Sequence[str], sensors: Sequence[str] = ()) -> None:
         raise CamsimError("\n".join(str(error) for error in errors))
 
 
-def draw_scene(files: Sequence[str], drawing: str, sensors: Sequence[str], *, force: bool) -> None:
-    """Draw a scene: into a file, or on the terminal when that is -."""
+def draw_scene(
+    files: Sequence[str], drawing: str, sensors: Sequence[str], overrides: Sequence[str], *, force: bool
+) -> None:
+    """Draw a scene with its overrides: into a file, or on the terminal when that is -."""
     if len(files) != 1:
         raise InvalidValueError(f"draws one scene, and {len(files)} files are given", key="--draw")
     search = SensorSearch.of(sensors, Path())
     if drawing != TERMINAL:
         check_drawing(drawing, force=force, option="--draw")
-    said = _validated(files[0], search)
+    said = _validated(files[0], search, overrides)
     if said != A_SCENE:
         raise InvalidValueError(f"{files[0]!r} is {said}; give a scene, such as one that uses it", key="--draw")
-    capture = load(files[0], sensors=search.own)
+    capture = load(files[0], overrides=overrides, sensors=search.own)
     if drawing == TERMINAL:
         print("\n".join(lines(capture)))
     else:
@@ -52,7 +55,7 @@ def draw_scene(files: Sequence[str], drawing: str, sensors: Sequence[str], *, fo
         print(f"{drawing}: {capture.scene_name}")
 
 
-def _validated(file: str, search: SensorSearch) -> str:
+def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> str:
     _, located = search.locate_any(file)
     tree = yaml_source.read(located.path, located.shown).tree
     said = tree.get("camsim") if isinstance(tree, dict) else None
@@ -60,5 +63,8 @@ def _validated(file: str, search: SensorSearch) -> str:
         # A sensor is whole without a lens; any will do to build the camera.
         load_camera(file, lens=Airy(f_number=8.0), sensors=search.own)
         return "a sensor"
-    load(file, sensors=search.own)
+    if isinstance(said, str) and said.startswith("study/"):
+        read_study(file)
+        return "a study"
+    load(file, overrides=overrides, sensors=search.own)
     return A_SCENE

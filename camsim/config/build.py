@@ -9,7 +9,8 @@ from typing import TypeAlias
 from camsim.camera import Camera
 from camsim.config import build_optics, build_picture, schema
 from camsim.config.build_sensor import filters_at
-from camsim.config.build_shapes import SceneDocument, shape_at, spectrum_at
+from camsim.config.build_shapes import shape_at, spectrum_at
+from camsim.config.lengths import SceneDocument
 from camsim.config.tree import KeyPath
 from camsim.optics import Lens
 from camsim.scene import Picture, Scene, Shape

@@ -6,20 +6,18 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 from camsim.config import schema
-from camsim.config.judged import Judged
+from camsim.config.lengths import SceneDocument, made, scaled
 from camsim.config.library import beside
 from camsim.config.schema.charts import LENGTH, is_of_reflectances, key_of
 from camsim.config.tree import KeyPath
-from camsim.errors import CamsimError
 from camsim.scene.charts import KNOWN, Chart, parameters
 from camsim.scene.svg import Svg, read_svg
 from camsim.spectra.curve import Spectrum
 
-Document: TypeAlias = Judged[schema.SceneFile]
-MakeSpectrum: TypeAlias = Callable[[Document, KeyPath], Spectrum | None]
+MakeSpectrum: TypeAlias = Callable[[SceneDocument, KeyPath], Spectrum | None]
 
 
-def chart(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Chart | None:
+def chart(scene: SceneDocument, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Chart | None:
     """Return the chart at ``path``; None when it is wrong (the document has the faults)."""
     name = str(scene.value((*path, "name")))
     draw = KNOWN.get(name)
@@ -37,19 +35,14 @@ def chart(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum
     values: Mapping[str, Any] = {key: getattr(table, key_of(key)) for key in parameters(draw)} | spectra
 
     def make(scale: float) -> Chart:
-        lengths = {key: _scaled(value, scale) for key, value in values.items() if key.endswith(LENGTH)}
+        lengths = {key: scaled(value, scale) for key, value in values.items() if key.endswith(LENGTH)}
         return Chart(name=name, parameters={**values, **lengths})
 
     keys: dict[str, KeyPath] = {key: (key_of(key),) for key in values}
-    try:
-        return make(unit_um)
-    except CamsimError:
-        # The numbers of a message are to be those of the file: its unit, not µm.
-        in_its_unit = scene.build(path, lambda: make(1.0), keys=keys)
-        return in_its_unit and scene.build(path, lambda: make(unit_um), keys=keys)
+    return made(scene, path, make, unit_um, keys)
 
 
-def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Svg | None:
+def drawing(scene: SceneDocument, path: KeyPath, unit_um: float, spectrum: MakeSpectrum) -> Svg | None:
     """Return the drawing at ``path``; None when it is wrong (the document has the faults)."""
     given = scene.value(path)
     colours = given.get("palette") if isinstance(given.get("palette"), Mapping) else {}
@@ -64,9 +57,9 @@ def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectr
         path,
         lambda: read_svg(
             file,
-            width_um=_scaled(table.width, unit_um),
-            height_um=_scaled(table.height, unit_um),
-            centre_um=_scaled(table.centre, unit_um),
+            width_um=scaled(table.width, unit_um),
+            height_um=scaled(table.height, unit_um),
+            centre_um=scaled(table.centre, unit_um),
             rotate_deg=table.rotate_deg,
             palette=palette,
         ),
@@ -75,18 +68,11 @@ def drawing(scene: Document, path: KeyPath, unit_um: float, spectrum: MakeSpectr
 
 
 def _spectra(
-    scene: Document, path: KeyPath, given: Any, spectrum: MakeSpectrum
+    scene: SceneDocument, path: KeyPath, given: Any, spectrum: MakeSpectrum
 ) -> Spectrum | tuple[Spectrum, ...] | None:
     """Make the reflectance at a place, or the list of them."""
     if not isinstance(given, list):
         return spectrum(scene, path)
-    made = [spectrum(scene, (*path, index)) for index in range(len(given))]
-    whole = tuple(one for one in made if one is not None)
-    return whole if len(whole) == len(made) else None
-
-
-def _scaled(value: Any, scale: float) -> Any:
-    """Return a length, or the lengths of a list, in µm."""
-    if isinstance(value, list | tuple):
-        return tuple(_scaled(item, scale) for item in value)
-    return None if value is None else value * scale
+    spectra = [spectrum(scene, (*path, index)) for index in range(len(given))]
+    whole = tuple(one for one in spectra if one is not None)
+    return whole if len(whole) == len(given) else None

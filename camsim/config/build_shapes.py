@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from typing import Any
 
 from camsim import scene as shapes
 from camsim.config import build_charts, schema
 from camsim.config.build_sensor import curve_of
-from camsim.config.judged import Judged
+from camsim.config.lengths import SceneDocument, made, scaled
 from camsim.config.tree import KeyPath
-from camsim.errors import CamsimError
 from camsim.scene import Shape
 from camsim.spectra import named
 from camsim.spectra.curve import Spectrum
-
-SceneDocument: TypeAlias = Judged[schema.SceneFile]
 
 # What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
 _ANY_SPECTRUM = 0.5
 
 # What becomes more than one shape.
 _BECOME = {"chart": build_charts.chart, "svg": build_charts.drawing}
-
-_NO_LENGTHS = {"arc": (3, 4, 5)}
-"""Of a segment: which of its numbers are none."""
 
 
 def shape_at(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | None:
@@ -53,28 +47,13 @@ def shape_at(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | Non
     def make(scale: float) -> Shape:
         parts = {key: given.get(key, getattr(table, key)) for key in keys}
         for name, (key,) in lengths.items():
-            parts[name] = _scaled(parts.pop(key), scale)
+            parts[name] = scaled(parts.pop(key), scale)
         if parts.get("matrix") is not None:
-            parts["matrix"] = (*parts["matrix"][:4], *_scaled(parts["matrix"][4:], scale))
+            parts["matrix"] = (*parts["matrix"][:4], *scaled(parts["matrix"][4:], scale))
         shape: Shape = made_of(**parts)
         return shape
 
-    try:
-        return make(unit_um)
-    except CamsimError:
-        # The numbers of a message are to be those of the file: its unit, not µm.
-        in_its_unit = scene.build(path, lambda: make(1.0), keys=lengths)
-        return in_its_unit and scene.build(path, lambda: make(unit_um), keys=lengths)
-
-
-def _scaled(value: Any, scale: float) -> Any:
-    """Return a length, a point, or a list of these or of segments, in µm."""
-    if isinstance(value, list | tuple):
-        if value and isinstance(value[0], str):
-            bare = _NO_LENGTHS.get(value[0], ())
-            return (value[0], *(v if k in bare else _scaled(v, scale) for k, v in enumerate(value[1:], 1)))
-        return tuple(_scaled(part, scale) for part in value)
-    return value * scale if isinstance(value, int | float) else value
+    return made(scene, path, make, unit_um, lengths)
 
 
 def spectrum_at(scene: SceneDocument, path: KeyPath, *, names: bool = True) -> Spectrum | None:

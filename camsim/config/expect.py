@@ -180,6 +180,7 @@ def along(root: Expected, node: Node, path: KeyPath) -> Expected | None:
     return here
 
 
+@functools.cache
 def can_contradict(expected: Expected, above: tuple[type[Table], ...] = ()) -> bool:
     """Whether any table in here has keys that may contradict each other (a long list of shapes has none).
 

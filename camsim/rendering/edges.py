@@ -50,3 +50,20 @@ class Edges:
         """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""
         sides, pair = np.unique(np.stack([self.left, self.right], axis=1), axis=0, return_inverse=True)
         return sides, pair.ravel()
+
+
+def shares_within(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64]:
+    """Return at which shares (n,) of its way each line enters the box ``low`` … ``high`` (x, y) and leaves it.
+
+    By Liang and Barsky. A line that misses the box leaves it before it enters: the first share is the larger.
+
+    >>> shares_within(np.array([[-1.0, 0.5]]), np.array([[3.0, 0.5]]), np.zeros(2), np.ones(2))
+    (array([0.25]), array([0.5]))
+    """
+    along = end - start
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        a, b = (low - start) / along, (high - start) / along
+    # 0/0: along the box's own side, which counts as within.
+    enters = np.where(np.isnan(a), 0.0, np.minimum(a, b)).max(axis=1, initial=0.0)
+    leaves = np.where(np.isnan(a), 1.0, np.maximum(a, b)).min(axis=1, initial=1.0)
+    return enters, leaves

@@ -61,14 +61,15 @@ class Scene:
         *,
         sensor: str | os.PathLike[str] | None = None,
         overrides: Iterable[str] = (),
+        sensors: Iterable[str | os.PathLike[str]] = (),
     ) -> Scene:
         """Return what is in front of the camera in a scene file (a path, or the name of a shipped one).
 
-        sensor, overrides : as of ``camsim.load``; lengths in pixels are of the sensor's pitch
+        sensor, overrides, sensors : as of ``camsim.load``; lengths in pixels are of the sensor's pitch
         """
         from camsim.capturing import load  # a door upward: the name users look for is here
 
-        return load(scene, sensor=sensor, overrides=overrides, held=False).scene
+        return load(scene, sensor=sensor, overrides=overrides, sensors=sensors, held=False).scene
 
     def _repr_html_(self) -> str:
         rows = [("background", brief(self.background)), ("shapes", str(len(self.shapes)))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Callable, Iterable
@@ -155,6 +156,20 @@ class Light:
         if self.luminance_cd_per_m2 is not None:
             return f"{self.luminance_cd_per_m2:g} cd/m²"
         return f"{self.illuminance_lux:g} lx"
+
+    @property
+    def total_w_per_m2(self) -> float:
+        """Its level as irradiance over the whole spectrum.
+
+        >>> round(Light(line_nm=555.0, illuminance_lux=683.0).total_w_per_m2, 3)
+        1.0
+        """
+        return _level_per_power(self) / _level_per_power(self.of_one_watt)
+
+    @property
+    def of_one_watt(self) -> Light:
+        """The same spectrum with a level of 1 W/m²."""
+        return dataclasses.replace(self, illuminance_lux=None, luminance_cd_per_m2=None, irradiance_w_per_m2=1.0)
 
     @property
     def is_one_line(self) -> bool:

@@ -18,9 +18,27 @@ SHAPES = [
     {"kind": "disc", "centre": (9.0, 3.0), "radius": 2.5},
     {"kind": "polygon", "points": [(-9.3, -12.1), (14.2, -7.7), (14.0, -14.0)]},
 ]
-LEVELS = np.array([0.5, 1.0, 0.25, 0.7, 0.1, 0.3])  # of the shapes, and of the background
-PIECES = picture.pieces(SHAPES)
-JUMPS = np.array([[LEVELS[p.left] - LEVELS[p.right]] for p in PIECES])
+CURVED = [
+    {"kind": "ellipse", "centre": (1.0, -2.0), "radii": (11.0, 5.0), "rotate_deg": 30.0},
+    {"kind": "ring", "centre": (4.0, 3.0), "radius": 7.0, "inner": 4.0},
+    {"kind": "sector", "centre": (-2.0, 0.0), "radius": 8.0, "inner": 2.0, "from_deg": 150.0, "turn_deg": 250.0},
+    {"kind": "capsule", "points": [(-6.0, 5.0), (6.0, -4.0)], "width": 2.5},
+    {
+        "kind": "polygon",
+        "points": [(-9.0, -9.0), (9.0, -8.0), (0.0, 1.5)],
+        "holes": [[(-3.0, -7.0), (0.0, -2.0), (3.0, -6.0)]],
+    },
+    {"kind": "ellipse", "centre": (2.0, 1.0), "radii": (2.0, 6.0), "rotate_deg": 80.0},
+    {"kind": "sector", "centre": (7.0, 7.0), "radius": 5.0, "inner": 0.0, "from_deg": -160.0, "turn_deg": 90.0},
+]
+LEVELS = np.array([0.5, 1.0, 0.25, 0.7, 0.1, 0.9, 0.6, 0.3])  # of the shapes, and of the background
+
+
+def with_jumps(shapes):
+    pieces = picture.pieces(shapes)
+    return pieces, np.array([[LEVELS[p.left] - LEVELS[p.right]] for p in pieces])
+
+
 POINT, SQUARE = {"kind": "point"}, {"kind": "square", "side": 1.0}
 
 
@@ -37,13 +55,13 @@ def test_line_integrals_meet_the_reference_values():
 
 
 @pytest.mark.parametrize(
-    ("photosite", "olpf"),
+    ("photosite", "olpf", "shapes"),
     [
-        (POINT, None),
-        (SQUARE, {"split": 0.75, "split_y": 0.0, "rotate_deg": 45.0}),
-        ({"kind": "circle", "diameter": 0.9}, None),
-        ({"kind": "rounded", "width": 1.0, "height": 0.8, "radius": 0.2}, None),
-        ({"kind": "polygon", "points": [(-0.5, -0.4), (0.5, -0.3), (0.1, 0.5)]}, None),
+        (POINT, None, CURVED),
+        (SQUARE, {"split": 0.75, "split_y": 0.0, "rotate_deg": 45.0}, SHAPES),
+        ({"kind": "circle", "diameter": 0.9}, None, CURVED),
+        ({"kind": "rounded", "width": 1.0, "height": 0.8, "radius": 0.2}, None, SHAPES),
+        ({"kind": "polygon", "points": [(-0.5, -0.4), (0.5, -0.3), (0.1, 0.5)]}, None, CURVED),
     ],
     ids=["point", "plate", "circle", "rounded", "triangle"],
 )
@@ -57,16 +75,18 @@ def test_line_integrals_meet_the_reference_values():
     ],
     ids=["airy", "annular", "gaussian", "curve"],
 )
-def test_line_integrals_meet_fourier_sums(lens, photosite, olpf):
+def test_line_integrals_meet_fourier_sums(lens, photosite, olpf, shapes):
     x, y = np.arange(-4.0, 8.0, 2.0), np.arange(-3.0, 5.0, 2.0)
     points = np.stack([axis.ravel() for axis in np.meshgrid(x, y)], axis=1)
-    lines, unsure = BoundaryTruth(PIECES, [lens], JUMPS, photosite, olpf, target=1e-12).values(points)
-    sums, also = waves.WaveTruth(PIECES, [waves.Round(lens)], JUMPS, photosite, olpf).values(x, y)
+    pieces, jumps = with_jumps(shapes)
+    lines, unsure = BoundaryTruth(pieces, [lens], jumps, photosite, olpf, target=1e-12).values(points)
+    sums, also = waves.WaveTruth(pieces, [waves.Round(lens)], jumps, photosite, olpf).values(x, y)
     assert max(also, unsure.max()) < 2e-12
     assert np.abs(lines.reshape(sums.shape) - sums).max() < 2e-12
 
 
-def test_the_painters_rule_by_rays():
+@pytest.mark.parametrize("shapes", [SHAPES, CURVED], ids=["straight", "curved"])
+def test_the_painters_rule_by_rays(shapes):
     """Along every ray out of a point what is seen is asked place by place; no outline is looked at."""
     lens, point = round_lenses.Airy(3.0), np.array([3.1, 1.7])
     radius = np.linspace(0.0, 30.0, 301)
@@ -75,10 +95,11 @@ def test_the_painters_rule_by_rays():
     total = []
     for angle in 2.0 * np.pi * (np.arange(120) + 0.5) / 120:
         levels = [
-            LEVELS[picture.seen(SHAPES, point + r * np.array([math.cos(angle), math.sin(angle)]))] for r in middle
+            LEVELS[picture.seen(shapes, point + r * np.array([math.cos(angle), math.sin(angle)]))] for r in middle
         ]
         total.append(np.array(levels) @ share + LEVELS[-1] * (1.0 - share.sum()))
-    value, _ = BoundaryTruth(PIECES, [lens], JUMPS, POINT, None, target=1e-9).values(point[None])
+    pieces, jumps = with_jumps(shapes)
+    value, _ = BoundaryTruth(pieces, [lens], jumps, POINT, None, target=1e-9).values(point[None])
     assert LEVELS[-1] + value[0] == pytest.approx(np.mean(total), abs=2e-3)
 
 
@@ -108,7 +129,7 @@ def test_outlines_that_touch_leave_the_areas_that_are_seen(shapes):
             signed = 0.5 * (x0 + x1) * (y1 - y0)
         else:
             a = np.linspace(piece.first, piece.last, 2001)
-            x, y = (c + piece.radius * f(a) for c, f in zip(piece.centre, (np.cos, np.sin), strict=True))
+            x, y = (c + u * np.cos(a) + v * np.sin(a) for c, u, v in zip(piece.centre, piece.u, piece.v, strict=True))
             signed = np.trapezoid(x, y)
         for shape, sign in ((piece.left, 1.0), (piece.right, -1.0)):
             if shape >= 0:

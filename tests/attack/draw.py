@@ -40,6 +40,9 @@ def draw(seed, number):
     system["background"] = _surface(rng, spectral)
     far = lens["kind"] in ("airy", "annular", "gaussian")
     system["shapes"] = _scene(rng, rows, cols, spectral, far)
+    if number % 4 == 3:
+        own = np.random.default_rng([seed, number, 2])
+        system["shapes"] = _with_curves(own, system["shapes"], max(rows, cols, 4), spectral)
     return system
 
 
@@ -172,7 +175,7 @@ def _surface(rng, spectral):
     if spectral and rng.random() < 0.7:
         nm = [400.0, *np.sort(rng.uniform(500.0, 600.0, 2)).tolist(), 700.0]
         return {"wavelength_nm": nm, "values": rng.random(4).tolist()}
-    return float(rng.choice([0.0, 1.0, 0.18, rng.random(), rng.random(), 3.0], p=[0.2, 0.25, 0.15, 0.2, 0.15, 0.05]))
+    return float(rng.choice([0.0, 1.0, 0.18, rng.random(), rng.random(), 0.02], p=[0.2, 0.25, 0.15, 0.2, 0.15, 0.05]))
 
 
 def _scene(rng, rows, cols, spectral, far):
@@ -182,11 +185,24 @@ def _scene(rng, rows, cols, spectral, far):
     shapes = []
     for kind in rng.choice(kinds, 1 + int(rng.random() < 0.25), p=weights / weights.sum()):
         shapes += _SCENES[str(kind)](rng, size)
-    for shape in shapes:
-        shape["reflectance"] = _surface(rng, spectral)
+    _painted(rng, shapes, spectral)
     if rng.random() < 0.1 and len(shapes) > 1:
         shapes[-1]["reflectance"] = shapes[0]["reflectance"]  # neighbours of one colour
     return shapes
+
+
+def _painted(rng, shapes, spectral):
+    for shape in shapes:
+        shape["reflectance"] = _surface(rng, spectral)
+
+
+def _with_curves(rng, shapes, size, spectral):
+    """One to three shapes of arcs, or with holes, over the others, under them or in their place."""
+    curved = [_CURVED[rng.integers(len(_CURVED))](rng, size) for _ in range(rng.integers(1, 4))]
+    _painted(rng, curved, spectral)
+    if (place := rng.random()) < 0.4:
+        return curved
+    return curved + shapes if place < 0.6 else shapes + curved
 
 
 OUTLINES = (
@@ -344,6 +360,62 @@ def _giants(rng, size):
     return [{"kind": "polygon", "points": [p.tolist() for p in points]}]
 
 
+def _somewhere(rng, size):
+    """A place, at times the centre or a corner of a photosite."""
+    place = rng.uniform(-0.5, 0.5, 2) * size
+    return (np.round(2.0 * place) / 2.0 if rng.random() < 0.4 else place).tolist()
+
+
+def _extent(rng, size, most=0.3):
+    """A length from a thirtieth of the frame, at times in half pitches."""
+    length = size * 10.0 ** rng.uniform(-1.5, most)
+    return float(max(round(2.0 * length), 1) / 2.0 if rng.random() < 0.4 else length)
+
+
+def _ellipse(rng, size):
+    radius = _extent(rng, size)
+    other = radius * float(rng.choice([1.0, 0.5, 10.0 ** rng.uniform(-2.0, 0.0)]))
+    return {"kind": "ellipse", "centre": _somewhere(rng, size), "radii": [radius, other], "rotate_deg": _angle(rng)}
+
+
+def _ring(rng, size):
+    radius = _extent(rng, size)
+    inner = radius * float(rng.choice([0.5, 0.9, rng.uniform(0.01, 0.999)]))
+    return {"kind": "ring", "centre": _somewhere(rng, size), "radius": radius, "inner": inner}
+
+
+def _sector(rng, size):
+    radius = _extent(rng, size)
+    return {
+        "kind": "sector",
+        "centre": _somewhere(rng, size),
+        "radius": radius,
+        "inner": radius * float(rng.choice([0.0, 0.0, 0.5, rng.uniform(0.0, 0.99)])),
+        "from_deg": _angle(rng) + float(rng.choice([0.0, 90.0, -180.0])),
+        "turn_deg": float(rng.choice([90.0, 180.0, 270.0, rng.uniform(0.1, 359.9)])),
+    }
+
+
+def _capsule(rng, size):
+    a, b = np.array(_somewhere(rng, size)), np.array(_somewhere(rng, size))
+    if np.hypot(*(b - a)) < 1e-3:
+        b[0] += 0.5 * size
+    return {"kind": "capsule", "points": [a.tolist(), b.tolist()], "width": _extent(rng, size, -0.5)}
+
+
+def _holed(rng, size):
+    """A polygon with a hole or two of its own outline, smaller."""
+    outline = OUTLINES[rng.integers(2)]
+    shape = _placed(rng, outline, _extent(rng, size))
+    points = np.array(shape["points"])
+    middle = points.mean(axis=0)
+    holes = [(0.6, 0.0)] if rng.random() < 0.6 else [(0.3, -0.25), (0.3, 0.25)]
+    along = points[1] - points[0]
+    shape["holes"] = [(middle + share * (points - middle) + to * along).tolist() for share, to in holes]
+    return shape
+
+
+_CURVED = (_ellipse, _ring, _sector, _capsule, _holed)
 _SCENES = {
     "polygons": _polygons,
     "aligned": _aligned,

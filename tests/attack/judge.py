@@ -104,6 +104,9 @@ def _at_most(seconds):
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
+    except SystemError as error:
+        # Compiled code that was interrupted while it called Python says so in this way.
+        raise Patience from error
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, before)

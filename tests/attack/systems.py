@@ -24,6 +24,23 @@ def _shape(shape, p):
     own = {"reflectance": _surface(shape["reflectance"])}
     if shape["kind"] == "disc":
         return camsim.Disc(radius_um=shape["radius"] * p, centre_um=_times(shape["centre"], p), **own)
+    if shape["kind"] == "ellipse":
+        return camsim.Ellipse(
+            radius_x_um=shape["radii"][0] * p,
+            radius_y_um=shape["radii"][1] * p,
+            centre_um=_times(shape["centre"], p),
+            rotate_deg=shape["rotate_deg"],
+            **own,
+        )
+    if shape["kind"] in ("ring", "sector"):
+        own |= {"radius_um": shape["radius"] * p, "centre_um": _times(shape["centre"], p)}
+        own["inner_radius_um"] = shape["inner"] * p
+        if shape["kind"] == "ring":
+            return camsim.Ring(**own)
+        return camsim.Sector(from_deg=shape["from_deg"], turn_deg=shape["turn_deg"], **own)
+    if shape["kind"] == "capsule":
+        a, b = (_times(point, p) for point in shape["points"])
+        return camsim.Line(segments_um=[("move", *a), ("line", *b)], width_um=shape["width"] * p, cap="round", **own)
     if shape["kind"] == "rectangle":
         return camsim.Rectangle(
             width_um=shape["width"] * p,
@@ -32,7 +49,8 @@ def _shape(shape, p):
             rotate_deg=shape["rotate_deg"],
             **own,
         )
-    return camsim.Polygon(points_um=tuple(_times(point, p) for point in shape["points"]), **own)
+    holes = tuple(tuple(_times(point, p) for point in hole) for hole in shape.get("holes", ()))
+    return camsim.Polygon(points_um=tuple(_times(point, p) for point in shape["points"]), holes_um=holes, **own)
 
 
 def _times(values, p):

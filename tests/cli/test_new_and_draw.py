@@ -100,6 +100,12 @@ def test_a_scene_on_the_terminal() -> None:
     assert bar == pytest.approx(len(picture[0]) / 4, abs=1.0)
 
 
+def test_what_is_drawn_can_be_changed() -> None:
+    code, said, _ = run("validate", "slanted-edge", "--draw", "-", "--set", "region.rows=40", "--set", "region.cols=80")
+    assert code == 0
+    assert "rows 980 to 1019, cols 1464 to 1543 of 2000" in said
+
+
 @pytest.mark.parametrize("name", ["slanted-edge", "colorchecker"])
 def test_drawings_are_files(name: str) -> None:
     code, said, _ = run("validate", name, "--draw", "a.svg")
@@ -113,6 +119,8 @@ def test_drawings_are_files(name: str) -> None:
         (("slanted-edge", "--draw", "a.jpg"), "cannot write 'a.jpg': a plot is one of .png, .svg, .pdf"),
         (("slanted-edge", "flat-field", "--draw", "-"), "--draw: draws one scene, and 2 files are given"),
         (("d40-like", "--draw", "-"), "--draw: 'd40-like' is a sensor; give a scene, such as one that uses it"),
+        (("slanted-edge", "--set", "exposure.iso=800"), "--set: changes what is drawn, and nothing is; give --draw"),
+        (("slanted-edge", "--draw", "-", "--set", "region.rows=-4"), "--set region.rows: must be"),
         (("d40", "--draw", "-"), "unknown sensor or scene 'd40'; did you mean 'd40-like'?"),
     ],
 )

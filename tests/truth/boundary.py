@@ -50,7 +50,7 @@ class BoundaryTruth:
     def cost(self):
         """Integrands evaluated for one photosite, about."""
         length = sum(
-            math.dist(p.start, p.end) if p.centre is None else p.radius * (p.last - p.first) for p in self.pieces
+            math.dist(p.start, p.end) if p.centre is None else p.largest * (p.last - p.first) for p in self.pieces
         )
         length = min(length, 4.0 * self.resolved * len(self.pieces))
         along = NODES * (length / (3.0 * self.length) + 4.0 * len(self.pieces))
@@ -67,7 +67,7 @@ class BoundaryTruth:
         if not self.pieces:
             return np.zeros(len(points))
         reach = photosites.reach(self.photosite) + float(np.hypot(*photosites.spots(self.olpf).T).max())
-        farthest = max(_distances(points, piece)[1].max() for piece in self.pieces) + 2.0 * reach
+        farthest = max(_farthest(points, piece).max() for piece in self.pieces) + 2.0 * reach
         last = min(farthest, resolved + (panel + 2.0) * self.length + 2.0 * reach) * 1.001 + self.length
         fields, potentials = self._tables(last, cells)
         c1 = self.rows @ np.array([lens.powers[0] for lens in self.lenses])
@@ -88,7 +88,7 @@ class BoundaryTruth:
         for piece, kind in zip(self.pieces, self.kind_of, strict=True):
             straight, begin, stop, height = _frame(points, piece)
             total += _integrals(
-                points, straight, piece.radius, np.array(piece.centre or (0.0, 0.0)), begin, stop, height,
+                points, straight, np.array([piece.centre or (0.0, 0.0), piece.u, piece.v]), begin, stop, height,
                 _direction(piece), panel * self.length, resolved, reach, border, normal, inner, share,
                 fields[kind], potentials[kind], self.length / cells, whole[kind], c1[kind], c3[kind], x, w,
             )  # fmt: skip
@@ -171,14 +171,12 @@ def _frame(points, piece):
     return True, along.astype(float), (along + length).astype(float), height.astype(float)
 
 
-def _distances(points, piece):
-    """Smallest and largest distance of every point from a piece; of an arc, of its whole circle."""
+def _farthest(points, piece):
+    """No less than the largest distance of every point from a piece."""
     if piece.centre is not None:
-        d = np.hypot(*(points - np.array(piece.centre)).T)
-        return np.abs(d - piece.radius), d + piece.radius
+        return np.hypot(*(points - np.array(piece.centre)).T) + piece.largest
     _, begin, stop, height = _frame(points, piece)
-    least = np.maximum(np.maximum(begin, -stop), 0.0)
-    return np.hypot(least, height), np.hypot(np.maximum(np.abs(begin), np.abs(stop)), height)
+    return np.hypot(np.maximum(np.abs(begin), np.abs(stop)), height)
 
 
 @nb.njit(cache=True)
@@ -194,11 +192,13 @@ def _polynomial(cells, u):
 
 @nb.njit(cache=True)
 def _integrals(
-    points, straight, radius, centre, begin, stop, height, direction, panel, resolved, reach, border, normal,
+    points, straight, arc, begin, stop, height, direction, panel, resolved, reach, border, normal,
     inner, share, field, potential, step, whole, c1, c3, gauss_x, gauss_w,
 ):  # fmt: skip
     """One piece, every photosite."""
     out = np.zeros(len(points))
+    cx, cy, ux, uy, vx, vy = arc[0, 0], arc[0, 1], arc[1, 0], arc[1, 1], arc[2, 0], arc[2, 1]
+    longer = max(math.hypot(ux, uy), math.hypot(vx, vy))
     for p in range(len(points)):
         s, last, h = begin[p], stop[p], height[p]
         total = 0.0
@@ -207,14 +207,13 @@ def _integrals(
             if straight:
                 away = math.hypot(s, h)
             else:
-                away = math.hypot(
-                    centre[0] + radius * math.cos(s) - points[p, 0], centre[1] + radius * math.sin(s) - points[p, 1]
-                )
+                cos, sin = math.cos(s), math.sin(s)
+                away = math.hypot(cx + ux * cos + vx * sin - points[p, 0], cy + uy * cos + vy * sin - points[p, 1])
             away = max(away - reach, 0.0)
             near = away < resolved
             length = panel if near else 0.5 * away
             if not straight:
-                length = min(length, 0.25 * radius) / radius
+                length = min(length, 0.25 * longer) / longer
             rest = last - s
             length = rest if rest < 1.0000001 * length else min(length, rest)
             part = 0.0
@@ -225,9 +224,11 @@ def _integrals(
                     dx, dy = at * direction[0] + h * nx, at * direction[1] + h * ny
                     weight = 0.5 * length * gauss_w[q]
                 else:
-                    nx, ny = math.cos(at), math.sin(at)
-                    dx, dy = centre[0] + radius * nx - points[p, 0], centre[1] + radius * ny - points[p, 1]
-                    weight = 0.5 * length * gauss_w[q] * radius
+                    # n ds is the step along the arc turned by a quarter: to its right.
+                    cos, sin = math.cos(at), math.sin(at)
+                    nx, ny = vy * cos - uy * sin, ux * sin - vx * cos
+                    dx, dy = cx + ux * cos + vx * sin - points[p, 0], cy + uy * cos + vy * sin - points[p, 1]
+                    weight = 0.5 * length * gauss_w[q]
                 value = 0.0
                 if near and len(border):
                     for k in range(len(border)):

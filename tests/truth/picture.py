@@ -1,8 +1,8 @@
 """What is seen of shapes in painter's order: outlines cut where they meet, and a winding test on both sides of a piece.
 
-No polygon is ever clipped or joined. Every outline (polygon or circle) is cut where any other meets it; what lies just
-to the left and right of each piece is the last shape that winds round that point. Outlines that run along each other
-make one piece.
+No polygon is ever clipped or joined. Every outline (sides, and arcs of circles and ellipses) is cut where any other
+meets it; what lies just to the left and right of each piece is the last shape that covers that point, by the shape's
+own definition. Outlines that run along each other make one piece.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ SAME = 4e-13  # of the coordinates: places this near each other are one
 
 @dataclass(frozen=True)
 class Piece:
-    """A straight piece from ``start`` to ``end``, or an arc about ``centre`` from angle ``first`` to ``last``.
+    """A straight piece from ``start`` to ``end``, or an arc centre + u·cos a + v·sin a from ``first`` up to ``last``.
 
     left  : index of the shape that lies where cross(direction, x − start) is above 0, −1: background
     right : the same on the other side
@@ -29,9 +29,15 @@ class Piece:
     left: int
     right: int
     centre: tuple[float, float] | None = None
-    radius: float = 0.0
+    u: tuple[float, float] = (0.0, 0.0)
+    v: tuple[float, float] = (0.0, 0.0)
     first: float = 0.0
     last: float = 0.0
+
+    @property
+    def largest(self):
+        """Longest half axis of an arc."""
+        return max(math.hypot(*self.u), math.hypot(*self.v))
 
 
 class Segment:
@@ -57,40 +63,110 @@ class Segment:
         return Piece(tuple(self.at(t)), tuple(self.at(u)), left, right)
 
 
-class Circle:
-    """A whole circle, from angle 0 to 2π; inside is to its left."""
+class Arc:
+    """centre + u·cos a + v·sin a, from angle ``first`` up to ``last``; v at right angles to u, to its left."""
 
-    def __init__(self, centre, radius):
-        self.centre, self.radius = np.array(centre, float), float(radius)
-        self.length = 2.0 * math.pi * self.radius
+    def __init__(self, centre, u, v, first=0.0, last=2.0 * math.pi):
+        self.centre, self.u, self.v = (np.array(p, float) for p in (centre, u, v))
+        self.first, self.turn = first, last - first
+        self.whole = abs(self.turn - 2.0 * math.pi) < 1e-12
+        self.axes = np.array([np.hypot(*self.u), np.hypot(*self.v)])
+        self.length = self.turn * float(self.axes.max())
+        self.round = abs(self.axes[0] - self.axes[1]) <= 1e-15 * self.axes[0]
 
     def at(self, t):
-        a = 2.0 * math.pi * t
-        return self.centre + self.radius * np.array([math.cos(a), math.sin(a)])
+        a = self.first + self.turn * t
+        return self.centre + self.u * math.cos(a) + self.v * math.sin(a)
 
-    def distance(self, point):
-        return abs(float(np.hypot(*(point - self.centre))) - self.radius)
-
-    def normal(self, t):
-        a = 2.0 * math.pi * t
-        return -np.array([math.cos(a), math.sin(a)])
+    def own(self, point):
+        """The point in the frame in which the whole outline is the unit circle."""
+        d = np.asarray(point, float) - self.centre
+        return np.array([np.dot(d, self.u), np.dot(d, self.v)]) / self.axes**2
 
     def parameter(self, point):
-        d = point - self.centre
-        return (math.atan2(d[1], d[0]) / (2.0 * math.pi)) % 1.0
+        """Where on the outline the direction of a point lies; above 1: not on it, or just before its beginning."""
+        x, y = self.own(point)
+        t = ((math.atan2(y, x) - self.first) % (2.0 * math.pi)) / self.turn
+        return t - 2.0 * math.pi / self.turn if (t - 1.0) * self.turn > math.pi else t
+
+    def distance(self, point):
+        """To the nearest place of it."""
+        near = [self.parameter(point)] if self.round else self._feet(point)
+        inside = [min(max(t, 0.0), 1.0) for t in (*near, 0.0, 1.0)]
+        return min(float(np.hypot(*(self.at(t) - point))) for t in inside)
+
+    def _feet(self, point):
+        """Parameters at which the outline runs across the direction to a point: roots of a quartic in exp(ia)."""
+        d, (a, b) = np.asarray(point, float) - self.centre, self.axes
+        x, y = np.dot(d, self.u) / a, np.dot(d, self.v) / b
+        # (b² − a²)·sin a·cos a + a·x·sin a − b·y·cos a = 0
+        p, q = 0.25j * (a * a - b * b), 0.5 * (-1j * a * x - b * y)
+        for z in np.roots([p, q, 0.0, np.conj(q), np.conj(p)]):
+            yield ((float(np.angle(z)) - self.first) % (2.0 * math.pi)) / self.turn
+
+    def normal(self, t):
+        """To the left of the direction, in the sense of the cross product."""
+        a = self.first + self.turn * t
+        d = self.v * math.cos(a) - self.u * math.sin(a)
+        return np.array([-d[1], d[0]]) / np.hypot(*d)
 
     def piece(self, t, u, left, right):
-        first, last = 2.0 * math.pi * t, 2.0 * math.pi * u
-        return Piece(tuple(self.at(t)), tuple(self.at(u)), left, right, tuple(self.centre), self.radius, first, last)
+        first, last = self.first + self.turn * t, self.first + self.turn * u
+        own = (tuple(float(v) for v in p) for p in (self.centre, self.u, self.v))
+        return Piece(tuple(self.at(t)), tuple(self.at(u)), left, right, *own, first, last)
+
+
+def circle(centre, radius, first=0.0, last=2.0 * math.pi):
+    return Arc(centre, (radius, 0.0), (0.0, radius), first, last)
 
 
 def outline(shape):
-    """Sides of a shape of a specification: in either direction, as its points are given."""
-    if shape["kind"] == "disc":
-        return [Circle(shape["centre"], shape["radius"])]
-    points = corners(shape)
+    """Sides and arcs of a shape of a specification, in any order and direction."""
+    kind = shape["kind"]
+    if kind == "disc":
+        return [circle(shape["centre"], shape["radius"])]
+    if kind == "ellipse":
+        return [Arc(shape["centre"], *_axes(shape))]
+    if kind == "ring":
+        return [circle(shape["centre"], shape[which]) for which in ("radius", "inner")]
+    if kind == "sector":
+        return _sector(shape)
+    if kind == "capsule":
+        return _capsule(shape)
+    return _closed(corners(shape)) + [side for hole in shape.get("holes", ()) for side in _closed(np.array(hole))]
+
+
+def _closed(points):
     pairs = zip(points, np.roll(points, -1, axis=0), strict=True)
     return [Segment(a, b) for a, b in pairs if np.hypot(*(b - a)) > 0.0]
+
+
+def _axes(shape):
+    a = math.radians(shape["rotate_deg"])
+    return (
+        shape["radii"][0] * np.array([math.cos(a), math.sin(a)]),
+        shape["radii"][1] * np.array([-math.sin(a), math.cos(a)]),
+    )
+
+
+def _sector(shape):
+    first = math.radians(shape["from_deg"])
+    last = first + math.radians(shape["turn_deg"])
+    arcs = [circle(shape["centre"], r, first, last) for r in (shape["radius"], shape["inner"]) if r > 0.0]
+    inner = arcs[1] if len(arcs) > 1 else None
+    centre = np.array(shape["centre"], float)
+    return [*arcs, *(Segment(inner.at(t) if inner else centre, arcs[0].at(t)) for t in (0.0, 1.0))]
+
+
+def _capsule(shape):
+    """A line of one straight piece with round caps."""
+    a, b = (np.array(p, float) for p in shape["points"])
+    r, along = 0.5 * shape["width"], math.atan2(b[1] - a[1], b[0] - a[0])
+    ends = [
+        circle(b, r, along - 0.5 * math.pi, along + 0.5 * math.pi),
+        circle(a, r, along + 0.5 * math.pi, along + 1.5 * math.pi),
+    ]
+    return [*ends, Segment(ends[0].at(1.0), ends[1].at(0.0)), Segment(ends[1].at(1.0), ends[0].at(0.0))]
 
 
 def corners(shape):
@@ -104,10 +180,22 @@ def corners(shape):
 
 
 def inside(shape, point):
-    """Whether a shape winds round a point."""
-    if shape["kind"] == "disc":
-        return float(np.hypot(point[0] - shape["centre"][0], point[1] - shape["centre"][1])) < shape["radius"]
-    p = corners(shape) - point
+    """Whether a shape covers a point, by its definition."""
+    kind = shape["kind"]
+    if kind == "ellipse":
+        return float(np.hypot(*Arc(shape["centre"], *_axes(shape)).own(point))) < 1.0
+    if kind == "capsule":
+        return Segment(*shape["points"]).distance(np.asarray(point, float)) < 0.5 * shape["width"]
+    if kind in ("disc", "ring", "sector"):
+        x, y = point[0] - shape["centre"][0], point[1] - shape["centre"][1]
+        within = shape.get("inner", -1.0) < math.hypot(x, y) < shape["radius"]
+        turned = math.degrees(math.atan2(y, x)) - shape.get("from_deg", 0.0)
+        return within and turned % 360.0 < shape.get("turn_deg", 361.0)
+    return _winds(corners(shape) - point) and not any(_winds(np.array(hole) - point) for hole in shape.get("holes", ()))
+
+
+def _winds(p):
+    """Whether a closed outline (n, 2) goes round the origin."""
     q = np.roll(p, -1, axis=0)
     cross = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
     up = (p[:, 1] <= 0.0) & (q[:, 1] > 0.0) & (cross > 0.0)
@@ -140,7 +228,7 @@ def pieces(shapes):
         )
         others = [(j, sides[j][1]) for j in meets if sides[j][0] != k]
         cuts = {t for _, other in others for t in _cuts(side, other, near)}
-        if isinstance(side, Circle):
+        if isinstance(side, Arc) and side.whole:
             cuts = sorted({t % 1.0 for t in cuts} or {0.0})
             cuts.append(cuts[0] + 1.0)
         else:
@@ -167,36 +255,45 @@ def _sides(shapes, sides, own, side, begin, end, near):
             step = min(step, 0.25 * gap)
         elif j < own:
             return None
-    if isinstance(side, Circle):
-        step = min(step, 0.25 * side.radius)
+    if isinstance(side, Arc):
+        step = min(step, 0.25 * float(side.axes.min() ** 2 / side.axes.max()))
     normal = side.normal(t)
     left, right = seen(shapes, middle + step * normal), seen(shapes, middle - step * normal)
     return None if left == right else (left, right)
 
 
 def _box(side):
-    if isinstance(side, Circle):
-        return [*(side.centre - side.radius), *(side.centre + side.radius)]
+    if isinstance(side, Arc):
+        reach = np.hypot(side.u, side.v)
+        return [*(side.centre - reach), *(side.centre + reach)]
     return [*np.minimum(side.a, side.b), *np.maximum(side.a, side.b)]
 
 
 def _cuts(side, other, near):
     """Parameters on ``side`` where ``other`` meets it or ends on it."""
+    if isinstance(side, Segment) and isinstance(other, Segment):
+        yield from _segment_segment(side, other, near)
+        return
     if isinstance(side, Segment):
-        if isinstance(other, Segment):
-            yield from _segment_segment(side, other, near)
-        else:
-            yield from _segment_circle(side, other)
+        for t in _segment_arc(side, other):
+            if other.whole or -1e-12 <= other.parameter(side.at(t)) <= 1.0 + 1e-12:
+                yield t
+        ends = () if other.whole else (other.at(0.0), other.at(1.0))
+        d = side.b - side.a
+        yield from (float(np.dot(end - side.a, d)) / side.length**2 for end in ends if side.distance(end) <= near)
         return
     if isinstance(other, Segment):
-        for u in _segment_circle(other, side):
+        for u in _segment_arc(other, side):
             if -1e-15 <= u <= 1.0 + 1e-15:
                 yield side.parameter(other.at(u))
-        for end in (other.a, other.b):
-            if side.distance(end) <= near:
-                yield side.parameter(end)
+        ends = (other.a, other.b)
     else:
-        yield from _circle_circle(side, other)
+        meets = _circle_circle if side.round and other.round else _arc_arc
+        for point in meets(side, other):
+            if other.whole or -1e-12 <= other.parameter(point) <= 1.0 + 1e-12:
+                yield side.parameter(point)
+        ends = () if other.whole else (other.at(0.0), other.at(1.0))
+    yield from (side.parameter(end) for end in ends if side.distance(end) <= near)
 
 
 def _segment_segment(side, other, near):
@@ -214,22 +311,53 @@ def _segment_segment(side, other, near):
         yield float(t)
 
 
-def _segment_circle(side, circle):
-    """Parameters on a segment's line where a circle meets it."""
-    d, gap = (side.b - side.a) / side.length, side.a - circle.centre
+def _segment_arc(side, arc):
+    """Parameters on a segment's line where the whole outline of an arc meets it."""
+    if arc.round:
+        d, gap, radius, length = (side.b - side.a) / side.length, side.a - arc.centre, arc.axes[0], side.length
+    else:
+        gap, b = arc.own(side.a), arc.own(side.b)
+        length, radius = float(np.hypot(*(b - gap))), 1.0
+        d = (b - gap) / length
     foot = float(np.dot(gap, d))
     height = float(gap[0] * d[1] - gap[1] * d[0])
-    square = (circle.radius - height) * (circle.radius + height)
+    square = (radius - height) * (radius + height)
     if square >= 0.0:
-        yield from ((-foot + sign * math.sqrt(square)) / side.length for sign in (-1.0, 1.0))
+        yield from ((-foot + sign * math.sqrt(square)) / length for sign in (-1.0, 1.0))
 
 
 def _circle_circle(side, other):
-    gap = other.centre - side.centre
+    """Points where two whole circles meet."""
+    gap, radius, others = other.centre - side.centre, side.axes[0], other.axes[0]
     apart = float(np.hypot(*gap))
-    if not abs(side.radius - other.radius) < apart < side.radius + other.radius:
+    if not abs(radius - others) < apart < radius + others:
         return
-    along = (apart**2 + side.radius**2 - other.radius**2) / (2.0 * apart)
-    half = math.acos(min(max(along / side.radius, -1.0), 1.0))
+    along = (apart**2 + radius**2 - others**2) / (2.0 * apart)
+    half = math.acos(min(max(along / radius, -1.0), 1.0))
     angle = math.atan2(gap[1], gap[0])
-    yield from (((angle + sign * half) / (2.0 * math.pi)) % 1.0 for sign in (-1.0, 1.0))
+    for a in (angle - half, angle + half):
+        yield side.centre + radius * np.array([math.cos(a), math.sin(a)])
+
+
+def _arc_arc(side, other):
+    """Points where two whole ellipses meet: ``other`` lies on the unit circle of ``side``, a quartic in z = exp(ia)."""
+    c, u, v = side.own(other.centre), side.own(side.centre + other.u), side.own(side.centre + other.v)
+    # x = c + ½(u − iv)·z + ½(u + iv)/z, and x·x = 1
+    w = 0.5 * (u - 1j * v)
+    last, next_ = np.dot(w, w), 2.0 * np.dot(c, w)
+    middle = np.dot(c, c) + 2.0 * np.dot(w, w.conj()).real - 1.0
+    polynomial = np.array([last, next_, middle, np.conj(next_), np.conj(last)])
+    if np.abs(polynomial).max() <= 1e-12:
+        return  # the same ellipse twice
+    for z in np.roots(polynomial):
+        if abs(abs(z) - 1.0) > 1e-6:
+            continue
+        a = float(np.angle(z))
+        for _ in range(3):  # the roots of a polynomial are known to half the digits where two are near
+            x, dx = c + u * math.cos(a) + v * math.sin(a), v * math.cos(a) - u * math.sin(a)
+            slope = 2.0 * float(np.dot(x, dx))
+            if abs(slope) > 1e-9:
+                a -= (float(np.dot(x, x)) - 1.0) / slope
+        x = c + u * math.cos(a) + v * math.sin(a)
+        if abs(float(np.dot(x, x)) - 1.0) < 1e-12:
+            yield other.centre + other.u * math.cos(a) + other.v * math.sin(a)

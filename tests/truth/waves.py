@@ -206,7 +206,7 @@ def _kaiser_integral():
 
 def _box(piece):
     if piece.centre is not None:
-        c, r = np.array(piece.centre), piece.radius
+        c, r = np.array(piece.centre), np.hypot(piece.u, piece.v)
         return [*(c - r), *(c + r)]
     a, b = np.array(piece.start), np.array(piece.end)
     return [*np.minimum(a, b), *np.maximum(a, b)]
@@ -224,14 +224,16 @@ def _scene(own, kx, ky):
     for p in own:
         if p.centre is None:
             continue
-        length = p.radius * (p.last - p.first)
+        length = p.largest * (p.last - p.first)
         panels = max(4, math.ceil(length * highest / 4.0))
         x, w = np.polynomial.legendre.leggauss(24)
         step = (p.last - p.first) / panels
         angle = (p.first + step * (np.arange(panels)[:, None] + 0.5 * (1.0 + x))).ravel()
-        share = np.tile(0.5 * step * w, panels) * p.radius
-        nx, ny = np.cos(angle), np.sin(angle)
-        px, py = p.centre[0] + p.radius * nx, p.centre[1] + p.radius * ny
+        share = np.tile(0.5 * step * w, panels)
+        cos, sin = np.cos(angle), np.sin(angle)
+        # n ds is the step along the arc turned by a quarter: to its right.
+        nx, ny = p.v[1] * cos - p.u[1] * sin, p.u[0] * sin - p.v[0] * cos
+        px, py = p.centre[0] + p.u[0] * cos + p.v[0] * sin, p.centre[1] + p.u[1] * cos + p.v[1] * sin
         at_zero += 0.5 * float(np.sum(share * (px * nx + py * ny)))
         down, across = np.exp(-2j * np.pi * np.outer(ky, py)), np.exp(-2j * np.pi * np.outer(px, kx))
         # ∫ exp(−2πi k·y) dA = ∮ i/(2π|k|²) (k·n) exp(−2πi k·y) ds

@@ -51,7 +51,7 @@ photosite = camsim.SquarePhotosite.from_fill_factor(pitch_um=4.0, fill_factor=0.
 triangle = camsim.Polygon(points_um=np.array([[0, 0], [9, 0], [0, 9]]), reflectance=camsim.reflectance("orange"))
 disc = camsim.Disc(radius_um=3, centre_um=[1, 2], reflectance=0.1)
 scene = camsim.Scene(background=0.5, shapes=[triangle, disc, camsim.Rectangle(width_um=1, height_um=2, reflectance=0)])
-shipped = camsim.Scene.from_yaml("slanted-edge", overrides=["scene.background.reflectance=0.4"])
+shipped = camsim.Scene.from_yaml("slanted-edge", overrides=["scene.background.reflectance=0.4"], sensors=["sensors"])
 light = camsim.Light("D55", illuminance_lux=5000)
 table = camsim.Light(camsim.Curve(A, A), irradiance_w_per_m2=0.5, at="sensor")
 exposure = camsim.Exposure(time_s="auto", iso=100)

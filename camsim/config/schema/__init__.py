@@ -65,6 +65,7 @@ from camsim.config.schema.shapes import (
     Star,
     Text,
 )
+from camsim.config.schema.study import StudyFile, Values
 from camsim.marks import Called
 
 __all__ = [
@@ -126,10 +127,12 @@ __all__ = [
     "Shape",
     "SquarePhotosite",
     "Star",
+    "StudyFile",
     "Svg",
     "Table",
     "Tabulated",
     "Text",
     "TwoSpotOlpf",
+    "Values",
     "WavefrontLens",
 ]

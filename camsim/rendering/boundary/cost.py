@@ -16,7 +16,7 @@ from camsim.arrays import F64
 from camsim.rendering.boundary.focus import ZONE, touching
 from camsim.rendering.boundary.image import directions, largest_tile
 from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
-from camsim.rendering.edges import Edges
+from camsim.rendering.edges import Edges, shares_within
 from camsim.rendering.engine import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
@@ -71,11 +71,7 @@ def _inside_length(edges: Edges, grid: Grid, margin: float) -> F64:
     """Return the length of each edge within the grid, widened by ``margin``, pitches."""
     low = np.array(grid.first_centre) - margin
     high = low + np.array([grid.cols - 1 + 2 * margin, grid.rows - 1 + 2 * margin])
-    start, along = edges.start, edges.end - edges.start
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        a, b = (low - start) / along, (high - start) / along
-    enters = np.where(np.isnan(a), 0.0, np.minimum(a, b)).max(axis=1, initial=0.0)
-    leaves = np.where(np.isnan(a), 1.0, np.maximum(a, b)).min(axis=1, initial=1.0)
+    enters, leaves = shares_within(edges.start, edges.end, low, high)
     length: F64 = np.maximum(leaves - enters, 0.0) * edges.length
     return length
 
