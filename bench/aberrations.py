@@ -61,7 +61,9 @@ def random_case(seed: int) -> tuple[Any, ...]:
     stages: list[Any] = [lens, camsim.SquarePhotosite(side_um=float(rng.choice([0.0, 0.7, 1.0])) * pitch_um)]
     if rng.random() < 0.3:
         stages.append(camsim.FourSpotOlpf(split_um=0.7 * pitch_um))
-    shapes = [camsim.Polygon(points_um=polygon(rng, size) * pitch_um, reflectance=float(rng.random())) for _ in range(2)]
+    shapes = [
+        camsim.Polygon(points_um=polygon(rng, size) * pitch_um, reflectance=float(rng.random())) for _ in range(2)
+    ]
     scene = camsim.Scene(background=1.0, shapes=shapes)
     grid = camsim.Grid(rows=size, cols=size, pitch_um=pitch_um)
 
@@ -89,7 +91,9 @@ def random(count: int) -> None:
             print(f"{seed:3d} {name}: {refused}", flush=True)
             continue
         worst.append(error)
-        print(f"{seed:3d} {name}: error {error:.2f} of the tolerance, check {estimate:.2f}, {seconds:.2f} s", flush=True)
+        print(
+            f"{seed:3d} {name}: error {error:.2f} of the tolerance, check {estimate:.2f}, {seconds:.2f} s", flush=True
+        )
     print(f"{len(worst)} cases, at most {max(worst):.2f} of the tolerance, median {np.median(worst):.2f}")
 
 
@@ -148,14 +152,14 @@ def speed() -> None:
             )
             seconds.append(taken)
         print(
-            f"D55, Bayer, OLPF, whole captures, {tolerance:g}: perfect {seconds[0]:.3f} s, aberrated {seconds[1]:.3f} s, "
-            f"{seconds[1] / seconds[0]:.1f} times",
+            f"D55, Bayer, OLPF, whole captures, {tolerance:g}: perfect {seconds[0]:.3f} s, "
+            f"aberrated {seconds[1]:.3f} s, {seconds[1] / seconds[0]:.1f} times",
             flush=True,
         )
     print(f"peak of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB")
 
 
-def auto_cases() -> Iterator[tuple[str, Any, list[Any], camsim.Grid, float]]:
+def auto_cases() -> Iterator[tuple[str, Any, list[Any], Any, float]]:
     """Yield 20 scenes of several kinds."""
     rng = np.random.default_rng(20)
     for number in range(20):
@@ -175,7 +179,13 @@ def auto_cases() -> Iterator[tuple[str, Any, list[Any], camsim.Grid, float]]:
         lens = Wavefront(f_number=f_number, zernike_waves={4: float(rng.normal(0, 0.2)), 7: 0.1, 12: 0.05})
         name = f"{number:2d} {type(shapes[0]).__name__} {len(shapes)} f/{f_number:g} {size} px {tolerance:g}"
         grid = camsim.Grid(rows=size, cols=size, pitch_um=PITCH_UM)
-        yield name, camsim.Scene(background=1.0, shapes=shapes), [lens, camsim.SquarePhotosite(side_um=4.5)], grid, tolerance
+        yield (
+            name,
+            camsim.Scene(background=1.0, shapes=shapes),
+            [lens, camsim.SquarePhotosite(side_um=4.5)],
+            grid,
+            tolerance,
+        )
 
 
 def auto() -> None:
@@ -223,7 +233,9 @@ def _large(name: str) -> str:
         frame = camera.expose(scene, light=light, exposure=exposure, tolerance=1e-5)
         found = f"{frame.mosaic.shape} by {frame.report.rendering}" if hasattr(frame.report, "rendering") else ""
     elif name == "knife edge":
-        scene = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=[(0, -1e6), (1e6, -1e6), (9e5, 1e6), (8, 1e6)])])
+        scene = camsim.Scene(
+            background=1.0, shapes=[camsim.Polygon(points_um=[(0, -1e6), (1e6, -1e6), (9e5, 1e6), (8, 1e6)])]
+        )
         found = repr(camsim.render(scene, stages, grid, wavelength_nm=NM, tolerance=1e-5))
     else:
         shape, f_number, tolerance = name.split()
@@ -238,7 +250,14 @@ def _large(name: str) -> str:
 
 def large() -> None:
     """Print what large frames, long edges and other pupils take, each in a process of its own."""
-    for name in ("knife edge", "100 squares", "bladed 16 1e-4", "square 5.6 1e-4", "bladed 2.8 1e-4", "square 2.8 1e-6"):
+    for name in (
+        "knife edge",
+        "100 squares",
+        "bladed 16 1e-4",
+        "square 5.6 1e-4",
+        "bladed 2.8 1e-4",
+        "square 2.8 1e-6",
+    ):
         with multiprocessing.get_context("spawn").Pool(1) as pool:
             print(pool.apply(_large, (name,)), flush=True)
 

@@ -1,15 +1,15 @@
 """A lens with aberrations as a round lens, moved, and what it has besides: a pattern of no light in all, and short.
 
 A pattern's tail comes from the pupil's rim. Where that is a circle, so is the tail, moved by the wavefront's slope
-there. With f in units of 1/λN the transfer along u begins 1 − (4/π)·f·⟨exp(4πi·f·s)⟩, s the slope ∂W/∂u on the rim in
-waves per radius and ⟨⟩ its mean, weighed by |normal·u|; terms that are even and smooth in f leave nothing far away. So,
-x λN from a straight edge, an aberrated pattern shows (2/π³)·⟨1/(x − 2s)⟩ where a round one shows (2/π³)/x: rays from the
-rim, each where its slope sends it. With the mean slope taken as a move of 2·⟨s⟩·λN, what is left falls as
+there. With f in 1/λN the transfer along u begins 1 − (4/π)·f·⟨exp(4πi·f·s)⟩, s the slope ∂W/∂u on the rim in waves per
+radius and ⟨⟩ its mean, weighed by |normal·u|; terms that are even and smooth in f leave nothing far away. So, x λN
+from a straight edge, an aberrated pattern shows (2/π³)·⟨1/(x − 2s)⟩ where a round one shows (2/π³)/x: rays of the rim,
+each where its slope sends it. With the mean slope taken as a move of 2·⟨s⟩·λN, what is left falls as
 
     (4/π³)·⟨s⟩/x² + (8/π³)·⟨s²⟩/x³ + …        (s about the move)
 
-where the first term is what no move can take: three-leaved and higher odd aberrations. The rings differ in phase, and in
-size by slopes over x. Nearer than the rays of all of the pupil go, 2·max|s|, all may differ.
+where the first term is what no move can take: three-leaved and higher odd aberrations. The rings differ in phase, and
+in size by slopes over x. Nearer than the rays of all of the pupil go, 2·max|s|, all may differ.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Core(RoundLens, Round, Protocol):
 
 
 class Split(NamedTuple):
-    """A lens as two: ``core`` with its pattern moved by ``moved_um`` (x, y), and ``rest``, None where that is nothing."""
+    """A lens as two: ``core`` with its pattern moved by ``moved_um`` (x, y), and ``rest``, None where there is none."""
 
     core: Core
     moved_um: tuple[float, float]
@@ -105,7 +105,8 @@ def rim_of(lens: Bent, obstruction: float, wavelength_nm: float) -> Rim:
     move: F64 = 2.0 * np.einsum("d,da->a", mean, direction) / DIRECTIONS
     about = slope - move[:, None]
     everywhere = np.stack([slopes(float(radius)) for radius in np.linspace(obstruction, 1.0, INSIDE)])
-    odd = [lens.waves(*(radius * normal), wavelength_nm) - radius * np.einsum("a,ap->p", move, normal) for radius in rims]
+    plane = np.einsum("a,ap->p", move, normal)
+    odd = [lens.waves(radius * normal[0], radius * normal[1], wavelength_nm) - radius * plane for radius in rims]
     return Rim(
         move=move,
         slope=np.einsum("da,ap->dp", direction, about),

@@ -18,6 +18,7 @@ from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.boundary.settings import check_tolerance
 from camsim.rendering.budget import CLOSED_PART
 from camsim.rendering.engine import Cost, Decision, Marks, Progress, one_by_one
+from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
@@ -105,11 +106,11 @@ class AberratedPlan:
                 f"{self.short.settings.reach:.3g} pitches",
                 reason="far away the pattern of a round pupil is that of its rim, whatever the wavefront",
             )
-            windows, lines = len(self.short.windows), len(self.short.lines[1])
+            lines, windows, side = len(self.short.lines[1]), len(self.short.windows), self.short.settings.side
             yield Decision(
                 topic="difference",
-                decision=f"{lines} lines looked up, {windows} windows of {self.short.settings.side} photosites transformed",
-                reason="a photosite that sees an end, or a short edge, takes a transform; any other near a line a look-up",
+                decision=f"{lines} directions of lines, {windows} windows of {side} photosites along a side",
+                reason="photosites that see an end, or a short edge, take a transform; others near a line a look-up",
             )
         yield from self.closed.decisions()
 
@@ -155,21 +156,21 @@ class Aberrated:
             raise UnsupportedError(job.unknown)
         check_tolerance(job.tolerance, job.split.core.pattern(), CLOSED_PART)
         closed, rest_job = Boundary().plan(job.round_part()), job.difference_part()
-        if rest_job is None or not len(rest_job.edges):
+        rest = job.split.rest
+        if rest is None or rest_job is None or not len(rest_job.edges):
             return AberratedPlan(job=job, closed=closed, short=None)
-        return AberratedPlan(job=job, closed=closed, short=_short(rest_job, job.split.rest, job))
+        return AberratedPlan(job=job, closed=closed, short=_short(rest_job, rest, job.footprint))
 
 
-def _short(job: Job, rest: Difference, whole: Job) -> ShortImage:
+def _short(job: Job, rest: Difference, footprint: Footprint) -> ShortImage:
     """Return the difference's image with the windows that take least."""
-    assert whole.footprint is not None
     best: tuple[float, ShortImage] | None = None
     nodes = None
     for times in SIDES:
-        settings = settings_of(job, rest, whole.footprint.extent, times)
+        settings = settings_of(job, rest, footprint.extent, times)
         if nodes is None:
             nodes = job.nodes(phase=_phase(job, settings.reach))
-        image = ShortImage(job=job, rest=rest, footprint=whole.footprint, nodes=nodes, settings=settings)
+        image = ShortImage(job=job, rest=rest, nodes=nodes, settings=settings)
         seconds = short_cost(short_counts(image)).seconds
         if best is None or seconds < best[0]:
             best = seconds, image

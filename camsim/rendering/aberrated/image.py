@@ -16,7 +16,6 @@ from camsim.rendering.aberrated.pattern import ShortPattern
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.aberrated.windows import Window, windows
 from camsim.rendering.engine import Progress
-from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import inverse
 from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
 from camsim.rendering.fourier.regions import Regions, clamped
@@ -32,7 +31,6 @@ class ShortImage:
 
     job: Job
     rest: Difference
-    footprint: Footprint
     nodes: Nodes
     settings: Settings
 

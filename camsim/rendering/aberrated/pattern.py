@@ -1,4 +1,4 @@
-"""The difference's pattern, wavelengths fused: its transfer on a window's frequencies, and what it shows beside lines."""
+"""The difference's pattern, wavelengths fused: its transfer on a window's frequencies, what it shows beside lines."""
 
 from __future__ import annotations
 

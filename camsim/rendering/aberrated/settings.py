@@ -1,7 +1,7 @@
 """How far the difference reaches, and the windows that it is transformed on; lengths in pitches.
 
-The difference is cut off by a taper that is 1 out to ``reach``, where a straight edge shows no more than its share of the
-tolerance, and 0 from ``outer`` on. Scenery farther than ``reach`` from a window is clamped to a box about it, as in
+The difference is cut off by a taper that is 1 out to ``reach``, where a straight edge shows no more than its share of
+the tolerance, and 0 from ``outer`` on. Scenery farther than ``reach`` from a window is clamped to a box about it, as in
 fourier/plan.py, so its period is about its side and twice the reach: whatever the scene, whatever the frame.
 """
 

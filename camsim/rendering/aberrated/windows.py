@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from scipy import ndimage
 
 from camsim.arrays import U8
+
+Marks: TypeAlias = npt.NDArray[np.bool_]
 
 
 class Window(NamedTuple):
@@ -39,14 +42,14 @@ def windows(marked: U8, grain: int, side: int) -> list[Window]:
     label, _ = ndimage.label(cells, structure=np.ones((3, 3)))
     found = []
     for number, (down, across) in enumerate(ndimage.find_objects(label), start=1):
-        patch = label[down, across] == number
+        patch: Marks = np.equal(label[down, across], number)
         for row, col in _covered(patch, side // grain):
             first_row, first_col = (down.start + row) * grain, (across.start + col) * grain
             found.append(Window(first_row, first_col, min(side, rows - first_row), min(side, cols - first_col)))
     return found
 
 
-def _covered(patch: np.ndarray, side: int) -> Iterator[tuple[int, int]]:
+def _covered(patch: Marks, side: int) -> Iterator[tuple[int, int]]:
     """Yield first row and column of squares that hold all cells of a patch."""
     row = 0
     while row < len(patch):
@@ -54,7 +57,7 @@ def _covered(patch: np.ndarray, side: int) -> Iterator[tuple[int, int]]:
         if not band[0].any():
             row += 1
             continue
-        filled = band.any(axis=0)
+        filled: Marks = np.logical_or.reduce(band, axis=0)
         col = 0
         while col < filled.size:
             if filled[col]:

@@ -104,8 +104,9 @@ class Judge:
     Of the job it takes what came in (scene, optics, grid, light, tolerance) and nothing that was made of it: outlines,
     painter's order, spectra and wavelengths are its own. A round lens on rectangles is integrated (integrals.py).
     Any other is rendered in small windows by Fourier transforms, with another period, taper, band and other nodes, from
-    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for, and so is what an
-    aberrated lens has besides a round one (to ``DIFFERENCE_CHECK_PART`` of the tolerance): the round part is integrated.
+    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for. Of an
+    aberrated lens the round part is integrated, and what it has besides rendered in windows, to
+    ``DIFFERENCE_CHECK_PART`` of the tolerance.
     """
 
     def __init__(self, job: Job, transforms: Transforms) -> None:

@@ -39,9 +39,9 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
     reach = math.inf
     if isinstance(lens, KnowsTail):
-        lost, rings = ErrorBudget(tolerance).allowed("reach"), system.ring_share(wavelength_nm)
+        lost, heard = ErrorBudget(tolerance).allowed("reach"), system.ring_share(wavelength_nm)
         ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
-        reach = max(lens.reach_um(lost, nm, rings) for nm in ends_nm) / pitch_um
+        reach = max(lens.reach_um(lost, nm, heard) for nm in ends_nm) / pitch_um
     elif isinstance(lens, KnowsReach) and not more:
         lost = ErrorBudget(tolerance).allowed("reach")
         reach = max(float(lens.reach_um(lost, float(w))) for w in wavelength_nm) / pitch_um
