@@ -69,18 +69,18 @@ class Split(NamedTuple):
 class Rim(NamedTuple):
     """Slopes on a pupil's rim or rims, waves per radius at one wavelength.
 
-    move    : (2,) the mean slope, as far as it is one direction's
-    slope   : (directions, points) about it, along each direction;  weight: what each point counts, 1 in all
-    steepest, inside : the largest slope about it, of the rim and of all of the pupil
-    rings   : how far the phases of opposite points of the rim differ, radians, the move apart
+    move_waves  : (2,) the mean slope, as far as it is one direction's
+    slope_waves : (directions, points) about it, along each direction;  share: of each point, 1 in all
+    steepest_waves, inside_waves : the largest slope about it, of the rim and of all of the pupil
+    rings_rad   : how far the phases of opposite points of the rim differ, the move apart
     """
 
-    move: F64
-    slope: F64
-    weight: F64
-    steepest: float
-    inside: float
-    rings: float
+    move_waves: F64
+    slope_waves: F64
+    share: F64
+    steepest_waves: float
+    inside_waves: float
+    rings_rad: float
 
 
 def rim_of(lens: Bent, obstruction: float, wavelength_nm: float) -> Rim:
@@ -108,12 +108,12 @@ def rim_of(lens: Bent, obstruction: float, wavelength_nm: float) -> Rim:
     plane = np.einsum("a,ap->p", move, normal)
     odd = [lens.waves(radius * normal[0], radius * normal[1], wavelength_nm) - radius * plane for radius in rims]
     return Rim(
-        move=move,
-        slope=np.einsum("da,ap->dp", direction, about),
-        weight=weight,
-        steepest=float(np.hypot(*about).max()),
-        inside=float(np.hypot(*(everywhere - move[:, None]).transpose(1, 0, 2)).max()),
-        rings=2.0 * math.pi * max(float(np.abs(w - np.roll(w, RIM_POINTS // 2)).max()) for w in odd),
+        move_waves=move,
+        slope_waves=np.einsum("da,ap->dp", direction, about),
+        share=weight,
+        steepest_waves=float(np.hypot(*about).max()),
+        inside_waves=float(np.hypot(*(everywhere - move[:, None]).transpose(1, 0, 2)).max()),
+        rings_rad=2.0 * math.pi * max(float(np.abs(w - np.roll(w, RIM_POINTS // 2)).max()) for w in odd),
     )
 
 
@@ -170,11 +170,11 @@ class Difference:
         """
         rim = _rim_of(self, wavelength_nm)
         x = np.asarray(distance_um, float) / self.blur_um(wavelength_nm)
-        nearest = max(RAYS * rim.inside + BEYOND_RAYS, 0.5)
+        nearest = max(RAYS * rim.inside_waves + BEYOND_RAYS, 0.5)
         far = np.maximum(x, nearest)[..., None, None]
-        tail = np.abs(np.sum(rim.weight / (far - 2.0 * rim.slope), axis=-1) - 1.0 / far[..., 0]).max(axis=-1)
+        tail = np.abs(np.sum(rim.share / (far - 2.0 * rim.slope_waves), axis=-1) - 1.0 / far[..., 0]).max(axis=-1)
         far = far[..., 0, 0]
-        swing = rings * RING * (min(2.0, rim.rings) + STEEPER * rim.steepest / far) * far**-2.5
+        swing = rings * RING * (min(2.0, rim.rings_rad) + STEEPER * rim.steepest_waves / far) * far**-2.5
         light = MORE * (TAIL * tail + swing) / (1.0 - self.obstruction)
         bound: F64 = np.where(x < nearest, 1.0, np.minimum(light, 1.0))
         return bound

@@ -157,7 +157,7 @@ class Wavefront:
             if obstruction
             else Airy(f_number=self.f_number)
         )
-        slope = rim_of(self, obstruction, self.reference_nm).move
+        slope = rim_of(self, obstruction, self.reference_nm).move_waves
         x_um, y_um = (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
         bent = self.defocus_um != 0.0 or any(index > PLANE and coefficient for index, coefficient in self._pairs)
         bare = replace(self, transmission=1.0)

@@ -152,8 +152,8 @@ class Aberrated:
         """Choose settings and nodes; ``samples`` must be None."""
         if samples is not None:
             raise UnsupportedError("boundary takes none; only importance takes a number", key="samples")
-        if job.split is None or job.footprint is None:
-            raise UnsupportedError(job.unknown)
+        assert job.split is not None
+        assert job.footprint is not None
         check_tolerance(job.tolerance, job.split.core.pattern(), CLOSED_PART)
         closed, rest_job = Boundary().plan(job.round_part()), job.difference_part()
         rest = job.split.rest

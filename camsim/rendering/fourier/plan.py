@@ -37,12 +37,9 @@ MOST_NODES, OF_NODES = 200, 0.1  # of one Gauss rule on an edge, a longer one is
 # Seconds of one core, measured.
 PER_TILE = 2e-3
 PER_EDGE_POINT, PER_EDGE_ROW = 1.1e-9, 5e-8
-PER_ROUND_POINT, PER_FIELD_POINT = 1e-9, 3e-8
-PER_POINT_WEIGHT = 8e-9
-PER_SPREAD_NODE = 1.5e-7
-PER_SPREAD_POINT = 8e-8
-PER_GRID_POINT = 1.2e-8
-PER_KERNEL_SAMPLE = 4.5e-9
+PER_ROUND_POINT, PER_FIELD_POINT, PER_POINT_WEIGHT = 1e-9, 3e-8, 8e-9
+PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
+PER_GRID_POINT, PER_KERNEL_SAMPLE = 1.2e-8, 4.5e-9
 PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
 PER_PUPIL_NODE, PER_PUPIL_SAMPLE = 2.5e-7, 1.5e-7
 
@@ -256,8 +253,8 @@ def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float]:
     if kernel.tapered:
         seconds = PER_PUPIL_NODE * kernel.pupil_nodes(math.hypot(*tile.outer)) * math.ceil(samples / STRIP_SAMPLES)
         seconds += PER_PUPIL_SAMPLE * task.wavelengths * samples
-        held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
-        return seconds, held + STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
+        made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
+        return seconds, (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
     return 0.0, 0.0
 
 
