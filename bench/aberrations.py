@@ -231,7 +231,7 @@ def _large(name: str) -> str:
         camera = camsim.Camera.from_yaml("d40-like", lens=BENT)
         light, exposure = camsim.Light("D55", illuminance_lux=5000), camsim.Exposure(time_s=0.01, iso=200)
         frame = camera.expose(scene, light=light, exposure=exposure, tolerance=1e-5)
-        found = f"{frame.mosaic.shape} by {frame.report.rendering}" if hasattr(frame.report, "rendering") else ""
+        found = f"{frame.mosaic.shape}, error {frame.report.error_estimate:.2g}"
     elif name == "knife edge":
         scene = camsim.Scene(
             background=1.0, shapes=[camsim.Polygon(points_um=[(0, -1e6), (1e6, -1e6), (9e5, 1e6), (8, 1e6)])]

@@ -93,7 +93,7 @@ def test_what_lies_beyond_is_less_than_the_bound(name):
             response += (wave.imag / (np.pi * u)) @ (6.0 * t * (1.0 - t) * (high - low) * w)
         bound = split.rest.light_beyond(np.abs(x) * LAMBDA_N, NM)
         assert (np.abs(response) <= bound).all()
-        assert np.abs(response).max() > 0.02 * bound.max()  # and it is no idle one
+        assert (np.abs(response) / bound).max() > 0.1  # and it is no idle one
     reach_um = split.rest.reach_um(1e-5, NM)
     assert (
         split.rest.light_beyond(np.array(reach_um), NM) <= 1e-5 < split.rest.light_beyond(np.array(0.9 * reach_um), NM)

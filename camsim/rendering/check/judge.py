@@ -23,6 +23,7 @@ from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
+JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 
 
@@ -167,7 +168,8 @@ class Judge:
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
         if self.integrates and self._difference is None:
             return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
-        return windows(pieces.outlines, grid, WINDOW)
+        beyond = 0.0 if self._difference is None else JUST_BEYOND * plan.marks.reach
+        return windows(pieces.outlines, grid, WINDOW, beyond)
 
     def count(self, plan: Plan) -> int:
         """Return how many photosites are looked at."""
