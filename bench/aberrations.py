@@ -233,9 +233,8 @@ def _large(name: str) -> str:
         frame = camera.expose(scene, light=light, exposure=exposure, tolerance=1e-5)
         found = f"{frame.mosaic.shape}, error {frame.report.error_estimate:.2g}"
     elif name == "knife edge":
-        scene = camsim.Scene(
-            background=1.0, shapes=[camsim.Polygon(points_um=[(0, -1e6), (1e6, -1e6), (9e5, 1e6), (8, 1e6)])]
-        )
+        corners = [(0.0, -1e6), (1e6, -1e6), (9e5, 1e6), (8.0, 1e6)]
+        scene = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=corners, reflectance=0.0)])
         found = repr(camsim.render(scene, stages, grid, wavelength_nm=NM, tolerance=1e-5))
     else:
         shape, f_number, tolerance = name.split()

@@ -391,7 +391,12 @@ CORRUPTIONS = {
     ),
     # aberrated lenses
     "a difference too strong": (short_pattern, "fold", lambda f: scaled(f, 1.001), {"optics": BENT}),
-    "a difference cut too near": (aberrated_engine, "settings_of", fields(reach=0.2, outer=0.2), {"optics": BENT}),
+    "a difference cut too near": (
+        aberrated_engine,
+        "settings_of",
+        fields(reach=0.2, outer=0.2),
+        {"optics": BENT, "over": 3.0},
+    ),
     "corners without a window": (short_image, "mark", lambda f: lambda *given: None, {"optics": BENT}),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),
 }
