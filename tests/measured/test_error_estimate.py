@@ -394,7 +394,7 @@ CORRUPTIONS = {
     "a difference cut too near": (
         aberrated_engine,
         "settings_of",
-        fields(reach=0.2, outer=0.2),
+        fields(reach=0.05, outer=0.05),
         {"optics": BENT, "over": 3.0},
     ),
     "corners without a window": (short_image, "mark", lambda f: lambda *given: None, {"optics": BENT}),
