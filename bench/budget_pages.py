@@ -11,6 +11,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 TABLES = {
     "rendering.md": {"scene": budget.SCENE, "boundary": budget.BOUNDARY, "check": budget.CHECK},
     "fourier.md": {"fourier": budget.FOURIER},
+    "aberrations.md": {"difference": budget.DIFFERENCE},
 }
 
 

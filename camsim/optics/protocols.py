@@ -214,6 +214,37 @@ class KnowsSize(_Ability, Protocol):
 
 
 @runtime_checkable
+class KnowsTail(_Ability, Protocol):
+    """A pattern without light in all that knows how much of it an edge may show."""
+
+    def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
+        """Return the most that a straight edge of contrast 1 shows at distances and beyond; rings: what is left of."""
+        ...
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
+        """Return a distance beyond which it is at most that, µm."""
+        ...
+
+
+@runtime_checkable
+class KnowsWaves(_Ability, Protocol):
+    """A lens whose pattern changes with the wavelength by more than its size, because its wavefront is no sphere."""
+
+    def waves_across(self, wavelength_nm: float) -> float:
+        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
+        ...
+
+
+@runtime_checkable
+class Splits(_Ability, Protocol):
+    """A lens that may be a round one, moved, and a short pattern besides."""
+
+    def split(self) -> Any:
+        """Return a ``difference.Split``, None where it is not."""
+        ...
+
+
+@runtime_checkable
 class RoundLens(OpticalStage, KnowsBlur, KnowsEnergy, Protocol):
     """A round lens whose pattern scales with its blur and is known in closed form: the boundary engine takes it.
 

@@ -102,12 +102,13 @@ class Pupil:
         angle = np.arctan2(corners[:, 1], corners[:, 0])[:, None] + step * fraction
         return angle, np.tile(self.inner_radius / np.cos(step * (fraction - 0.5)), (len(corners), 1))
 
-    def rule(self, radial: int, angular: int) -> tuple[F64, F64, F64]:
+    def rule(self, radial: int, angular: int, part: slice = slice(None)) -> tuple[F64, F64, F64]:
         """Return nodes x, y and weights of a polar product rule over the opening.
 
-        radial : Gauss nodes from the obstruction to the outline;  angular: nodes on each side, or on a whole circle
+        radial : Gauss nodes from the obstruction to the outline, of which ``part`` is wanted
+        angular: nodes on each side, or on a whole circle
         """
-        r, w = _gauss(radial)
+        r, w = (values[part] for values in _gauss(radial))
         # Each side gets a rule of its own, as the outline is smooth along it; what goes round needs none.
         t, v = _gauss(angular) if len(self.corners) else (np.arange(angular) / angular, np.full(angular, 1.0 / angular))
         angles, edges = self.rays(t)

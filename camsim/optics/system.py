@@ -107,6 +107,13 @@ class OpticalSystem:
         product: F64 = self.point_otf(fx_per_um, fy_per_um, wavelength_nm) * self.footprint_otf(fx_per_um, fy_per_um)
         return product
 
+    def ring_share(self, wavelength_nm: F64) -> float:
+        """What OLPF and photosite leave of a pattern's rings, at the most: of waves of the length of its blur."""
+        angle = np.pi * np.arange(RING_DIRECTIONS) / RING_DIRECTIONS
+        frequency = 1.0 / self.blurs_um(wavelength_nm)
+        passes = self.footprint_otf(np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency))
+        return float(np.abs(passes).max())
+
     @property
     def chromatic(self) -> bool:
         """Whether the transfer may change with the wavelength."""
@@ -129,6 +136,7 @@ class OpticalSystem:
         return np.array([self.blur_um(float(w)) for w in wavelength_nm])
 
 
+RING_DIRECTIONS = 180
 NOTHING = 1e-14  # a transfer that rounding hides
 HIGHEST_PER_UM = 2.0**12
 

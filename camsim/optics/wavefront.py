@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -16,7 +16,9 @@ from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.marks import Before, Called
 from camsim.nonuniform import modes
-from camsim.optics.airy import NM_PER_UM
+from camsim.optics.airy import NM_PER_UM, Airy
+from camsim.optics.annular import AnnularAiry
+from camsim.optics.difference import Difference, Split, rim_of
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
 from camsim.spectra.curve import Transmission
@@ -24,6 +26,7 @@ from camsim.typed import Positive, judge, refusal
 from camsim.words import brief
 
 MOST_WAVES = 50.0
+PLANE = 2  # Zernikes up to this one are planes: they move the pattern
 COARSE = 1e-9  # a non-uniform FFT to this precision may use a grid of less than half the size
 SETTLED = 1e-11  # two rules that differ by no more than this agree
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
@@ -31,7 +34,9 @@ ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coe
 RAYS = 24  # on every side of the outline, along which the wavefront's degree is looked for
 LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
 MOST_POINTS = 1 << 13  # along a ray
-MOST_NODES = 5e7  # of the pupil's rule: 2 GB
+ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
+MOST_NODES = 1e9  # of the pupil's rule: an hour
+NODES_AT_ONCE = 2_000_000  # 200 MB
 
 
 def _as_pairs(given: Any) -> Any:
@@ -101,6 +106,12 @@ class Wavefront:
             total = total + coefficient * ratio * zernike(index, x, y)
         return total
 
+    def waves_across(self, wavelength_nm: float) -> float:
+        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
+        x, y, _ = self.pupil.rule(ACROSS, ACROSS)
+        waves, plane = self.waves(x, y, wavelength_nm), np.stack([x, y, np.ones_like(x)], axis=1)
+        return float(np.ptp(waves - plane @ np.linalg.lstsq(plane, waves, rcond=None)[0]))
+
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function at (fx, fy) cycles/µm: the pupil's overlap with its shifted copy, weighed by phase.
 
@@ -133,6 +144,26 @@ class Wavefront:
         sizes: F64 = np.interp(shift, np.arange(LATTICE) * (place[1] - place[0]), size / size[0], right=0.0)
         return sizes
 
+    def split(self) -> Split | None:
+        """Return the lens as a round one, moved, and what is left: of round pupils.
+
+        The move is 2N times the mean slope of the path difference on the rim: a length, the same at every wavelength.
+        """
+        if self.pupil.shape != "circular":
+            return None
+        obstruction = self.pupil.obstruction
+        core = (
+            AnnularAiry(f_number=self.f_number, obstruction=obstruction)
+            if obstruction
+            else Airy(f_number=self.f_number)
+        )
+        slope = rim_of(self, obstruction, self.reference_nm).move_waves
+        x_um, y_um = (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
+        bent = self.defocus_um != 0.0 or any(index > PLANE and coefficient for index, coefficient in self._pairs)
+        bare = replace(self, transmission=1.0)
+        rest = Difference(lens=bare, core=core, obstruction=obstruction, moved_um=(x_um, y_um)) if bent else None
+        return Split(core=core, moved_um=(x_um, y_um), rest=rest)
+
     @property
     def _pairs(self) -> tuple[tuple[int, float], ...]:
         """The pairs, as they are kept whatever was given."""
@@ -164,12 +195,12 @@ class Wavefront:
 
     def strehl(self, wavelength_nm: float) -> float:
         """Return the pattern's height at the centre over that without aberrations."""
-        x, y, weights = self._rule(wavelength_nm, 0.0)
-        amplitude = np.sum(weights * np.exp(2j * np.pi * self.waves(x, y, wavelength_nm))) / self.pupil.area
-        return float(abs(amplitude) ** 2)
+        rules = self._rules(wavelength_nm, 0.0)
+        amplitude = sum(complex(np.sum(w * self._phase_factor(x, y, wavelength_nm))) for x, y, w in rules)
+        return abs(amplitude / self.pupil.area) ** 2
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
-        """Irradiance (y, x) per µm² from a point of unit power, on a lattice of even steps about 0.
+        """Irradiance (y, x) per µm² from a point of unit power, on a lattice of even steps.
 
         precision : of the amplitude, relative to its largest possible value
 
@@ -178,17 +209,22 @@ class Wavefront:
         """
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
         reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
-        x, y, weights = self._rule(wavelength_nm, self._turns(reach_um, wavelength_nm))
-        strengths = weights * self._phase_factor(x, y, wavelength_nm)
         steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
-        amplitude = modes(
-            (2.0 * np.pi * radius * steps[1] * y, 2.0 * np.pi * radius * steps[0] * x),
-            strengths,
-            (y_um.size, x_um.size),
-            precision=max(precision, 1e-14),
-            sign=-1,
-            upsampling=1.25 if precision >= COARSE else 2,
-        )
+        # The integers of a sum run about 0: the lattice's middle is moved there.
+        middle = [float(axis[axis.size // 2]) for axis in (x_um, y_um)]
+        amplitude = np.zeros((y_um.size, x_um.size), complex)
+        for x, y, weights in self._rules(wavelength_nm, self._turns(reach_um, wavelength_nm)):
+            strengths = weights * self._phase_factor(x, y, wavelength_nm)
+            if any(middle):
+                strengths *= np.exp(-2j * np.pi * radius * (x * middle[0] + y * middle[1]))
+            amplitude += modes(
+                (2.0 * np.pi * radius * steps[1] * y, 2.0 * np.pi * radius * steps[0] * x),
+                strengths,
+                amplitude.shape,
+                precision=max(precision, 1e-14),
+                sign=-1,
+                upsampling=1.25 if precision >= COARSE else 2,
+            )
         irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)
         return irradiance
 
@@ -201,8 +237,8 @@ class Wavefront:
         """Return by how much a plane wave turns along the pupil's radius that goes a distance off the axis, radians."""
         return math.pi / self.blur_um(wavelength_nm) * self.pupil.outer_radius * reach_um
 
-    def _rule(self, wavelength_nm: float, turns: float) -> tuple[F64, F64, F64]:
-        """Return a rule over the pupil for its amplitude times waves that turn by up to ``turns`` along a radius."""
+    def _rules(self, wavelength_nm: float, turns: float) -> Iterator[tuple[F64, F64, F64]]:
+        """Yield a rule over the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""
         radial, angular, sides = self._orders(self._degrees(wavelength_nm), turns)
         if radial * angular * sides > MOST_NODES:
             raise UnsupportedError(
@@ -210,7 +246,9 @@ class Wavefront:
                 f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene",
                 key="zernike_waves",
             )
-        return self.pupil.rule(radial, angular)
+        rings = max(1, NODES_AT_ONCE // (angular * sides))
+        for first in range(0, radial, rings):
+            yield self.pupil.rule(radial, angular, slice(first, first + rings))
 
     def _orders(self, degrees: tuple[int, int], turns: float) -> tuple[int, int, int]:
         """Return nodes along a radius, along a side, and sides.

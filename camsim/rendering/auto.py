@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from camsim.errors import UnknownNameError
-from camsim.rendering.boundary.engine import Boundary
+from camsim.rendering.aberrated.engine import Aberrated, AberratedPlan
+from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.check.judge import Checks, Judge
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
 from camsim.rendering.flat import FlatPlan
@@ -14,9 +15,20 @@ from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
 
-BOUNDARY, FOURIER = Boundary(), Fourier()
+BOUNDARY, ABERRATED, FOURIER = Boundary(), Aberrated(), Fourier()
+
+
+class ByEdges:
+    """Edges in closed form: behind a round lens all of them, behind an aberrated one but for a short difference."""
+
+    def plan(self, job: Job, samples: int | None = None) -> BoundaryPlan | AberratedPlan:
+        """Plan with the engine that knows the lens."""
+        return BOUNDARY.plan(job, samples) if job.split is None else ABERRATED.plan(job, samples)
+
+
+BY_EDGES = ByEdges()
 ENGINES: dict[str, Engine] = {
-    "boundary": BOUNDARY,
+    "boundary": BY_EDGES,
     "fourier": FOURIER,
     **{method: Paper(method) for method in rules.METHODS},
 }
@@ -63,12 +75,13 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
 
 def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:
     """Return the name of the cheaper engine, why, and its plan."""
-    if job.pattern is None or job.footprint is None:
+    finest = job.finest
+    if finest is None:
         return "fourier", job.unknown, _planned("fourier", job, samples)
-    if job.tolerance < job.pattern.finest:
-        why = f"boundary keeps {job.pattern.finest:g} with this lens, fourier {FOURIER.finest:g}"
+    if job.tolerance < finest:
+        why = f"boundary keeps {finest:g} with this lens, fourier {FOURIER.finest:g}"
         return "fourier", why, _planned("fourier", job, samples)
-    boundary = BOUNDARY.plan(job, samples)
+    boundary = BY_EDGES.plan(job, samples)
     if not len(job.edges):
         return "boundary", "there is no edge to render", FlatPlan(job=job)
     own = _checked(boundary, judge)

@@ -1,9 +1,11 @@
 """What may be wrong by how much: every source of error by name, and its share of the tolerance.
 
-An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to 1,
-and so do ``SCENE`` and ``FOURIER``. The check is no source of error in an image; what *it* may be wrong by is
-``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that. Shares are large where a digit costs most: ends
-and lines grow with the power −2/5 of what they may leave, everything else with −1/6 or slower.
+An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to
+1, and so do ``SCENE`` and ``FOURIER``. An aberrated lens is rendered as two, each to its part of the tolerance: a round
+one and a difference; ``SCENE`` and ``DIFFERENCE`` add to 1. The check is no source of error in an image; what *it* may
+be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that. Shares are large where a digit
+costs most: ends and lines grow with the power −2/5 of what they may leave, a difference's reach with −1/3, everything
+else with −1/6 or slower.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
     "rings", "taper", "reach", "spreading", "pupil",
+    "cut", "hem", "short pupil", "short lines",
     "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
 
@@ -54,6 +57,16 @@ FOURIER: dict[Source, Share] = {
     ),
     "pupil": Share(0.02, "a pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
 }
+DIFFERENCE: dict[Source, Share] = {
+    "cut": Share(0.62, "an aberrated pattern's difference from a round one past its reach, as of the lines in sight"),
+    "hem": Share(0.20, "what its taper leaves outside the band: 1/sinh β of eight times what a line shows there"),
+    "short pupil": Share(0.03, "its pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
+    "short lines": Share(
+        0.03, "six-point look-up in what it shows beside a line: a response's bound, transfer taken twice"
+    ),
+    "spreading": FOURIER["spreading"],
+}
+CLOSED_PART = 0.5  # of the tolerance: what an aberrated lens's round part may be wrong by; its difference has the rest
 CHECK: dict[Source, Share] = {
     "footprint rule": Share(0.35, "Gauss rule over the photosite"),
     "own curves": Share(0.05, "curves as pairs of arcs: what lies between, in one pair and in all"),
@@ -62,6 +75,7 @@ CHECK: dict[Source, Share] = {
     "own wavelengths": Share(0.05, "its own fused wavelengths"),
 }
 CHECK_PART = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
+DIFFERENCE_CHECK_PART = 0.5  # likewise of an aberrated lens's difference: its reach grows with the cube root of this
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,4 +98,4 @@ class ErrorBudget:
         return ErrorBudget(CHECK_PART * self.tolerance)
 
 
-_SHARES = SCENE | BOUNDARY | FOURIER | CHECK
+_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | CHECK

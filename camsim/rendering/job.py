@@ -11,8 +11,10 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalStage, OpticalSystem, RoundLens
+from camsim.optics.difference import Split
 from camsim.optics.pattern import Pattern
-from camsim.rendering.budget import ErrorBudget
+from camsim.optics.protocols import Splits
+from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
@@ -69,8 +71,9 @@ class Job:
     signals      : what each spectrum gives each channel at each wavelength
     base         : (channels,) the background
     left_out     : edges that need not be rendered
-    pattern, footprint : of lens, and of OLPF ⊗ photosite, as the boundary engine knows them; None when it does not,
+    pattern, footprint : of lens, and of OLPF ⊗ photosite, as the boundary engine knows them; None where it does not,
                    and ``unknown`` says why
+    split        : the lens as a round one, moved, and the rest, where it is that on a footprint that is known
     """
 
     scene: Scene
@@ -86,6 +89,7 @@ class Job:
     grid: Grid
     pattern: Pattern | None
     footprint: Footprint | None
+    split: Split | None
     unknown: str
     tolerance: float
 
@@ -102,9 +106,11 @@ class Job:
         tolerance: float,
     ) -> Job:
         """Resolve a scene and its arrangement (``outlines.arranged``); the rest as in ``render_channels``."""
-        pattern, footprint, unknown = None, None, ""
+        pattern, footprint, split, unknown = None, None, None, ""
         try:
-            pattern, footprint = _pattern_of(system.lens), Footprint.of(system, grid.pitch_um)
+            footprint = Footprint.of(system, grid.pitch_um)
+            split = system.lens.split() if isinstance(system.lens, Splits) else None
+            pattern = _pattern_of(system.lens)
         except UnsupportedError as error:
             unknown = str(error)
         budget = ErrorBudget(tolerance)
@@ -147,6 +153,7 @@ class Job:
             grid=grid,
             pattern=pattern,
             footprint=footprint,
+            split=split,
             unknown=unknown,
             tolerance=tolerance,
         )
@@ -159,6 +166,43 @@ class Job:
         """Return other edges with signals of their own behind the same optics, at another tolerance."""
         signals = Signals(wavelength_nm=wavelength_nm, density=density, scale=self.signals.scale)
         return dataclasses.replace(self, **_paired(edges), signals=signals, base=base, tolerance=tolerance)
+
+    def round_part(self) -> Job:
+        """Return the round part of a split lens: its pattern is moved, and so are the edges, the other way seen."""
+        assert self.split is not None
+        edges = self.edges.seen_from(-np.array(self.split.moved_um) / self.grid.pitch_um)
+        there = edges.length > 0.0  # a length of rounding may be none elsewhere
+        return dataclasses.replace(
+            self,
+            edges=edges.some(there),
+            pair=self.pair[there],
+            system=dataclasses.replace(self.system, lens=self.split.core),
+            pattern=self.split.core.pattern(),
+            split=None,
+            tolerance=CLOSED_PART * self.tolerance,
+        )
+
+    def difference_part(self) -> Job | None:
+        """Return the difference of a split lens, on no background; None where there is none."""
+        assert self.split is not None
+        if self.split.rest is None:
+            return None
+        return dataclasses.replace(
+            self,
+            base=np.zeros_like(self.base),
+            system=dataclasses.replace(self.system, lens=self.split.rest),
+            split=None,
+            tolerance=(1.0 - CLOSED_PART) * self.tolerance,
+        )
+
+    @property
+    def finest(self) -> float | None:
+        """The smallest tolerance that edges in closed form are rendered to, None where they cannot be."""
+        if self.footprint is None:
+            return None
+        if self.split is not None:
+            return self.split.core.pattern().finest / CLOSED_PART
+        return None if self.pattern is None else self.pattern.finest
 
     @property
     def budget(self) -> ErrorBudget:

@@ -22,7 +22,7 @@ SPARE = 40  # nodes beyond what the fastest wave takes
 def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: float, *, precision: float) -> F64:
     """Return the irradiance (y, x) per µm² on a lattice, of unit power: the lens with every stage of the user's own.
 
-    x_um, y_um : evenly spaced about 0 (−n … n steps)
+    x_um, y_um : evenly spaced
     precision  : relative, of all of the light
     """
     lens = system.lens
@@ -41,6 +41,10 @@ def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: 
     rings = radius * cutoff * 2.0 * s * w * (2.0 * np.pi / turns)
     strengths = (rings[:, None] * system.point_otf(fx, fy, wavelength_nm)).astype(complex).ravel()
     steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (y_um, x_um)]
+    # The integers of a sum run about 0: the lattice's middle is moved there.
+    middle = [float(axis[axis.size // 2]) for axis in (x_um, y_um)]
+    if any(middle):
+        strengths *= np.exp(2j * np.pi * (fx.ravel() * middle[0] + fy.ravel() * middle[1]))
     pattern = modes(
         (2.0 * np.pi * steps[0] * fy.ravel(), 2.0 * np.pi * steps[1] * fx.ravel()),
         strengths,

@@ -10,6 +10,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.optics import OpticalSystem
+from camsim.optics.protocols import KnowsWaves
 from camsim.quadrature import gauss_legendre
 from camsim.scene import Arrangement
 from camsim.spectra.component import Component
@@ -76,6 +77,14 @@ def multiples(weights: F64) -> tuple[I64, F64]:
 def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
     """Return the lens's own length at each wavelength, in pitches."""
     return system.blurs_um(wavelength_nm) / pitch_um
+
+
+def wavefront_phase(system: OpticalSystem, wavelength_nm: F64) -> float:
+    """Return by how many radians a wavefront's phases turn over a spectrum; 0 of a lens that has no wavefront."""
+    if not isinstance(system.lens, KnowsWaves):
+        return 0.0
+    low, high = (system.lens.waves_across(float(nm)) for nm in (wavelength_nm.min(), wavelength_nm.max()))
+    return 2.0 * math.pi * abs(low - high)
 
 
 def fuse(signals: Signals, *, phase: float, allowed: float) -> tuple[F64, F64]:

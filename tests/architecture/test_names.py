@@ -66,6 +66,7 @@ DIMENSIONLESS = {
     "obstruction": "its diameter over the pupil's",
     "irradiance": "relative",
     "precision": "relative",
+    "share": "of a whole",
     "x": "half diameters of the pupil",
     "y": "half diameters of the pupil",
     "shift": "half diameters of the pupil",

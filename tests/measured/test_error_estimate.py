@@ -12,6 +12,9 @@ from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_o
 import camsim
 from camsim.optics import OpticalSystem, airy
 from camsim.rendering import footprint, job, outlines, quiet
+from camsim.rendering.aberrated import engine as aberrated_engine
+from camsim.rendering.aberrated import image as short_image
+from camsim.rendering.aberrated import pattern as short_pattern
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import settings, tables
@@ -32,6 +35,7 @@ TURNED = [
     camsim.TwoSpotOlpf(split_um=PITCH_UM, rotate_deg=30.0),
     camsim.RectangularPhotosite(width_um=PITCH_UM, height_um=0.6 * PITCH_UM),
 ]
+BENT = [camsim.Wavefront(f_number=4.0, zernike_waves={4: 0.1, 8: 0.05}), camsim.SquarePhotosite(side_um=PITCH_UM)]
 SHARP = [camsim.Airy(f_number=1.4), camsim.SquarePhotosite(side_um=0.0)]
 SYSTEMS = {name: OPTICS[name] for name in ("f/1.4, fill factor 0.5", "f/8", "f/8, OLPF")}
 
@@ -385,6 +389,15 @@ CORRUPTIONS = {
         returning(lambda n: (n[0], 1.001 * n[1], n[2])),
         {"method": "fourier", "scene": "crowd"},
     ),
+    # aberrated lenses
+    "a difference too strong": (short_pattern, "fold", lambda f: scaled(f, 1.001), {"optics": BENT}),
+    "a difference cut too near": (
+        aberrated_engine,
+        "settings_of",
+        fields(reach=0.05, outer=0.05),
+        {"optics": BENT, "over": 3.0},
+    ),
+    "corners without a window": (short_image, "mark", lambda f: lambda *given: None, {"optics": BENT}),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),
 }
 

@@ -69,11 +69,12 @@ class Settings:
     leaf: int = 16
 
 
-def check_tolerance(tolerance: float, pattern: Pattern) -> None:
-    """Refuse what the engine cannot promise."""
-    if not pattern.finest <= tolerance <= COARSEST:
+def check_tolerance(tolerance: float, pattern: Pattern, part: float = 1.0) -> None:
+    """Refuse what the engine cannot promise; part: of the tolerance, that the pattern is rendered to."""
+    finest = pattern.finest / part
+    if not finest <= tolerance <= COARSEST:
         raise InvalidValueError(
-            f"{tolerance:g} is outside {pattern.finest:g} … {COARSEST:g}, what this lens can be rendered to",
+            f"{tolerance:g} is outside {finest:g} … {COARSEST:g}, what this lens can be rendered to",
             key="tolerance",
         )
 

@@ -12,6 +12,7 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
+from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
@@ -22,6 +23,7 @@ from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
+JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 
 
@@ -103,7 +105,9 @@ class Judge:
     Of the job it takes what came in (scene, optics, grid, light, tolerance) and nothing that was made of it: outlines,
     painter's order, spectra and wavelengths are its own. A round lens on rectangles is integrated (integrals.py).
     Any other is rendered in small windows by Fourier transforms, with another period, taper, band and other nodes, from
-    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for.
+    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for. Of an
+    aberrated lens the round part is integrated, and what it has besides rendered in windows, to
+    ``DIFFERENCE_CHECK_PART`` of the tolerance.
     """
 
     def __init__(self, job: Job, transforms: Transforms) -> None:
@@ -130,8 +134,7 @@ class Judge:
     @property
     def integrates(self) -> bool:
         """Whether photosites are integrated one by one."""
-        job = self.job
-        return job.pattern is not None and job.footprint is not None and job.tolerance >= job.pattern.finest
+        return self.job.finest is not None and self.job.tolerance >= self.job.finest
 
     @functools.cached_property
     def integrals(self) -> Integrals:
@@ -140,8 +143,9 @@ class Judge:
         pieces, wavelength_nm, density = self.seen
         sides, pair = np.unique(np.stack([pieces.left, pieces.right], axis=1), axis=0, return_inverse=True)
         weights, which, times = widest(density[sides[:, 0]] - density[sides[:, 1]])
-        x0, y0 = job.grid.first_centre
-        lens, photosite = job.system.lens, job.system.photosite
+        x0, y0 = np.array(job.grid.first_centre) - self._moved
+        lens = job.system.lens if job.split is None else job.split.core
+        photosite = job.system.photosite
         assert isinstance(lens, RoundLens)
         assert isinstance(photosite, Rectangular)
         width_um, height_um = photosite.sides_um
@@ -164,9 +168,10 @@ class Judge:
         pieces, grid = self.seen[0], self.job.grid
         if not len(pieces.left):
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
-        if self.integrates:
+        if self.integrates and self._difference is None:
             return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
-        return windows(pieces.outlines, grid, WINDOW)
+        beyond = 0.0 if self._difference is None else JUST_BEYOND * plan.marks.reach
+        return windows(pieces.outlines, grid, WINDOW, beyond)
 
     def count(self, plan: Plan) -> int:
         """Return how many photosites are looked at."""
@@ -177,9 +182,11 @@ class Judge:
         """Return what the check is expected to take."""
         if not len(self.seen[0].left):
             return 0.0
-        if self.integrates:
+        if self.integrates and self._difference is None:
             return self.count(plan) * self.integrals.seconds_each
-        return sum(self._seconds(frame) for frame, _ in self._frames(*self.hardest(plan)))
+        rows, cols = self.hardest(plan)
+        seconds = sum(self._seconds(frame) for frame, _ in self._frames(rows, cols))
+        return seconds + (rows.size * self.integrals.seconds_each if self.integrates else 0.0)
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
         """Compare an image's values at photosites with what they should be."""
@@ -202,22 +209,36 @@ class Judge:
         if not self.integrates:
             return self._in_windows(rows, cols, sets)
         x0, y0 = self.job.grid.first_centre
-        points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
+        points = np.stack([x0 + cols, y0 + rows], axis=1) - self._moved
         own = sets.reshape(-1, rows.size).astype(np.int64)
         again: F64 = np.stack([self.integrals.values(points, one) for one in own])
-        return base + again.reshape(sets.shape)
+        values: F64 = base + again.reshape(sets.shape)
+        return values if self._difference is None else values + self._in_windows(rows, cols, sets)
+
+    @functools.cached_property
+    def _moved(self) -> F64:
+        """How far the round part's pattern is moved, pitches."""
+        split = self.job.split
+        return np.zeros(2) if split is None else np.array(split.moved_um) / self.job.grid.pitch_um
+
+    @functools.cached_property
+    def _difference(self) -> Job | None:
+        """What there is besides the round part."""
+        return None if self.job.split is None or not self.integrates else self.job.difference_part()
 
     @functools.cached_property
     def _windows(self) -> Windows:
-        job, (pieces, wavelength_nm, density) = self.job, self.seen
-        allowed = job.budget.of_check.tolerance
+        pieces, wavelength_nm, density = self.seen
+        job, base, allowed = self.job, self.base, self.job.budget.of_check.tolerance
+        if self._difference is not None:
+            job, base, allowed = self._difference, np.zeros_like(base), DIFFERENCE_CHECK_PART * job.tolerance
         highest = max(job.system.cutoff_per_um(float(w)) for w in wavelength_nm) * job.grid.pitch_um
         return self.transforms.windows(
             job.of_edges(
-                polygons(pieces, 1.0 / highest, allowed),
+                polygons(pieces, 1.0 / highest, min(allowed, self.job.budget.of_check.tolerance)),
                 wavelength_nm=wavelength_nm,
                 density=density,
-                base=self.base,
+                base=base,
                 tolerance=max(allowed, self.transforms.finest),
             )
         )

@@ -47,13 +47,22 @@ def hardest_photosites(outlines: Outlines, grid: Grid, marks: Marks, *, count: i
     return chosen[:, 0], chosen[:, 1]
 
 
-def windows(outlines: Outlines, grid: Grid, size: int) -> tuple[I64, I64]:
-    """Return rows and columns of small windows about a corner and about the middle of a part, one after the other."""
+def windows(outlines: Outlines, grid: Grid, size: int, beside: float = 0.0) -> tuple[I64, I64]:
+    """Return rows and columns of small windows, one after the other: about a corner, and about the middle of a part.
+
+    beside : where that is above 0 there is one so far from that middle too, towards the middle of the frame
+    """
     x0, y0 = grid.first_centre
     middle = np.array([x0 + 0.5 * (grid.cols - 1), y0 + 0.5 * (grid.rows - 1)])
     half = 0.5 * np.array([grid.cols, grid.rows])
     start, end = _ends(outlines)
-    places = np.array([p[np.argmin(np.abs((p - middle) / half).max(axis=1))] for p in (start, 0.5 * (start + end))])
+    nearest = [int(np.argmin(np.abs((p - middle) / half).max(axis=1))) for p in (start, 0.5 * (start + end))]
+    places = np.array([start[nearest[0]], 0.5 * (start + end)[nearest[1]]])
+    if beside > 0.0:
+        along = (end - start)[nearest[1]]
+        across = np.array([-along[1], along[0]]) / np.hypot(*along)
+        side = 1.0 if across @ (middle - places[1]) >= 0.0 else -1.0
+        places = np.concatenate([places, [places[1] + side * beside * across]])
     tall, wide = min(size, grid.rows), min(size, grid.cols)
     row = np.clip(np.round(places[:, 1] - y0) - tall // 2, 0, grid.rows - tall).astype(np.int64)
     col = np.clip(np.round(places[:, 0] - x0) - wide // 2, 0, grid.cols - wide).astype(np.int64)

@@ -11,11 +11,14 @@ from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.airy import AIRY
+from camsim.optics.protocols import KnowsTail
 from camsim.rendering.engine import SET_UP_SECONDS, Cost, Decision, Marks, Progress
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
+from camsim.rendering.fourier.lens import kernel_of
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
+from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
 
 FEWEST = 2  # photosites that are checked singly: a transform's errors are everywhere, no photosite is a case of its own
@@ -134,6 +137,11 @@ def _nodes(job: Job) -> Nodes:
     point: no pupil's rings exceed those by much.
     """
     blur, span, allowed = job.blur, job.span, job.budget.allowed("rings")
+    own_phase = wavefront_phase(job.system, job.signals.wavelength_nm)
+    if isinstance(job.system.lens, KnowsTail):
+        span = min(
+            span, kernel_of(job.system, job.signals.wavelength_nm[[0, -1]], job.grid.pitch_um, job.tolerance).reach
+        )
     if job.pattern is not None and job.footprint is not None:
         pattern, footprint = job.pattern, job.footprint
     else:
@@ -142,7 +150,7 @@ def _nodes(job: Job) -> Nodes:
     spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
     followed = waves.quiet_distance(allowed, front="line", within=span)
     while True:
-        nodes = job.nodes(phase=spread * followed)
+        nodes = job.nodes(phase=spread * followed + own_phase)
         count = nodes.wavelength_nm.size
         if count == blur.size or followed >= span:
             return nodes

@@ -168,7 +168,7 @@ class FourierImage:
             some = present[first : first + plan.channels]
             total = self._spectrum(tile, plan, regions, (density[1:] - density[0])[:, some])
             for k, values in zip(some, total, strict=True):
-                plane = _inverse(values.view(complex)[..., 0], tile)
+                plane = inverse(values.view(complex)[..., 0], tile)
                 mine = channel == k
                 image[mine] = np.broadcast_to(plane, channel.shape)[mine]
         return image
@@ -196,6 +196,10 @@ class FourierImage:
                 shared(total.shape[1], add)
         return total
 
+    @functools.cached_property
+    def _made(self) -> dict[tuple[object, ...], Fields]:
+        return {}
+
     def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
         """Yield what gives the lens on a block, and the weights of its wavelengths."""
         wavelength_nm = self._lit[0]
@@ -205,7 +209,14 @@ class FourierImage:
         precision = ErrorBudget(self.tolerance).allowed("pupil")
         for first in range(0, wavelength_nm.size, plan.fields):
             some = slice(first, first + plan.fields)
-            fields = tapered_fields(self.system, wavelength_nm[some], self.pitch_um, tile, plan, precision=precision)
+            # Windows of one size on scenery all about them have the same transfers: those that were made last are kept.
+            key = tile.periods, tile.inner, tile.outer, tile.cut, plan.sharpness, first
+            if key not in self._made:
+                self._made.clear()
+                self._made[key] = tapered_fields(
+                    self.system, wavelength_nm[some], self.pitch_um, tile, plan, precision=precision
+                )
+            fields = self._made[key]
             yield fields, np.ascontiguousarray(contrast[:, :, some])
 
 
@@ -217,7 +228,7 @@ def check_tolerance(tolerance: float) -> None:
         )
 
 
-def _inverse(values: F64, tile: Tile) -> F64:
+def inverse(values: F64, tile: Tile) -> F64:
     """Return the tile's photosites from their frequencies (py, px//2 + 1); ``values`` is lost.
 
     First down the columns, some at a time, of which only the tile's rows are kept; then along those.

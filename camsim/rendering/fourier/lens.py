@@ -17,12 +17,12 @@ from scipy import fft
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel, shared
 from camsim.optics import OpticalSystem, RoundLens
-from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, Round, Separable
+from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round, Separable
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Curves, Factors
-from camsim.rendering.fourier.plan import Kernel, Sizes
+from camsim.rendering.fourier.plan import STRIP_SAMPLES, Kernel, Sizes
 from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.psf import point_spread_of
 
@@ -38,7 +38,11 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     cutoff = max(system.cutoff_per_um(float(w)) for w in wavelength_nm) * pitch_um
     blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
     reach = math.inf
-    if isinstance(lens, KnowsReach) and not more:
+    if isinstance(lens, KnowsTail):
+        lost, heard = ErrorBudget(tolerance).allowed("reach"), system.ring_share(wavelength_nm)
+        ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
+        reach = max(lens.reach_um(lost, nm, heard) for nm in ends_nm) / pitch_um
+    elif isinstance(lens, KnowsReach) and not more:
         lost = ErrorBudget(tolerance).allowed("reach")
         reach = max(float(lens.reach_um(lost, float(w))) for w in wavelength_nm) / pitch_um
     is_round = isinstance(lens, Round) and not more
@@ -78,10 +82,13 @@ def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) ->
     taken twice.
     """
     lens = system.lens
+    ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
+    if isinstance(lens, KnowsTail):
+        tail, rings = lens.light_beyond, system.ring_share(wavelength_nm)
+        return lambda distance: 2.0 * max(float(tail(np.array(distance * pitch_um), nm, rings)) for nm in ends_nm)
     if not isinstance(lens, KnowsEnergy) or system.more:
         return lambda distance: 1.0
     energy = lens.encircled_energy
-    ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
     farther = np.linspace(1.0, 1.5, 33)
 
     def light(distance: float) -> float:
@@ -192,7 +199,8 @@ def _tapered_transfer(
 ) -> C128:
     """Return the half plane i ≥ 0 of a lens's transfer at one wavelength; rows go round."""
     axes: list[F64] = []
-    steps, sizes = [], []
+    steps: list[float] = []
+    sizes: list[int] = []
     for period, outer in zip(tile.periods, tile.outer, strict=True):
         size = fft.next_fast_len(math.ceil(2.04 * tile.cut * period) + 1)
         step = period / size
@@ -200,28 +208,38 @@ def _tapered_transfer(
         axes.append(step * np.arange(-reach, reach + 1.0))
         steps.append(step)
         sizes.append(size)
-    pattern = (
-        point_spread_of(system, axes[0] * pitch_um, axes[1] * pitch_um, wavelength_nm, precision=precision)
-        * pitch_um**2
-    )
     shape = taper(plan.sharpness)
-    for axis, (place, inner, outer) in enumerate(zip(axes, tile.inner, tile.outer, strict=True)):
-        along = tapered(np.abs(place), inner, outer, shape) * steps[axis]
-        pattern *= along if axis == 0 else along[:, None]
-    folded = _fold(_fold(pattern, sizes[1], 0), sizes[0], 1)
+    hems = [
+        tapered(np.abs(place), inner, outer, shape) * step
+        for place, inner, outer, step in zip(axes, tile.inner, tile.outer, steps, strict=True)
+    ]
+    folded = np.zeros((sizes[1], sizes[0]))
+    reach, rows = axes[1].size // 2, max(1, min(sizes[1], STRIP_SAMPLES // axes[0].size))
+    for first in range(0, axes[1].size, rows):
+        some = slice(first, min(first + rows, axes[1].size))
+        pattern = point_spread_of(
+            system, axes[0] * pitch_um, axes[1][some] * pitch_um, wavelength_nm, precision=precision
+        )
+        pattern *= hems[0] * pitch_um**2
+        pattern *= hems[1][some, None]
+        folded[np.arange(some.start - reach, some.stop - reach) % sizes[1]] += fold(pattern, sizes[0], 1)
+        del pattern
     transfer: C128 = fft.rfft2(folded, workers=-1)
     return transfer
 
 
-def _fold(values: F64, size: int, axis: int) -> F64:
+def fold(values: F64, size: int, axis: int) -> F64:
     """Add up samples −n … n modulo ``size``, the one at 0 first."""
     reach = values.shape[axis] // 2
     moved = np.moveaxis(values, axis, 0)
     out = np.zeros((size, *moved.shape[1:]))
-    for begin in range(0, len(moved), size):
-        part = moved[begin : begin + size]
-        out[: len(part)] += part
-    return np.moveaxis(np.roll(out, -reach, axis=0), 0, axis)
+    first = -reach
+    while first <= reach:
+        place = first % size
+        last = min(reach, first + size - 1 - place)
+        out[place : place + last - first + 1] += moved[first + reach : last + reach + 1]
+        first = last + 1
+    return np.moveaxis(out, 0, axis)
 
 
 def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile) -> Fields:

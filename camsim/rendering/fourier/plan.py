@@ -27,6 +27,8 @@ STRIP_POINTS = 400_000  # spread to at a time, at least, and more with more node
 SPREAD_HELD = 12  # complex numbers for each: a sum on a grid of twice a strip's sides, and what is made of it
 PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
 TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
+STRIP_SAMPLES = 4_000_000  # of a pattern at a time, each of which takes STRIP_BYTES until it is added up
+STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all of it, and the pupil's nodes at a time
 PART = 2_000_000  # numbers that are transformed back at a time
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
 OF_A_CROWD = 0.14
@@ -35,14 +37,11 @@ MOST_NODES, OF_NODES = 200, 0.1  # of one Gauss rule on an edge, a longer one is
 # Seconds of one core, measured.
 PER_TILE = 2e-3
 PER_EDGE_POINT, PER_EDGE_ROW = 1.1e-9, 5e-8
-PER_ROUND_POINT, PER_FIELD_POINT = 1e-9, 3e-8
-PER_POINT_WEIGHT = 8e-9
-PER_SPREAD_NODE = 1.5e-7
-PER_SPREAD_POINT = 8e-8
-PER_GRID_POINT = 1.2e-8
-PER_KERNEL_SAMPLE = 4.5e-9
+PER_ROUND_POINT, PER_FIELD_POINT, PER_POINT_WEIGHT = 1e-9, 3e-8, 8e-9
+PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
+PER_GRID_POINT, PER_KERNEL_SAMPLE = 1.2e-8, 4.5e-9
 PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
-PER_PUPIL_NODE, PER_PUPIL_SAMPLE = 1.8e-7, 5e-7
+PER_PUPIL_NODE, PER_PUPIL_SAMPLE = 2.5e-7, 1.5e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -252,9 +251,10 @@ def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float]:
         seconds += PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
         return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut)
     if kernel.tapered:
-        seconds = PER_PUPIL_NODE * kernel.pupil_nodes(math.hypot(*tile.outer))
+        seconds = PER_PUPIL_NODE * kernel.pupil_nodes(math.hypot(*tile.outer)) * math.ceil(samples / STRIP_SAMPLES)
         seconds += PER_PUPIL_SAMPLE * task.wavelengths * samples
-        return seconds, (160.0 + TRANSFER_BYTES * (fields - 1)) * samples
+        made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
+        return seconds, (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
     return 0.0, 0.0
 
 

@@ -1,0 +1,195 @@
+"""A lens with aberrations as a round lens, moved, and what it has besides: a pattern of no light in all, and short.
+
+A pattern's tail comes from the pupil's rim. Where that is a circle, so is the tail, moved by the wavefront's slope
+there. With f in 1/λN the transfer along u begins 1 − (4/π)·f·⟨exp(4πi·f·s)⟩, s the slope ∂W/∂u on the rim in waves per
+radius and ⟨⟩ its mean, weighed by |normal·u|; terms that are even and smooth in f leave nothing far away. So, x λN
+from a straight edge, an aberrated pattern shows (2/π³)·⟨1/(x − 2s)⟩ where a round one shows (2/π³)/x: rays of the rim,
+each where its slope sends it. With the mean slope taken as a move of 2·⟨s⟩·λN, what is left falls as
+
+    (4/π³)·⟨s⟩/x² + (8/π³)·⟨s²⟩/x³ + …        (s about the move)
+
+where the first term is what no move can take: three-leaved and higher odd aberrations. The rings differ in phase, and
+in size by slopes over x. Nearer than the rays of all of the pupil go, 2·max|s|, all may differ.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple, Protocol
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics.protocols import Round, RoundLens
+
+RIM_POINTS, DIRECTIONS, INSIDE = 240, 24, 12  # on a rim, and circles of the pupil on which slopes are looked for
+STEP = 1e-4  # of a slope's difference, in radii
+TAIL = 2.0 / math.pi**3
+RING = 1.0 / (2.0 * math.pi**4)  # what a line hears of an Airy pattern's rings, times x^(−5/2) (boundary/settings.py)
+STEEPER = 30.0  # rings · waves of slope / x: what amplitudes at the rim differ by; 27 was measured of coma
+MORE = 1.2  # directions between, and the next terms: 1.02 was measured
+RAYS, BEYOND_RAYS = 2.2, 3.0  # slopes, and λN more: as near as the tail is taken to be the rim's alone
+FARTHEST = 1e7  # λN: where a reach is looked for
+HALVINGS = 24
+
+
+class Bent(Protocol):
+    """A lens of one pupil whose wavefront is known."""
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64: ...  # noqa: D102
+
+    def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64: ...  # noqa: D102
+
+    def waves_across(self, wavelength_nm: float) -> float: ...  # noqa: D102
+
+    def blur_um(self, wavelength_nm: float) -> float: ...  # noqa: D102
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float: ...  # noqa: D102
+
+    def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64: ...  # noqa: D102
+
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]: ...  # noqa: D102
+
+
+class Core(RoundLens, Round, Protocol):
+    """A round lens that knows its pattern."""
+
+
+class Split(NamedTuple):
+    """A lens as two: ``core`` with its pattern moved by ``moved_um`` (x, y), and ``rest``, None where there is none."""
+
+    core: Core
+    moved_um: tuple[float, float]
+    rest: Difference | None
+
+
+class Rim(NamedTuple):
+    """Slopes on a pupil's rim or rims, waves per radius at one wavelength.
+
+    move_waves  : (2,) the mean slope, as far as it is one direction's
+    slope_waves : (directions, points) about it, along each direction;  share: of each point, 1 in all
+    steepest_waves, inside_waves : the largest slope about it, of the rim and of all of the pupil
+    rings_rad   : how far the phases of opposite points of the rim differ, the move apart
+    """
+
+    move_waves: F64
+    slope_waves: F64
+    share: F64
+    steepest_waves: float
+    inside_waves: float
+    rings_rad: float
+
+
+def rim_of(lens: Bent, obstruction: float, wavelength_nm: float) -> Rim:
+    """Measure the wavefront on the rim of a round pupil, on that of its obstruction, and between."""
+    angle = 2.0 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
+    normal = np.stack([np.cos(angle), np.sin(angle)])
+    direction = normal[:, :: RIM_POINTS // DIRECTIONS].T
+    rims = [1.0, obstruction] if obstruction else [1.0]
+
+    def slopes(radius: float) -> F64:
+        x, y = radius * normal
+        gx = lens.waves(x + STEP, y, wavelength_nm) - lens.waves(x - STEP, y, wavelength_nm)
+        gy = lens.waves(x, y + STEP, wavelength_nm) - lens.waves(x, y - STEP, wavelength_nm)
+        return np.stack([gx, gy]) / (2.0 * STEP)
+
+    slope = np.concatenate([slopes(radius) for radius in rims], axis=1)
+    # Sums in an order of their own: what a BLAS adds up depends on the number of its threads.
+    across = np.abs(np.einsum("da,ap->dp", direction, normal))
+    weight = np.concatenate([radius * across for radius in rims], axis=1)
+    weight = weight / weight.sum(axis=1, keepdims=True)
+    mean = np.einsum("dp,da,ap->d", weight, direction, slope)
+    move: F64 = 2.0 * np.einsum("d,da->a", mean, direction) / DIRECTIONS
+    about = slope - move[:, None]
+    everywhere = np.stack([slopes(float(radius)) for radius in np.linspace(obstruction, 1.0, INSIDE)])
+    plane = np.einsum("a,ap->p", move, normal)
+    odd = [lens.waves(radius * normal[0], radius * normal[1], wavelength_nm) - radius * plane for radius in rims]
+    return Rim(
+        move_waves=move,
+        slope_waves=np.einsum("da,ap->dp", direction, about),
+        share=weight,
+        steepest_waves=float(np.hypot(*about).max()),
+        inside_waves=float(np.hypot(*(everywhere - move[:, None]).transpose(1, 0, 2)).max()),
+        rings_rad=2.0 * math.pi * max(float(np.abs(w - np.roll(w, RIM_POINTS // 2)).max()) for w in odd),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """What a lens has besides a round one that is moved: a transfer that is 0 at 0, a pattern of either sign.
+
+    lens        : the whole;  core: the round part;  obstruction: of both, 0 … 1
+    moved_um    : where the core's pattern has its centre
+    """
+
+    place: ClassVar[str] = "lens"
+
+    lens: Bent
+    core: Core
+    obstruction: float
+    moved_um: tuple[float, float]
+
+    def blur_um(self, wavelength_nm: float) -> float:
+        """The length of the pattern without aberrations, µm: λN."""
+        return self.lens.blur_um(wavelength_nm)
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which nothing passes, cycles/µm."""
+        return self.lens.cutoff_per_um(wavelength_nm)
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer of the whole less that of the core."""
+        turn = np.exp(-2j * np.pi * (fx_per_um * self.moved_um[0] + fy_per_um * self.moved_um[1]))
+        difference: F64 = self.lens.otf(fx_per_um, fy_per_um, wavelength_nm) - turn * self.core.otf(
+            fx_per_um, fy_per_um, wavelength_nm
+        )
+        return difference
+
+    def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
+        """Irradiance (y, x) per µm² of unit power, less the core's."""
+        pattern = self.lens.point_spread_on(x_um, y_um, wavelength_nm, precision)
+        radius = np.hypot(x_um - self.moved_um[0], (y_um - self.moved_um[1])[:, None])
+        pattern -= self.core.point_spread(radius, wavelength_nm)
+        return pattern
+
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
+        """Return what tells how many nodes the pattern takes out to a distance in µm."""
+        return self.lens.pupil_nodes(wavelength_nm)
+
+    def waves_across(self, wavelength_nm: float) -> float:
+        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
+        return self.lens.waves_across(wavelength_nm)
+
+    def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
+        """Return how much a straight edge of contrast 1 may show at distances and beyond; 1 where nothing is known.
+
+        rings : what is left of the rings by what else stands in the light's way
+        """
+        rim = _rim_of(self, wavelength_nm)
+        x = np.asarray(distance_um, float) / self.blur_um(wavelength_nm)
+        nearest = max(RAYS * rim.inside_waves + BEYOND_RAYS, 0.5)
+        far = np.maximum(x, nearest)[..., None, None]
+        tail = np.abs(np.sum(rim.share / (far - 2.0 * rim.slope_waves), axis=-1) - 1.0 / far[..., 0]).max(axis=-1)
+        far = far[..., 0, 0]
+        swing = rings * RING * (min(2.0, rim.rings_rad) + STEEPER * rim.steepest_waves / far) * far**-2.5
+        light = MORE * (TAIL * tail + swing) / (1.0 - self.obstruction)
+        bound: F64 = np.where(x < nearest, 1.0, np.minimum(light, 1.0))
+        return bound
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
+        """Return a distance beyond which ``light_beyond`` is at most that, µm."""
+        blur_um = self.blur_um(wavelength_nm)
+        low, high = 0.0, math.log(FARTHEST)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            loud = self.light_beyond(np.array(math.exp(middle) * blur_um), wavelength_nm, rings) > lost_fraction
+            low, high = (middle, high) if loud else (low, middle)
+        return math.exp(high) * blur_um
+
+
+@functools.lru_cache(maxsize=256)
+def _rim_of(rest: Difference, wavelength_nm: float) -> Rim:
+    return rim_of(rest.lens, rest.obstruction, wavelength_nm)

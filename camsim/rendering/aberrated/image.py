@@ -1,0 +1,136 @@
+"""The difference's image: lines from their responses, everything else on windows by Fourier transforms."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, U8
+from camsim.kernels import shared
+from camsim.optics.difference import Difference
+from camsim.rendering.aberrated.kernels import Lines, Responses, add_lines, add_short, mark
+from camsim.rendering.aberrated.pattern import ShortPattern
+from camsim.rendering.aberrated.settings import Settings
+from camsim.rendering.aberrated.windows import Window, windows
+from camsim.rendering.engine import Progress
+from camsim.rendering.fourier.image import inverse
+from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
+from camsim.rendering.fourier.regions import Regions, clamped
+from camsim.rendering.job import Job, Nodes
+
+SAME_DIRECTION = 1e-13  # of a normal: lines this nearly parallel share a response
+ROWS = 64  # of a window's transform: fewer are no work for a thread of its own
+MANY = 120  # edges in a window: from here on non-uniform transforms of them cost less
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ShortImage:
+    """What is to be seen of a difference; the job's lens is that difference, its tolerance its part."""
+
+    job: Job
+    rest: Difference
+    nodes: Nodes
+    settings: Settings
+
+    @functools.cached_property
+    def pattern(self) -> ShortPattern:
+        """The pattern, wavelengths fused."""
+        density = self.nodes.density
+        return ShortPattern(
+            rest=self.rest,
+            system=self.job.system,
+            pitch_um=self.job.grid.pitch_um,
+            settings=self.settings,
+            wavelength_nm=self.nodes.wavelength_nm,
+            contrast=density[1:] - density[0],
+            precision=self.job.budget.allowed("short pupil"),
+        )
+
+    @functools.cached_property
+    def lines(self) -> tuple[Lines, F64]:
+        """Edges, and the normals (n, 2) of those that are long enough to be lines for some photosite."""
+        edges = self.job.edges
+        along, length = edges.end - edges.start, edges.length
+        tx, ty = along[:, 0] / length, along[:, 1] / length
+        long = length > 2.0 * self.settings.near
+        response = np.full(len(edges), -1)
+        normals, index = np.unique(
+            np.round(np.stack([-ty, tx], axis=1)[long] / SAME_DIRECTION), axis=0, return_inverse=True
+        )
+        response[long] = index.ravel()
+        x, y = (np.ascontiguousarray(axis) for axis in edges.start.T)
+        return Lines(x, y, tx, ty, length, response, self.job.pair), normals * SAME_DIRECTION
+
+    def responses(self) -> Responses:
+        """Return what lines show, one for each normal, pair and channel."""
+        of_sets = self.pattern.responses(self.lines[1], self.job.budget.allowed("short lines"))
+        weights = self.pattern.sets[1]
+        of_spectra = np.concatenate([np.zeros((1, *weights.shape[1:])), weights])  # the background's are none
+        of_pairs = of_spectra[self.job.sides[:, 0]] - of_spectra[self.job.sides[:, 1]]
+        cells = np.einsum("pkb,obcx->opkcx", of_pairs, of_sets)
+        return Responses(np.ascontiguousarray(cells), self.settings.near, self.settings.step)
+
+    @functools.cached_property
+    def marked(self) -> U8:
+        """The photosites (rows, cols) that see an end, or an edge that is no line."""
+        grid = self.job.grid
+        marked = np.zeros((grid.rows, grid.cols), np.uint8)
+        origin, lines = grid.first_centre, self.lines[0]
+        shared(grid.rows, functools.partial(mark, origin, lines, self.settings.near, marked))
+        return marked
+
+    @functools.cached_property
+    def windows(self) -> list[Window]:
+        """Windows that hold them."""
+        return windows(self.marked, self.settings.grain, self.settings.side)
+
+    def rendered(self, channel: U8, progress: Progress) -> F64:
+        """Return the difference's image, each photosite in its own channel."""
+        image = np.zeros(channel.shape)
+        if len(self.lines[1]):
+            origin, lines, responses, marked = self.job.grid.first_centre, self.lines[0], self.responses(), self.marked
+            shared(len(image), functools.partial(add_lines, origin, lines, responses, channel, marked, image))
+        for done, window in enumerate(self.windows):
+            part = slice(window.row, window.row + window.rows), slice(window.col, window.col + window.cols)
+            values = self._in_window(window, channel[part])
+            here = self.marked[part] == 1
+            image[part][here] = values[here]
+            progress((done + 1) / len(self.windows))
+        return image
+
+    def _in_window(self, window: Window, channel: U8) -> F64:
+        tile = self.settings.tile(*window)
+        x0, y0 = self.job.grid.first_centre
+        seen = clamped(self.job.edges.seen_from((x0 + window.col, y0 + window.row)), tile.low, tile.high)
+        spectra = np.setdiff1d(np.concatenate([seen.left, seen.right]), [0])
+        values = np.zeros(channel.shape)
+        if not spectra.size:
+            return values
+        left, right = (np.searchsorted(spectra, side) + (side > 0) for side in (seen.left, seen.right))
+        own = dataclasses.replace(seen, left=left, right=right)
+        sizes = Sizes(
+            tiles=(tile,),
+            margin=0.0,
+            sharpness=self.settings.sharpness,
+            spread=len(own) > MANY,
+            channels=1,
+            fields=0,
+            block_points=BLOCK_POINTS,
+            strip_points=STRIP_POINTS,
+            seconds=0.0,
+            memory_bytes=0.0,
+        )
+        regions = Regions.of(own, tile, sizes, spectra.size, self.job.tolerance)
+        present = np.unique(channel)
+        weights = np.ascontiguousarray(self.pattern.sets[1][spectra - 1][:, present])
+        total = np.full((present.size, tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
+        for block, scene in regions.blocks():
+            fields, place = self.pattern.on_block(block), block.place(tile)
+            shared(tile.periods[1], functools.partial(add_short, total, scene, fields, weights, place), least=ROWS)
+        for k, sums in zip(present, total, strict=True):
+            mine = channel == k
+            values[mine] = inverse(sums.view(complex)[..., 0], tile)[mine]
+        return values

@@ -1,0 +1,105 @@
+"""How far the difference reaches, and the windows that it is transformed on; lengths in pitches.
+
+The difference is cut off by a taper that is 1 out to ``reach``, where a straight edge shows no more than its share of
+the tolerance, and 0 from ``outer`` on. Scenery farther than ``reach`` from a window is clamped to a box about it, as in
+fourier/plan.py, so its period is about its side and twice the reach: whatever the scene, whatever the frame.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import fft
+
+from camsim.optics.airy import AIRY
+from camsim.optics.difference import Difference
+from camsim.rendering.boundary.settings import SIX_POINTS, crowding, smooth_corners
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.taper import taper_margin
+from camsim.rendering.job import Job
+
+CORNER = 0.5  # lines more in sight of a photosite for every corner nearby
+ALL_ROUND = 1.5 * math.pi  # what a whole circle shows beyond its radius, over what a line at that distance does
+HEARD = 8.0  # times what a line shows, that a taper's hem works on
+COARSEST_RESPONSE = 0.15  # step, blurs
+FINEST_GRAIN = 2  # photosites
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings:
+    """Settings of one difference.
+
+    reach    : as far as the pattern is kept;  extent: of the footprint;  outer: where the taper is 0
+    cut      : highest frequency, cycles/pitch;  sharpness: of the taper
+    step     : of a line's response
+    grain    : photosites along a cell of the map on which windows are placed
+    side, period : of a window, photosites
+    """
+
+    reach: float
+    extent: float
+    outer: float
+    cut: float
+    sharpness: float
+    step: float
+    grain: int
+    side: int
+    period: int
+
+    @property
+    def near(self) -> float:
+        """Distance of a photosite from what it may see."""
+        return self.reach + self.extent
+
+    def tile(self, row: int, col: int, rows: int, cols: int) -> Tile:
+        """Return a window as the transforms take it."""
+        low = -self.near
+        return Tile(
+            row=row,
+            col=col,
+            rows=rows,
+            cols=cols,
+            inner=(self.reach, self.reach),
+            outer=(self.outer, self.outer),
+            periods=(self.period, self.period),
+            cut=self.cut,
+            low=(low, low),
+            high=(cols - 1 + self.near, rows - 1 + self.near),
+        )
+
+
+def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Settings:
+    """Choose the settings of windows ``times`` the reach and more along a side."""
+    pitch_um, blur, budget = job.grid.pitch_um, job.blur, job.budget
+    ends_nm = {float(job.signals.wavelength_nm.min()), float(job.signals.wavelength_nm.max())}
+    allowed, rings = budget.allowed("cut"), job.system.ring_share(job.signals.wavelength_nm)
+
+    def reach_of(lines: float) -> float:
+        return max(rest.reach_um(allowed / lines, nm, rings) for nm in ends_nm) / pitch_um
+
+    alone = reach_of(1.0)
+    lines = min(1.0 + CORNER * crowding(job.edges, 2.0 * alone), ALL_ROUND)
+    reach = min(reach_of(ALL_ROUND if smooth_corners(job.edges, alone) else lines), job.span)
+    beyond = max(float(rest.light_beyond(np.array(reach * pitch_um), nm, rings)) for nm in ends_nm)
+    margin, sharpness = taper_margin(min(max(budget.allowed("hem") / (HEARD * beyond), 1e-14), 1.0))
+    grain = max(FINEST_GRAIN, round(0.125 * (reach + extent)))
+    side = grain * (math.ceil(times * (reach + extent) / grain) + 2)
+    shortest, cutoff = float(blur.min()), rest.cutoff_per_um(min(ends_nm)) * pitch_um
+    least = side + 2.0 * (reach + extent)
+    width = max(math.sqrt(margin * least / cutoff), margin * shortest / 8.0)
+    period = fft.next_fast_len(math.ceil(least + width), real=True)
+    width = period - least
+    turn = (math.pi * 0.5 * budget.allowed("short lines") / SIX_POINTS / AIRY.moment(5)) ** (1.0 / 6.0)
+    return Settings(
+        reach=reach,
+        extent=extent,
+        outer=reach + width,
+        cut=cutoff + margin / width,
+        sharpness=sharpness,
+        step=shortest * min(COARSEST_RESPONSE, turn / (2.0 * math.pi)),
+        grain=grain,
+        side=side,
+        period=period,
+    )
