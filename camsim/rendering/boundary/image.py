@@ -129,7 +129,7 @@ def boundary_bands(
         response=responses.reshape(len(normals), len(tabled), channels, *responses.shape[2:]),
         base=job.base,
         rings=_rings(blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
-        ring_weights=weights,
+        ring_weights=np.ascontiguousarray(weights),  # or kernels would be compiled for either layout
         blur=blur,
     )
     rows, cols = channel.shape
