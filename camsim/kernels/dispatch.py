@@ -1,5 +1,8 @@
 """How kernels are compiled: whole where Python calls them, as little as can be where another kernel takes them in."""
 
+# Numba's own modules have no types.
+# mypy: disable-error-code="no-untyped-call, attr-defined"
+
 from __future__ import annotations
 
 import contextlib
@@ -32,17 +35,18 @@ def kernel(**options: Any) -> Callable[[F], F]:
     """
 
     def compiled(function: F) -> F:
-        if nb.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        if nb.config.DISABLE_JIT:
             return function
-        dispatcher: F = _Kernel(function, options)
-        return dispatcher
+        dispatcher: Any = _Kernel(function, options)
+        made: F = dispatcher
+        return made
 
     return compiled
 
 
 def is_kept(compiled: Any) -> bool:
     """Whether a kernel was compiled in this process, or another has left it."""
-    if compiled.signatures:
+    if not isinstance(compiled, _Kernel) or compiled.signatures:  # with NUMBA_DISABLE_JIT it is Python
         return True
     return compiled.cache is not None and compiled.cache.index.exists()
 
@@ -73,7 +77,7 @@ def compiling(tell: Callable[[str], None]) -> Iterator[None]:
         yield
 
 
-class _Kernel(CPUDispatcher):  # type: ignore[misc]  # of Numba, which has no types
+class _Kernel(CPUDispatcher):
     """A dispatcher that gives other kernels its code before it is optimised.
 
     Numba optimises a function and makes machine code of it before another one takes it in, and there all of that is
@@ -104,14 +108,14 @@ class _Kernel(CPUDispatcher):  # type: ignore[misc]  # of Numba, which has no ty
         signature = self._to_take_in(tuple(args)).signature
         return typing.make_concrete_template(name, key=name, signatures=[signature]), self._compiler.pysig, args, {}
 
-    def get_overload(self, sig: Any) -> object:
+    def get_overload(self, sig: Any) -> Any:
         """Return the key under which Numba finds what another kernel calls."""
         return self._to_take_in(tuple(sigutils.normalize_signature(sig)[0])).entry_point
 
     def _to_take_in(self, args: tuple[Any, ...]) -> Any:
         known = self._taken_in.get(args)
         if known is None:
-            flags = compiler.Flags()
+            flags: Any = compiler.Flags()
             self.targetdescr.options.parse_as_flags(flags, {**self.targetoptions, "no_cpython_wrapper": True})
             flags.no_compile = True
             with event.trigger_event("numba:compile", data={"dispatcher": self, "args": args, "return_type": None}):
@@ -130,7 +134,7 @@ class _Kernel(CPUDispatcher):  # type: ignore[misc]  # of Numba, which has no ty
         return known
 
 
-class _Source(JITCodeLibrary):  # type: ignore[misc]
+class _Source(JITCodeLibrary):
     """Code that is not optimised as a whole, and of which no machine code is made."""
 
     def _optimize_functions(self, ll_module: Any) -> None:

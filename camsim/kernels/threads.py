@@ -23,6 +23,7 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) ->
     Each call writes what no other one reads or writes, and the same whatever its block's ends are: then the bytes
     depend on no number of threads.
 
+    >>> import numpy as np
     >>> squares = np.zeros(5)
     >>> def work(first, end):
     ...     squares[first:end] = np.arange(first, end) ** 2

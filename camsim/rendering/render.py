@@ -8,6 +8,7 @@ import math
 import operator
 import time
 from collections.abc import Sequence
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -25,6 +26,9 @@ from camsim.rendering.running import Rendering, Report, Take, carry_out
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
+AnyMethod: TypeAlias = Literal[
+    "auto", "boundary", "fourier", "area", "uniform-pixel", "uniform", "importance", "strips"
+]
 LOOSEST = 1.0  # engines refuse less than this in words of their own
 
 
@@ -35,7 +39,7 @@ def render(
     *,
     wavelength_nm: float | Sequence[float] | F64,
     tolerance: float = 1e-6,
-    method: str = "auto",
+    method: AnyMethod = "auto",
     samples: int | None = None,
     strict: bool = False,
     prune: bool = True,

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy import fft, interpolate
+from scipy import fft
 
 from camsim.arrays import F64, U8
 from camsim.optics import OpticalSystem
@@ -110,6 +110,8 @@ class Beyond:
         values = np.einsum("pcj,jr->pcr", self.density, np.array(rings)) * shell * radius**3
 
         def pattern(plane: int, channel: int) -> Pattern:
+            from scipy import interpolate  # a tenth of a second that most captures can do without
+
             curve = interpolate.CubicSpline(np.log(radius), values[plane, channel])
 
             def at(distance: F64) -> F64:

@@ -7,7 +7,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, ndimage
 
 from camsim.arrays import F64
 from camsim.scene import Picture
@@ -124,6 +123,8 @@ def mirrored(wanted: range, count: int) -> np.ndarray:
 
 def _spline_of(values: F64) -> F64:
     """Return the coefficients (n, m) of cubic splines through values (n, m), mirrored at either end."""
+    from scipy import linalg  # a tenth of a second that most captures can do without
+
     bands = np.tile(np.array([[1.0], [4.0], [1.0]]) / 6.0, (1, len(values)))
     bands[1, 0] += 1.0 / 6.0
     bands[1, -1] += 1.0 / 6.0
@@ -141,6 +142,8 @@ def refined(coefficients: F64, degree: int, times: int) -> F64:
     """
     if times == 1:
         return coefficients
+    from scipy import ndimage  # a tenth of a second that most captures can do without
+
     mask = np.ones(1)
     for _ in range(degree + 1):
         mask = np.convolve(mask, np.ones(times))

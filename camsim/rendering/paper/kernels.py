@@ -100,7 +100,7 @@ def _strip(y: float, x_edge: float) -> float:
 
 @kernel()
 def strips(
-    x0: float, y0: float, steps: Steps, background: float, whiten: F64, image: F64, begin: int, end: int
+    x0: float, y0: float, steps: Steps, background: float, whiten: F64, image: F64, first_row: int, end_row: int
 ) -> None:
     """Integrate a Gaussian pattern over the bands of every edge in some rows: erf along x, adaptive Simpson along y.
 
@@ -110,7 +110,7 @@ def strips(
     depth = 24
     allowed = 1e-10
     a_stack, b_stack = np.empty(depth + 2), np.empty(depth + 2)
-    for r in range(begin, end):
+    for r in range(first_row, end_row):
         for c in range(image.shape[1]):
             total = background
             x = whiten[0, 0] * (x0 + c) + whiten[0, 1] * (y0 + r)

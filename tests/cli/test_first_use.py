@@ -1,0 +1,31 @@
+"""What is compiled ahead is what a capture takes: after it no kernel meets a type that it has not met."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+CODE = """
+import sys
+from camsim.kernels.dispatch import _Kernel
+from camsim.rendering.ahead import compile_check, compile_kernels
+import camsim.capturing
+
+def types():
+    modules = [module for name, module in list(sys.modules.items()) if name.startswith("camsim.")]
+    kernels = {k for module in modules for k in vars(module).values() if isinstance(k, _Kernel)}
+    return {(kernel.py_func.__qualname__, types) for kernel in kernels for types in kernel.signatures}
+
+compile_kernels()
+compile_check()
+ahead = types()
+camsim.capturing.capture("slanted-edge", overrides=["region.rows=24", "region.cols=24"])
+print(len(ahead), [name for name, _ in types() - ahead])
+"""
+
+
+def test_a_capture_takes_nothing_that_was_not_compiled_ahead() -> None:
+    said = subprocess.run([sys.executable, "-c", CODE], check=True, capture_output=True, text=True).stdout
+    count, _, more = said.strip().partition(" ")
+    assert int(count) >= 8
+    assert more == "[]"
