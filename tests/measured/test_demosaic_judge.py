@@ -168,7 +168,7 @@ def test_the_four_phases_have_the_same_verdict():
         subject = subject_of_capture(judged.capture(phase), frame.truth)
         image = np.moveaxis(demosaic(balanced_signal(frame), frame.channel_index, 3), 0, 2)
         found.append(judge(image, subject, method=phase, scale=subject.level)[0].cpsnr_db)
-    assert np.ptp(found) < 0.15
+    assert np.ptp(found) < 0.05
 
 
 def test_what_cannot_be_judged(subject, ahd):
