@@ -91,6 +91,9 @@ from .sensor.stages.shot_noise import ShotNoise as ShotNoise
 from .spectra.curve import Curve as Curve
 from .spectra.light import Light as Light
 from .spectra.named import reflectance as reflectance
+from .sweeping import dataset as dataset
+from .sweeping import read_pair as read_pair
+from .sweeping import sweep as sweep
 from .version import __version__ as __version__
 from .window import Region as Region
 

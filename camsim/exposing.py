@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import functools
-import hashlib
 import math
-import pickle
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -22,6 +20,7 @@ from camsim.frame import ChannelSignal, Frame, Products, Report, check_products
 from camsim.lit import Lit, Window
 from camsim.marks import Called
 from camsim.notes import Setting, notes_after, notes_before
+from camsim.optical_image import OpticalImage, key_of
 from camsim.optics.own import own_stages
 from camsim.regrouped import Regrouped
 from camsim.rendering import Grid, Rendering
@@ -46,14 +45,6 @@ Method: TypeAlias = Literal["auto", "boundary", "fourier"]
 
 STREAMED = ("mosaic", "spectral")
 """Products that a capture can give while it holds no photosites."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OpticalImage:
-    """What the lens throws on the photosites, in electrons per J/m² of radiant exposure, and how it was found."""
-
-    choice: Choice
-    rendering: Rendering
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,10 +123,9 @@ class Capture:
     @functools.cached_property
     def optical_key(self) -> str:
         """A name of all that makes the optical image: captures that share it may share one."""
-        optics, grid, cfa = self.camera.optics.stages, self.window.wide, self.camera.cfa
-        response = self.camera.electrons_per_reflectance(self.samples, 1.0)
-        made_of = (self.scene, optics, grid, cfa, response, self.samples, self.tolerance, self.method, self.strict)
-        return hashlib.sha256(pickle.dumps(made_of)).hexdigest()
+        camera, how = self.camera, (self.tolerance, self.method, self.strict)
+        response = camera.electrons_per_reflectance(self.samples, 1.0)
+        return key_of(self.scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how)
 
     @functools.cached_property
     def white_level_dn(self) -> int:
@@ -221,8 +211,7 @@ class Capture:
         clock.lap("light")
         seen = optical_image or self.optical_image(products=products, progress=progress)
         rendering, notes = seen.rendering, self.notes(seen.choice, products)
-        # Somebody else's stays as it is; one's own may be overwritten, a large frame needs no second copy.
-        own = optical_image is None
+        own = optical_image is None  # and may be overwritten: a large frame needs no second copy
         lit = self.window.lit(self._exposed(rendering.image, own=own), 0)
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
         truth = self.window.truth(planes, lit.shown_e)
@@ -337,6 +326,27 @@ class Capture:
             rows_before=rows_before,
         )
 
+    def description(self, frame_number: int) -> dict[str, Any]:
+        """Return all that a frame is made of, as files carry it."""
+        described: dict[str, Any] = describe(
+            {
+                "camera": self.camera,
+                "scene": self.scene,
+                "light": self.light,
+                "exposure": self.exposure,
+                "region": self.region,
+                "seed": self.seed,
+                "frame_number": frame_number,
+                "tolerance": self.tolerance,
+                "method": self.method,
+                "noise": self.noise,
+                "colour_matrix": self.colour_matrix,
+                "spectral_nm": self.spectral_nm,
+                **({OWN_STAGES: own} if (own := self.own_stages) else {}),
+            }
+        )
+        return described
+
     def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
         """Return the frame: ``photosites`` with all that files say about them."""
         camera, exposure = self.camera, self.exposure
@@ -360,23 +370,7 @@ class Capture:
             seed=self.seed,
             frame_number=frame_number,
             colour=camera.colour_response(self.light, self.colour_matrix),
-            description=describe(
-                {
-                    "camera": camera,
-                    "scene": self.scene,
-                    "light": self.light,
-                    "exposure": exposure,
-                    "region": self.region,
-                    "seed": self.seed,
-                    "frame_number": frame_number,
-                    "tolerance": self.tolerance,
-                    "method": self.method,
-                    "noise": self.noise,
-                    "colour_matrix": self.colour_matrix,
-                    "spectral_nm": self.spectral_nm,
-                    **({OWN_STAGES: own} if (own := self.own_stages) else {}),
-                }
-            ),
+            description=self.description(frame_number),
         )
 
     def _report(

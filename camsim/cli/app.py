@@ -13,8 +13,10 @@ import typer
 from typer.core import TyperGroup
 
 from camsim.cli.bench import bench
+from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
+from camsim.cli.sweep import sweep
 from camsim.errors import AccuracyError, CamsimError, InvalidValueError
 
 _BEGAN_S = time.perf_counter()
@@ -76,6 +78,8 @@ class SchemaOf(StrEnum):
 
     scene = "scene"
     sensor = "sensor"
+    study = "study"
+    dataset = "dataset"
 
 
 def run() -> None:
@@ -287,6 +291,8 @@ def measure_mtf(
 
 app.command()(bench)
 app.command()(explain)
+app.command()(sweep)
+app.command()(dataset)
 
 
 @app.command("list")
@@ -320,7 +326,7 @@ def show(
 
 @app.command()
 def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> None:
-    """Print the JSON Schema of scene or sensor files, for editors that complete and check."""
+    """Print the JSON Schema of scenes, sensors, studies or data sets, for editors that complete and check."""
     import json
 
     from camsim.config.reference import json_schema
@@ -362,7 +368,7 @@ def new(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
 ) -> None:
-    """Write a scene or sensor to start from, with a comment to every line."""
+    """Write a scene, a sensor, a study or a data set to start from, with a comment to every line."""
     from camsim.cli.new import write_template
 
     print(write_template(what.value, output or f"{what.value}.yaml", force=force))

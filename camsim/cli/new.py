@@ -11,18 +11,20 @@ from camsim.files.atomic import write_whole
 _NEXT = {
     "scene": "camsim validate {0} --draw - shows it, camsim capture {0} takes its picture",
     "sensor": "camsim show {0} says what follows from it, camsim capture SCENE --sensor {0} uses it",
+    "dataset": "camsim dataset {0} -o FOLDER makes its samples",
+    "study": "camsim sweep {0} -o FOLDER takes its captures, --dry-run says what that takes",
 }
 
 
 def template(kind: str) -> str:
-    """Return the text of a scene or a sensor, with a comment to every line."""
+    """Return the text of a scene, a sensor or a study, with a comment to every line."""
     return (Path(__file__).parent / "templates" / f"{kind}.yaml").read_text(encoding="utf-8")
 
 
 def write_template(kind: str, path: str, *, force: bool) -> str:
     """Write it, and return what to do next; raises OutputError when it cannot be written there."""
     if not path.endswith(YAML_SUFFIXES):
-        raise OutputError(f"cannot write {path!r}: scenes and sensors are YAML, give a name that ends in .yaml")
+        raise OutputError(f"cannot write {path!r}: it is YAML, give a name that ends in .yaml")
     if Path(path).exists() and not force:
         raise OutputError(f"{path!r} exists; overwrite it with --force, or write elsewhere with -o")
     if not Path(path).resolve().parent.is_dir():

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.errors import CamsimError, OutputError
 from camsim.files import check_output
+from camsim.files.naming import split_product
 from camsim.frame import Product
 
 
@@ -19,19 +19,6 @@ class Output:
 
     path: str
     product: Product
-
-
-def parse(text: str) -> tuple[str, str | None]:
-    """Split FILE[:PRODUCT].
-
-    >>> parse("out/edge.exr:truth"), parse("C:/edge.dng"), parse("a:b.dng")
-    (('out/edge.exr', 'truth'), ('C:/edge.dng', None), ('a:b.dng', None))
-    """
-    file, colon, product = text.rpartition(":")
-    # What holds a dot or a slash is the rest of a path: a:b.dng, C:/edge.dng.
-    if colon and file and not re.search(r"[./\\]", product):
-        return file, product
-    return text, None
 
 
 def numbered(texts: Iterable[str], count: int) -> list[str]:
@@ -47,7 +34,7 @@ def numbered(texts: Iterable[str], count: int) -> list[str]:
     width, named = len(str(count - 1)), []
     for number in range(count):
         for text in texts:
-            path, product = parse(text)
+            path, product = split_product(text)
             stem, suffix = os.path.splitext(path)
             named.append(f"{stem}-{number:0{width}}{suffix}" + (f":{product}" if product else ""))
     return named
@@ -59,7 +46,7 @@ def check(texts: Iterable[str], *, force: bool) -> tuple[list[Output], list[Cams
     errors: list[CamsimError] = []
     seen: set[str] = set()
     for text in texts:
-        path, product = parse(text)
+        path, product = split_product(text)
         try:
             chosen = check_output(path, product)
             if Path(path).exists() and not force:

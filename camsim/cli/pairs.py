@@ -14,12 +14,13 @@ from typing import Any
 
 from camsim.cli.pairs_readme import readme
 from camsim.errors import CamsimError, InvalidValueError, OutputError
-from camsim.exposing import Capture, OpticalImage, Progress
+from camsim.exposing import Capture, Progress
 from camsim.files import save
 from camsim.files.atomic import replacing, write_chunks
 from camsim.files.describe import record
 from camsim.files.dng_tags import odd_cfa
 from camsim.frame import Frame
+from camsim.optical_image import OpticalImage
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import as_shot_neutral
 from camsim.window import Region

@@ -29,13 +29,21 @@ class Bar:
         self._listening = ExitStack()
 
     def __enter__(self) -> Bar:
-        if self._shown:
-            _say_that_it_compiles()
         if self._wanted:
             from camsim.kernels import compiling
 
             self._listening.enter_context(compiling(self._say_what_is_compiled))
+        self._compile()
         return self
+
+    def _compile(self) -> None:
+        """Compile at the first use on a machine; say, in a log file too, what takes so long."""
+        from camsim.rendering import compile_kernels, kernels_compiled
+
+        if not kernels_compiled():
+            if self._shown:
+                print("camsim: compiling its kernels, once on this machine (about 20 s)", file=sys.stderr)
+            compile_kernels()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -59,14 +67,6 @@ class Bar:
             self._bar = _start()
         progress, task = self._bar
         progress.update(task, description=stage, completed=fraction)
-
-
-def _say_that_it_compiles() -> None:
-    """Say, in a log file too, why the first rendering takes so long, when it will."""
-    from camsim.rendering import kernels_compiled
-
-    if not kernels_compiled():
-        print("camsim: compiling its kernels, once on this machine (about a minute)", file=sys.stderr)
 
 
 def _start() -> tuple[Progress, TaskID]:

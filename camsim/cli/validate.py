@@ -13,6 +13,7 @@ from camsim.config.sensor_search import SensorSearch
 from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.atomic import write_whole
 from camsim.optics import Airy
+from camsim.sweeping import read_dataset, read_study
 
 TERMINAL = "-"
 A_SCENE = "a scene"
@@ -62,5 +63,11 @@ def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -
         # A sensor is whole without a lens; any will do to build the camera.
         load_camera(file, lens=Airy(f_number=8.0), sensors=search.own)
         return "a sensor"
+    if isinstance(said, str) and said.startswith("study/"):
+        read_study(file)
+        return "a study"
+    if isinstance(said, str) and said.startswith("dataset/"):
+        read_dataset(file)
+        return "a data set"
     load(file, overrides=overrides, sensors=search.own)
     return A_SCENE

@@ -191,7 +191,7 @@ def can_contradict(expected: Expected, above: tuple[type[Table], ...] = ()) -> b
         if any(can_contradict(Expected.of(item), above) for item in items):
             return True
     return any(
-        "contradictions" in vars(table)
+        table.can_contradict()
         or any(can_contradict(expected_of_field(field), (*above, table)) for field in table.model_fields.values())
         for table in expected.tables()
         if table not in above

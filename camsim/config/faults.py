@@ -245,7 +245,7 @@ def _got(node: Node) -> str:
 def _contradictions(expected: Expected, node: Node, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
     """Walk all tables of a document for keys that do not go together."""
     table = expected.table(node)
-    if table is not None and "contradictions" in vars(table):
+    if table is not None and table.can_contradict():
         for key, message in table.contradictions(node.plain()):
             yield (*path, key), message
     if isinstance(node.content, Mapping):

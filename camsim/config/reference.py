@@ -11,15 +11,15 @@ from pydantic_core import PydanticUndefined
 
 from camsim.config.expect import Expected, expected_of_field, kinds_of
 from camsim.config.faults import format_of
-from camsim.config.schema import SceneFile, SensorFile, Table
+from camsim.config.schema import DatasetFile, SceneFile, SensorFile, StudyFile, Table
 
-Kind: TypeAlias = Literal["scene", "sensor"]
+Kind: TypeAlias = Literal["scene", "sensor", "study", "dataset"]
 
-FILES: dict[str, type[Table]] = {"scene": SceneFile, "sensor": SensorFile}
+FILES: dict[str, type[Table]] = {"scene": SceneFile, "sensor": SensorFile, "study": StudyFile, "dataset": DatasetFile}
 
 
 def json_schema(kind: Kind) -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a scene or sensor file, descriptions and units included."""
+    """Return the JSON Schema (draft 2020-12) of a scene, sensor or study file, descriptions and units included."""
     model = FILES[kind]
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -35,7 +35,7 @@ def markdown() -> str:
         "",
         "Made from the schema by `python -m camsim.config.reference`; do not edit. Every table may also hold `source`,",
         "a text for people. Numbers follow YAML 1.2; anchors, tags and duplicate keys are refused. All of it is",
-        "also there as JSON Schema for editors: `camsim schema scene`, `camsim schema sensor`.",
+        "also there as JSON Schema for editors: `camsim schema scene`, `sensor`, `study`, `dataset`.",
         "",
     ]
     for name, model in FILES.items():

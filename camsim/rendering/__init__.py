@@ -1,7 +1,8 @@
 """The right number in every photosite, and how sure of it we are."""
 
+from camsim.rendering.ahead import compile_kernels, kernels_compiled
 from camsim.rendering.grid import Grid
-from camsim.rendering.render import kernels_compiled, render, render_channels
+from camsim.rendering.render import render, render_channels
 from camsim.rendering.running import Rendering
 
-__all__ = ["Grid", "Rendering", "kernels_compiled", "render", "render_channels"]
+__all__ = ["Grid", "Rendering", "compile_kernels", "kernels_compiled", "render", "render_channels"]

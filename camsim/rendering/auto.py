@@ -74,12 +74,8 @@ def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:
     own = _checked(boundary, judge)
     if own.seconds <= CHEAP_SECONDS:
         return "boundary", "exact for this lens, and cheap", boundary
-    # It takes no fewer wavelengths than boundary, and to choose its own takes a while: first what it takes with those.
-    fourier = FOURIER.with_nodes(job, boundary.nodes)
+    fourier = FOURIER.plan(job, samples)
     cost = _checked(fourier, judge)
-    if cost.seconds < own.seconds or not _fits(own):
-        fourier = FOURIER.plan(job, samples)
-        cost = _checked(fourier, judge)
     if _fits(cost) and (cost.seconds < own.seconds or not _fits(own)):
         return "fourier", f"{_taking(cost)} expected, boundary {_taking(own)}", fourier
     return "boundary", f"{_taking(own)} expected, fourier {_taking(cost)}", boundary

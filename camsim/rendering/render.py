@@ -8,15 +8,14 @@ import math
 import operator
 import time
 from collections.abc import Sequence
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
-from camsim.kernels import is_kept
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.rendering.auto import Choice, check_method, choose
-from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.job import edges_share
 from camsim.rendering.fields.joined import with_pictures
@@ -27,6 +26,9 @@ from camsim.rendering.running import Rendering, Report, Take, carry_out
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
+AnyMethod: TypeAlias = Literal[
+    "auto", "boundary", "fourier", "area", "uniform-pixel", "uniform", "importance", "strips"
+]
 LOOSEST = 1.0  # engines refuse less than this in words of their own
 
 
@@ -37,7 +39,7 @@ def render(
     *,
     wavelength_nm: float | Sequence[float] | F64,
     tolerance: float = 1e-6,
-    method: str = "auto",
+    method: AnyMethod = "auto",
     samples: int | None = None,
     strict: bool = False,
     prune: bool = True,
@@ -189,11 +191,6 @@ def plan_render(
         edges, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance, method=method,
         samples=samples,
     )  # fmt: skip
-
-
-def kernels_compiled() -> bool:
-    """Whether the kernels lie compiled in the cache (the first use on a machine compiles them, once)."""
-    return is_kept(render_edges)
 
 
 def _check(wavelength_nm: F64, tolerance: float) -> None:

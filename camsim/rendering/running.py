@@ -8,12 +8,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import AccuracyError
-from camsim.kernels import ONE_AT_A_TIME, kernel
 from camsim.rendering.auto import Choice, choose
 from camsim.rendering.check.judge import Found
 from camsim.rendering.engine import Plan, Progress, share
@@ -139,20 +137,11 @@ def _passed(bands: Iterator[F64], channel: U8, scale: F64, places: tuple[I64, I6
         # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
         step = max(1, TAKEN_PHOTOSITES // channel.shape[1])
         for part in np.split(band, range(step, len(band), step)):
-            with ONE_AT_A_TIME:
-                in_unit(part, channel[first : first + len(part)], scale)
+            part *= scale[channel[first : first + len(part)]] if scale.size > 1 else scale[0]
             take(part)
             first += len(part)
         del band, part  # or they would stay until the next band is finished
     return values
-
-
-@kernel(parallel=True)
-def in_unit(part: F64, channel: U8, scale: F64) -> None:
-    """Multiply every photosite by its channel's scale."""
-    for r in nb.prange(part.shape[0]):
-        for c in range(part.shape[1]):
-            part[r, c] *= scale[channel[r, c]]
 
 
 def _images(plans: Sequence[Plan], channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:

@@ -20,6 +20,7 @@ from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import lumped
+from camsim.spectra.kept import kept
 from camsim.spectra.light import Light, LightSamples
 
 XYZ_D50 = np.array([0.9642, 1.0, 0.8249])
@@ -224,12 +225,24 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
 @functools.cache
 def _surfaces() -> tuple[Curve, ...]:
     """Return the 190 reflectances that are fitted to; one holds −2e-18."""
-    training = colour_science().characterisation.read_training_data_rawtoaces_v1()
-    return tuple(Curve(training.wavelengths, curve, outside="hold") for curve in np.maximum(training.values.T, 0.0))
+    wavelength_nm, values = _training()
+    return tuple(Curve(wavelength_nm, curve, outside="hold") for curve in np.maximum(values, 0.0))
 
 
 @functools.cache
 def _observer() -> tuple[Curve, ...]:
     """Return x̄, ȳ and z̄ of the CIE 1931 2° observer, every nanometre."""
+    wavelength_nm, values = _matching()
+    return tuple(Curve(wavelength_nm, curve) for curve in values)
+
+
+@kept
+def _training() -> tuple[list[float], list[list[float]]]:
+    training = colour_science().characterisation.read_training_data_rawtoaces_v1()
+    return training.wavelengths.tolist(), training.values.T.tolist()
+
+
+@kept
+def _matching() -> tuple[list[float], list[list[float]]]:
     observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    return tuple(Curve(observer.wavelengths, curve) for curve in observer.values.T)
+    return observer.wavelengths.tolist(), observer.values.T.tolist()

@@ -16,6 +16,7 @@ from camsim.arrays import F64
 from camsim.errors import UnknownNameError
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
+from camsim.spectra.kept import kept
 
 # The 24 patches of ISO 17321-1 go by their bare names; the other charts by "chart/patch". Ohta's chart holds
 # the same numbers as ISO 17321-1, so it is left out.
@@ -23,6 +24,7 @@ _BARE_CHART = "ISO 17321-1"
 _CHARTS = (_BARE_CHART, "BabelColor Average", "PMC")
 _DAYLIGHTS = {"D50": 5000.0, "D55": 5500.0, "D60": 6000.0, "D65": 6500.0, "D75": 7500.0}
 _T = TypeVar("_T")
+_Table = tuple[list[float], list[float]]  # wavelengths, values
 
 _LETTERS = {"red": "R", "green": "G", "blue": "B"}
 
@@ -33,9 +35,10 @@ def reflectance_names() -> tuple[str, ...]:
     >>> reflectance_names()[:3]
     ('dark skin', 'light skin', 'blue sky')
     """
-    return tuple(_reflectances())
+    return tuple(_reflecting())
 
 
+@functools.cache
 def reflectance(name: str) -> Curve:
     """Return a reflectance by name: "dark skin", "white 9.5", "BabelColor Average/cyan", "PMC/Banana" …
 
@@ -44,14 +47,15 @@ def reflectance(name: str) -> Curve:
     >>> reflectance("white 9.5").wavelength_nm[0], reflectance("white 9.5").values[0]
     (380.0, 0.153)
     """
-    return _find("reflectance", name, _reflectances())
+    return _curve(_find("reflectance", name, _reflecting()), name, "hold")
 
 
 def illuminant_names() -> tuple[str, ...]:
     """Return the names of all illuminants: A, D50 … D75, E, FL1 … FL3.15, HP1 …, LED-B1 … and more."""
-    return tuple(_illuminants())
+    return tuple(_lights())
 
 
+@functools.cache
 def illuminant(name: str) -> Curve:
     """Return the relative spectral power of a CIE or ISO illuminant; F2 is the same as FL2.
 
@@ -61,12 +65,13 @@ def illuminant(name: str) -> Curve:
     >>> float(illuminant("D65").at(560.0))
     100.0
     """
-    return _find("illuminant", re.sub(r"^F(?=\d)", "FL", name), _illuminants())
+    name = re.sub(r"^F(?=\d)", "FL", name)
+    return _curve(_find("illuminant", name, _lights()), name, "zero")
 
 
 def sensitivity_names() -> tuple[str, ...]:
     """Return the names of the cameras whose measured sensitivities are known."""
-    return tuple(_sensitivities())
+    return tuple(_responses())
 
 
 def sensitivities(name: str) -> dict[str, Curve]:
@@ -75,34 +80,40 @@ def sensitivities(name: str) -> dict[str, Curve]:
     >>> sorted(sensitivities("Nikon 5100 (NPL)"))
     ['B', 'G', 'R']
     """
-    return dict(_find("sensitivity", name, _sensitivities()))
+    channels = _find("sensitivity", name, _responses())
+    return {letter: _curve(table, f"{name} {letter}", "zero") for letter, table in channels.items()}
 
 
 @functools.cache
 def photopic_observer() -> Curve:
     """Return V(λ) of the CIE 1924 photopic observer, 360–830 nm in steps of 1 nm; 1 at 555 nm."""
-    return _curve(colour_science().SDS_LEFS["CIE 1924 Photopic Standard Observer"], "V(λ), CIE 1924", "zero")
+    return _curve(_observer(), "V(λ), CIE 1924", "zero")
 
 
-@functools.cache
-def _reflectances() -> Mapping[str, Curve]:
-    curves = {}
+@kept
+def _observer() -> _Table:
+    return _table(colour_science().SDS_LEFS["CIE 1924 Photopic Standard Observer"])
+
+
+@kept
+def _reflecting() -> dict[str, _Table]:
+    tables = {}
     for chart in _CHARTS:
         for patch, data in colour_science().SDS_COLOURCHECKERS[chart].items():
             # "white 9.5 (.05 D)": the density in brackets is no part of a name that people type.
             bare = re.sub(r" \(.* D\)$", "", patch)
             name = bare if chart == _BARE_CHART else f"{chart}/{bare}"
-            curves[name] = _curve(data, name, "hold")
-    return curves
+            tables[name] = _table(data)
+    return tables
 
 
-@functools.cache
-def _illuminants() -> Mapping[str, Curve]:
-    curves = {name: _curve(data, name, "zero") for name, data in colour_science().SDS_ILLUMINANTS.items()}
-    curves["A"] = _continued(curves["A"], np.arange(785.0, 1101.0, 5.0), illuminant_a)
+@kept
+def _lights() -> dict[str, _Table]:
+    tables = {name: _table(data) for name, data in colour_science().SDS_ILLUMINANTS.items()}
+    tables["A"] = _continued(tables["A"], np.arange(785.0, 1101.0, 5.0), illuminant_a)
     for name, nominal_k in _DAYLIGHTS.items():
-        curves[name] = _continued(curves[name], np.arange(785.0, 831.0, 5.0), _daylight(nominal_k))
-    return curves
+        tables[name] = _continued(tables[name], np.arange(785.0, 831.0, 5.0), _daylight(nominal_k))
+    return tables
 
 
 def illuminant_a(wavelength_nm: F64) -> F64:
@@ -131,27 +142,18 @@ def _daylight(nominal_k: float) -> Callable[[F64], F64]:
     return at
 
 
-def _continued(curve: Curve, wavelength_nm: F64, formula: Callable[[F64], F64]) -> Curve:
+def _continued(table: _Table, wavelength_nm: F64, formula: Callable[[F64], F64]) -> _Table:
     """Append a formula's values at wavelengths beyond a table's last."""
-    more_nm = wavelength_nm[wavelength_nm > curve.wavelength_nm[-1]]
-    return Curve(
-        (*curve.wavelength_nm, *more_nm.tolist()),
-        (*curve.values, *formula(more_nm).tolist()),
-        curve.name,
-        curve.outside,
-    )
+    more_nm = wavelength_nm[wavelength_nm > table[0][-1]]
+    return [*table[0], *more_nm.tolist()], [*table[1], *formula(more_nm).tolist()]
 
 
-@functools.cache
-def _sensitivities() -> Mapping[str, Mapping[str, Curve]]:
-    cameras = {}
-    for camera, data in colour_science().MSDS_CAMERA_SENSITIVITIES.items():
-        channels = data.to_sds()
-        cameras[camera] = {
-            _LETTERS[label]: _curve(channel, f"{camera} {_LETTERS[label]}", "zero")
-            for label, channel in zip(data.labels, channels, strict=True)
-        }
-    return cameras
+@kept
+def _responses() -> dict[str, dict[str, _Table]]:
+    return {
+        camera: {_LETTERS[label]: _table(channel) for label, channel in zip(data.labels, data.to_sds(), strict=True)}
+        for camera, data in colour_science().MSDS_CAMERA_SENSITIVITIES.items()
+    }
 
 
 def _find(kind: str, name: str, known: Mapping[str, _T]) -> _T:
@@ -160,5 +162,10 @@ def _find(kind: str, name: str, known: Mapping[str, _T]) -> _T:
     return known[name]
 
 
-def _curve(data: Any, name: str, outside: Literal["zero", "hold"]) -> Curve:
-    return Curve(tuple(data.wavelengths.tolist()), tuple(data.values.tolist()), name, outside)
+def _table(data: Any) -> _Table:
+    return data.wavelengths.tolist(), data.values.tolist()
+
+
+def _curve(table: _Table, name: str, outside: Literal["zero", "hold"]) -> Curve:
+    wavelength_nm, values = table
+    return Curve(tuple(wavelength_nm), tuple(values), name, outside)

@@ -12,6 +12,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
+from camsim.spectra.kept import kept
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,9 +38,15 @@ def rgb_basis() -> RgbBasis:
     >>> rgb_basis().values.shape, rgb_basis().wavelength_nm[[0, -1]].tolist()
     ((3, 81), [380.0, 780.0])
     """
+    wavelength_nm, rows = _primaries()
+    values = np.array(rows)
+    return RgbBasis(wavelength_nm=np.array(wavelength_nm), values=values / values.sum(axis=0))
+
+
+@kept
+def _primaries() -> tuple[list[float], list[list[float]]]:
     basis = colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
-    values = np.ascontiguousarray(basis.values.T)
-    return RgbBasis(wavelength_nm=basis.wavelengths.copy(), values=values / values.sum(axis=0))
+    return basis.wavelengths.tolist(), basis.values.T.tolist()
 
 
 def reflectance_of_rgb(rgb: Sequence[float], name: str = "") -> Spectrum:

@@ -146,7 +146,7 @@ def test_colour_science_leaves_no_trace_in_numpy_or_in_the_warnings() -> None:
         "import warnings, numpy as np\n"
         "warnings.simplefilter('error')\n"
         "before = np.get_printoptions(), np.geterr(), list(warnings.filters)\n"
-        "from camsim.spectra.named import illuminant; illuminant('D65')\n"
+        "from camsim.spectra.colour_science import colour_science; colour_science()\n"
         "assert before == (np.get_printoptions(), np.geterr(), list(warnings.filters))\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-KERNELS = Path(__file__).parents[2] / "camsim" / "kernels.py"
+KERNELS = Path(__file__).parents[2] / "camsim" / "kernels"
 OUTER = """
 from camsim.inner import inside
 from camsim.kernels import is_kept, kernel
@@ -40,7 +40,7 @@ def small(tmp_path):
     package.mkdir()
     (package / "__init__.py").write_text("")
     (package / "outer.py").write_text(OUTER)
-    shutil.copy(KERNELS, package)
+    shutil.copytree(KERNELS, package / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
 
     def begin(inside, cache="cache"):
         (package / "inner.py").write_text(INNER.format(inside))

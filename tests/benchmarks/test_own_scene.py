@@ -1,5 +1,7 @@
 """What ``camsim bench SCENE`` calls an error is one: against truths that no engine of camsim's shares."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
@@ -230,5 +232,6 @@ def test_a_flat_scene_has_no_error_and_a_page():
 
 def test_methods_are_those_of_the_renderer():
     from camsim.rendering.auto import NAMES
+    from camsim.rendering.render import AnyMethod
 
-    assert set(METHODS) == set(NAMES)
+    assert set(METHODS) == set(NAMES) == set(get_args(AnyMethod))

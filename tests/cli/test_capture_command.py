@@ -202,7 +202,7 @@ def test_first_use_says_once_that_it_compiles(patched: Run) -> None:
     code = "import camsim.rendering, sys; sys.modules['camsim.rendering'].kernels_compiled = lambda: False"
     done = patched(code, "capture", "small.yaml")
     assert done.returncode == 0
-    line = "camsim: compiling its kernels, once on this machine (about a minute)"
+    line = "camsim: compiling its kernels, once on this machine (about 20 s)"
     assert done.stderr.splitlines().count(line) == 1
     assert done.stderr.startswith(line)
     assert patched(code, "capture", "small.yaml", "-q", "--force").stderr == ""

@@ -58,10 +58,13 @@ def test_new_writes_what_can_be_captured() -> None:
     assert (code, said.split(":")[0]) == (0, "scene.yaml")
     small = ["region={rows: 8, cols: 10}", "render.tolerance=1e-2"]
     assert load("scene.yaml", sensor="mine", overrides=small).frame().mosaic.shape == (8, 10)
+    for kind in ("study", "dataset"):
+        assert run("new", kind)[0] == 0
+        assert run("validate", f"{kind}.yaml")[0] == 0
     before = Path("scene.yaml").read_bytes()
     for words, why in (
         (("scene",), "'scene.yaml' exists; overwrite it with --force"),
-        (("scene", "-o", "a.txt"), "scenes and sensors are YAML, give a name that ends in .yaml"),
+        (("scene", "-o", "a.txt"), "it is YAML, give a name that ends in .yaml"),
         (("sensor", "-o", "no/a.yaml"), "its folder does not exist; make it first"),
     ):
         code, _, error = run("new", *words)

@@ -51,7 +51,9 @@ photosite = camsim.SquarePhotosite.from_fill_factor(pitch_um=4.0, fill_factor=0.
 triangle = camsim.Polygon(points_um=np.array([[0, 0], [9, 0], [0, 9]]), reflectance=camsim.reflectance("orange"))
 disc = camsim.Disc(radius_um=3, centre_um=[1, 2], reflectance=0.1)
 scene = camsim.Scene(background=0.5, shapes=[triangle, disc, camsim.Rectangle(width_um=1, height_um=2, reflectance=0)])
-shipped = camsim.Scene.from_yaml("slanted-edge", overrides=["scene.background.reflectance=0.4"], sensors=["sensors"])
+shipped = camsim.Scene.from_yaml(
+    "slanted-edge", overrides=["scene.background.reflectance=0.4"], sensors=[pathlib.Path()]
+)
 light = camsim.Light("D55", illuminance_lux=5000)
 table = camsim.Light(camsim.Curve(A, A), irradiance_w_per_m2=0.5, at="sensor")
 exposure = camsim.Exposure(time_s="auto", iso=100)
@@ -77,6 +79,7 @@ method: str = capture.plan().method
 taken = camsim.capture(pathlib.Path("slanted-edge"), overrides=("region={rows: 8, cols: 8}", "render.tolerance=1e-2"))
 grid = camsim.Grid(rows=4, cols=4, pitch_um=4)
 image = camsim.render(scene, [lens, olpf, photosite, Haze(1.0)], grid, wavelength_nm=550, tolerance=1e-2).image
+sampled = camsim.render(scene, [lens, photosite], grid, wavelength_nm=[500], method="uniform", tolerance=1e-2).image
 edges = camsim.measure.picture_of_frame(frame).planes
 x: float = flat.wavelength_nm[0]
 kernel = camsim.Crosstalk(np.eye(3) / 3)

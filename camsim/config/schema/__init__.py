@@ -72,6 +72,7 @@ from camsim.config.schema.shapes import (
     Star,
     Text,
 )
+from camsim.config.schema.study import DatasetFile, StudyFile, Values, Varying
 from camsim.marks import Called
 
 __all__ = [
@@ -85,6 +86,7 @@ __all__ = [
     "CircularPhotosite",
     "Cos4Falloff",
     "Curve",
+    "DatasetFile",
     "Disc",
     "Ellipse",
     "EllipticalGaussianLens",
@@ -138,10 +140,13 @@ __all__ = [
     "SineZonePlate",
     "SquarePhotosite",
     "Star",
+    "StudyFile",
     "Svg",
     "Table",
     "Tabulated",
     "Text",
     "TwoSpotOlpf",
+    "Values",
+    "Varying",
     "WavefrontLens",
 ]

@@ -24,6 +24,11 @@ class Table(BaseModel):
         """Yield (key, message) for keys that do not go together; types and ranges need not be right yet."""
         yield from ()
 
+    @classmethod
+    def can_contradict(cls) -> bool:
+        """Whether it has rules of this kind, its own or those of a table that it is made of."""
+        return any("contradictions" in vars(table) for table in cls.mro() if table is not Table)
+
 
 @dataclass(frozen=True, slots=True)
 class Makes:

@@ -44,6 +44,8 @@ class Scratch(NamedTuple):
     node_x: F64  # a tile's nodes about its centre, and an edge's far form there (4, order²)
     node_y: F64
     node_g: F64
+    half_way: F64  # (order, order) what a tile hands down, interpolated along one axis
+    line: F64  # (channels, order) what it has collected, on one row of photosites
     site_x: F64  # a tile's photosites about its first one, and an edge's far form there (4, leaf²)
     site_y: F64
     site_g: F64
@@ -52,21 +54,36 @@ class Scratch(NamedTuple):
     opened: I64  # (cells,)
 
 
-@kernel()
-def scratch_of(leaf: int, order: int, channels: int, cells: int) -> Scratch:
+def stack_of(world: World) -> Stack:
+    """Return a stack with all sources at level 0."""
+    edges, cells, order = world.edges.x.size, world.cells.x.size, world.numbers.nodes.size
+    levels, channels = world.numbers.to_photosites.shape[0], world.tables.far.shape[1]
+    row, col, quarter, listed = np.zeros((4, levels + 1), np.int64)
+    source, state = np.empty((levels + 1, edges), np.int64), np.empty((levels + 1, edges), np.uint8)
+    if cells:
+        source[0, 0], state[0, 0], listed[0] = 0, CELL, 1
+    else:
+        source[0], state[0], listed[0] = np.arange(edges), WHOLE, edges
+    return Stack(row, col, quarter, listed, source, state, np.zeros((levels + 1, channels, order * order)))
+
+
+def scratch_of(world: World) -> Scratch:
     """Return fresh memory for one thread."""
+    leaf, order, channels = world.numbers.leaf, world.numbers.nodes.size, world.tables.far.shape[1]
     nodes, sites = order * order, leaf * leaf
     index = np.arange(sites)
     return Scratch(
-        np.empty(nodes),
-        np.empty(nodes),
-        np.empty((4, nodes)),
-        (index % leaf).astype(np.float64),
-        (index // leaf).astype(np.float64),
-        np.empty((4, sites)),
-        np.empty((channels, sites)),
-        np.empty(sites, np.uint8),
-        np.empty(cells, np.int64),
+        node_x=np.empty(nodes),
+        node_y=np.empty(nodes),
+        node_g=np.empty((4, nodes)),
+        half_way=np.empty((order, order)),
+        line=np.empty((channels, order)),
+        site_x=(index % leaf).astype(np.float64),
+        site_y=(index // leaf).astype(np.float64),
+        site_g=np.empty((4, sites)),
+        site_sums=np.empty((channels, sites)),
+        quiet=np.empty(sites, np.uint8),
+        opened=np.empty(world.cells.x.size, np.int64),
     )
 
 

@@ -58,8 +58,7 @@ def finish(
     count, source, state, sums = stack.listed[level], stack.source[level], stack.state[level], stack.sums[level]
     rows, cols = min(size, image.shape[0] - row), min(size, image.shape[1] - col)
     order = n.nodes.size
-    line = np.empty((sums.shape[0], order))
-    weights = n.to_photosites[level - 1]
+    line, weights = scratch.line, n.to_photosites[level - 1]
     for r in range(rows):
         for k in range(sums.shape[0]):
             for j in range(order):

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from camsim.arrays import C128, F64, I64, U8
-from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import chebyshev, gauss_by_length, interpolation
 from camsim.rendering.boundary.crowd import gather
@@ -139,10 +138,9 @@ def boundary_bands(
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
         here = np.ascontiguousarray(channel[row : row + band])
-        with ONE_AT_A_TIME:
-            part = render_edges(origin[0], origin[1] + row, here, edges, cells, tables, n)
-            if len(zones.circle):
-                add_rings_in_zones(origin[0], origin[1] + row, zones, here, part, edges, far_rings, long, short)
+        part = render_edges(origin[0], origin[1] + row, here, edges, cells, tables, n)
+        if len(zones.circle):
+            add_rings_in_zones(origin[0], origin[1] + row, zones, here, part, edges, far_rings, long, short)
         yield part
         del part  # or it would stay until the next one is finished
 

@@ -85,16 +85,19 @@ def at_radius(radial: F64, u: float, weights: F64) -> float:
     return at_cell(radial, cell, weights)
 
 
-@kernel()
 def contract(phi: F64, blur: F64, weights: F64, step: float, count: int) -> F64:
     """Return Σ_j weights[k, j]·Φ(m·step/blur[j]) as (k, m): the potential of a polychromatic pattern."""
-    sets = weights.shape[0]
-    out, of_wavelength = np.zeros((count, sets)), np.ascontiguousarray(weights.T)  # sets side by side: vectors
-    scratch = np.empty(ORDER)
+    out = np.zeros((count, len(weights)))  # sets side by side: vectors
+    _contract(phi, blur, np.ascontiguousarray(weights.T), step, np.empty(ORDER), out)
+    return np.ascontiguousarray(out.T)
+
+
+@kernel()
+def _contract(phi: F64, blur: F64, of_wavelength: F64, step: float, scratch: F64, out: F64) -> None:
+    count, sets = out.shape
     for j in range(blur.size):
         scale = step / (blur[j] * STEP_PER_BLUR)
         for m in range(count):
             value = at_radius(phi, m * scale, scratch)
             for k in range(sets):
                 out[m, k] += of_wavelength[j, k] * value
-    return np.ascontiguousarray(out.T)

@@ -6,14 +6,15 @@ the wavelengths, so a photosite never sees how many there were.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
+from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.kernels import ONE_AT_A_TIME, kernel
+from camsim.arrays import F64, I64
+from camsim.kernels import kernel, shared
 from camsim.optics import OpticalSystem
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import gauss_legendre, quintic_cells
@@ -51,16 +52,32 @@ def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint
     phi = potential(pattern, samples * radial_step / float(blur.min()))
     radial = contract(phi, blur, weights, radial_step, samples)
     tables = np.empty((weights.shape[0], 2, rows, rows))
-    with ONE_AT_A_TIME:
-        tables[:, 0] = _filtered(radial, step / radial_step, along_y[0], along_x[1], rows, margin, count)
-        across = tables[:, 0]
-        if not footprint.square:
-            across = _filtered(radial, step / radial_step, along_x[0], along_y[1], rows, margin, count)
+    tables[:, 0] = _filtered(radial, step / radial_step, along_y[0], along_x[1], rows, margin, count)
+    across = tables[:, 0]
+    if not footprint.square:
+        across = _filtered(radial, step / radial_step, along_x[0], along_y[1], rows, margin, count)
     tables[:, 1] = across.transpose(0, 2, 1)
     return tables
 
 
-@kernel(parallel=True)
+class Filters(NamedTuple):
+    """A short filter along each axis."""
+
+    average: F64
+    change: F64  # differences of the average's taps, none where it does not run
+    changes: I64  # which of them are not 0
+    slope: F64
+    slopes: I64  # which taps are not 0
+
+
+class Line(NamedTuple):
+    """Where one thread writes what it needs for one row."""
+
+    cells: I64
+    weights: F64  # (columns, ORDER)
+    values: F64  # from −margin − reach on, mirrored at 0
+
+
 def _filtered(
     radial: F64, samples_per_step: float, average: F64, slope: F64, rows: int, margin: int, count: int
 ) -> F64:
@@ -69,51 +86,79 @@ def _filtered(
     A photosite of many steps has a long average of equal taps and a slope of few that are not 0: then the average
     runs along the line, adding the taps' differences, of which there are as few.
     """
-    reach, lean = average.size // 2, slope.size // 2
-    change = np.zeros(average.size + 1)
-    change[:-1] += average
-    change[1:] -= average
-    long = average.size > LONG
+    change = np.append(average, 0.0) - np.append(0.0, average)
     changes = np.flatnonzero(np.abs(change) > 1e-15 * np.abs(average).max())
-    slopes = np.flatnonzero(slope)
-    sets, columns = radial.shape[0], rows - margin + reach
-    tables = np.empty((sets, rows, rows))
-    for first in range(0, sets, AT_ONCE):
-        some = min(AT_ONCE, sets - first)
-        averaged = np.zeros((some, count, rows))
-        for i in nb.prange(count):
-            cells, weights = np.empty(columns, np.int64), np.empty((columns, ORDER))
-            for j in range(columns):
-                u = math.hypot(i, j) * samples_per_step
-                cells[j] = int(u)
-                lagrange_weights(u - cells[j], ORDER, SCALE, weights[j])
-            line = np.empty(rows + 2 * reach)  # the grid's row i from −margin − reach on, mirrored at 0
-            for k in range(some):
-                for j in range(columns):
-                    line[j + margin + reach] = at_cell(radial[first + k], cells[j], weights[j])
-                for j in range(margin + reach):
-                    line[j] = line[2 * (margin + reach) - j]
-                own = averaged[k, i]
-                if long:
-                    for b in range(average.size):
-                        own[0] += average[b] * line[b]
-                    for tap in changes:
-                        for c in range(1, rows):
-                            own[c] += change[tap] * line[c + tap - 1]
-                    for c in range(1, rows):
-                        own[c] = own[c - 1] - own[c]
-                else:
-                    for b in range(average.size):
-                        for c in range(rows):
-                            own[c] += average[b] * line[c + b]
-        for r in nb.prange(rows):
-            for k in range(some):
-                row = tables[first + k, r]
-                row[:] = 0.0
-                for a in slopes:
-                    for c in range(rows):
-                        row[c] += slope[a] * averaged[k, abs(r - margin + a - lean), c]
+    filters = Filters(average, change[: None if average.size > LONG else 0], changes, slope, np.flatnonzero(slope))
+    tables = np.empty((radial.shape[0], rows, rows))
+    for first in range(0, len(tables), AT_ONCE):
+        some, own = tables[first : first + AT_ONCE], radial[first : first + AT_ONCE]
+        averaged = np.zeros((len(some), count, rows))
+        shared(count, functools.partial(_average_rows, own, samples_per_step, filters, margin, averaged))
+        shared(rows, functools.partial(_slope, averaged, filters, margin, some))
     return tables
+
+
+def _average_rows(
+    radial: F64, samples_per_step: float, filters: Filters, margin: int, averaged: F64, begin: int, end: int
+) -> None:
+    rows, reach = averaged.shape[2], filters.average.size // 2
+    columns = rows - margin + reach
+    line = Line(np.empty(columns, np.int64), np.empty((columns, ORDER)), np.empty(rows + 2 * reach))
+    _average(radial, samples_per_step, filters, margin, line, averaged, begin, end)
+
+
+@kernel()
+def _average(
+    radial: F64,
+    samples_per_step: float,
+    filters: Filters,
+    margin: int,
+    line: Line,
+    averaged: F64,
+    begin: int,
+    end: int,
+) -> None:
+    """Fill in some rows of the averages along the second axis."""
+    average, change = filters.average, filters.change
+    cells, weights, values = line
+    reach, rows = average.size // 2, averaged.shape[2]
+    for i in range(begin, end):
+        for j in range(cells.size):
+            u = math.hypot(i, j) * samples_per_step
+            cells[j] = int(u)
+            lagrange_weights(u - cells[j], ORDER, SCALE, weights[j])
+        for k in range(len(averaged)):
+            for j in range(cells.size):
+                values[j + margin + reach] = at_cell(radial[k], cells[j], weights[j])
+            for j in range(margin + reach):
+                values[j] = values[2 * (margin + reach) - j]
+            own = averaged[k, i]
+            if change.size:
+                for b in range(average.size):
+                    own[0] += average[b] * values[b]
+                for tap in filters.changes:
+                    for c in range(1, rows):
+                        own[c] += change[tap] * values[c + tap - 1]
+                for c in range(1, rows):
+                    own[c] = own[c - 1] - own[c]
+            else:
+                for b in range(average.size):
+                    for c in range(rows):
+                        own[c] += average[b] * values[c + b]
+
+
+@kernel()
+def _slope(averaged: F64, filters: Filters, margin: int, tables: F64, begin: int, end: int) -> None:
+    """Fill in some rows of the slopes along the first axis."""
+    lean, rows = filters.slope.size // 2, tables.shape[1]
+    for r in range(begin, end):
+        for k in range(len(tables)):
+            row = tables[k, r]
+            for c in range(rows):
+                row[c] = 0.0
+            for a in filters.slopes:
+                for c in range(rows):
+                    row[c] += filters.slope[a] * averaged[k, abs(r - margin + a - lean), c]
 
 
 def _average_taps(side: float, shifts: F64) -> F64:

@@ -9,32 +9,14 @@ larger. Only what is left is visited per photosite.
 
 from __future__ import annotations
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, U8
-from camsim.kernels import kernel
-from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World, collect, scratch_of
+from camsim.kernels import kernel, shared
+from camsim.rendering.boundary.collect import Scratch, Stack, World, collect, scratch_of, stack_of
 from camsim.rendering.boundary.crowd import Cells
 from camsim.rendering.boundary.finish import finish
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
-from camsim.rendering.boundary.smooth import WHOLE
-
-
-@kernel()
-def _stack_of(levels: int, channels: int, world: World) -> Stack:
-    """Return a stack with all sources at level 0."""
-    edges, cells, order = world.edges.x.size, world.cells.x.size, world.numbers.nodes.size
-    index = np.zeros((4, levels + 1), np.int64)
-    source = np.empty((levels + 1, edges), np.int64)
-    state = np.empty((levels + 1, edges), np.uint8)
-    sums = np.zeros((levels + 1, channels, order * order))
-    stack = Stack(index[0], index[1], index[2], index[3], source, state, sums)
-    if cells:
-        stack.source[0, 0], stack.state[0, 0], stack.listed[0] = 0, CELL, 1
-    else:
-        stack.source[0], stack.state[0], stack.listed[0] = np.arange(edges), WHOLE, edges
-    return stack
 
 
 @kernel()
@@ -72,8 +54,8 @@ def _descend(
     """Render one of the largest tiles: quarter it until nothing is left but lines, or it is a leaf."""
     rows, cols = image.shape
     n = world.numbers
-    half_way = np.empty((n.nodes.size, n.nodes.size))
     stack.row[1], stack.col[1] = row, col
+    stack.sums[1] = 0.0
     level = 1
     enter = True
     while level > 0:
@@ -98,12 +80,31 @@ def _descend(
         c = stack.col[level] + (quarter % 2) * (size // 2)
         if r < rows and c < cols:
             stack.row[level + 1], stack.col[level + 1] = r, c
-            _hand_down(level, quarter, stack, n, half_way)
+            _hand_down(level, quarter, stack, n, scratch.half_way)
             level += 1
             enter = True
 
 
-@kernel(parallel=True)
+@kernel()
+def render_tiles(
+    first: int,
+    end: int,
+    origin_x: float,
+    origin_y: float,
+    channel: U8,
+    image: F64,
+    stack: Stack,
+    scratch: Scratch,
+    world: World,
+) -> None:
+    """Render some of the largest tiles, counted row by row."""
+    n = world.numbers
+    across = (channel.shape[1] + n.root - 1) // n.root
+    for tile in range(first, end):
+        row, col = (tile // across) * n.root, (tile % across) * n.root
+        _descend(row, col, origin_x, origin_y, channel, image, stack, scratch, world)
+
+
 def render_edges(
     origin_x: float, origin_y: float, channel: U8, edges: TabledEdges, cells: Cells, tables: Tables, n: Numbers
 ) -> F64:
@@ -114,17 +115,10 @@ def render_edges(
     returns  : (rows, cols), in the unit of the weights
     """
     rows, cols = channel.shape
-    image = np.empty((rows, cols))
-    down, across = (rows + n.root - 1) // n.root, (cols + n.root - 1) // n.root
-    levels = n.to_photosites.shape[0]
-    channels = tables.far.shape[1]
-    tiles = down * across
-    for turn in nb.prange(tiles):
-        # Threads take halves of the turns; crossing them spreads a crowded corner of the frame over all threads.
-        tile = 2 * turn if 2 * turn < tiles else 2 * (turn - (tiles + 1) // 2) + 1
-        world = World(edges, cells, tables, n)
-        stack = _stack_of(levels, channels, world)
-        scratch = scratch_of(n.leaf, n.nodes.size, channels, cells.x.size)
-        row, col = (tile // across) * n.root, (tile % across) * n.root
-        _descend(row, col, origin_x, origin_y, channel, image, stack, scratch, world)
+    image, world = np.empty((rows, cols)), World(edges, cells, tables, n)
+
+    def work(first: int, end: int) -> None:
+        render_tiles(first, end, origin_x, origin_y, channel, image, stack_of(world), scratch_of(world), world)
+
+    shared(-(-rows // n.root) * -(-cols // n.root), work)
     return image

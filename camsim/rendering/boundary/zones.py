@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.kernels import kernel
+from camsim.kernels import kernel, shared
 from camsim.rendering.boundary.edge_rings import rings_at
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 
@@ -22,7 +21,6 @@ class Zones(NamedTuple):
     picked: I64  # they
 
 
-@kernel(parallel=True)
 def add_rings_in_zones(
     x0: float,
     y0: float,
@@ -40,9 +38,30 @@ def add_rings_in_zones(
     long, short : how far rings are there already (``near``, ``reach``) and how far they are wanted (``quiet_end``,
                   ``quiet_line``), for edges with a response and without
     """
+
+    def work(begin: int, end: int) -> None:
+        added_at = np.empty(edges.x.size, np.int64)
+        _add_to_rows((begin, end), (x0, y0), zones, channel, image, edges, tables, (long, short), added_at)
+
+    shared(len(image), work)
+
+
+@kernel()
+def _add_to_rows(
+    rows: tuple[int, int],
+    origin: tuple[float, float],
+    zones: Zones,
+    channel: U8,
+    image: F64,
+    edges: TabledEdges,
+    tables: Tables,
+    reaches: tuple[Numbers, Numbers],
+    added_at: I64,
+) -> None:
+    """Add to some rows; ``added_at``: (edges,) memory."""
     circle, first, picked = zones
-    rows, cols = image.shape
-    for r in nb.prange(rows):
+    (x0, y0), (long, short), cols = origin, reaches, image.shape[1]
+    for r in range(rows[0], rows[1]):
         y = y0 + r
         left, right = cols, 0
         for zone in range(len(circle)):
@@ -53,7 +72,7 @@ def add_rings_in_zones(
                 right = max(right, min(cols, math.floor(middle + half) + 1))
         if left >= right:
             continue
-        added_at = np.full(edges.x.size, -1, np.int64)
+        added_at[:] = -1
         for c in range(left, right):
             x = x0 + c
             for zone in range(len(circle)):

@@ -115,26 +115,33 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
     return count
 
 
-@kernel()
 def _cuts(o: Outlines, squares: Squares, same: F64) -> tuple[I64, F64]:
     """Return all cuts: whose (n,), and where (n,)."""
-    owner, places = np.empty(64, np.int64), np.empty(64)
+    parts = len(o.x)
+    found, room = np.empty(parts, np.int64), 16 * parts
+    while True:
+        owner, places = np.empty(room, np.int64), np.empty(room)
+        total = _cut(o, squares, same, found, np.empty(8), owner, places)
+        if total <= room:
+            return owner[:total], places[:total]
+        room = total
+
+
+@kernel()
+def _cut(o: Outlines, squares: Squares, same: F64, found: I64, out: F64, owner: I64, places: F64) -> int:
+    """Write as many cuts as there is room for; return how many there are."""
     total = 0
-    out, found = np.empty(8), np.empty(64, np.int64)
     for a in range(len(o.x)):
-        found, count = touching(squares, a, found)
+        count = touching(squares, a, found)
         for k in range(count):
             b = found[k]
             for e, f in ((a, b), (b, a)):
                 cuts = _crossings(o, e, f, max(same[e], same[f]), out)
-                if total + cuts > places.size:
-                    more_owner, more = np.empty(2 * (total + cuts), np.int64), np.empty(2 * (total + cuts))
-                    more_owner[:total], more[:total] = owner[:total], places[:total]
-                    owner, places = more_owner, more
-                owner[total : total + cuts] = e
-                places[total : total + cuts] = out[:cuts]
-                total += cuts
-    return owner[:total], places[:total]
+                for cut in range(cuts):
+                    if total < places.size:
+                        owner[total], places[total] = e, out[cut]
+                    total += 1
+    return total
 
 
 def pieces_between_cuts(o: Outlines, boxes: F64, same: F64) -> tuple[I64, F64, F64]:

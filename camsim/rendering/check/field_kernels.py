@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
@@ -77,7 +76,7 @@ def _spline(degree: int, t: float, out: F64) -> None:
         out[1], out[2] = 2.0 / 3.0 - t * t * (1.0 - 0.5 * t), 2.0 / 3.0 - s * s * (1.0 - 0.5 * s)
 
 
-@kernel(parallel=True)
+@kernel()
 def lattice_light(
     patches: Patches, point: F64, footprint: Rule, inner: Rule, near: Near, bounds: tuple[float, float]
 ) -> F64:
@@ -88,7 +87,7 @@ def lattice_light(
     planes, channels = near.table.shape[1], near.table.shape[2]
     count, order = len(weights), len(inner.nodes)
     sums = np.zeros((rows, channels))
-    for r in nb.prange(rows):
+    for r in range(rows):
         down, across = np.empty(4), np.empty(4)
         own = np.empty(planes)
         for c in range(cols):
@@ -124,14 +123,14 @@ def lattice_light(
     return total
 
 
-@kernel(parallel=True)
+@kernel()
 def middles_light(patches: Patches, point: F64, far: Far, radius: float) -> F64:
     """Return (channels,): that of those farther away, each in its middle."""
     values, whole, degree, corner, axes = patches
     rows, cols = whole.shape
     planes, channels = far.table.shape[1], far.table.shape[2]
     sums = np.zeros((rows, channels))
-    for r in nb.prange(rows):
+    for r in range(rows):
         half = np.empty(4)
         _spline(degree, 0.5, half)
         for c in range(cols):

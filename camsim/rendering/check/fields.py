@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.kernels import ONE_AT_A_TIME
+from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy, Rectangular, Round
 from camsim.quadrature import gauss_error, gauss_legendre, quintic_cells
@@ -159,8 +159,10 @@ class DirectSums:
         patches = Patches(seen.values, seen.whole, seen.degree, seen.corner, seen.axes * seen.step)
         places, light = seen.lit_near(points, self.zones)
         out = np.zeros((channels, len(points)))
-        with ONE_AT_A_TIME:
-            for k, point in enumerate(points):
+
+        def work(begin: int, end: int) -> None:
+            for k in range(begin, end):
+                point = points[k]
                 for footprint, inner, bounds in zones:
                     out[:, k] += lattice_light(patches, point, footprint, inner, near, bounds)
                     if places.size:
@@ -169,6 +171,8 @@ class DirectSums:
                 out[:, k] += middles_light(patches, point, far, self.radius)
                 if places.size:
                     out[:, k] += far_points_light(places, light, point, far, self.radius)
+
+        shared(len(points), work)
         return out * seen.step**2
 
     def _inner(self, seen: Seen, more: float) -> Rule:

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.pattern import Table, loudness, table_of
-from camsim.rendering.check.points import FEW_NODES, PANEL_BLURS, PANEL_NODES, SHORT, Tables, light_at_points
+from camsim.rendering.check.points import FEW_NODES, PANEL_BLURS, PANEL_NODES, SHORT, Asked, Tables, light_at_points
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
 
@@ -114,22 +113,18 @@ class Integrals:
         pairs, channels = self.weights.shape[:2]
         rules = np.stack(gauss_legendre(PANEL_NODES)), np.stack(gauss_legendre(FEW_NODES))
         nodes, weights = self.rule
-        with ONE_AT_A_TIME:
-            light = light_at_points(
-                points,
-                sets,
-                radius,
-                nodes,
-                self.pieces.outlines,
-                self.pair,
-                Tables(
-                    table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
-                    table.step,
-                    table.far.reshape(pairs, channels, 4),
-                ),
-                PANEL_BLURS * float(self._blur.min()),
-                rules,
-            )
+        light = light_at_points(
+            Asked(points, sets, radius, nodes),
+            self.pieces.outlines,
+            self.pair,
+            Tables(
+                table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
+                table.step,
+                table.far.reshape(pairs, channels, 4),
+            ),
+            PANEL_BLURS * float(self._blur.min()),
+            rules,
+        )
         values: F64 = light @ weights
         return values
 

@@ -47,8 +47,20 @@ class Squares(NamedTuple):
 
 
 @kernel()
-def touching(squares: Squares, e: int, found: I64) -> tuple[I64, int]:
-    """Write the boxes that touch box ``e`` and are no smaller, each pair once; return where, and how many."""
+def _first_of(key: I64, begin: int, end: int, least: int) -> int:
+    """Return where, from begin to end, sorted keys are ``least`` or more for the first time."""
+    while begin < end:
+        middle = (begin + end) // 2
+        if key[middle] < least:
+            begin = middle + 1
+        else:
+            end = middle
+    return begin
+
+
+@kernel()
+def touching(squares: Squares, e: int, found: I64) -> int:
+    """Write the boxes that touch box ``e`` and are no smaller, each pair once; return how many."""
     count = 0
     x0, y0, x1, y1 = squares.boxes[e]
     for level in range(squares.level[e], len(squares.first) - 1):
@@ -59,7 +71,7 @@ def touching(squares: Squares, e: int, found: I64) -> tuple[I64, int]:
         low_x, high_x = math.floor((x0 - squares.low[0]) / side) - 1, math.floor((x1 - squares.low[0]) / side)
         low_y, high_y = math.floor((y0 - squares.low[1]) / side) - 1, math.floor((y1 - squares.low[1]) / side)
         for row in range(max(low_y, 0), high_y + 1):
-            k = begin + np.searchsorted(squares.key[begin:end], row * ROW + max(low_x, 0))
+            k = _first_of(squares.key, begin, end, row * ROW + max(low_x, 0))
             while k < end and squares.key[k] <= row * ROW + high_x:
                 f = squares.box[k]
                 k += 1
@@ -68,28 +80,31 @@ def touching(squares: Squares, e: int, found: I64) -> tuple[I64, int]:
                 b = squares.boxes[f]
                 if b[0] > x1 or b[2] < x0 or b[1] > y1 or b[3] < y0:
                     continue
-                if count == found.size:
-                    more = np.empty(2 * count, np.int64)
-                    more[:count] = found
-                    found = more
                 found[count] = f
                 count += 1
-    return found, count
+    return count
+
+
+def pairs(squares: Squares) -> tuple[I64, I64]:
+    """Return all pairs of boxes that touch, each once."""
+    boxes = len(squares.level)
+    found, room = np.empty(boxes, np.int64), 8 * boxes
+    while True:
+        one, two = np.empty((2, room), np.int64)
+        total = _pairs(squares, found, one, two)
+        if total <= room:
+            return one[:total], two[:total]
+        room = total
 
 
 @kernel()
-def pairs(squares: Squares) -> tuple[I64, I64]:
-    """Return all pairs of boxes that touch, each once."""
-    one, two = np.empty(64, np.int64), np.empty(64, np.int64)
+def _pairs(squares: Squares, found: I64, one: I64, two: I64) -> int:
+    """Write as many pairs as there is room for; return how many there are."""
     total = 0
-    found = np.empty(64, np.int64)
     for e in range(len(squares.level)):
-        found, count = touching(squares, e, found)
-        if total + count > one.size:
-            more_one, more_two = np.empty(2 * (total + count), np.int64), np.empty(2 * (total + count), np.int64)
-            more_one[:total], more_two[:total] = one[:total], two[:total]
-            one, two = more_one, more_two
-        one[total : total + count] = e
-        two[total : total + count] = found[:count]
-        total += count
-    return one[:total], two[:total]
+        count = touching(squares, e, found)
+        for k in range(count):
+            if total < one.size:
+                one[total], two[total] = e, found[k]
+            total += 1
+    return total

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.kernels import kernel, shared
 from camsim.rendering.check.cuts import lies_on
 from camsim.rendering.check.outlines import Outlines, Owners
 
 BESIDE = 4.0  # times as far as places that are one: what is seen is asked there, on either side
 PARTS_A_ROW = 4  # at the most, on average
+PIECES_AT_ONCE = 64
 
 
 class Rows(NamedTuple):
@@ -159,7 +159,6 @@ def _others(
     return count, earlier
 
 
-@kernel(parallel=True)
 def sides_of(
     o: Outlines, rows: Rows, owners: Owners, near: Near, piece: tuple[I64, F64, F64], whose: I64, of: I64, same: F64
 ) -> tuple[I64, I64]:
@@ -168,9 +167,30 @@ def sides_of(
     piece : whose part (n,), from where and to where (n,);  whose, same: each part's primitive and how near is the same
     of    : (primitives,) spectrum of each
     """
-    owner, low, high = piece
-    left, right = np.zeros(len(owner), np.int64), np.zeros(len(owner), np.int64)
-    for p in nb.prange(len(owner)):
+    left, right = np.zeros((2, len(piece[0])), np.int64)
+
+    def work(begin: int, end: int) -> None:
+        _sides_of(begin, end, o, rows, owners, near, piece, (whose, of, same), (left, right))
+
+    shared(len(left), work, least=PIECES_AT_ONCE)
+    return left, right
+
+
+@kernel()
+def _sides_of(
+    begin: int,
+    end: int,
+    o: Outlines,
+    rows: Rows,
+    owners: Owners,
+    near: Near,
+    piece: tuple[I64, F64, F64],
+    parts: tuple[I64, I64, F64],
+    sides: tuple[I64, I64],
+) -> None:
+    """Find the spectra of some pieces; parts: whose, of and same."""
+    (owner, low, high), (whose, of, same), (left, right) = piece, parts, sides
+    for p in range(begin, end):
         e = owner[p]
         fewest = 1 << 60
         # Where another outline just touches a piece its sides are asked elsewhere; what runs along does so everywhere.
@@ -198,4 +218,3 @@ def sides_of(
                 right[p] = of[two] if two >= 0 else 0
             if count == 0:
                 break
-    return left, right

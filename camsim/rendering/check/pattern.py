@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 from camsim.optics import RoundLens
 from camsim.quadrature import quintic_cells
@@ -94,22 +94,26 @@ def _far_powers(lens: RoundLens) -> tuple[float, float, float]:
     return terms[0], terms[1], terms[2]
 
 
-@kernel()
 def _contracted(profile: F64, blur: F64, weights: F64, step: float, cells: int) -> F64:
     """Σ_j w[k, j]·E/r² of λ_j at multiples −2 … cells + 2 of ``step``."""
-    sets = weights.shape[0]
-    values, of_wavelength = np.zeros((cells + 5, sets)), np.ascontiguousarray(weights.T)  # sets side by side: vectors
+    values = np.zeros((cells + 5, len(weights)))  # sets side by side: vectors
+    _contract(profile, blur, np.ascontiguousarray(weights.T), step, values)
+    return np.ascontiguousarray(values.T)
+
+
+@kernel()
+def _contract(profile: F64, blur: F64, of_wavelength: F64, step: float, values: F64) -> None:
+    count, sets = values.shape
     for j in range(blur.size):
         scale = step * CELLS_PER_BLUR / blur[j]
         inverse_square = 1.0 / (blur[j] * blur[j])
-        for m in range(cells + 5):
+        for m in range(count):
             u = abs(m - 2) * scale
             c = profile[int(u)]
             t = u - int(u)
             value = (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))) * inverse_square
             for k in range(sets):
                 values[m, k] += of_wavelength[j, k] * value
-    return np.ascontiguousarray(values.T)
 
 
 def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64) -> float:
@@ -124,19 +128,20 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
     extent = float(np.abs(ahead).max())
     fine = np.arange(-extent - blur, extent + (WAVES + 1.0) * blur, blur / CELLS_PER_BLUR)
     swing = table.oscillation(np.maximum(radius + fine, 0.1 * radius))
+    # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
+    most = np.abs(swing).max(axis=1) * np.abs(weights).sum()
     places = np.linspace(0.0, WAVES * blur, WAVES * PER_WAVE)
-    return float(_loudest(swing, fine[0], fine[1] - fine[0], places, np.ascontiguousarray(ahead.T), weights))
+    along, step = np.ascontiguousarray(ahead.T), float(fine[1] - fine[0])
+    return _loudest(swing, most, np.argsort(-most), float(fine[0]), step, places, along, weights)
 
 
 @kernel()
-def _loudest(swing: F64, first: float, step: float, places: F64, ahead: F64, weights: F64) -> float:
-    # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
-    most = np.empty(len(swing))
-    for k in range(len(swing)):
-        most[k] = np.abs(swing[k]).max()
-    most *= np.abs(weights).sum()
+def _loudest(
+    swing: F64, most: F64, order: I64, first: float, step: float, places: F64, ahead: F64, weights: F64
+) -> float:
+    """Return how loud the loudest average is; most: no set is louder than that, order: of sets, by it."""
     loudest = 0.0
-    for k in np.argsort(-most):
+    for k in order:
         if most[k] <= loudest:
             break
         for d in range(len(ahead)):

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.kernels import kernel, shared
 from camsim.rendering.check.outlines import Outlines
 
 PANEL_NODES = 20
 PANEL_BLURS = 4.0
 FEW_NODES = 8
 SHORT = 0.25  # of its distance, half an arc for which these do: 8^{-16} of what it gives
+CUTS = 10  # where a round piece may be cut, its ends among them
 FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
 
 
@@ -25,6 +25,15 @@ class Tables(NamedTuple):
     cells: F64  # (pairs, channels, n, 6) E/r² as quintics
     step: float  # pitches
     far: F64  # (pairs, channels, 4) its smooth powers
+
+
+class Asked(NamedTuple):
+    """Where light is asked for."""
+
+    points: F64  # (n, 2)
+    sets: I64  # (n,) channel of each
+    radius: F64  # (n,) within which E is taken from the table
+    nodes: F64  # (m, 2) by which every point is moved
 
 
 class Energy(NamedTuple):
@@ -132,10 +141,12 @@ def _panel(arc: Arc, start: float, stop: float, inside: bool, energy: Energy, g:
 
 @kernel()
 def _round(
-    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, rules: tuple[F64, F64]
+    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, g: F64, few: F64, cuts: F64
 ) -> float:
-    """One round piece: with d from the point to the centre and e(φ) to the rim, r × dr = (R² + R·d·e)dφ."""
-    g, few = rules
+    """One round piece: with d from the point to the centre and e(φ) to the rim, r × dr = (R² + R·d·e)dφ.
+
+    cuts : (CUTS,) memory
+    """
     big = o.dx[e]
     dx, dy = o.x[e] - x, o.y[e] - y
     gap = math.hypot(dx, dy)
@@ -147,7 +158,6 @@ def _round(
         return _panel(Arc(dx, dy, big, begin, end), 0.0, 1.0, False, energy, few)
     # Cut where the rim is nearest and farthest, and where it crosses the table's radius:
     # |d|² + R² + 2R|d|cos(φ − φd) = radius².
-    cuts = np.full(10, end)
     cuts[0] = begin
     count = 1
     if gap > 0.0:
@@ -156,13 +166,17 @@ def _round(
         towards = math.atan2(dy, dx)
         for away in (0.0, math.pi, crossing, -crossing):
             angle = begin + (towards + away - begin) % math.tau
-            while angle < end and count < 9:
-                cuts[count] = angle
+            while angle < end and count < CUTS - 1:
+                place = count
+                while place > 0 and cuts[place - 1] > angle:
+                    cuts[place] = cuts[place - 1]
+                    place -= 1
+                cuts[place] = angle
                 count += 1
                 angle += math.tau
-    cuts = np.sort(cuts)
+    cuts[count] = end
     total = 0.0
-    for k in range(9):
+    for k in range(count):
         low, high = cuts[k], cuts[k + 1]
         if high <= low:
             continue
@@ -188,29 +202,39 @@ def _round(
     return total
 
 
-@kernel(parallel=True, error_model="numpy", fastmath={"contract"})
-def light_at_points(
-    points: F64,
-    sets: I64,
-    radius: F64,
-    nodes: F64,
+def light_at_points(asked: Asked, o: Outlines, pair: I64, tables: Tables, panel: float, rules: tuple[F64, F64]) -> F64:
+    """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
+
+    pair   : (pieces,) which two spectra
+    panel  : longest that one rule integrates, pitches
+    rules  : (2, q) nodes and weights, and of fewer for what is short and far
+    """
+    light = np.empty((len(asked.points), len(asked.nodes)))
+
+    def work(begin: int, end: int) -> None:
+        _light(begin, end, asked, o, pair, tables, panel, rules, np.empty(CUTS), light)
+
+    shared(light.size, work)
+    return light
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _light(
+    begin: int,
+    end: int,
+    asked: Asked,
     o: Outlines,
     pair: I64,
     tables: Tables,
     panel: float,
     rules: tuple[F64, F64],
-) -> F64:
-    """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
-
-    sets   : (points,) channel of each;  radius: (points,) within which E is taken from the table
-    pair   : (pieces,) which two spectra
-    panel  : longest that one rule integrates, pitches
-    rules  : (2, q) nodes and weights, and of fewer for what is short and far
-    """
+    cuts: F64,
+    light: F64,
+) -> None:
+    """Fill in some of the light, counted point by point; cuts: (CUTS,) memory."""
+    (points, sets, radius, nodes), (gauss, few) = asked, rules
     count, per_step = len(nodes), 1.0 / tables.step
-    gauss, few = rules
-    light = np.zeros((len(points), count))
-    for job in nb.prange(len(points) * count):
+    for job in range(begin, end):
         point, node = job // count, job % count
         x, y = points[point, 0] + nodes[node, 0], points[point, 1] + nodes[node, 1]
         channel, reach = sets[point], radius[point]
@@ -220,6 +244,5 @@ def light_at_points(
             if o.turn_rad[e] == 0.0:
                 total += _straight(x, y, o, e, reach, panel, energy, gauss)
             else:
-                total += _round(x, y, o, e, reach, panel, energy, (gauss, few))
+                total += _round(x, y, o, e, reach, panel, energy, gauss, few, cuts)
         light[point, node] = total / math.tau
-    return light

@@ -16,7 +16,6 @@ import numpy as np
 from scipy import fft, interpolate
 
 from camsim.arrays import F64, U8
-from camsim.kernels import ONE_AT_A_TIME
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy
 from camsim.rendering.fields.far_kernels import POINTS, deposit, deposit_rows, read
@@ -102,10 +101,7 @@ class Beyond:
         mass = np.zeros((sum(own.c.shape[2] for own in patterns), *length))
         for own in gathered:
             for x, y, given in own.parts(block, low + rim, high - rim):
-                with ONE_AT_A_TIME:
-                    (deposit_rows if given.ndim == 3 else deposit)(
-                        (x - low[0]) / step, (y - low[1]) / step, given, mass
-                    )
+                (deposit_rows if given.ndim == 3 else deposit)((x - low[0]) / step, (y - low[1]) / step, given, mass)
         down, across = (np.minimum(np.arange(n), n - np.arange(n)) for n in length)
         # A quarter of the pattern is all of it.
         distance = step * np.hypot(*np.meshgrid(*(np.arange(n // 2 + 1.0) for n in length), indexing="ij"))
@@ -127,8 +123,7 @@ class Beyond:
                 taken += 1
             own_lattice[...] = fft.irfft2(total, s=length, workers=-1)[: count[0], : count[1]]
         images = channel.reshape(-1, *channel.shape[-2:])
-        with ONE_AT_A_TIME:
-            read(lattice, step, low, images, image.reshape(images.shape))
+        read(lattice, step, low, images, image.reshape(images.shape))
 
     def _averaged(self, radius: F64) -> F64:
         """Return r³ times the pattern's mean over a ring, (planes, channels, radii): all but constant far out.

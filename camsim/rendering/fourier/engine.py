@@ -121,10 +121,6 @@ class Fourier:
         check_tolerance(job.tolerance)
         return FourierPlan(job=job, nodes=_nodes(job))
 
-    def with_nodes(self, job: Job, nodes: Nodes) -> FourierPlan:
-        """Return the plan with wavelengths that somebody else chose."""
-        return FourierPlan(job=job, nodes=nodes)
-
     def windows(self, job: Job) -> FourierImage:
         """Return what renders windows of a job."""
         return self.plan(job).image

@@ -17,7 +17,7 @@ from scipy import fft
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
-from camsim.kernels import ONE_AT_A_TIME
+from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
@@ -84,8 +84,7 @@ class FourierImage:
         if self._empty:
             progress(1.0)
             return image
-        edges = self.edges.seen_from(origin)
-        plan = self._plan(edges, (channel.shape[-2], channel.shape[-1]))
+        edges, plan = self._planned(origin, (channel.shape[-2], channel.shape[-1]))
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
                 f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
@@ -107,7 +106,7 @@ class FourierImage:
         """Return what rows and columns from ``origin`` on are expected to take, and the number of frequencies."""
         if not len(self.edges):
             return Cost(seconds=0.0, memory_bytes=8.0 * shape[0] * shape[1]), 0.0
-        plan = self._plan(self.edges.seen_from(origin), shape)
+        plan = self._planned(origin, shape)[1]
         return Cost(seconds=plan.seconds, memory_bytes=plan.memory_bytes), sum(tile.points for tile in plan.tiles)
 
     @functools.cached_property
@@ -125,6 +124,18 @@ class FourierImage:
     def kernel(self) -> Kernel:
         """What the plan has to know of the lens."""
         return kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
+
+    @functools.cached_property
+    def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Edges, Sizes]]:
+        return {}
+
+    def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Edges, Sizes]:
+        """Return the edges from the first photosite, and tiles and settings: chosen once, to be priced and rendered."""
+        known = self._plans.get((origin, shape))
+        if known is None:
+            edges = self.edges.seen_from(origin)
+            known = self._plans[origin, shape] = edges, self._plan(edges, shape)
+        return known
 
     def _plan(self, edges: Edges, shape: tuple[int, int]) -> Sizes:
         """Choose tiles and settings; ``edges`` from the first photosite."""
@@ -174,15 +185,15 @@ class FourierImage:
             curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
-                with ONE_AT_A_TIME:
-                    add_round(total, scene, footprint, curves, block.place(tile))
+                add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
+                shared(total.shape[1], add)
             return total
         for fields, weights in self._fields(tile, plan, contrast):
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 values = fields(block)
-                with ONE_AT_A_TIME:
-                    add_fields(total, scene, footprint, values, weights, block.place(tile))
+                add = functools.partial(add_fields, total, scene, footprint, values, weights, block.place(tile))
+                shared(total.shape[1], add)
         return total
 
     def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:

@@ -11,14 +11,14 @@ That is what the transforms here return; the area takes F's place at k = 0.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.kernels import kernel, shared
 from camsim.rendering.fourier.blocks import Place
 
 COLUMNS = 128  # frequencies at a time: their phases stay in the nearest cache; rows cut out, so that loops are vectors
@@ -73,24 +73,37 @@ def _multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> 
             real[c] = product
 
 
-@kernel(parallel=True, error_model="numpy", fastmath={"contract"})
 def edge_transforms(place: Place, edges: Corners, spectra: int) -> F64:
     """Return 4π²|k|²·F of every spectrum's regions, real and imaginary part: (spectra, count_j, 2, count_i).
 
     Beyond the cut they are left at 0.
     """
-    points, begin, finish, left, right = edges
-    first_i, first_j, count_i, count_j = place.first_i, place.first_j, place.count_i, place.count_j
-    px, py, cut = place.px, place.py, place.cut
-    out = np.zeros((spectra, count_j, 2, count_i))
-    corners = len(points)
-    xr, xi = np.empty((corners, count_i)), np.empty((corners, count_i))
-    for v in nb.prange(corners):
-        for c in range(count_i):
-            turn = points[v, 0] * (first_i + c) / px
+    out = np.zeros((spectra, place.count_j, 2, place.count_i))
+    across = np.empty((2, len(edges.points), place.count_i))
+    shared(len(edges.points), functools.partial(_turn, place, edges.points, across))
+    shared(place.count_j, functools.partial(_transform, place, edges, across, out))
+    return out
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _turn(place: Place, points: F64, across: F64, low: int, high: int) -> None:
+    """Write some corners' phases along the first axis."""
+    for v in range(low, high):
+        for c in range(place.count_i):
+            turn = points[v, 0] * (place.first_i + c) / place.px
             turn -= math.floor(turn)
-            xr[v, c], xi[v, c] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
-    for r in nb.prange(count_j):
+            across[0, v, c], across[1, v, c] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int, high_row: int) -> None:
+    """Add every edge to some rows."""
+    points, begin, finish, left, right = edges
+    first_i, first_j, count_i = place.first_i, place.first_j, place.count_i
+    px, py, cut = place.px, place.py, place.cut
+    xr, xi = across[0], across[1]
+    corners = len(points)
+    for r in range(low_row, high_row):
         ky = (first_j + r) / py
         inside = cut * cut - ky * ky
         if inside <= 0.0:
@@ -150,12 +163,13 @@ def edge_transforms(place: Place, edges: Corners, spectra: int) -> F64:
                         for c in range(width):
                             out_r[c] += sign * sum_r[c]
                             out_i[c] += sign * sum_i[c]
-    return out
 
 
-@kernel(parallel=True, error_model="numpy", fastmath={"contract"})
-def add_round(total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Curves, place: Place) -> None:
-    """Add a block of round kernels to ``total`` (channels, py, px//2 + 1, 2)."""
+@kernel(error_model="numpy", fastmath={"contract"})
+def add_round(
+    total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Curves, place: Place, low_row: int, high_row: int
+) -> None:
+    """Add a block of round kernels to some rows of ``total`` (channels, py, px//2 + 1, 2)."""
     transforms, areas = scene
     curves, cells_per_frequency = lens_curves
     first_i, first_j, column, row = place.first_i, place.first_j, place.column, place.row
@@ -164,7 +178,7 @@ def add_round(total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Cu
     channels = total.shape[0]
     last = len(curves) - 1
     # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
-    for target in nb.prange(py):
+    for target in range(low_row, high_row):
         for r in range((target - row) % py, count_j, py):
             ky = (first_j + r) / py
             inside = cut * cut - ky * ky
@@ -212,9 +226,18 @@ def add_round(total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Cu
                         sums[c, 1] += value_r * foot_i[c] + value_i * foot_r[c]
 
 
-@kernel(parallel=True)
-def add_fields(total: F64, scene: SceneBlock, footprint: Factors, fields: F64, weights: F64, place: Place) -> None:
-    """Add a block of kernels that are given frequency by frequency.
+@kernel()
+def add_fields(
+    total: F64,
+    scene: SceneBlock,
+    footprint: Factors,
+    fields: F64,
+    weights: F64,
+    place: Place,
+    low_row: int,
+    high_row: int,
+) -> None:
+    """Add a block of kernels that are given frequency by frequency to some rows.
 
     fields  : (j, count_j, count_i, 2) transfer of the lens at each wavelength;  weights: (spectra, channels, j)
     """
@@ -224,7 +247,7 @@ def add_fields(total: F64, scene: SceneBlock, footprint: Factors, fields: F64, w
     spectra, count_j, _, count_i = transforms.shape
     channels, wavelengths = total.shape[0], len(fields)
     # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
-    for target in nb.prange(py):
+    for target in range(low_row, high_row):
         for r in range((target - row) % py, count_j, py):
             ky = (first_j + r) / py
             inside = cut * cut - ky * ky

@@ -7,15 +7,15 @@ tapered pattern is band-limited. Any other lens is sampled on a lattice and tran
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 
-import numba as nb
 import numpy as np
 from scipy import fft
 
 from camsim.arrays import C128, F64
-from camsim.kernels import ONE_AT_A_TIME, kernel
+from camsim.kernels import kernel, shared
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, Round, Separable
 from camsim.quadrature import chebyshev, interpolation
@@ -91,15 +91,15 @@ def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) ->
     return light
 
 
-@kernel(parallel=True)
-def _projections(cells: F64, cells_per_length: float, outer: float, step_x: float, step_y: float, count: int) -> F64:
-    """Return (count, columns): Σ over y of a round pattern, at x = 0, step_x, …
+@kernel()
+def _project(
+    cells: F64, cells_per_length: float, outer: float, step_x: float, step_y: float, out: F64, begin: int, end: int
+) -> None:
+    """Fill in some of (count, columns): Σ over y of a round pattern, at x = 0, step_x, …
 
     cells : (cells, DEGREE + 1, columns) its monomials on −1 … 1 of every cell
     """
-    columns = cells.shape[2]
-    out = np.zeros((count, columns))
-    for i in nb.prange(count):
+    for i in range(begin, end):
         x = i * step_x
         deepest = int(math.sqrt(max(outer * outer - x * x, 0.0)) / step_y)
         for m in range(deepest + 1):
@@ -108,12 +108,11 @@ def _projections(cells: F64, cells_per_length: float, outer: float, step_x: floa
             cell = min(int(place), len(cells) - 1)
             t = 2.0 * (place - cell) - 1.0
             share = step_y if m == 0 else 2.0 * step_y
-            for q in range(columns):
+            for q in range(out.shape[1]):
                 value = cells[cell, DEGREE, q]
                 for d in range(DEGREE - 1, -1, -1):
                     value = value * t + cells[cell, d, q]
                 out[i, q] += share * value
-    return out
 
 
 def round_curves(
@@ -149,8 +148,8 @@ def round_curves(
 
     step_x, step_y = 0.49 / tile.cut, 0.97 / tile.cut
     samples = math.ceil(outer / step_x) + 1
-    with ONE_AT_A_TIME:
-        line = _projections(cells, count / outer, outer, step_x, step_y, samples)
+    line = np.zeros((samples, len(flat)))
+    shared(samples, functools.partial(_project, cells, count / outer, outer, step_x, step_y, line))
     length = fft.next_fast_len(max(1024, OVERSAMPLED * samples), real=True)
     padded = np.zeros((len(flat), length + 1))
     padded[:, :samples] = line.T

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
-from camsim.kernels import ONE_AT_A_TIME
 from camsim.nonuniform import modes
 from camsim.quadrature import gauss_legendre, gauss_pieces
 from camsim.rendering.edges import Edges
@@ -93,8 +92,7 @@ class Regions:
         """Yield the band block by block, with 4π²|k|² times the transform of each spectrum's regions."""
         if self.along is None:
             for block in blocks(self.tile, self.plan.block_points):
-                with ONE_AT_A_TIME:
-                    transforms = edge_transforms(block.place(self.tile), self.corners, self.areas.size)
+                transforms = edge_transforms(block.place(self.tile), self.corners, self.areas.size)
                 yield block, SceneBlock(transforms, self.areas)
             return
         for strip in strips(self.tile, self.plan.strip_points):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba as nb
 import numpy as np
 
 from camsim.arrays import F64
@@ -68,19 +67,19 @@ def _covered(left: float, top: float, width: float, height: float, steps: Steps)
     return inside
 
 
-@kernel(parallel=True)
-def weighted(x0: float, y0: float, rows: int, cols: int, steps: Steps, background: float, boxes: Boxes) -> F64:
-    """Sum the samples of every photosite."""
-    image = np.empty((rows, cols))
-    for r in nb.prange(rows):
-        for c in range(cols):
+@kernel()
+def weighted(
+    x0: float, y0: float, steps: Steps, background: float, boxes: Boxes, image: F64, begin: int, end: int
+) -> None:
+    """Sum the samples of every photosite of some rows."""
+    for r in range(begin, end):
+        for c in range(image.shape[1]):
             total = 0.0
             for k in range(len(boxes.shares)):
                 left = x0 + c + boxes.places[k, 0] - 0.5 * boxes.width
                 top = y0 + r + boxes.places[k, 1] - 0.5 * boxes.height
                 total += boxes.shares[k] * _covered(left, top, boxes.width, boxes.height, steps)
             image[r, c] = background + total
-    return image
 
 
 @kernel()
@@ -99,19 +98,20 @@ def _strip(y: float, x_edge: float) -> float:
     return math.exp(-0.5 * y * y) / math.sqrt(2.0 * math.pi) * 0.5 * math.erfc(-x_edge / math.sqrt(2.0))
 
 
-@kernel(parallel=True)
-def strips(x0: float, y0: float, rows: int, cols: int, steps: Steps, background: float, whiten: F64) -> F64:
-    """Integrate a Gaussian pattern over the bands of every edge: erf along x, adaptive Simpson along y.
+@kernel()
+def strips(
+    x0: float, y0: float, steps: Steps, background: float, whiten: F64, image: F64, begin: int, end: int
+) -> None:
+    """Integrate a Gaussian pattern over the bands of every edge in some rows: erf along x, adaptive Simpson along y.
 
     steps : in the plane that ``whiten`` leads to, where σ = 1 in every direction; the photosites are taken there
     """
     start, end, contrast = steps.start, steps.end, steps.contrast
-    image = np.empty((rows, cols))
     depth = 24
     allowed = 1e-10
-    for r in nb.prange(rows):
-        a_stack, b_stack = np.empty(depth + 2), np.empty(depth + 2)
-        for c in range(cols):
+    a_stack, b_stack = np.empty(depth + 2), np.empty(depth + 2)
+    for r in range(begin, end):
+        for c in range(image.shape[1]):
             total = background
             x = whiten[0, 0] * (x0 + c) + whiten[0, 1] * (y0 + r)
             y = whiten[1, 0] * (x0 + c) + whiten[1, 1] * (y0 + r)
@@ -149,4 +149,3 @@ def strips(x0: float, y0: float, rows: int, cols: int, steps: Steps, background:
                             top += 2
                 total += contrast[e] * band if yb > ya else -contrast[e] * band
             image[r, c] = total
-    return image

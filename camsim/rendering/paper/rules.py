@@ -16,6 +16,7 @@ sample, for all methods.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ from scipy import special
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
-from camsim.kernels import ONE_AT_A_TIME
+from camsim.kernels import shared
 from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
@@ -64,12 +65,15 @@ class Rule:
         self, edges: Edges, contrast: F64, background: float, *, origin: tuple[float, float], shape: tuple[int, int]
     ) -> F64:
         """Render at one wavelength; ``contrast``: (n,) left minus right of edges;  origin: of the first photosite."""
-        (x0, y0), (rows, cols) = origin, shape
-        with ONE_AT_A_TIME:
-            if self.whiten is not None:
-                whitened = Steps(edges.start @ self.whiten.T, edges.end @ self.whiten.T, contrast)
-                return strips(x0, y0, rows, cols, whitened, background, self.whiten)
-            return weighted(x0, y0, rows, cols, Steps(edges.start, edges.end, contrast), background, self._boxes)
+        image = np.empty(shape)
+        if self.whiten is not None:
+            whitened = Steps(edges.start @ self.whiten.T, edges.end @ self.whiten.T, contrast)
+            rows = functools.partial(strips, *origin, whitened, background, self.whiten, image)
+        else:
+            steps = Steps(edges.start, edges.end, contrast)
+            rows = functools.partial(weighted, *origin, steps, background, self._boxes, image)
+        shared(len(image), rows)
+        return image
 
     def standard_error(self, edges: Edges, contrast: F64, points: F64) -> float | None:
         """Return the largest standard error of the samples' mean at ``points`` (m, 2); None where nothing is random."""

@@ -1,4 +1,4 @@
-"""What compiled kernels have in common: how they are compiled and kept, and one caller at a time."""
+"""Where compiled kernels are kept for the next process: in the user's cache folder, under a key made of the sources."""
 
 from __future__ import annotations
 
@@ -7,84 +7,17 @@ import functools
 import hashlib
 import re
 import sys
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numba as nb
 import platformdirs
-from numba.core import event
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
-ONE_AT_A_TIME = threading.Lock()
-"""Held while a parallel kernel runs. Each uses every core, so a second caller loses nothing by waiting; and
-Numba's work-queue thread layer, the only one sure to be there, may not be entered by two threads."""
-
 KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
-_ROOT = Path(__file__).resolve().parents[1]
+_ROOT = Path(__file__).resolve().parents[2]
 _IMPORTS = re.compile(r"^[ \t]*(?:from|import) (camsim[\w.]*)", re.MULTILINE)
-
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def kernel(**options: Any) -> Callable[[F], F]:
-    """Compile a function by ``numba.njit`` with these options, and keep what was compiled for the next process.
-
-    Kept in the user's cache folder (``NUMBA_CACHE_DIR`` when that is set) under a key made of the sources: of the
-    function's own module and of all camsim's modules that it imports, directly or not. Numba's own cache knows no file
-    but the function's own, while kernels take in functions of others. What cannot be read there is compiled again, what
-    cannot be written is not kept.
-
-    >>> @kernel()
-    ... def twice(x):
-    ...     return 2 * x
-    >>> twice(21)
-    42
-    """
-
-    def compiled(function: F) -> F:
-        dispatcher = nb.njit(**options)(function)
-        if Path(function.__code__.co_filename).is_file():
-            dispatcher._cache = _Cache(function)  # type: ignore[no-untyped-call]  # what cache=True would set to Numba's own
-        made: F = dispatcher
-        return made
-
-    return compiled
-
-
-def is_kept(compiled: Any) -> bool:
-    """Whether a kernel was compiled in this process, or another has left it."""
-    if compiled.signatures:
-        return True
-    cache = compiled._cache
-    return isinstance(cache, _Cache) and cache.index.exists()
-
-
-@contextlib.contextmanager
-def compiling(tell: Callable[[str], None]) -> Iterator[None]:
-    """Tell the name of each kernel when it begins to be compiled; what lies in the cache is not told.
-
-    >>> told = []
-    >>> @kernel()
-    ... def thrice(x):
-    ...     return 3 * x
-    >>> with compiling(told.append):
-    ...     nine = thrice(3)
-    >>> told
-    ['kernels.thrice']
-    """
-
-    class Told(event.Listener):
-        def on_start(self, event: Any) -> None:
-            function = event.data["dispatcher"].py_func
-            tell(f"{function.__module__.rpartition('.')[2]}.{function.__name__}")
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    with event.install_listener("numba:compile", Told()):
-        yield
 
 
 class _Locator(_CacheLocator):
@@ -118,7 +51,12 @@ class _Kept(CompileResultCacheImpl):
     _locator_classes = [_Locator]  # noqa: RUF012 (as Numba has it)
 
 
-class _Cache(FunctionCache):
+class Cache(FunctionCache):
+    """What was compiled of one kernel, on the disk. What cannot be read there is none, what cannot be written is lost.
+
+    Numba's own cache knows no file but the function's own, while kernels take in functions of others.
+    """
+
     _impl_class = _Kept
 
     @property

@@ -1,0 +1,117 @@
+"""``camsim sweep``: a study into a folder, with its manifest."""
+
+from __future__ import annotations
+
+import dataclasses
+import gc
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from camsim.errors import InvalidValueError
+
+_MOST = 20
+
+
+def sweep(
+    study: Annotated[str, typer.Argument(metavar="STUDY.yaml", help="A study file (camsim new study).")],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="FOLDER", help="Where files and manifest go.")],
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", metavar="N", min=0, help="Processes of one core each; 0: this one, with all cores."),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="tcp://…", help="A dask scheduler whose workers see the same folder."),
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what it would take, and take nothing.")] = False,
+    plot: Annotated[
+        tuple[str, str, str] | None,
+        typer.Option("--plot", metavar="X Y FILE", help="Draw one column of the manifest against another."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
+) -> None:
+    """Take all captures of a study; those that are there already are not taken again.
+
+    Files and checksums do not depend on the number of workers. What fails is a row of the manifest that says why, and
+    the exit code is 1.
+    """
+    from camsim.cli.progress import Bar
+    from camsim.cli.sweep_plot import draw_columns
+    from camsim.sweeping import forecast
+    from camsim.sweeping import sweep as carry_out
+
+    if plot is not None:
+        from camsim.cli.plot import check_drawing
+
+        check_drawing(plot[2], force=force)
+    gc.enable()
+    if dry_run:
+        with Bar(shown=not quiet) as bar:
+            expected = forecast(study, bar.update)
+        _say(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
+        return
+    with Bar(shown=not quiet) as bar:
+        done = carry_out(study, output, workers=workers, scheduler=scheduler, progress=bar.update)
+    summary = {
+        "captures": done.taken + done.found + done.failed,
+        "taken": done.taken,
+        "found": done.found,
+        "failed": done.failed,
+        "files": sum(row["status"] == "done" for row in done.rows),
+        "seconds": done.seconds,
+    }
+    if plot is not None:
+        x, y, file = plot
+        for name in (x, y):
+            columns = dict.fromkeys(key for row in done.rows for key in row)
+            if name not in columns:
+                raise InvalidValueError(f"no column {name!r}; there are {', '.join(columns)}", key="--plot")
+        draw_columns(done.rows, x, y, Path(file))
+    _say(summary, as_json=as_json, quiet=quiet, title=f"{output}/manifest.csv, .parquet")
+    say_failures(done.rows)
+
+
+def _say(figures: Mapping[str, float], *, as_json: bool, quiet: bool, title: str) -> None:
+    if as_json:
+        print(json.dumps(figures, indent=2))
+    elif not quiet:
+        say_figures(figures, title=title)
+
+
+def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Say what failed and why, and end with 1."""
+    failures = [row for row in rows if row["status"] != "done"]
+    if failures:
+        shown = [f"capture {row['index']}: {row['message']}" for row in failures[:_MOST]]
+        more = [f"… and {len(failures) - _MOST} more"] if len(failures) > _MOST else []
+        typer.echo("\n".join((*shown, *more)), err=True)
+        raise typer.Exit(1)
+
+
+def say_figures(figures: Mapping[str, float], *, title: str) -> None:
+    """Print figures below a title."""
+    from rich.console import Console
+    from rich.table import Table
+
+    print(title)
+    table = Table(show_header=False, box=None)
+    for name, value in figures.items():
+        table.add_row(*_shown(name, value))
+    Console().print(table)
+
+
+def _shown(name: str, value: float) -> tuple[str, str]:
+    from camsim.config.memory import readable
+
+    kind, _, unit = name.rpartition("_")
+    if unit == "bytes":
+        return kind, readable(int(value))
+    if unit == "seconds" or name == "seconds":
+        return "time", f"{value:.3g} s" + (" of one core" if kind else "")
+    return name.replace("_", " "), f"{value:g}"

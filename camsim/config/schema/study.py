@@ -1,0 +1,142 @@
+"""study/1: many captures of one scene or several, with parameters that vary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import Field, Tag
+
+from camsim.config.schema.base import Name, Table, by_form
+from camsim.marks import Called
+from camsim.typed import Fraction
+
+Range: TypeAlias = Annotated[tuple[float, float, Annotated[int, Field(ge=1)]], Called("[first, last, how many]")]
+Pair: TypeAlias = Annotated[tuple[float, float], Called("a pair of numbers")]
+Wholes: TypeAlias = Annotated[tuple[int, int], Called("a pair of whole numbers")]
+
+SPREAD = ("linear", "log")
+DRAWN = ("uniform", "log_uniform", "normal", "integers", "choice")
+MOST = 1_000_000
+
+
+class Values(Table):
+    """Values of a key by a rule: spread evenly, or drawn at random."""
+
+    linear: Range | None = Field(default=None, description="[first, last, how many], evenly spaced")
+    log: Range | None = Field(default=None, description="[first, last, how many], evenly spaced in their logarithm")
+    uniform: Pair | None = Field(default=None, description="[low, high]: drawn anywhere between")
+    log_uniform: Pair | None = Field(default=None, description="[low, high]: drawn evenly in their logarithm")
+    normal: Pair | None = Field(default=None, description="[mean, standard deviation]: drawn normally")
+    integers: Wholes | None = Field(default=None, description="[low, high]: drawn from whole numbers, both included")
+    choice: list[Any] | None = Field(default=None, min_length=1, description="drawn from a list")
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """One rule, with numbers that it can work with."""
+        rules = [key for key in (*SPREAD, *DRAWN) if table.get(key) is not None]
+        if not rules:
+            yield "linear", f"missing; give a list of values, or one of {', '.join((*SPREAD, *DRAWN))}"
+        for key in rules[1:]:
+            yield key, f"given together with '{rules[0]}'; a key varies by one rule, leave one of the two out"
+        for key in ("log", "log_uniform"):
+            ends = table.get(key)
+            if isinstance(ends, list | tuple) and any(isinstance(v, int | float) and v <= 0.0 for v in ends[:2]):
+                yield key, "has no logarithm; give ends above 0"
+        for key in ("uniform", "log_uniform", "integers"):
+            ends = table.get(key)
+            if isinstance(ends, list | tuple) and len(ends) == 2 and ends[0] > ends[1]:
+                yield key, f"begins above its end; give [{ends[1]:g}, {ends[0]:g}]"
+
+
+Varied: TypeAlias = Annotated[
+    Annotated[list[Any], Field(min_length=1), Tag("list")] | Annotated[Values, Tag("table")], by_form
+]
+Names: TypeAlias = Annotated[
+    Annotated[Name, Tag("word")] | Annotated[list[Name], Field(min_length=1), Tag("list")], by_form
+]
+Key: TypeAlias = Annotated[str, Field(min_length=1, description="as of --set: exposure.iso, sensor.olpf.split_um …")]
+
+
+class Varying(Table):
+    """Captures of a base scene, with keys that vary."""
+
+    name: Name | None = Field(default=None, description="what reports call it; the file's name when left out")
+    scene: Names = Field(description="a scene (camsim list scenes, or a file in this study's folder), or a list")
+    sensor: Name | None = Field(default=None, description="a sensor instead of the scenes' own")
+    set: dict[Key, Any] = Field(default={}, description="keys that are the same in every capture, as of --set")
+    vary: dict[Key, Varied] = Field(default={}, description="keys with their values: a list, or a rule")
+    combine: Literal["product", "zip", "sequential"] = Field(
+        default="product",
+        description="every value with every other; the first with the first and so on; or one key after another",
+    )
+    draws: int = Field(default=1, ge=1, le=MOST, description="how often what is drawn is drawn for each combination")
+    seed: int = Field(default=0, ge=0, le=2**63 - 1, description="of what is drawn")
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """What is drawn varies; nothing is both set and varied."""
+        vary, same = table.get("vary"), table.get("set")
+        vary, same = (part if isinstance(part, Mapping) else {} for part in (vary, same))
+        for key in vary:
+            if key in same:
+                yield "set", f"{key} is set and varied; leave it out in one of the two"
+        drawn = any(isinstance(values, Mapping) and set(DRAWN) & set(values) for values in vary.values())
+        if isinstance(table.get("draws"), int) and table["draws"] > 1 and not drawn:
+            yield "draws", f"nothing in vary is drawn; give a key one of {', '.join(DRAWN)}"
+
+
+class StudyFile(Varying):
+    """A study: a base scene, keys that vary, and what is kept of every capture."""
+
+    camsim: Literal["study/1"] = Field(description="format of this file")
+    frames: int = Field(default=1, ge=1, le=MOST, description="exposures of each, with fresh temporal noise")
+    files: Names = Field(
+        default="{index:05d}.dng",
+        description="of each capture, FILE[:PRODUCT], with {index}, {frame}, {scene} and varied keys as {exposure_iso}",
+    )
+    measure: list[Literal["mtf", "signal"]] = Field(
+        default=[], description="columns to measure: mtf of slanted edges, signal of each channel"
+    )
+
+
+class Crops(Table):
+    """Windows of every capture, at places that are drawn."""
+
+    rows: int = Field(ge=1, description="photosites from top to bottom")
+    cols: int = Field(ge=1, description="photosites from left to right")
+    each: int = Field(default=1, ge=1, le=MOST, description="of every capture")
+
+
+class Splits(Table):
+    """Shares of the scenes that go to training, validation and test."""
+
+    train: Fraction = Field(default=0.8, description="share of the different scenes")
+    val: Fraction = Field(default=0.1, description="likewise")
+    test: Fraction = Field(default=0.1, description="likewise")
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """They add up to 1."""
+        shares = [table.get(name, cls.model_fields[name].default) for name in ("train", "val", "test")]
+        if all(isinstance(share, int | float) for share in shares) and abs(sum(shares) - 1.0) > 1e-9:
+            yield "train", f"train, val and test add up to {sum(shares):g}; they are shares of 1"
+
+
+class DatasetFile(Varying):
+    """A data set: crops of many captures, noisy with their truth, in shards."""
+
+    camsim: Literal["dataset/1"] = Field(description="format of this file")
+    crops: Crops = Field(description="windows of every capture")
+    splits: Splits = Field(default=Splits(), description="by scene: no scene is in two")
+    hold: list[Literal["noisy", "clean", "truth"]] = Field(
+        default=["noisy", "clean", "truth"],
+        min_length=1,
+        description="of each sample: codes with noise, mean electrons of the mosaic, of every channel",
+    )
+    shards: Literal["tar", "npy"] = Field(
+        default="tar", description="tar: as webdataset reads them; npy: one array for each shard and part"
+    )
+    samples_per_shard: int = Field(default=500, ge=1, le=MOST, description="of all splits together")
+    licence: Name = Field(default="CC-BY-4.0", description="of the data set, for its card")
+    description: str = Field(default="", description="a sentence for its card")

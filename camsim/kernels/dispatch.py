@@ -1,0 +1,150 @@
+"""How kernels are compiled: whole where Python calls them, as little as can be where another kernel takes them in."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba as nb
+from numba.core import compiler, event, sigutils, typing
+from numba.core.codegen import JITCodeLibrary
+from numba.core.registry import CPUDispatcher
+
+from camsim.kernels.cache import Cache
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def kernel(**options: Any) -> Callable[[F], F]:
+    """Compile a function as ``numba.njit`` with these options would, and keep what was compiled for the next process.
+
+    It is kept in the user's cache folder (``NUMBA_CACHE_DIR`` when that is set) under a key made of the sources: of the
+    function's own module and of all camsim's modules that it imports, directly or not. It lets go of the interpreter.
+
+    >>> @kernel()
+    ... def twice(x):
+    ...     return 2 * x
+    >>> twice(21)
+    42
+    """
+
+    def compiled(function: F) -> F:
+        if nb.config.DISABLE_JIT:  # type: ignore[attr-defined]
+            return function
+        dispatcher: F = _Kernel(function, options)
+        return dispatcher
+
+    return compiled
+
+
+def is_kept(compiled: Any) -> bool:
+    """Whether a kernel was compiled in this process, or another has left it."""
+    if compiled.signatures:
+        return True
+    return compiled.cache is not None and compiled.cache.index.exists()
+
+
+@contextlib.contextmanager
+def compiling(tell: Callable[[str], None]) -> Iterator[None]:
+    """Tell the name of each kernel when it begins to be compiled; what lies in the cache is not told.
+
+    >>> told = []
+    >>> @kernel()
+    ... def thrice(x):
+    ...     return 3 * x
+    >>> with compiling(told.append):
+    ...     nine = thrice(3)
+    >>> told
+    ['dispatch.thrice']
+    """
+
+    class Told(event.Listener):
+        def on_start(self, event: Any) -> None:
+            function = event.data["dispatcher"].py_func
+            tell(f"{function.__module__.rpartition('.')[2]}.{function.__name__}")
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Told()):
+        yield
+
+
+class _Kernel(CPUDispatcher):  # type: ignore[misc]  # of Numba, which has no types
+    """A dispatcher that gives other kernels its code before it is optimised.
+
+    Numba optimises a function and makes machine code of it before another one takes it in, and there all of that is
+    done again, with each caller of the caller once more: of a first capture's 90 s this was 40. Here it is done once,
+    in the kernel that Python calls, with all that it takes in. Nor has a kernel that is only taken in a wrapper for
+    Python, which for records of forty arrays is longer than most kernels.
+    """
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        super().__init__(function, targetoptions={"nopython": True, "nogil": True, "no_cfunc_wrapper": True, **options})
+        self._taken_in: dict[tuple[Any, ...], Any] = {}
+
+    @functools.cached_property
+    def cache(self) -> Cache | None:
+        """What lies on the disk of this kernel; None for one that was typed in. Few kernels are ever asked for it."""
+        return Cache(self.py_func) if Path(self.py_func.__code__.co_filename).is_file() else None
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for types, or load what was compiled; Python calls it."""
+        if self.cache is not None:
+            self._cache = self.cache  # what cache=True would set to Numba's own
+        return super().compile(sig)
+
+    def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
+        """Return the types of a call by another kernel."""
+        _, args = self._compiler.fold_argument_types(args, kws)
+        name = self.py_func.__name__
+        signature = self._to_take_in(tuple(args)).signature
+        return typing.make_concrete_template(name, key=name, signatures=[signature]), self._compiler.pysig, args, {}
+
+    def get_overload(self, sig: Any) -> object:
+        """Return the key under which Numba finds what another kernel calls."""
+        return self._to_take_in(tuple(sigutils.normalize_signature(sig)[0])).entry_point
+
+    def _to_take_in(self, args: tuple[Any, ...]) -> Any:
+        known = self._taken_in.get(args)
+        if known is None:
+            flags = compiler.Flags()
+            self.targetdescr.options.parse_as_flags(flags, {**self.targetoptions, "no_cpython_wrapper": True})
+            flags.no_compile = True
+            with event.trigger_event("numba:compile", data={"dispatcher": self, "args": args, "return_type": None}):
+                compiled = compiler.compile_extra(
+                    self.targetdescr.typing_context,
+                    self.targetctx,
+                    self.py_func,
+                    args=args,
+                    return_type=None,
+                    flags=flags,
+                    locals={},
+                    library=_Source(self.targetctx.codegen(), self.py_func.__qualname__),
+                )
+            known = self._taken_in[args] = compiled._replace(entry_point=object())
+            self.targetctx.insert_user_function(known.entry_point, known.fndesc, [known.library])
+        return known
+
+
+class _Source(JITCodeLibrary):  # type: ignore[misc]
+    """Code that is not optimised as a whole, and of which no machine code is made."""
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Simplify each function, so that there is less to take in; Numba does so with all that are only named too."""
+        ll_module.data_layout = self._codegen._data_layout
+        passes, builder = self._codegen._function_pass_manager()
+        for function in ll_module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True

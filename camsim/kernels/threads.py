@@ -1,0 +1,42 @@
+"""Work shared among threads: kernels that let go of the interpreter, each called for a block of what there is to do.
+
+Numba's own parallel loops are compiled twice, and its work-queue, the only thread layer that is sure to be there, may
+not be entered by two threads. Threads of Python's cost some 50 µs a call, and what they call takes milliseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numba as nb
+
+BLOCKS = 8  # of a thread: whoever has an easy one takes the next
+
+
+def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) -> None:
+    """Call ``work(first, end)`` for blocks that make up 0 … count, on as many threads as Numba would take.
+
+    least : of a block
+
+    Each call writes what no other one reads or writes, and the same whatever its block's ends are: then the bytes
+    depend on no number of threads.
+
+    >>> squares = np.zeros(5)
+    >>> def work(first, end):
+    ...     squares[first:end] = np.arange(first, end) ** 2
+    >>> shared(5, work)
+    >>> squares
+    array([ 0.,  1.,  4.,  9., 16.])
+    """
+    threads: int = nb.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+    blocks = min(count // least, threads * BLOCKS)
+    if threads == 1 or blocks <= 1:
+        work(0, count)
+        return
+    work(0, 0)  # what is not compiled yet is compiled here, once, and on a stack as large as the caller's
+    ends = [count * block // blocks for block in range(blocks + 1)]
+    with ThreadPoolExecutor(min(threads, blocks)) as pool:
+        for _ in pool.map(lambda ends: work(*ends), pairwise(ends)):
+            pass

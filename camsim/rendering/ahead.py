@@ -1,0 +1,65 @@
+"""The first use on a machine: kernels compiled before they are asked for, by two processes side by side.
+
+Numba compiles one kernel at a time. Of those of a first capture the engine's take somewhat longer than the check's, and
+neither needs the others: a tiny rendering compiles the engine's here, while its check compiles the rest in a process of
+its own. Both leave them in the cache.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numba as nb
+import numpy as np
+
+from camsim.arrays import U8
+from camsim.kernels import is_kept
+from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
+from camsim.rendering.auto import Choice
+from camsim.rendering.boundary.tiles import render_tiles
+from camsim.rendering.grid import Grid
+from camsim.rendering.render import plan_render
+from camsim.scene import Rectangle, Scene
+
+SIDE = 16  # photosites
+
+
+def kernels_compiled() -> bool:
+    """Whether the kernels lie compiled in the cache (the first use on a machine compiles them, once)."""
+    return is_kept(render_tiles)
+
+
+def compile_kernels() -> None:
+    """Compile what a rendering of edges takes, on two cores if there are two."""
+    check = None
+    if nb.config.NUMBA_NUM_THREADS > 1 and sys.executable:  # type: ignore[attr-defined]
+        nothing = subprocess.DEVNULL
+        code = f"from {__name__} import compile_check; compile_check()"
+        check = subprocess.Popen([sys.executable, "-c", code], stdin=nothing, stdout=nothing, stderr=nothing)
+    choice, channel = _tiny()
+    for _ in choice.plan.bands(channel, lambda done: None):
+        pass
+    if check is not None:
+        check.wait()  # whatever became of it: what is not there is compiled when it is asked for
+
+
+def compile_check() -> None:
+    """Compile what checks a rendering of edges."""
+    choice, channel = _tiny()
+    rows, cols = choice.judge.hardest(choice.plan)
+    choice.judge.values(rows, cols, channel[rows, cols])
+
+
+def _tiny() -> tuple[Choice, U8]:
+    """Return a rendering that takes every kernel of a capture's, and its photosites' channels."""
+    choice = plan_render(
+        Scene(background=1.0, shapes=[Rectangle(width_um=20.0, height_um=30.0, rotate_deg=5.0, reflectance=0.1)]),
+        OpticalSystem.of([Airy(f_number=8.0), FourSpotOlpf(split_um=4.0), SquarePhotosite(side_um=5.0)]),
+        Grid(rows=SIDE, cols=SIDE, pitch_um=5.0),
+        response=np.ones((2, 3)),
+        wavelength_nm=np.array([500.0, 550.0, 600.0]),
+        tolerance=1e-3,
+        method="boundary",
+    )
+    return choice, np.zeros((SIDE, SIDE), np.uint8)

@@ -1,0 +1,57 @@
+"""Tables of colour-science, kept in the user's cache folder: reading them takes a millisecond, its import a second."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable
+from importlib import metadata
+from pathlib import Path
+from typing import TypeVar
+
+import platformdirs
+
+T = TypeVar("T")
+
+
+def kept(make: Callable[[], T]) -> Callable[[], T]:
+    """Call a function once for each version of colour-science and of its own source; later its result is read.
+
+    The result is made of dicts, lists, words and numbers, which come back to the last bit. A file that is damaged is
+    made anew; a folder that cannot be written keeps nothing.
+    """
+
+    @functools.cache
+    def known() -> T:
+        source = Path(make.__code__.co_filename).read_bytes()
+        of = f"{make.__qualname__} {metadata.version('colour-science')} {hashlib.sha256(source).hexdigest()}"
+        key = hashlib.sha256(of.encode()).hexdigest()[:16]
+        file = platformdirs.user_cache_path("camsim") / "curves" / f"{make.__name__.strip('_')}-{key}.json"
+        with contextlib.suppress(OSError, ValueError):
+            digest, _, text = file.read_text(encoding="utf-8").partition("\n")
+            if digest == _digest(text):
+                there: T = json.loads(text)
+                return there
+        made = make()
+        with contextlib.suppress(OSError):
+            _write(file, json.dumps(made))
+        return made
+
+    return known
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _write(file: Path, text: str) -> None:
+    """Write all of a file or nothing, whoever else is writing it."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=file.parent)
+    with open(handle, "w", encoding="utf-8") as stream:
+        stream.write(f"{_digest(text)}\n{text}")
+    os.replace(name, file)

@@ -1,0 +1,190 @@
+"""Data sets: crops of many captures, noisy with their truth, split by scene and packed in shards."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F32
+from camsim.config import schema
+from camsim.errors import InputError, InvalidValueError
+from camsim.exposing import Capture
+from camsim.files.describe import software
+from camsim.frame import Product
+from camsim.sweeping import engines
+from camsim.sweeping.captures import Progress, captures_of, identity_of
+from camsim.sweeping.card import write_card
+from camsim.sweeping.folder import alone
+from camsim.sweeping.manifest import DONE, FAILED, Journal, Row, in_order, write_manifest
+from camsim.sweeping.names import field_of
+from camsim.sweeping.shards import SPLITS, Crop, ShardTask, Source, read_sample
+from camsim.sweeping.study import Point, Study, StudyOrFile, read_dataset
+
+_PRODUCTS: tuple[Product, ...] = ("mosaic", "truth")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Made:
+    """What there is of a data set: rows of its index, one for each sample; shards made now, found, and failed."""
+
+    folder: Path
+    rows: tuple[Row, ...]
+    made: int
+    found: int
+    failed: int
+    seconds: float
+
+
+def dataset(
+    study: StudyOrFile,
+    folder: str | os.PathLike[str],
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> Made:
+    """Make the samples of a data set that are not there yet, its index and its card.
+
+    study   : the file of a data set, or its keys as a mapping
+    workers, scheduler, progress : as of ``camsim.sweep``
+
+    A sample's key, shard, place and split are functions of the file alone. Raises ConfigError for what is wrong with
+    it, before anything is made.
+    """
+    began_s = time.perf_counter()
+    report = progress or (lambda stage, fraction: None)
+    engine, place, read = engines.engine_of(workers, scheduler), Path(folder), read_dataset(study)
+    tasks = _tasks(read, captures_of(read, _PRODUCTS, report), place)
+    with alone(place):
+        journal = Journal(place)
+        there = journal.finished({task.identity for task in tasks})
+        journal.begin(there)
+        rows, new, every = list(there.values()), [], list[Row]()
+        try:
+            for results in engine([task for task in tasks if task.identity not in there]):
+                for identity, own in results:
+                    if own[0]["status"] == DONE:
+                        journal.add(identity, own)
+                    new.append(own)
+                    report("samples", (len(rows) + len(new)) / len(tasks))
+        finally:
+            every = in_order(row for own in (*rows, *new) for row in own)
+            if every:
+                write_manifest(place, every)
+        write_card(place, read, every)
+    failed = sum(own[0]["status"] == FAILED for own in new)
+    return Made(
+        folder=place,
+        rows=tuple(every),
+        made=len(new) - failed,
+        found=len(rows),
+        failed=failed,
+        seconds=time.perf_counter() - began_s,
+    )
+
+
+def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32], dict[str, Any]]:
+    """Return a sample of a data set: its arrays by part (noisy, clean, truth), and what its row of the index says.
+
+    noisy : codes, uint16;  clean : (rows, cols) and truth : (rows, cols, channels) mean electrons, float32
+
+    Electrons of a code are (code − black_level_dn) · electrons_per_dn.
+    """
+    import pyarrow.parquet as parquet
+
+    path = Path(folder) / "manifest.parquet"
+    if not path.is_file():
+        raise InputError(f"{str(folder)!r} holds no data set: there is no manifest.parquet")
+    found = parquet.read_table(path, filters=[("index", "==", index)]).to_pylist()
+    if not found or "key" not in found[0]:
+        raise InputError(f"{str(folder)!r} has no sample {index}")
+    return read_sample(Path(folder), found[0])
+
+
+def _tasks(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]], folder: Path) -> list[ShardTask]:
+    """Return a task for each range of indices; a capture whose samples lie in two is taken for both."""
+    model = study.model
+    crops, of_scene = model.crops, _splits(study, [capture for _, capture in captures])
+    ranges: dict[int, list[Source]] = {}
+    for (point, capture), split in zip(captures, of_scene, strict=True):
+        settings = dict(point.settings)
+        told = {"capture": point.index, "scene": Path(point.scene).stem}
+        told |= {field_of(key): settings.get(key) for key in model.vary}
+        own: dict[int, list[Crop]] = {}
+        for number in range(crops.each):
+            index = point.index * crops.each + number
+            own.setdefault(index // model.samples_per_shard, []).append(_crop(study, capture, index))
+        for shard, cut in own.items():
+            ranges.setdefault(shard, []).append(Source(capture=capture, split=split, told=told, crops=tuple(cut)))
+    size = crops.rows, crops.cols
+    return [
+        ShardTask(
+            identity=_identity(number, sources, size, model),
+            number=number,
+            sources=tuple(sources),
+            size=size,
+            hold=tuple(dict.fromkeys(model.hold)),
+            form=model.shards,
+            folder=os.fspath(folder.resolve()),
+            software=software(),
+        )
+        for number, sources in ranges.items()
+    ]
+
+
+def _identity(number: int, sources: list[Source], size: tuple[int, int], model: schema.DatasetFile) -> str:
+    parts = [
+        identity_of(source.capture, source.split, [[c.index, c.row, c.col] for c in source.crops], source.told)
+        for source in sources
+    ]
+    made_of = repr((number, parts, size, tuple(model.hold), model.shards))
+    return hashlib.sha256(made_of.encode()).hexdigest()
+
+
+def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int) -> Crop:
+    """Draw a window whose first photosite has the colour filter that the capture's first has."""
+    crops, period = study.model.crops, capture.camera.cfa.period
+    places = []
+    for size, whole, step, name in zip(
+        (crops.rows, crops.cols), (capture.grid.rows, capture.grid.cols), period, ("rows", "cols"), strict=True
+    ):
+        if size > whole:
+            raise InvalidValueError(f"{size} is more than the {whole} of a capture", key=f"crops.{name}")
+        places.append((whole - size) // step)
+    rng = np.random.default_rng([study.model.seed, 1, index])
+    row, col = (int(rng.integers(0, most, endpoint=True)) * step for most, step in zip(places, period, strict=True))
+    return Crop(index=index, row=row, col=col)
+
+
+def _splits(study: Study[schema.DatasetFile], captures: list[Capture]) -> list[str]:
+    """Return each capture's split: what shows the same scene is in one, whatever lens, light or noise.
+
+    The scenes are put in the order of their checksums, which is as good as drawn, and dealt out by share.
+    """
+    content = [hashlib.sha256(pickle.dumps(capture.scene)).digest() for capture in captures]
+    scenes = sorted(set(content))
+    shares = [getattr(study.model.splits, name) for name in SPLITS]
+    wanted = sum(share > 0.0 for share in shares)
+    if len(scenes) < wanted:
+        raise InvalidValueError(
+            f"{len(scenes)} different scenes for {wanted} splits; vary the scene, or give a split no share",
+            key="splits",
+        )
+    # Largest remainders, and at least one for each split that is wanted.
+    counts = [max(int(share * len(scenes)), int(share > 0.0)) for share in shares]
+    while sum(counts) != len(scenes):
+        off = [share * len(scenes) - count for share, count in zip(shares, counts, strict=True)]
+        if sum(counts) < len(scenes):
+            counts[int(np.argmax(off))] += 1
+        else:
+            counts[int(np.argmin([o if count > 1 else 1e9 for o, count in zip(off, counts, strict=True)]))] -= 1
+    dealt = [name for name, count in zip(SPLITS, counts, strict=True) for _ in range(count)]
+    split_of = dict(zip(scenes, dealt, strict=True))
+    return [split_of[own] for own in content]

@@ -1,0 +1,152 @@
+"""Who carries tasks out: this process, others on this machine, or a cluster. The results are the same."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, Protocol, TypeAlias
+
+from camsim.errors import CamsimError, InvalidValueError
+from camsim.sweeping.manifest import Results
+
+
+class Task(Protocol):
+    """Work for a second or more."""
+
+    def carry_out(self) -> Results:
+        """Do it."""
+
+    def given_up(self, why: str) -> Results:
+        """Return what there is to say when nobody could."""
+
+
+Engine: TypeAlias = Callable[[Iterable[Task]], Iterator[Results]]
+
+ATTEMPTS = 3
+"""That a task has when workers die: one that kills them all is not to stop the rest."""
+
+_AHEAD = 2
+"""Tasks for each worker that wait: more would only take memory."""
+
+_THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def engine_of(workers: int | None, scheduler: str | None) -> Engine:
+    """Return the engine that a user asks for: a cluster, this process (0), or so many."""
+    if scheduler is not None:
+        if workers is not None:
+            raise InvalidValueError("are the scheduler's; leave one of the two out", key="workers")
+        return cluster(scheduler)
+    if workers == 0:
+        return here
+    if workers is not None and workers < 0:
+        raise InvalidValueError(f"{workers}; give 0 (this process) or more", key="workers")
+    return processes(cores() if workers is None else workers)
+
+
+def here(tasks: Iterable[Task]) -> Iterator[Results]:
+    """Carry tasks out in this process, one after another."""
+    return map(_done, tasks)
+
+
+def _done(task: Task) -> Results:
+    return task.carry_out()
+
+
+def processes(workers: int) -> Engine:
+    """Return an engine of processes on this machine, of one thread each: captures are shared out, not photosites."""
+
+    def engine(tasks: Iterable[Task]) -> Iterator[Results]:
+        from loky import ProcessPoolExecutor  # starts workers that do not run the user's script again
+
+        waiting = [(task, 1) for task in tasks]
+        waiting.reverse()
+        while waiting:
+            pool = ProcessPoolExecutor(workers, initializer=_on_one_core, env=dict.fromkeys(_THREADS, "1"))
+            try:
+                yield from _through(pool, waiting, _AHEAD * workers)
+            finally:
+                pool.shutdown(wait=True, kill_workers=True)
+
+    return engine
+
+
+def _through(pool: Any, waiting: list[tuple[Task, int]], most: int) -> Iterator[Results]:
+    """Hand tasks to a pool until all are done or a worker has died: then those in flight wait again, for the next."""
+    flying: dict[Future[Results], tuple[Task, int]] = {}
+    while waiting or flying:
+        while waiting and len(flying) < most:
+            task, attempt = waiting.pop()
+            try:
+                flying[pool.submit(_done, task)] = task, attempt
+            except BrokenProcessPool:
+                waiting.append((task, attempt))
+                break
+        if not flying:
+            return
+        done, _ = wait(flying, return_when=FIRST_COMPLETED)
+        for future in done:
+            task, attempt = flying.pop(future)
+            error = future.exception()
+            if error is None:
+                yield future.result()
+            elif not isinstance(error, BrokenProcessPool):
+                raise error
+            elif attempt < ATTEMPTS:
+                waiting.append((task, attempt + 1))
+            else:
+                yield task.given_up("its worker died, three times")
+
+
+def _on_one_core() -> None:
+    """Let a worker use one core, in turn: every library then finds one and starts no threads beside it."""
+    if not hasattr(os, "sched_setaffinity"):
+        return
+    mine = sorted(os.sched_getaffinity(0))
+    os.sched_setaffinity(0, {mine[os.getpid() % len(mine)]})
+
+
+def cluster(address: str) -> Engine:
+    """Return an engine of the workers of a dask scheduler, such as tcp://192.168.0.1:8786."""
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise InvalidValueError("needs dask: pip install 'camsim-spectral[cluster]'", key="--scheduler") from None
+
+    def engine(tasks: Iterable[Task]) -> Iterator[Results]:
+        try:
+            client = Client(address, timeout=10)
+        except (OSError, ValueError, TimeoutError) as error:
+            raise InvalidValueError(f"no scheduler at {address!r}: {error}", key="--scheduler") from None
+        with client:
+            most = _AHEAD * max(1, sum(client.ncores().values()))
+            left = iter(tasks)
+            flying = as_completed(with_results=False)
+            of: dict[Any, Task] = {}
+
+            def hand_out(count: int) -> None:
+                for task, _ in zip(left, range(count), strict=False):
+                    future = client.submit(_done, task, pure=False, retries=ATTEMPTS)
+                    of[future.key] = task
+                    flying.add(future)
+
+            hand_out(most)
+            for future in flying:
+                task = of.pop(future.key)
+                failure = future.exception()
+                if failure is None:
+                    yield future.result()
+                elif isinstance(failure, CamsimError):
+                    raise failure
+                else:
+                    yield task.given_up(f"{type(failure).__name__}: {failure}")
+                hand_out(1)
+
+    return engine

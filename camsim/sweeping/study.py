@@ -1,0 +1,174 @@
+"""A study: which captures it has, each a pure function of its index."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeAlias, TypeVar
+
+from camsim.config import library, schema, yaml_source
+from camsim.config.judged import Judged
+from camsim.config.tree import Document
+from camsim.config.yaml_text import yaml_text
+from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
+from camsim.sweeping.names import Template
+from camsim.sweeping.values import drawn, is_drawn, listed
+
+V = TypeVar("V", bound=schema.Varying)
+StudyOrFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
+MOST_POINTS = 10_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One capture of a study.
+
+    settings : of the keys that vary, in their order
+    """
+
+    index: int
+    scene: str
+    settings: tuple[tuple[str, Any], ...]
+
+    def overrides(self, same: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return it and the keys that are the ``same`` everywhere, as ``camsim capture --set`` takes them."""
+        return tuple(f"{key}={json.dumps(value)}" for key, value in (*same.items(), *self.settings))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study(Generic[V]):
+    """What the file of a study, or of a data set, says, its scenes found.
+
+    document, model : what the file says, and where
+    scenes : paths, or names of shipped scenes
+    """
+
+    name: str
+    document: Document
+    model: V
+    scenes: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """How many captures it has, each of so many frames."""
+        lengths = [len(values) for values in self._fixed]
+        if not lengths:
+            combinations = 1
+        elif self.model.combine == "product":
+            combinations = math.prod(lengths)
+        else:
+            combinations = max(lengths) if self.model.combine == "zip" else sum(lengths)
+        return len(self.scenes) * combinations * self.model.draws
+
+    def fault(self, fault: Fault) -> Fault:
+        """Return a fault of an override where the study has it."""
+        word, _, key = fault.file.partition(" ")
+        if word != "--set":
+            return fault
+        part = "vary" if key in self.model.vary else "set"
+        return self.document.fault((part, key), fault.message)
+
+    def points(self) -> Iterator[Point]:
+        """Yield its captures in the order of their indices; scenes outermost, draws innermost."""
+        places = itertools.product(self.scenes, self._combinations(), range(self.model.draws))
+        for index, (scene, fixed, _) in enumerate(places):
+            settings = dict(fixed)
+            for key, values in self.model.vary.items():
+                if isinstance(values, schema.Values) and is_drawn(values):
+                    settings[key] = drawn(values, seed=self.model.seed, key=key, index=index)
+            ordered = tuple((key, settings[key]) for key in self.model.vary if key in settings)
+            yield Point(index=index, scene=scene, settings=ordered)
+
+    @property
+    def _fixed(self) -> list[list[tuple[str, Any]]]:
+        """What is not drawn: (key, value) of each value of each key."""
+        fixed = {key: listed(values) for key, values in self.model.vary.items() if not is_drawn(values)}
+        return [[(key, value) for value in values] for key, values in fixed.items()]
+
+    def _combinations(self) -> Iterator[tuple[tuple[str, Any], ...]]:
+        """Yield what is not drawn, combined."""
+        pairs = self._fixed
+        if self.model.combine == "zip" and pairs:
+            return zip(*pairs, strict=True)
+        if self.model.combine == "sequential" and pairs:
+            return ((pair,) for key in pairs for pair in key)
+        return itertools.product(*pairs)
+
+
+def read_study(study: StudyOrFile) -> tuple[Study[schema.StudyFile], tuple[Template, ...]]:
+    """Read a study, a file or its keys as a mapping, and how its files are called. Raises ConfigError."""
+    judged, stem = _judged(study, schema.StudyFile, "study")
+    files = _templates(judged)
+    return _found(judged, stem), files
+
+
+def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
+    """Read what a data set is made of, a file or its keys as a mapping. Raises ConfigError with every fault."""
+    return _found(*_judged(dataset, schema.DatasetFile, "dataset"))
+
+
+def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], str]:
+    if isinstance(given, Mapping):
+        text = yaml_text({"camsim": f"{kind}/1", **given})
+        return Judged.of(yaml_source.parse(text.encode(), kind, Path()), model), kind
+    path = Path(given)
+    return Judged.of(yaml_source.read(path, os.fspath(given)), model), path.stem
+
+
+def _found(judged: Judged[V], stem: str) -> Study[V]:
+    """Return what the file says; raises ConfigError with all that is wrong with it."""
+    scenes, model = _scenes(judged), judged.model
+    if model is not None and model.combine == "zip":
+        lengths = {key: len(listed(values)) for key, values in model.vary.items() if not is_drawn(values)}
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+            judged.refuse(("combine",), f"zip takes lists of one length, and {told}; or combine: product")
+    if not judged.faults and model is not None:
+        found = Study(name=model.name or stem, document=judged.document, model=model, scenes=scenes)
+        frames = found.count * (model.frames if isinstance(model, schema.StudyFile) else 1)
+        if frames <= MOST_POINTS:
+            return found
+        judged.refuse(("vary",), f"makes {frames} frames; {MOST_POINTS} are the most")
+    raise ConfigError(judged.faults)
+
+
+def _scenes(study: Judged[V]) -> tuple[str, ...]:
+    given = study.value(("scene",))
+    names = given if isinstance(given, list) else [given]
+    found = []
+    for number, name in enumerate(names):
+        if not isinstance(name, str):
+            continue
+        place = ("scene", number) if isinstance(given, list) else ("scene",)
+        beside = study.document.folder / name
+        if beside.is_file():
+            found.append(os.fspath(beside))
+            continue
+        try:
+            found.append(os.fspath(library.locate("scene", name).path) if library.looks_like_path(name) else name)
+            library.locate("scene", name)
+        except UnknownNameError as error:
+            study.refuse(place, error.message)
+        except ConfigError as error:
+            study.refuse(place, f"{name!r}: {error.faults[0].message}")
+    return tuple(found)
+
+
+def _templates(study: Judged[schema.StudyFile]) -> tuple[Template, ...]:
+    given, vary = study.value(("files",)), study.value(("vary",))
+    default = schema.StudyFile.model_fields["files"].default
+    texts = given if isinstance(given, list) else [default if given is None else given]
+    keys = tuple(vary) if isinstance(vary, Mapping) else ()
+    made = []
+    for number, text in enumerate(texts):
+        if isinstance(text, str):
+            try:
+                made.append(Template.of(text, keys))
+            except CamsimError as error:
+                study.refuse(("files", number) if isinstance(given, list) else ("files",), error.message)
+    return tuple(made)

@@ -1,0 +1,207 @@
+"""A study carried out: what is not there yet is taken, and the manifest says what there is."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from camsim.config import memory, schema
+from camsim.errors import InvalidValueError
+from camsim.exposing import Capture
+from camsim.files.describe import software
+from camsim.sweeping import engines
+from camsim.sweeping.captures import Progress, captures_of, identity_of
+from camsim.sweeping.folder import alone
+from camsim.sweeping.manifest import DONE, FAILED, Journal, Row, in_order, write_manifest
+from camsim.sweeping.names import Template, field_of
+from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
+from camsim.sweeping.work import Item, Task
+
+_TASK = 4e6
+"""Photosites of a task: a second or two of one core."""
+
+_RENDERING = 5.0
+"""What an optical image costs in frames, about; and ``_SET_UP`` photosites whatever its size."""
+
+_SET_UP = 1e6
+_SAMPLED = 24
+_PHOTOSITE_S = 3e-7
+"""Seconds of one core for a photosite's noise, code and share of a file."""
+
+_BYTES = {".dng": 2, ".tiff": 2, ".tif": 2, ".npy": 8, ".exr": 12, ".png": 2, ".npz": 24}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Swept:
+    """What a sweep has done.
+
+    rows    : of the manifest, one for each file, in the order of indices
+    taken, found, failed : captures taken now, found whole from before, and those that could not be taken
+    """
+
+    folder: Path
+    rows: tuple[Row, ...]
+    taken: int
+    found: int
+    failed: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Forecast:
+    """What a sweep would take: captures, files, distinct optical images, seconds of one core, bytes."""
+
+    captures: int
+    files: int
+    optical_images: int
+    seconds: float
+    disk_bytes: float
+    memory_bytes: float
+
+
+def sweep(
+    study: StudyOrFile,
+    folder: str | os.PathLike[str],
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> Swept:
+    """Take all captures of a study into a folder, with a manifest; those that are there already are not taken again.
+
+    study     : a study file, or its keys as a mapping
+    workers   : processes of one core each; None: as many as there are cores; 0: this process, all cores to a capture
+    scheduler : instead, the address of a dask scheduler whose workers see the same folder
+    progress  : called with (stage, fraction done)
+
+    Files and their checksums do not depend on workers, engine or order. Raises ConfigError for what is wrong with the
+    study, before anything is taken; a capture that fails later is a row that says why.
+
+    >>> swept = sweep({"scene": "slanted-edge", "vary": {"exposure.iso": [200, 800]}}, "out")  # doctest: +SKIP
+    """
+    began_s = time.perf_counter()
+    report = progress or (lambda stage, fraction: None)
+    engine, place = engines.engine_of(workers, scheduler), Path(folder)
+    items = _items(*read_study(study), report)
+    with alone(place):
+        journal = Journal(place)
+        there = journal.finished({item.identity for item in items})
+        journal.begin(there)
+        tasks = _tasks([item for item in items if item.identity not in there], place)
+        rows = [_renumbered(item, there[item.identity]) for item in items if item.identity in there]
+        found, new = len(rows), []
+        try:
+            for results in engine(tasks):
+                for identity, own in results:
+                    if own[0]["status"] == DONE:
+                        journal.add(identity, own)
+                    new.append(own)
+                    report("capture", (found + len(new)) / len(items))
+        finally:
+            every = in_order(row for own in (*rows, *new) for row in own)
+            if every:
+                write_manifest(place, every)
+    failed = sum(own[0]["status"] == FAILED for own in new)
+    return Swept(
+        folder=place,
+        rows=tuple(every),
+        taken=len(new) - failed,
+        found=found,
+        failed=failed,
+        seconds=time.perf_counter() - began_s,
+    )
+
+
+def forecast(study: StudyOrFile, progress: Progress | None = None) -> Forecast:
+    """Return what a sweep would take, and take nothing."""
+    items = _items(*read_study(study), progress or (lambda stage, fraction: None))
+    first = {item.capture.optical_key: item.capture for item in reversed(items)}
+    some = list(first.values())[:: max(1, len(first) // _SAMPLED)]
+    planned_s = sum(capture.plan().cost.seconds for capture in some) / len(some) * len(first)
+    photosites = [item.capture.grid.rows * item.capture.grid.cols for item in items]
+    frames = sum(count * len(item.files) for item, count in zip(items, photosites, strict=True))
+    products = {product for files in items[0].files for _, product in files}
+    largest = items[max(range(len(items)), key=photosites.__getitem__)].capture
+    grid, channels = largest.grid, len(largest.camera.cfa.channels)
+    return Forecast(
+        captures=len(items),
+        files=sum(len(names) for item in items for names in item.files),
+        optical_images=len(first),
+        seconds=planned_s + _PHOTOSITE_S * frames,
+        disk_bytes=sum(
+            count * _BYTES.get(Path(name).suffix.lower(), 8)
+            for item, count in zip(items, photosites, strict=True)
+            for names in item.files
+            for name, _ in names
+        ),
+        memory_bytes=memory.needed_bytes(grid.rows, grid.cols, channels, tuple(products), held=True),
+    )
+
+
+def _items(study: Study[schema.StudyFile], files: Sequence[Template], report: Progress) -> list[Item]:
+    """Return all captures, judged; raises CamsimError for what is wrong with any."""
+    names: dict[str, int] = {}
+    items = []
+    for point, capture in captures_of(study, tuple(template.product for template in files), report):
+        item = _item(study, files, point, capture)
+        for name in (name for frame in item.files for name, _ in frame):
+            if (other := names.setdefault(name, point.index)) != point.index:
+                raise InvalidValueError(
+                    f"captures {other} and {point.index} both make {name!r}; add {{index}} to the name", key="files"
+                )
+        items.append(item)
+    return items
+
+
+def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: Point, capture: Capture) -> Item:
+    settings, stem = dict(point.settings), Path(point.scene).stem
+    frames = study.model.frames
+    files = tuple(
+        tuple(
+            (template.name(index=point.index, frame=k, frames=frames, scene=stem, settings=settings), template.product)
+            for template in templates
+        )
+        for k in range(frames)
+    )
+    told = {"index": point.index, "scene": stem, **{field_of(key): settings.get(key) for key in study.model.vary}}
+    return Item(
+        identity=identity_of(capture, files, study.model.measure),
+        capture=capture,
+        told=told,
+        files=files,
+        measure=tuple(study.model.measure),
+    )
+
+
+def _renumbered(item: Item, rows: list[Row]) -> list[Row]:
+    """Return rows from before as they are called now: a study that has grown gives other indices."""
+    return [{**item.told, **{key: value for key, value in row.items() if key not in item.told}} for row in rows]
+
+
+def _tasks(items: list[Item], folder: Path) -> list[Task]:
+    """Return tasks of a second or two; items that share an optical image are neighbours."""
+    groups: dict[str, list[Item]] = {}
+    for item in items:
+        groups.setdefault(item.capture.optical_key, []).append(item)
+    tasks: list[Task] = []
+    own: list[Item] = []
+    weight = 0.0
+
+    def close() -> None:
+        nonlocal own, weight
+        if own:
+            tasks.append(Task(tuple(own), os.fspath(folder.resolve()), software()))
+        own, weight = [], 0.0
+
+    for group in groups.values():
+        for number, item in enumerate(group):
+            photosites = item.capture.grid.rows * item.capture.grid.cols
+            weight += photosites * len(item.files) + (0.0 if number else _RENDERING * photosites + _SET_UP)
+            own.append(item)
+            if weight >= _TASK:
+                close()
+    close()
+    return tasks

@@ -1,0 +1,59 @@
+"""A dask scheduler and workers started by hand: the files of a sweep are those of one process."""
+
+import hashlib
+import os
+import signal
+import socket
+import subprocess
+import sys
+
+import pytest
+
+import camsim
+from camsim.errors import InvalidValueError
+
+pytestmark = pytest.mark.clients
+
+STUDY = {
+    "scene": "slanted-edge",
+    "sensor": "mono-345",
+    "set": {"region": {"rows": 8, "cols": 9}, "render.tolerance": 1e-3},
+    "vary": {"exposure.iso": [200, 800], "lens.f_number": {"linear": [4, 16, 4]}},
+}
+
+
+def sums(folder):
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.glob("*.dng"))}
+
+
+@pytest.fixture
+def address(tmp_path):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    place = f"tcp://127.0.0.1:{port}"
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port)]
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", place, "--nthreads", "1", "--no-dashboard"]
+    words = [[*dask, "--no-dashboard"], worker, worker]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path, "env": dict(os.environ)}
+    programs = [subprocess.Popen(one, start_new_session=True, **quiet) for one in words]
+    yield place
+    for program in programs:
+        os.killpg(program.pid, signal.SIGKILL)
+        program.wait()
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")  # sockets of the cluster's own
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_cluster_takes_the_same_files(address, tmp_path):
+    camsim.sweep(STUDY, tmp_path / "here", workers=0)
+    done = camsim.sweep(STUDY, tmp_path / "there", scheduler=address)
+    assert (done.taken, done.failed) == (8, 0)
+    assert sums(tmp_path / "there") == sums(tmp_path / "here")
+
+
+def test_no_scheduler_is_said(tmp_path):
+    with pytest.raises(InvalidValueError, match=r"--scheduler: no scheduler at 'tcp://127.0.0.1:9'"):
+        camsim.sweep(STUDY, tmp_path, scheduler="tcp://127.0.0.1:9")
+    with pytest.raises(InvalidValueError, match="workers: are the scheduler's"):
+        camsim.sweep(STUDY, tmp_path, scheduler="tcp://127.0.0.1:9", workers=2)

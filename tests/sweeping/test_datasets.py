@@ -1,0 +1,136 @@
+"""Data sets: samples that agree with their captures, whatever holds them, and splits that share no scene."""
+
+import io
+import json
+import tarfile
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.errors import CamsimError, ConfigError, InputError
+from camsim.sweeping import dataset, read_pair
+
+MADE_OF = {
+    "scene": ["slanted-edge", "flat-field", "grey-steps", "checkerboard"],
+    "sensor": "d40-like",
+    "set": {"region": {"rows": 24, "cols": 30}, "render.tolerance": 1e-2, "exposure.time_s": "auto"},
+    "vary": {"exposure.iso": [200, 1600]},
+    "crops": {"rows": 8, "cols": 10, "each": 3},
+    "splits": {"train": 0.5, "val": 0.25, "test": 0.25},
+    "samples_per_shard": 10,
+}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tar")
+    return dataset(MADE_OF, folder, workers=0)
+
+
+def members(folder, row):
+    with tarfile.open(folder / row["file"]) as tar:
+        names = [name for name in tar.getnames() if name.startswith(row["key"])]
+        return {name.split(".", 1)[1]: tar.extractfile(name).read() for name in names}
+
+
+def test_samples_are_windows_of_captures(made):
+    assert len(made.rows) == 4 * 2 * 3
+    row = made.rows[13]
+    assert (row["index"], row["capture"], row["scene"], row["exposure_iso"]) == (13, 4, "grey-steps", 200)
+    content = members(made.folder, row)
+    facts = json.loads(content["json"])
+    overrides = ["region={rows: 24, cols: 30}", "render.tolerance=1e-2", "exposure.time_s=auto", "exposure.iso=200"]
+    ready = camsim.load("grey-steps", sensor="d40-like", overrides=overrides, seed=facts["seed"])
+    frame = ready.frame(products=("mosaic", "truth"))
+    window = np.s_[row["row"] : row["row"] + 8, row["col"] : row["col"] + 10]
+    for part, whole in (("noisy", frame.mosaic), ("clean", frame.mean_electrons), ("truth", frame.truth)):
+        array = np.load(io.BytesIO(content[f"{part}.npy"]))
+        np.testing.assert_array_equal(array, np.asarray(whole)[window].astype(array.dtype))
+    assert (row["row"] % 2, row["col"] % 2) == (0, 0)  # the filters of a sample are those that it says
+    assert facts["cfa"] == "/".join(frame.cfa_pattern)
+
+
+def test_no_scene_is_in_two_splits_and_none_is_empty(made):
+    splits = {}
+    for row in made.rows:
+        splits.setdefault(row["scene"], set()).add(row["split"])
+    assert all(len(own) == 1 for own in splits.values())
+    count = [sum(own == {name} for own in splits.values()) for name in ("train", "val", "test")]
+    assert count == [2, 1, 1]
+
+
+def test_shard_and_key_are_functions_of_the_index(made):
+    for row in made.rows:
+        assert row["key"] == f"{row['index']:08d}"
+        assert row["file"] == f"{row['split']}-{row['index'] // 10:05d}.tar"
+    places = [(row["file"], row["place"]) for row in made.rows]
+    assert len(set(places)) == len(places)
+
+
+def test_npy_shards_hold_the_same_and_are_made_again_when_one_is_not_whole(made, tmp_path):
+    study = {**MADE_OF, "shards": "npy"}
+    first = dataset(study, tmp_path, workers=0)
+    for index in (0, 9, 10, 23):
+        arrays, row = read_pair(tmp_path, index)
+        others, _ = read_pair(made.folder, index)
+        assert set(arrays) == {"noisy", "clean", "truth"}
+        for part, array in arrays.items():
+            np.testing.assert_array_equal(array, others[part])
+        assert row["split"] == made.rows[index]["split"]
+    assert dataset(study, tmp_path, workers=0).found == first.made == 3
+    file = sorted(tmp_path.glob("train-*-noisy.npy"))[0]
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-3])
+    again = dataset(study, tmp_path, workers=0)
+    assert (again.made, again.found) == (1, 2)
+    assert file.read_bytes() == whole
+
+
+def test_the_noise_is_as_stated(tmp_path):
+    """Of a grey wedge without fixed patterns: the variance of codes against their mean gives back both numbers."""
+    study = {
+        "scene": "grey-steps",
+        "sensor": "mono-345",
+        "set": {
+            "region": {"rows": 400, "cols": 400}, "render.tolerance": 1e-2, "sensor.charge": None,
+            "exposure.iso": 3200, "exposure.time_s": "auto",
+        },
+        "crops": {"rows": 400, "cols": 400},
+        "splits": {"train": 1.0, "val": 0.0, "test": 0.0},
+        "hold": ["noisy", "clean"],
+    }  # fmt: skip
+    dataset(study, tmp_path, workers=0)
+    arrays, row = read_pair(tmp_path, 0)
+    clean = arrays["clean"].astype(float) / row["electrons_per_dn"]
+    off = arrays["noisy"].astype(float) - row["black_level_dn"] - clean
+    used = clean < 0.8 * (row["white_level_dn"] - row["black_level_dn"])
+    mean, square = clean[used], off[used] ** 2
+    wanted = row["shot_dn"] * mean + row["read_dn2"]
+    # A chi-square of one degree has twice its mean squared as variance.
+    terms = np.stack([mean, np.ones_like(mean)], axis=1) / wanted[:, None]
+    shot, read = np.linalg.lstsq(terms, square / wanted, rcond=None)[0]
+    assert shot == pytest.approx(row["shot_dn"], rel=0.02)
+    assert read == pytest.approx(row["read_dn2"], rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("keys", "why"),
+    [
+        ({"crops": {"rows": 25, "cols": 10}}, "crops.rows: 25 is more than the 24 of a capture"),
+        ({"scene": "slanted-edge"}, "splits: 1 different scenes for 3 splits; vary the scene"),
+        ({"splits": {"train": 0.5, "val": 0.1, "test": 0.1}}, "train, val and test add up to 0.7"),
+        ({"hold": ["noise"]}, "hold.0: must be"),
+        ({"vary": {"exposure.iso": [-1]}}, "vary.exposure.iso: must be a number above 0"),
+    ],
+)
+def test_what_is_wrong_is_said_before_anything_is_made(keys, why, tmp_path):
+    with pytest.raises((ConfigError, CamsimError)) as caught:
+        dataset({**MADE_OF, **keys}, tmp_path / "out", workers=0)
+    assert why in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_without_a_data_set_is_said(tmp_path):
+    with pytest.raises(InputError, match=r"holds no data set: there is no manifest\.parquet"):
+        read_pair(tmp_path, 0)

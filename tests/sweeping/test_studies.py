@@ -1,0 +1,102 @@
+"""What a study asks for: its points, its names, and what is wrong with it."""
+
+import pytest
+
+from camsim.errors import ConfigError
+from camsim.sweeping import read_study
+
+
+def study(**keys):
+    return read_study({"scene": "slanted-edge", **keys})[0]
+
+
+def settings(**keys):
+    return [dict(point.settings) for point in study(**keys).points()]
+
+
+A, B = "exposure.iso", "lens.f_number"
+
+
+@pytest.mark.parametrize(
+    ("combine", "points"),
+    [
+        ("product", [(100, 4), (100, 8), (200, 4), (200, 8)]),
+        ("zip", [(100, 4), (200, 8)]),
+        ("sequential", [(100, None), (200, None), (None, 4), (None, 8)]),
+    ],
+)
+def test_lists_are_combined(combine, points):
+    found = settings(vary={A: [100, 200], B: [4, 8]}, combine=combine)
+    assert [(own.get(A), own.get(B)) for own in found] == points
+
+
+def test_ranges():
+    found = settings(vary={A: {"log": [100, 1600, 3]}, B: {"linear": [4, 5, 3]}}, combine="zip")
+    assert [(own[A], own[B]) for own in found] == [(100.0, 4.0), (400.0, 4.5), (1600.0, 5.0)]
+
+
+def test_scenes_are_outermost_and_without_vary_there_is_one_capture_each():
+    scenes = ["slanted-edge", "flat-field"]
+    assert [point.scene for point in study(scene=scenes, vary={A: [1, 2]}).points()] == [
+        "slanted-edge",
+        "slanted-edge",
+        "flat-field",
+        "flat-field",
+    ]
+    assert study().count == 1
+
+
+DRAWN = {
+    "u": {"uniform": [2.0, 3.0]},
+    "l": {"log_uniform": [1e-3, 1e3]},
+    "n": {"normal": [5.0, 2.0]},
+    "i": {"integers": [3, 5]},
+    "c": {"choice": ["a", "b", None]},
+}
+
+
+def test_draws_are_functions_of_seed_key_and_index_and_have_their_distributions():
+    found = settings(vary=DRAWN, draws=4000)
+    assert settings(vary=DRAWN, draws=10) == found[:10]
+    assert settings(vary=DRAWN, draws=10, seed=1) != found[:10]
+    assert settings(vary={"u": DRAWN["u"], "new": [1]}, draws=10)[3]["u"] == found[3]["u"]
+    of = {key: [own[key] for own in found] for key in DRAWN}
+    # Means of 4000 lie within four standard errors of the distributions' own.
+    assert sum(of["u"]) / 4000 == pytest.approx(2.5, abs=4 * 0.2887 / 63)
+    assert sum(of["n"]) / 4000 == pytest.approx(5.0, abs=4 * 2 / 63)
+    assert sum(value < 1.0 for value in of["l"]) / 4000 == pytest.approx(0.5, abs=4 * 0.5 / 63)
+    for key, values in (("i", [3, 4, 5]), ("c", ["a", "b", None])):
+        for value in values:
+            assert of[key].count(value) / 4000 == pytest.approx(1 / 3, abs=4 * 0.4714 / 63)
+    assert all(2.0 <= value < 3.0 for value in of["u"])
+
+
+@pytest.mark.parametrize(
+    ("keys", "why"),
+    [
+        ({"vary": {A: []}}, "vary.exposure.iso: must be a list of at least 1 or a table {linear, log, uniform"),
+        ({"vary": {A: {"linear": [1, 2]}}}, "vary.exposure.iso.linear: must be [first, last, how many]"),
+        ({"vary": {A: {"linear": [1, 2, 3], "log": [1, 2, 3]}}}, "log: given together with 'linear'"),
+        ({"vary": {A: {"log": [0, 2, 3]}}}, "log: has no logarithm; give ends above 0"),
+        ({"vary": {A: {"uniform": [3, 2]}}}, "uniform: begins above its end; give [2, 3]"),
+        ({"vary": {A: {"iso": 3}}}, "iso: unknown key"),
+        ({"vary": {A: [1, 2], B: [1]}, "combine": "zip"}, "zip takes lists of one length, and exposure.iso has 2"),
+        ({"vary": {A: [1]}, "set": {A: 2}}, "exposure.iso is set and varied"),
+        ({"draws": 3}, "draws: nothing in vary is drawn"),
+        ({"vary": {A: {"linear": [1, 2, 100000]}, B: {"linear": [1, 2, 1000]}}}, "makes 100000000 frames"),
+        ({"files": "{nothing}.dng"}, "no field {nothing}; there are index, frame, scene"),
+        ({"files": "{index.__class__}.dng"}, "no field {index.__class__}"),
+        ({"files": "../{index}.dng"}, "leads out of the folder"),
+        ({"files": "{index}.jpg"}, "cannot write '{index}.jpg'"),
+        ({"files": "{index}.dng:truths"}, "truth"),
+        ({"files": "{index.dng"}, "write fields as {index}"),
+        ({"scene": "slanted-edg"}, "did you mean 'slanted-edge'"),
+        ({"scene": "no/such.yaml"}, "'no/such.yaml': no such file"),
+        ({"frames": 0}, "frames: must be a whole number"),
+        ({"combine": "all"}, "combine: must be"),
+    ],
+)
+def test_what_is_wrong_is_said_in_its_place(keys, why):
+    with pytest.raises(ConfigError) as caught:
+        study(**keys)
+    assert why in str(caught.value)

@@ -1,0 +1,195 @@
+"""Sweeps: the same files whoever takes them, nothing twice, and what was finished survives."""
+
+import csv
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from filelock import FileLock
+
+import camsim
+from camsim.errors import CamsimError, ConfigError, OutputError
+from camsim.sweeping import forecast, work
+
+SMALL = {
+    "scene": "slanted-edge",
+    "sensor": "mono-345",
+    "set": {"region": {"rows": 8, "cols": 9}, "render.tolerance": 1e-3},
+}
+STUDY = {**SMALL, "vary": {"exposure.iso": [200, 800], "lens.f_number": [4, 8]}, "frames": 2}
+
+
+def sums(folder):
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*.dng"))
+    }
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("swept")
+    return camsim.sweep(STUDY, folder, workers=0)
+
+
+def test_the_manifest_tells_every_file(swept):
+    rows = list(csv.DictReader((swept.folder / "manifest.csv").read_text(encoding="utf-8").splitlines()))
+    assert {row["file"]: row["sha256"] for row in rows} == sums(swept.folder)
+    assert len(rows) == 8
+    assert [(r["index"], r["frame"], r["exposure_iso"], r["lens_f_number"]) for r in rows[3:5]] == [
+        ("1", "1", "200", "8"),
+        ("2", "0", "800", "4"),
+    ]
+    assert (swept.taken, swept.found, swept.failed) == (4, 0, 0)
+    from pyarrow import parquet
+
+    table = parquet.read_table(swept.folder / "manifest.parquet").to_pylist()
+    assert [row["sha256"] for row in table] == [row["sha256"] for row in rows]
+    assert {type(row["error_estimate"]) for row in table} == {float}
+
+
+def test_a_file_is_what_a_capture_of_its_own_gives(swept, tmp_path):
+    """Light, time and gain scale one optical image; the bytes are those of a rendering for each."""
+    overrides = ["region={rows: 8, cols: 9}", "render.tolerance=1e-3", "exposure.iso=800", "lens.f_number=8"]
+    ready = camsim.load("slanted-edge", sensor="mono-345", overrides=overrides, seed=1 + 3)
+    for number, frame in enumerate(ready.frames(2)):
+        camsim.save(frame, tmp_path / "own.dng", force=True)
+        assert (tmp_path / "own.dng").read_bytes() == (swept.folder / f"00003-{number}.dng").read_bytes()
+
+
+def test_nothing_is_rendered_twice(monkeypatch, tmp_path):
+    rendered = []
+    real = work.Capture.optical_image
+    monkeypatch.setattr(
+        work.Capture, "optical_image", lambda self, **how: rendered.append(self.optical_key) or real(self, **how)
+    )
+    vary = {
+        "exposure.iso": [100, 400],
+        "light.illuminance_lux": [1000, 3],
+        "lens.f_number": [4, 8],
+        "noise.seed": [1, 2],
+    }
+    assert camsim.sweep({**SMALL, "vary": vary}, tmp_path, workers=0).taken == 16
+    assert len(rendered) == len(set(rendered)) == 2
+
+
+def test_processes_take_the_same_and_one_that_dies_is_replaced(swept, tmp_path, monkeypatch):
+    """The first worker that meets the mark kills itself; its captures are taken by the next."""
+    mark = tmp_path / "mark"
+    mark.touch()
+    (tmp_path / "sitecustomize.py").write_text(
+        "import os, signal, sys\n"
+        "class Once:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if name == 'camsim.files.dng' and os.path.exists({str(mark)!r}):\n"
+        f"            os.remove({str(mark)!r}); os.kill(os.getpid(), signal.SIGKILL)\n"
+        "sys.meta_path.insert(0, Once())\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{Path(camsim.__file__).parents[1]}")
+    out = tmp_path / "out"
+    done = camsim.sweep(STUDY, out, workers=2)
+    assert not mark.exists()
+    assert (done.taken, done.failed) == (4, 0)
+    assert sums(out) == sums(swept.folder)
+
+
+def test_what_is_there_is_not_taken_again_and_what_is_not_whole_is(swept, tmp_path):
+    first = camsim.sweep(STUDY, tmp_path, workers=0)
+    assert (first.taken, sums(tmp_path)) == (4, sums(swept.folder))
+    (tmp_path / "00001-0.dng").write_bytes(b"half")
+    (tmp_path / "00002-1.dng").unlink()
+    (tmp_path / ".00003-0.dng.0a1b2c3d.part").write_bytes(b"left by a process that was killed")
+    with (tmp_path / ".sweep" / "journal.jsonl").open("a", encoding="ascii") as journal:
+        journal.write('{"capture": "cut of')
+    again = camsim.sweep(STUDY, tmp_path, workers=0)
+    assert (again.taken, again.found) == (2, 2)
+    assert sums(tmp_path) == sums(swept.folder)
+    assert not list(tmp_path.rglob("*.part"))
+    assert camsim.sweep(STUDY, tmp_path, workers=0).found == 4
+    # A study that has grown keeps what it had; another noise seed goes with another index.
+    grown = {**STUDY, "vary": {"exposure.iso": [200, 800, 1600], "lens.f_number": [4, 8]}}
+    more = camsim.sweep(grown, tmp_path, workers=0)
+    assert (more.taken, more.found) == (2, 4)
+
+
+def test_a_sweep_that_is_killed_goes_on_where_it_was(swept, tmp_path):
+    study = tmp_path / "study.yaml"
+    study.write_text(_yaml(STUDY), encoding="utf-8")
+    out = tmp_path / "out"
+    words = [sys.executable, "-m", "camsim", "sweep", str(study), "-o", str(out), "--workers", "0", "-q"]
+    process = subprocess.Popen(words)
+    while not list(out.rglob("*.dng")) and process.poll() is None:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert camsim.sweep(STUDY, out, workers=0).failed == 0
+    assert sums(out) == sums(swept.folder)
+
+
+def _yaml(study):
+    return "\n".join(f"{key}: {json.dumps(value)}" for key, value in {"camsim": "study/1", **study}.items()) + "\n"
+
+
+def test_two_sweeps_into_one_folder_are_refused(tmp_path):
+    (tmp_path / ".sweep").mkdir()
+    with FileLock(tmp_path / ".sweep" / "lock"), pytest.raises(OutputError, match="another sweep is writing into"):
+        camsim.sweep(STUDY, tmp_path, workers=0)
+
+
+def test_what_fails_is_a_row_and_does_not_stop_the_rest(tmp_path, monkeypatch):
+    real = work.save
+
+    def full(frame, path, **how):
+        if frame.iso == 800.0:
+            raise OutputError("the disk is full")
+        real(frame, path, **how)
+
+    monkeypatch.setattr(work, "save", full)
+    done = camsim.sweep(STUDY, tmp_path, workers=0)
+    assert (done.taken, done.failed) == (2, 2)
+    failed = [row for row in done.rows if row["status"] == "failed"]
+    assert [(row["index"], row["message"]) for row in failed] == [(2, "the disk is full"), (3, "the disk is full")]
+    monkeypatch.setattr(work, "save", real)
+    assert camsim.sweep(STUDY, tmp_path, workers=0).taken == 2  # those, and no other
+
+
+def test_mistakes_are_found_before_anything_is_taken(tmp_path):
+    out = tmp_path / "out"
+    bad = {**SMALL, "vary": {"exposure.iso": [200, -5], "lens.f_numbr": [4]}}
+    with pytest.raises(ConfigError) as caught:
+        camsim.sweep(bad, out, workers=0)
+    assert "vary.exposure.iso: must be a number above 0, not -5" in str(caught.value)
+    assert "vary.lens.f_numbr: unknown key; did you mean 'f_number'?" in str(caught.value)
+    with pytest.raises(CamsimError, match=r"captures 0 and 1 both make 'a.dng'; add \{index\} to the name"):
+        camsim.sweep({**SMALL, "vary": {"exposure.iso": [1, 2]}, "files": "a.dng"}, out, workers=0)
+    with pytest.raises(CamsimError, match="give 0"):
+        camsim.sweep(STUDY, out, workers=-1)
+    assert not out.exists()
+
+
+def test_columns_are_measured(tmp_path):
+    region = {"rows": 96, "cols": 96, "origin": [950, 1330]}
+    study = {"scene": "slanted-edge", "set": {"region": region}, "vary": {"lens.f_number": [4, 16]}}
+    rows = camsim.sweep({**study, "measure": ["signal", "mtf"], "files": ["{index}.dng"]}, tmp_path, workers=0).rows
+    wide, narrow = rows
+    assert wide["mtf50_cycles_per_pixel_G1"] > 1.3 * narrow["mtf50_cycles_per_pixel_G1"]
+    assert wide["mean_G_e"] == pytest.approx(16.0 * narrow["mean_G_e"], rel=0.01)
+
+
+def test_what_it_would_take_is_told(tmp_path):
+    expected = forecast({**STUDY, "files": ["{index}.dng", "{index}.exr:truth"]})
+    assert (expected.captures, expected.files, expected.optical_images) == (4, 16, 2)
+    assert 0.0 < expected.seconds < 10.0
+    assert expected.disk_bytes >= 16 * 72 * 2
+
+
+def test_the_noise_of_captures_is_their_own(swept):
+    frames = [camsim.measure.read_picture(swept.folder / f"0000{index}-0.dng").planes[0] for index in (0, 1)]
+    assert not np.array_equal(frames[0].samples, frames[1].samples)
