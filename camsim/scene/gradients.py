@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import math
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -34,9 +35,9 @@ class Gradient(Field):
         return 0.0
 
     @property
+    @abc.abstractmethod
     def half_um(self) -> tuple[float, float]:
         """Half its extent along its own x and y."""
-        raise NotImplementedError
 
     @property
     def cycles_per_um(self) -> float:
@@ -48,9 +49,9 @@ class Gradient(Field):
         """Over what length it may change in other ways than that."""
         return math.inf
 
+    @abc.abstractmethod
     def value(self, x_um: F64, y_um: F64) -> F64:
         """Return its value at places from its centre along its own axes; beyond its rim it goes on smoothly."""
-        raise NotImplementedError
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:

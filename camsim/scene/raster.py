@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import math
 from collections.abc import Iterator
 from typing import Any, Literal, TypeAlias
@@ -61,24 +62,24 @@ class Raster:
         return flat_of(self.spectra)
 
 
-class Field:
+class Field(abc.ABC):
     """A shape that is no flat colour."""
 
     __slots__ = ()
 
     @property
+    @abc.abstractmethod
     def reflectance(self) -> Spectrum:
         """Its mean: what it is where only outlines are looked at."""
-        raise NotImplementedError
 
     @property
+    @abc.abstractmethod
     def surfaces(self) -> tuple[Spectrum, ...]:
         """Curves that bend where its spectra do."""
-        raise NotImplementedError
 
+    @abc.abstractmethod
     def frame(self, reflectance: Spectrum) -> Shape:
         """Return its outline in one colour."""
-        raise NotImplementedError
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline in its mean colour, for those who look at outlines only."""

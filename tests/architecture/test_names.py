@@ -30,6 +30,8 @@ DIMENSIONLESS = {
     "f_number": "focal length over aperture",
     "fill_factor": "fraction of the pitch's area",
     "reflectance": "fraction, or a curve of it",
+    "low": "a reflectance",
+    "high": "a reflectance",
     "background": "a reflectance",
     "transmission": "fraction, or a curve of it",
     "fraction": "what the stage is called after",

@@ -9,15 +9,14 @@ of its own: only that of channels, not of planes, and only at rows and columns w
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass
 
-import numba as nb
 import numpy as np
 from scipy import fft
 
 from camsim.arrays import C128, F64, I64, U8
+from camsim.kernels import shared
 from camsim.nonuniform import lines_at
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round, Separable
@@ -133,7 +132,7 @@ class Aligned:
             found = lit_columns(transforms, cells, some, axes)
             lines[first : first + COLUMNS] = lines_at(phases, found, precision=self.precision)
 
-        _all(down, range(0, columns, COLUMNS))
+        _each(down, columns, COLUMNS)
         # Frequencies from 0 on: of the whole band's sum the real part, twice.
         lines[0] *= 0.5
         middle = columns // 2
@@ -145,7 +144,7 @@ class Aligned:
             found = lines_at((2.0 * np.pi / px) * cols.astype(float), some, precision=self.precision)
             image[first : first + ROWS] = (found * turn).real
 
-        _all(across, range(0, rows.size, ROWS))
+        _each(across, rows.size, ROWS)
         return image
 
     def _axes(self, i: I64, px: float, py: float) -> Axes:
@@ -195,7 +194,11 @@ def _at(curves: Curves, frequency: F64) -> F64:
     return total
 
 
-def _all(do: Callable[[int], None], parts: Iterator[int] | range) -> None:
-    """Do every part, as many at a time as there are threads; each is computed as if it were alone."""
-    with ThreadPoolExecutor(nb.get_num_threads()) as pool:
-        list(pool.map(do, parts))
+def _each(do: Callable[[int], None], count: int, size: int) -> None:
+    """Do parts of one size: numbers do not depend on how threads share them."""
+
+    def work(low: int, high: int) -> None:
+        for part in range(low, high):
+            do(part * size)
+
+    shared(-(-count // size), work)

@@ -7,16 +7,38 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64, U8
+from camsim.arrays import F64, I64, U8
 from camsim.kernels import kernel, shared
 
 POINTS = 8  # of the interpolation along an axis
 
 
+def deposit(x: F64, y: F64, light: F64, lattice: F64) -> None:
+    """Add light (modes, n) at places (n,), in steps, to lattices (modes, rows, cols)."""
+    shared(len(light), functools.partial(_deposit, x, y, light, lattice))
+
+
+def deposit_rows(x: F64, y: F64, light: F64, lattice: F64) -> None:
+    """Add light (modes, y.size, x.size) at all pairs of places, in steps, to lattices (modes, rows, cols)."""
+    (left, across), (top, down) = _weighed(x), _weighed(y)
+    lines = np.empty((y.size, lattice.shape[2]))
+    for own, its in zip(light, lattice, strict=True):
+        shared(y.size, functools.partial(_lines, left, across, own, lines))
+        shared(len(its), functools.partial(_add_lines, top, down, lines, its))
+
+
+def read(lattice: F64, step: float, first: F64, channel: U8, image: F64) -> None:
+    """Add lattices (channels, …), the first point at ``first``, to photosites (images, rows, cols) at whole places."""
+    rows, cols = channel.shape[1:]
+    left, across = _weighed((np.arange(cols) - first[0]) / step)
+    top, down = _weighed((np.arange(rows) - first[1]) / step)
+    shared(rows, functools.partial(_read, lattice, left, across, top, down, channel, image))
+
+
 @kernel()
 def _weights(place: float, out: F64) -> int:
     """Set Lagrange's weights of the lattice points about a place, and return the first of them."""
-    first = math.floor(place) - (POINTS // 2 - 1)
+    first = int(math.floor(place)) - (POINTS // 2 - 1)  # noqa: RUF046 (compiled, the floor is a float)
     t = place - first
     for k in range(POINTS):
         product = 1.0
@@ -27,15 +49,19 @@ def _weights(place: float, out: F64) -> int:
     return first
 
 
-def deposit(x: F64, y: F64, light: F64, lattice: F64) -> None:
-    """Add light (modes, n) at places (n,), in steps, to lattices (modes, rows, cols)."""
-    shared(len(light), lambda begin, end: _deposit(x, y, light, lattice, begin, end))
+@kernel()
+def _weighed(places: F64) -> tuple[I64, F64]:
+    firsts, weights = np.empty(places.size, np.int64), np.empty((places.size, POINTS))
+    for q in range(places.size):
+        firsts[q] = _weights(places[q], weights[q])
+    return firsts, weights
 
 
 @kernel()
-def _deposit(x: F64, y: F64, light: F64, lattice: F64, begin: int, end: int) -> None:
+def _deposit(x: F64, y: F64, light: F64, lattice: F64, low: int, high: int) -> None:
+    """Deposit some modes."""
     across, down = np.empty(POINTS), np.empty(POINTS)
-    for m in range(begin, end):
+    for m in range(low, high):
         for q in range(x.size):
             col, row = _weights(x[q], across), _weights(y[q], down)
             for i in range(POINTS):
@@ -44,60 +70,42 @@ def _deposit(x: F64, y: F64, light: F64, lattice: F64, begin: int, end: int) -> 
                     lattice[m, row + i, col + j] += share * across[j]
 
 
-def deposit_rows(x: F64, y: F64, light: F64, lattice: F64) -> None:
-    """Add light (modes, y.size, x.size) at all pairs of places, in steps, to lattices (modes, rows, cols)."""
-    for own, whole in zip(light, lattice, strict=True):
-        lines = np.zeros((y.size, whole.shape[1]))
-        shared(y.size, functools.partial(_across, x, own, lines))
-        # One thread for each row of the lattice: what is added to it comes in one order.
-        shared(len(whole), functools.partial(_down, y, lines, whole))
-
-
 @kernel()
-def _across(x: F64, light: F64, lines: F64, begin: int, end: int) -> None:
-    """Add light (rows, x.size) to lines (rows, cols)."""
-    firsts, across = np.empty(x.size, np.int64), np.empty((x.size, POINTS))
-    for c in range(x.size):
-        firsts[c] = _weights(x[c], across[c])
-    for r in range(begin, end):
-        for c in range(x.size):
+def _lines(left: I64, across: F64, light: F64, lines: F64, low: int, high: int) -> None:
+    """Set some rows of lines to their light (rows, places), put on the lattice's columns."""
+    for r in range(low, high):
+        lines[r] = 0.0
+        for c in range(left.size):
             for j in range(POINTS):
-                lines[r, firsts[c] + j] += light[r, c] * across[c, j]
+                lines[r, left[c] + j] += light[r, c] * across[c, j]
 
 
 @kernel()
-def _down(y: F64, lines: F64, lattice: F64, begin: int, end: int) -> None:
-    """Add lines (y.size, cols) to the rows of a lattice."""
-    down = np.empty(POINTS)
-    for r in range(y.size):
-        first = _weights(y[r], down)
-        for row in range(max(first, begin), min(first + POINTS, end)):
-            for c in range(lines.shape[1]):
-                lattice[row, c] += down[row - first] * lines[r, c]
-
-
-def read(lattice: F64, step: float, first: F64, channel: U8, image: F64) -> None:
-    """Add lattices (channels, …), the first point at ``first``, to photosites (images, rows, cols) at whole places."""
-    shared(channel.shape[1], lambda begin, end: _read(lattice, step, first, channel, image, begin, end))
+def _add_lines(top: I64, down: F64, lines: F64, lattice: F64, low: int, high: int) -> None:
+    """Add lines to some rows of a lattice, to each in the lines' order."""
+    for row in range(low, high):
+        for r in range(top.size):
+            i = row - top[r]
+            if 0 <= i < POINTS:
+                for c in range(lattice.shape[1]):
+                    lattice[row, c] += down[r, i] * lines[r, c]
 
 
 @kernel()
-def _read(lattice: F64, step: float, first: F64, channel: U8, image: F64, begin: int, end: int) -> None:
-    images, _, cols = channel.shape
-    firsts, shares = np.empty(cols, np.int64), np.empty((cols, POINTS))
-    for c in range(cols):
-        firsts[c] = _weights((c - first[0]) / step, shares[c])
-    down, line = np.empty(POINTS), np.empty((len(lattice), lattice.shape[2]))
-    for r in range(begin, end):
+def _read(
+    lattice: F64, left: I64, across: F64, top: I64, down: F64, channel: U8, image: F64, low: int, high: int
+) -> None:
+    """Read some rows of photosites."""
+    line = np.empty((len(lattice), lattice.shape[2]))
+    for r in range(low, high):
         line[:] = 0.0
-        row = _weights((r - first[1]) / step, down)
         for k in range(len(lattice)):
             for i in range(POINTS):
                 for c in range(lattice.shape[2]):
-                    line[k, c] += down[i] * lattice[k, row + i, c]
-        for n in range(images):
-            for c in range(cols):
+                    line[k, c] += down[r, i] * lattice[k, top[r] + i, c]
+        for n in range(len(channel)):
+            for c in range(channel.shape[2]):
                 total = 0.0
                 for j in range(POINTS):
-                    total += shares[c, j] * line[channel[n, r, c], firsts[c] + j]
+                    total += across[c, j] * line[channel[n, r, c], left[c] + j]
                 image[n, r, c] += total
