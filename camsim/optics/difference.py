@@ -31,7 +31,7 @@ TAIL = 2.0 / math.pi**3
 RING = 1.0 / (2.0 * math.pi**4)  # what a line hears of an Airy pattern's rings, times x^(−5/2) (boundary/settings.py)
 STEEPER = 30.0  # rings · waves of slope / x: what amplitudes at the rim differ by; 27 was measured of coma
 MORE = 1.2  # directions between, and the next terms: 1.02 was measured
-RAYS, BEYOND_RAYS = 2.2, 3.0  # slopes, and λN more: as near as the tail is taken to be the rim's alone
+RAYS, BEYOND_RAYS = 4.0, 3.0  # slopes, and λN more: as near as the tail is taken to be the rim's alone
 FARTHEST = 1e7  # λN: where a reach is looked for
 HALVINGS = 24
 

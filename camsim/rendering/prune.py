@@ -47,7 +47,7 @@ def far_outlines(
     points = edges.points
     if (points >= first - extent).all() and (points <= last + extent).all():
         return none, 0.0
-    outline, count = _outlines(edges)
+    outline, count = joined_outlines(edges)
     of_point = np.tile(outline, 2)
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     np.minimum.at(low, of_point, points)
@@ -72,7 +72,7 @@ def far_outlines(
     return drop[outline], float(total[dropped.size - 1]) if dropped.size else 0.0
 
 
-def _outlines(edges: Edges) -> tuple[I64, int]:
+def joined_outlines(edges: Edges) -> tuple[I64, int]:
     """Return the number of the outline that each edge belongs to: edges that share an end belong together."""
     corners = edges.points.view(np.complex128).ravel()
     points, index = np.unique(corners, return_inverse=True)

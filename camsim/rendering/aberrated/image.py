@@ -8,18 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, U8
+from camsim.arrays import F64, I64, U8
 from camsim.kernels import shared
 from camsim.optics.difference import Difference
 from camsim.rendering.aberrated.kernels import Lines, Responses, add_lines, add_short, mark
 from camsim.rendering.aberrated.pattern import ShortPattern
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.aberrated.windows import Window, windows
+from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Progress
+from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import inverse
 from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
 from camsim.rendering.fourier.regions import Regions, clamped
 from camsim.rendering.job import Job, Nodes
+from camsim.rendering.prune import joined_outlines
 
 SAME_DIRECTION = 1e-13  # of a normal: lines this nearly parallel share a response
 ROWS = 64  # of a window's transform: fewer are no work for a thread of its own
@@ -101,10 +104,26 @@ class ShortImage:
             progress((done + 1) / len(self.windows))
         return image
 
+    @functools.cached_property
+    def _outlines(self) -> tuple[I64, F64, F64]:
+        """The outline that each edge belongs to, and their lowest and highest x and y (n, 2)."""
+        outline, count = joined_outlines(self.job.edges)
+        low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+        np.minimum.at(low, np.tile(outline, 2), self.job.edges.points)
+        np.maximum.at(high, np.tile(outline, 2), self.job.edges.points)
+        return outline, low, high
+
+    def _seen(self, tile: Tile, first: tuple[float, float]) -> Edges:
+        """Return the edges about a window, clamped; an outline beyond one side of its box would be flat: nothing."""
+        outline, low, high = self._outlines
+        inside = (low <= np.add(tile.high, first)) & (high >= np.add(tile.low, first))
+        meets = inside[:, 0] & inside[:, 1]
+        return clamped(self.job.edges.some(meets[outline]).seen_from(first), tile.low, tile.high)
+
     def _in_window(self, window: Window, channel: U8) -> F64:
         tile = self.settings.tile(*window)
         x0, y0 = self.job.grid.first_centre
-        seen = clamped(self.job.edges.seen_from((x0 + window.col, y0 + window.row)), tile.low, tile.high)
+        seen = self._seen(tile, (x0 + window.col, y0 + window.row))
         spectra = np.setdiff1d(np.concatenate([seen.left, seen.right]), [0])
         values = np.zeros(channel.shape)
         if not spectra.size:
