@@ -22,10 +22,16 @@ SLOPE_NODES = 96  # of a bound: a few per cent of it do not matter
 DIRECTIONS = 64  # in which a photosite and an OLPF are asked, over half a turn
 
 
-def arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget) -> Arrangement:
-    """Return the scene's edges, its curved outlines as polygons; ``seen_nm``: wavelengths that carry signal."""
+def arranged(
+    scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget, *, textured: bool = False
+) -> Arrangement:
+    """Return the scene's edges, its curved outlines as polygons.
+
+    seen_nm  : wavelengths that carry signal
+    textured : frames of one colour stand for pictures, whose samples differ by any contrast and cut every outline
+    """
     primitives = flattened(scene.shapes)
-    contrast = _contrast(scene, primitives, seen_nm)
+    contrast = 1.0 if textured else _contrast(scene, primitives, seen_nm)
     if contrast == 0.0 or not has_curves(primitives):
         return arrange(scene)
     shortest_nm, longest_nm = float(seen_nm.min()), float(seen_nm.max())
@@ -41,7 +47,7 @@ def arranged(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budg
         allowed=allowed,
         quiet=budget.allowed("powers"),
     )
-    return arrange(scene, limits._replace(longer=long.along), apart=long.apart)
+    return arrange(scene, limits._replace(longer=long.along), apart=long.apart, textured=textured)
 
 
 def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> float:

@@ -68,9 +68,8 @@ def render(
     channel = np.zeros((grid.rows, grid.cols), np.uint8)
     each_nm = np.atleast_1d(np.asarray(wavelength_nm, float))
     _check(each_nm, tolerance)
-    arrangement = arranged(
-        scene.framed(scene.background), system, grid, each_nm, ErrorBudget(edges_share(scene) * tolerance)
-    )
+    framed, budget = scene.framed(scene.background), ErrorBudget(edges_share(scene) * tolerance)
+    arrangement = arranged(framed, system, grid, each_nm, budget, textured=framed is not scene)
     parts = []
     for nm in each_nm:
         begin = time.perf_counter()
@@ -174,7 +173,8 @@ def plan_render(
     share = edges_share(scene)
     if arrangement is None:
         seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
-        arrangement = arranged(edges, system, grid, seen_nm, ErrorBudget(share * tolerance))
+        budget = ErrorBudget(share * tolerance)
+        arrangement = arranged(edges, system, grid, seen_nm, budget, textured=edges is not scene)
     job = Job.of(
         edges,
         arrangement,

@@ -87,8 +87,19 @@ class Polygons(NamedTuple):
         return np.split(self.corners_um, self.first[1:-1])
 
 
-def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apart: Apart | None = None) -> Polygons:
-    """Return the loops as polygons; ``whose``: by which it is found what another outline may cut, None for nothing."""
+def polygons(
+    curves: Curves,
+    limits: SideLimits,
+    whose: Whose | None = None,
+    apart: Apart | None = None,
+    *,
+    textured: bool = False,
+) -> Polygons:
+    """Return the loops as polygons.
+
+    whose    : by which it is found what another outline may cut, None for nothing
+    textured : samples of a picture may cut all of them anywhere
+    """
     if not np.any(curves.kind != STRAIGHT):
         return Polygons(curves.points[:, 0], curves.first)
     following = _following(curves.first)
@@ -98,8 +109,8 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     sides = np.ones(len(curves.kind), np.int64)
     bent = np.flatnonzero(curves.kind != STRAIGHT)
     found = stretches(curves.some(bent), apart)
-    cut = np.zeros(len(found.owner), bool)
-    if whose is not None:
+    cut = np.full(len(found.owner), textured)
+    if whose is not None and not textured:
         found, cut = cut_stretches(found._replace(owner=bent[found.owner]), curves, whose)
         found = found._replace(owner=np.searchsorted(bent, found.owner))
     corners = ~np.stack([through[bent], smooth[bent]], axis=1)

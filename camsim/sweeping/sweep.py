@@ -79,8 +79,7 @@ def sweep(
 
     Files and their checksums do not depend on workers, engine or order. Raises ConfigError for what is wrong with the
     study, before anything is taken; a capture that fails later is a row that says why.
-
-    >>> swept = sweep({"scene": "slanted-edge", "vary": {"exposure.iso": [200, 800]}}, "out")  # doctest: +SKIP
+    Such as ``camsim.sweep({"scene": "slanted-edge", "vary": {"exposure.iso": [200, 800]}}, "out")``.
     """
     began_s = time.perf_counter()
     report = progress or (lambda stage, fraction: None)

@@ -11,7 +11,8 @@ from camsim.errors import ConfigError
 
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
-    "repeat-on-grid, repeat-on-ring, chart, svg or picture"
+    "repeat-on-grid, repeat-on-ring, chart, svg, picture, linear-gradient, radial-gradient, sine-grating, sine-star or "
+    "sine-zone-plate"
 )
 
 # What is replaced in the good file of conftest.py, by what, and the messages.
@@ -47,7 +48,7 @@ FAULTS = {
         "radius: 3, width: 4,",
         [
             "scene.yaml:15:31: scene.shapes.2.width: unknown key of this kind; it is one of kind rectangle, line, "
-            "chart, svg or picture"
+            "chart, svg, picture, linear-gradient or sine-grating"
         ],
     ),
     "missing key": (

@@ -70,7 +70,7 @@ PAIRS = {
     "noise": (CAPTURE, dataclasses.replace(CAPTURE, noise=False), "random_numbers", 0.0),
     "one stage of noise": (CAPTURE, with_camera(read_noise=None), "random_numbers", 0.5),
     "a window": (CAPTURE, dataclasses.replace(CAPTURE, region=camsim.Region(rows=32, cols=16)), "photosites", 0.125),
-    "two channels": (CAPTURE, with_camera(**MONO), "tables", 0.4),
+    "two channels": (CAPTURE, with_camera(**MONO), "table_values", 0.6),
     "a shape": (CAPTURE, with_shapes(*PICTURE[:2]), "edges", 0.999),
     "edges of equal spectra: one surface of two": (CAPTURE, with_shapes(*SAME_BACKGROUND), "edges", 0.999),
     "all shapes": (CAPTURE, with_shapes(), "nodes_integrated", 0.0),

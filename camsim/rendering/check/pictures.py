@@ -190,6 +190,6 @@ def _outline(scene: Scene, number: int, pitch_um: float, longest: float, allowed
     own = Curve((1.0, 2.0), (0.25, 0.75), name="the picture", outside="hold")
     covered = Scene(background=0.5, shapes=[field.frame(own), *later]).framed(0.5)
     pieces, spectra = pieces_of(covered, pitch_um)
-    edges = polygons(pieces, longest, allowed)
+    edges = polygons(pieces, longest, allowed, textured=True)
     mine = (edges.left == spectra.index(own)) | (edges.right == spectra.index(own))
     return edges.start[mine], edges.end[mine]

@@ -13,11 +13,13 @@ from camsim.rendering.edges import Edges
 GROWTH = 1.3  # of a part's sides from its ends on
 
 
-def polygons(pieces: Pieces, longest: float, allowed: float) -> Edges:
+def polygons(pieces: Pieces, longest: float, allowed: float, *, textured: bool = False) -> Edges:
     """Return the pieces as straight edges: round ones as sides of the same area each, shorter than waves that pass.
 
     What stays of a circle's wobble is of second order: half its mean square, (s²/8R)²·4/45, times the slope of the line
     spread, at most 2π over a square wave.
+    textured : edges of samples cut the sides anywhere. What is left of one then counts at once, its area, at most
+               s³/(72·√3·R), times the pattern's peak, about 1/longest²; a tenth for each of those that lie near
     """
     o = pieces.outlines
     starts, ends, owners = [], [], []
@@ -29,6 +31,8 @@ def polygons(pieces: Pieces, longest: float, allowed: float) -> Edges:
         big, whole = o.dx[e], o.turn_rad[e] >= math.tau * (1.0 - 1e-15)
         # A whole circle's sides are all alike and send nothing below their own frequency; a part's are not.
         side = min((0.7 if whole else 0.35) * longest, (229.0 * allowed * (big * longest) ** 2) ** 0.25)
+        if textured:
+            side = min(side, (12.0 * allowed * big * longest**2) ** (1.0 / 3.0))
         if whole:
             turns = np.full(max(96, math.ceil(math.tau * big / side)), 1.0)
         else:

@@ -234,8 +234,8 @@ def _crossing(a: F64, b: F64, y: float) -> F64:
 
 
 def _rule(order: int, length: float) -> tuple[F64, F64]:
-    """Return a rule on 0 … 1 for a part of a patch's side, as good as ``order`` nodes are for all of it."""
-    x, w = gauss_legendre(min(order, math.ceil(order * length) + 3))
+    """Return a rule on 0 … 1 for a way across a patch, as good as ``order`` nodes are for its side."""
+    x, w = gauss_legendre(math.ceil(order * length) + (3 if length < 1.0 else 0))
     return 0.5 * (1.0 + x), 0.5 * w
 
 
@@ -253,10 +253,13 @@ def _in_patch(a: F64, b: F64, order: int) -> tuple[F64, F64]:
     for top, bottom in pairwise(breaks.tolist()):
         if bottom - top < NEXT_TO**2:
             continue
-        ty, wy = _rule(order, bottom - top)
-        y = top + (bottom - top) * ty
         middle = 0.5 * (top + bottom)
         crosses = (np.minimum(a[:, 1], b[:, 1]) <= middle) & (np.maximum(a[:, 1], b[:, 1]) > middle)
+        # From the top to the bottom nodes slide along with the outline: that is the way over which the light changes.
+        ends = np.stack([_crossing(a[crosses], b[crosses], y) for y in (top, bottom)])
+        slide = np.abs(np.diff(np.clip(ends, 0.0, 1.0), axis=0)).max(initial=0.0)
+        ty, wy = _rule(order, math.hypot(bottom - top, float(slide)))
+        y = top + (bottom - top) * ty
         lines = np.stack([_crossing(a[crosses], b[crosses], float(height)) for height in y])
         lines = np.sort(np.clip(lines, 0.0, 1.0), axis=1)
         for k in range(0, lines.shape[1] - 1, 2):

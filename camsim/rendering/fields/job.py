@@ -156,7 +156,7 @@ def _seen(
     own = Curve((1.0, 2.0), (0.25, 0.75), name="the picture", outside="hold")
     own_frame = field.frame(own)
     covered = Scene(background=scene.background, shapes=[own_frame, *later]).framed(scene.background)
-    found = arranged(covered, system, grid, seen_nm, budget)
+    found = arranged(covered, system, grid, seen_nm, budget, textured=True)
     if own not in found.spectra:
         return np.empty((0, 2)), np.empty((0, 2))
     which = found.spectra.index(own)
