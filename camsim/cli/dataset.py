@@ -8,20 +8,15 @@ from typing import Annotated
 
 import typer
 
+from camsim.cli.options import Scheduler, Workers
 from camsim.cli.sweep import say_failures, say_figures
 
 
 def dataset(
     study: Annotated[str, typer.Argument(metavar="DATASET.yaml", help="What it is made of (camsim new dataset).")],
     output: Annotated[str, typer.Option("-o", "--output", metavar="FOLDER", help="Where shards and index go.")],
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", metavar="N", min=0, help="Processes of one core each; 0: this one, with all cores."),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", metavar="tcp://…", help="A dask scheduler whose workers see the same folder."),
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:

@@ -22,6 +22,14 @@ Changes: TypeAlias = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change one value, such as exposure.iso=800; repeatable."),
 ]
+Workers: TypeAlias = Annotated[
+    int | None,
+    typer.Option("--workers", metavar="N", min=0, help="Processes of one core each; 0: this one, with all cores."),
+]
+Scheduler: TypeAlias = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="tcp://…", help="A dask scheduler whose workers see the same folder."),
+]
 
 _ALIKE = 0.85
 """From here on an option is a slip of the keyboard, below it a setting that people take for one."""

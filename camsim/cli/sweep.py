@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
+from camsim.cli.options import Scheduler, Workers
 from camsim.errors import InvalidValueError
 
 _MOST = 20
@@ -19,14 +20,8 @@ _MOST = 20
 def sweep(
     study: Annotated[str, typer.Argument(metavar="STUDY.yaml", help="A study file (camsim new study).")],
     output: Annotated[str, typer.Option("-o", "--output", metavar="FOLDER", help="Where files and manifest go.")],
-    workers: Annotated[
-        int | None,
-        typer.Option("--workers", metavar="N", min=0, help="Processes of one core each; 0: this one, with all cores."),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", metavar="tcp://…", help="A dask scheduler whose workers see the same folder."),
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what it would take, and take nothing.")] = False,
     plot: Annotated[
         tuple[str, str, str] | None,
