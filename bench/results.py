@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from camsim.bench.lines import LinesFile
-from camsim.bench.machine import cores, machine, versions
+from camsim.bench.machine import machine, versions
 from camsim.bench.records import Line, rounded
+from camsim.cores import cores
 from camsim.errors import InputError
 
 FORMAT = "camsim-bench/2"

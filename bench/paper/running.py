@@ -17,7 +17,8 @@ from bench.paper.peers import Peer, settings_of_peer
 from bench.results import Results
 from bench.worker import GIVES_BACK, Worker, WorkerError
 from camsim.arrays import F64
-from camsim.bench.machine import Spin, cores, spin, words_of_load
+from camsim.bench.machine import Spin, spin, words_of_load
+from camsim.cores import cores
 from tests.truth.lattice import Lens, window_truths
 from tests.truth.quadrature import photosite_value
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import threading
 import time
@@ -12,15 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from camsim.cores import cores
+
 PACKAGES = ("camsim-spectral", "numpy", "scipy", "numba", "finufft", "galsim", "prysm")
 SPIN_LAPS = 12
 BUSY = 1.15  # wall over CPU of the spin: more than this and somebody else wants the cores
 SLOWER = 1.15  # CPU time of the spin against the run's quickest: more than this and the clock or the caches changed
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def versions() -> dict[str, str]:

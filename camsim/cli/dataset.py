@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import json
 from typing import Annotated
 
 import typer
@@ -38,8 +37,6 @@ def dataset(
         "failed": made.failed,
         "seconds": made.seconds,
     }
-    if as_json:
-        print(json.dumps(figures, indent=2))
-    elif not quiet:
-        say_figures(figures, title=f"{output}: README.md, manifest.csv, .parquet, croissant.json")
+    title = f"{output}: README.md, manifest.csv, .parquet, croissant.json"
+    say_figures(figures, as_json=as_json, quiet=quiet, title=title)
     say_failures(made.rows)

@@ -49,7 +49,7 @@ def sweep(
     if dry_run:
         with Bar(shown=not quiet) as bar:
             expected = forecast(study, bar.update)
-        _say(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
+        say_figures(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
         return
     with Bar(shown=not quiet) as bar:
         done = carry_out(study, output, workers=workers, scheduler=scheduler, progress=bar.update)
@@ -68,15 +68,8 @@ def sweep(
             if name not in columns:
                 raise InvalidValueError(f"no column {name!r}; there are {', '.join(columns)}", key="--plot")
         draw_columns(done.rows, x, y, Path(file))
-    _say(summary, as_json=as_json, quiet=quiet, title=f"{output}/manifest.csv, .parquet")
+    say_figures(summary, as_json=as_json, quiet=quiet, title=f"{output}/manifest.csv, .parquet")
     say_failures(done.rows)
-
-
-def _say(figures: Mapping[str, float], *, as_json: bool, quiet: bool, title: str) -> None:
-    if as_json:
-        print(json.dumps(figures, indent=2))
-    elif not quiet:
-        say_figures(figures, title=title)
 
 
 def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
@@ -89,16 +82,19 @@ def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
         raise typer.Exit(1)
 
 
-def say_figures(figures: Mapping[str, float], *, title: str) -> None:
-    """Print figures below a title."""
-    from rich.console import Console
-    from rich.table import Table
+def say_figures(figures: Mapping[str, float], *, as_json: bool, quiet: bool, title: str) -> None:
+    """Print figures, as JSON or below a title."""
+    if as_json:
+        print(json.dumps(figures, indent=2))
+    elif not quiet:
+        from rich.console import Console
+        from rich.table import Table
 
-    print(title)
-    table = Table(show_header=False, box=None)
-    for name, value in figures.items():
-        table.add_row(*_shown(name, value))
-    Console().print(table)
+        print(title)
+        table = Table(show_header=False, box=None)
+        for name, value in figures.items():
+            table.add_row(*_shown(name, value))
+        Console().print(table)
 
 
 def _shown(name: str, value: float) -> tuple[str, str]:

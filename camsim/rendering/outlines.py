@@ -47,7 +47,7 @@ def arranged(
         allowed=allowed,
         quiet=budget.allowed("powers"),
     )
-    return arrange(scene, limits._replace(longer=long.along), apart=long.apart, textured=textured)
+    return arrange(scene, limits._replace(longer=long.along, textured=textured), apart=long.apart)
 
 
 def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> float:

@@ -46,13 +46,10 @@ class Arrangement:
         return int(self.sides.sum())
 
 
-def arrange(
-    scene: Scene, limits: SideLimits | None = None, *, apart: Apart | None = None, textured: bool = False
-) -> Arrangement:
+def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | None = None) -> Arrangement:
     """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
 
     limits, apart : how finely curved outlines are cut into sides (``sides.polygons``)
-    textured      : there are pictures behind the outlines: edges of samples may cut any of them anywhere
 
     Every visible region contributes its outline against the background; where two regions share an edge
     exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.
@@ -72,7 +69,7 @@ def arrange(
     covers = Covers.of(primitives, outlines)
     sides = np.bincount(outlines.owner, minlength=len(primitives))
     sound, centre, radius = discs_among([primitives[i] for i in covers.seen.tolist()], covers.first, covers.second)
-    discs = sound & ~covers.alone & (not textured)
+    discs = sound & ~covers.alone & (not limits.textured)
     number = np.cumsum(discs) - 1
     pairs = discs[covers.first]
     rims = rims_of(
@@ -83,7 +80,7 @@ def arrange(
     )
     drawn = _rims_drawn(rims._replace(disc=covers.seen[discs][rims.disc]), outlines, limits, apart)
     others = covers.some(~discs)
-    rings = outlines.some(others.seen).rings(limits, crossing=others.crossing, apart=apart, textured=textured)
+    rings = outlines.some(others.seen).rings(limits, crossing=others.crossing, apart=apart)
     cut = _rings_drawn([(primitives[i], int(regions[i])) for i in others.seen.tolist()], rings, others)
     hidden = np.ones(len(primitives), bool)
     hidden[covers.seen] = False

@@ -14,8 +14,9 @@ from camsim.arrays import F64
 from camsim.scene.primitives import Shape
 from camsim.scene.raster import Field
 from camsim.scene.shapes import Disc, Rectangle, Ring
+from camsim.scene.shapes.rounds import judge_radii
 from camsim.spectra.curve import Curve, Reflectance, Spectrum, spectrum_at
-from camsim.typed import Point, Positive, judge, refusal
+from camsim.typed import Point, Positive, judge
 
 Cycles = Annotated[int, Ge(1), Le(100_000)]
 
@@ -201,10 +202,7 @@ class SineStar(Gradient):
 
     def __post_init__(self) -> None:
         judge(self)
-        if not self.inner_radius_um < self.radius_um:
-            raise refusal(
-                self, "inner_radius_um", f"is {self.inner_radius_um:g}; it must be below radius_um, {self.radius_um:g}"
-            )
+        judge_radii(self, self.inner_radius_um, self.radius_um)
 
     @property
     def half_um(self) -> tuple[float, float]:

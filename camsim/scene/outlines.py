@@ -69,16 +69,11 @@ class Outlines:
             around[filled, 2:] = np.maximum.reduceat(boxes[:, 2:], first)
         return around
 
-    def rings(
-        self, limits: SideLimits, *, crossing: bool = False, apart: Apart | None = None, textured: bool = False
-    ) -> list[list[F64]]:
-        """Return the polygons of each primitive, fill by fill.
-
-        crossing, textured : whether outlines may cut one another, or samples of a picture all of them
-        """
+    def rings(self, limits: SideLimits, *, crossing: bool = False, apart: Apart | None = None) -> list[list[F64]]:
+        """Return the polygons of each primitive, fill by fill; ``crossing``: whether outlines may cut one another."""
         owner = self.owner
         whose = Whose(owner, ~self.simple[owner]) if crossing else None
-        each = polygons(self.curves, limits, whose, apart, textured=textured).each if len(owner) else []
+        each = polygons(self.curves, limits, whose, apart).each if len(owner) else []
         found: list[list[F64]] = [[] for _ in self.simple]
         for number, ring in zip(self.loop_of.tolist(), each, strict=True):
             found[number].append(ring)

@@ -42,6 +42,7 @@ class SideLimits(NamedTuple):
     moment_um3 : that a side leaves where the next one is longer or shorter: s⁴/96R
     longer     : lengths (n,) that will do whatever those limits say, by places (n, 2), radii (n,) and the lengths (n,)
                  of curve about each place
+    textured   : there are pictures behind the outlines, edges of whose samples may cut any of them anywhere
     """
 
     segment_um: float = math.inf
@@ -49,6 +50,7 @@ class SideLimits(NamedTuple):
     cut_um2: float = math.inf
     moment_um3: float = math.inf
     longer: Longest | None = None
+    textured: bool = False
 
     def side_um(self, radius_um: F64, cut: np.ndarray | bool, uneven: np.ndarray | bool) -> F64:
         """Return the longest sides (n,) but for ``longer``.
@@ -87,19 +89,8 @@ class Polygons(NamedTuple):
         return np.split(self.corners_um, self.first[1:-1])
 
 
-def polygons(
-    curves: Curves,
-    limits: SideLimits,
-    whose: Whose | None = None,
-    apart: Apart | None = None,
-    *,
-    textured: bool = False,
-) -> Polygons:
-    """Return the loops as polygons.
-
-    whose    : by which it is found what another outline may cut, None for nothing
-    textured : samples of a picture may cut all of them anywhere
-    """
+def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apart: Apart | None = None) -> Polygons:
+    """Return the loops as polygons; ``whose``: by which it is found what another outline may cut, None for nothing."""
     if not np.any(curves.kind != STRAIGHT):
         return Polygons(curves.points[:, 0], curves.first)
     following = _following(curves.first)
@@ -109,8 +100,8 @@ def polygons(
     sides = np.ones(len(curves.kind), np.int64)
     bent = np.flatnonzero(curves.kind != STRAIGHT)
     found = stretches(curves.some(bent), apart)
-    cut = np.full(len(found.owner), textured)
-    if whose is not None and not textured:
+    cut = np.full(len(found.owner), limits.textured)
+    if whose is not None and not limits.textured:
         found, cut = cut_stretches(found._replace(owner=bent[found.owner]), curves, whose)
         found = found._replace(owner=np.searchsorted(bent, found.owner))
     corners = ~np.stack([through[bent], smooth[bent]], axis=1)

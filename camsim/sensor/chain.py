@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeAlias
@@ -11,6 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.cores import cores
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.crosstalk import Crosstalk
 from camsim.sensor.streams import BLOCK_ROWS
@@ -104,16 +104,10 @@ def _in_blocks(electrons: F64, acts: Sequence[Act], context: Context, threads: i
 
 def _each(work: Callable[[int], None], count: int, threads: int | None) -> None:
     """Do ``work`` for 0..count − 1; numpy lets go of the interpreter while it draws, so threads pay."""
-    workers = min(count, _usable_cores() if threads is None else threads)
+    workers = min(count, cores() if threads is None else threads)
     if workers <= 1:
         for number in range(count):
             work(number)
         return
     with ThreadPoolExecutor(workers) as pool:
         list(pool.map(work, range(count)))
-
-
-def _usable_cores() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1

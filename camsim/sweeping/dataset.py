@@ -21,8 +21,8 @@ from camsim.frame import Product
 from camsim.sweeping import engines
 from camsim.sweeping.captures import Progress, captures_of, identity_of
 from camsim.sweeping.card import write_card
-from camsim.sweeping.folder import alone
-from camsim.sweeping.manifest import DONE, FAILED, Journal, Row, in_order, write_manifest
+from camsim.sweeping.folder import alone, completed
+from camsim.sweeping.manifest import PARQUET, Row
 from camsim.sweeping.names import field_of
 from camsim.sweeping.shards import SPLITS, Crop, ShardTask, Source, read_sample
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_dataset
@@ -63,29 +63,20 @@ def dataset(
     engine, place, read = engines.engine_of(workers, scheduler), Path(folder), read_dataset(study)
     tasks = _tasks(read, captures_of(read, _PRODUCTS, report), place)
     with alone(place):
-        journal = Journal(place)
-        there = journal.finished({task.identity for task in tasks})
-        journal.begin(there)
-        rows, new, every = list(there.values()), [], list[Row]()
-        try:
-            for results in engine([task for task in tasks if task.identity not in there]):
-                for identity, own in results:
-                    if own[0]["status"] == DONE:
-                        journal.add(identity, own)
-                    new.append(own)
-                    report("samples", (len(rows) + len(new)) / len(tasks))
-        finally:
-            every = in_order(row for own in (*rows, *new) for row in own)
-            if every:
-                write_manifest(place, every)
-        write_card(place, read, every)
-    failed = sum(own[0]["status"] == FAILED for own in new)
+        done = completed(
+            place,
+            engine,
+            [task.identity for task in tasks],
+            lambda there: [task for task in tasks if task.identity not in there],
+            report,
+        )
+        write_card(place, read, done.rows)
     return Made(
         folder=place,
-        rows=tuple(every),
-        made=len(new) - failed,
-        found=len(rows),
-        failed=failed,
+        rows=done.rows,
+        made=done.made,
+        found=done.found,
+        failed=done.failed,
         seconds=time.perf_counter() - began_s,
     )
 
@@ -99,7 +90,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     """
     import pyarrow.parquet as parquet
 
-    path = Path(folder) / "manifest.parquet"
+    path = Path(folder) / PARQUET
     if not path.is_file():
         raise InputError(f"{str(folder)!r} holds no data set: there is no manifest.parquet")
     found = parquet.read_table(path, filters=[("index", "==", index)]).to_pylist()

@@ -8,6 +8,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Protocol, TypeAlias
 
+from camsim.cores import cores
 from camsim.errors import CamsimError, InvalidValueError
 from camsim.sweeping.manifest import Results
 
@@ -31,11 +32,6 @@ _AHEAD = 2
 """Tasks for each worker that wait: more would only take memory."""
 
 _THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-
-
-def cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def engine_of(workers: int | None, scheduler: str | None) -> Engine:

@@ -1,14 +1,17 @@
-"""The folder of a sweep, for one at a time."""
+"""The folder of a sweep, for one at a time: what is there is kept, what is missing is made."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.errors import OutputError
 from camsim.files.atomic import reason
-from camsim.sweeping.manifest import HIDDEN, remove_halves
+from camsim.sweeping.captures import Progress
+from camsim.sweeping.engines import Engine, Task
+from camsim.sweeping.manifest import DONE, FAILED, HIDDEN, Journal, Row, in_order, remove_halves, write_manifest
 
 
 @contextlib.contextmanager
@@ -29,3 +32,49 @@ def alone(folder: Path) -> Iterator[None]:
         yield
     finally:
         lock.release()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """All rows in order, and how many identities were made now, found whole from before, and failed."""
+
+    rows: tuple[Row, ...]
+    made: int
+    found: int
+    failed: int
+
+
+def completed(
+    folder: Path,
+    engine: Engine,
+    wanted: Sequence[str],
+    missing: Callable[[Collection[str]], Sequence[Task]],
+    report: Progress,
+    *,
+    kept: Callable[[str, list[Row]], list[Row]] = lambda identity, rows: rows,
+) -> Outcome:
+    """Make what is not there yet, and write the manifest, also when that is interrupted; the folder is one's own.
+
+    wanted  : identities
+    missing : returns the tasks for all but those that are there
+    kept    : returns rows from before as they are called now
+    """
+    journal = Journal(folder)
+    there = journal.finished(wanted)
+    journal.begin(there)
+    tasks = missing(there)
+    old, new = [kept(identity, there[identity]) for identity in wanted if identity in there], list[list[Row]]()
+    every: list[Row] = []
+    try:
+        for results in engine(tasks):
+            for identity, own in results:
+                if own[0]["status"] == DONE:
+                    journal.add(identity, own)
+                new.append(own)
+                report("capture", (len(old) + len(new)) / len(wanted))
+    finally:
+        every = in_order(row for own in (*old, *new) for row in own)
+        if every:
+            write_manifest(folder, every)
+    failed = sum(own[0]["status"] == FAILED for own in new)
+    return Outcome(rows=tuple(every), made=len(new) - failed, found=len(old), failed=failed)

@@ -14,8 +14,8 @@ from camsim.exposing import Capture
 from camsim.files.describe import software
 from camsim.sweeping import engines
 from camsim.sweeping.captures import Progress, captures_of, identity_of
-from camsim.sweeping.folder import alone
-from camsim.sweeping.manifest import DONE, FAILED, Journal, Row, in_order, write_manifest
+from camsim.sweeping.folder import alone, completed
+from camsim.sweeping.manifest import Row
 from camsim.sweeping.names import Template, field_of
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
 from camsim.sweeping.work import Item, Task
@@ -85,31 +85,22 @@ def sweep(
     report = progress or (lambda stage, fraction: None)
     engine, place = engines.engine_of(workers, scheduler), Path(folder)
     items = _items(*read_study(study), report)
+    of = {item.identity: item for item in items}
     with alone(place):
-        journal = Journal(place)
-        there = journal.finished({item.identity for item in items})
-        journal.begin(there)
-        tasks = _tasks([item for item in items if item.identity not in there], place)
-        rows = [_renumbered(item, there[item.identity]) for item in items if item.identity in there]
-        found, new = len(rows), []
-        try:
-            for results in engine(tasks):
-                for identity, own in results:
-                    if own[0]["status"] == DONE:
-                        journal.add(identity, own)
-                    new.append(own)
-                    report("capture", (found + len(new)) / len(items))
-        finally:
-            every = in_order(row for own in (*rows, *new) for row in own)
-            if every:
-                write_manifest(place, every)
-    failed = sum(own[0]["status"] == FAILED for own in new)
+        done = completed(
+            place,
+            engine,
+            list(of),
+            lambda there: _tasks([item for item in items if item.identity not in there], place),
+            report,
+            kept=lambda identity, rows: _renumbered(of[identity], rows),
+        )
     return Swept(
         folder=place,
-        rows=tuple(every),
-        taken=len(new) - failed,
-        found=found,
-        failed=failed,
+        rows=done.rows,
+        taken=done.made,
+        found=done.found,
+        failed=done.failed,
         seconds=time.perf_counter() - began_s,
     )
 

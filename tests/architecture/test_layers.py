@@ -14,6 +14,7 @@ LAYERS = (
     "version",
     "errors",
     "arrays",
+    "cores",
     "words",
     "notebook",
     "marks",

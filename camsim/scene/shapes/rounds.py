@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
@@ -78,7 +78,7 @@ class Ring(Shape):
 
     def __post_init__(self) -> None:
         judge(self)
-        _judge_radii(self, self.inner_radius_um, self.radius_um)
+        judge_radii(self, self.inner_radius_um, self.radius_um)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline and its hole."""
@@ -105,7 +105,7 @@ class Sector(Shape):
 
     def __post_init__(self) -> None:
         judge(self)
-        _judge_radii(self, self.inner_radius_um, self.radius_um)
+        judge_radii(self, self.inner_radius_um, self.radius_um)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline: there along the rim, back along the inner one."""
@@ -135,6 +135,7 @@ def _circle(centre_um: Point, radius_um: float) -> Curves:
     return around(centre_um, *axes)
 
 
-def _judge_radii(shape: Ring | Sector, inner_um: float, outer_um: float) -> None:
+def judge_radii(shape: Any, inner_um: float, outer_um: float) -> None:
+    """Refuse an inner radius that is no smaller than the outer one."""
     if inner_um >= outer_um:
         raise refusal(shape, "inner_radius_um", f"is {inner_um:g}; it must be below radius_um, {outer_um:g}")
