@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -88,7 +89,7 @@ class Font:
     def __init__(self, path: Any) -> None:
         from fontTools.ttLib import TTFont
 
-        self._font = TTFont(path, lazy=True)
+        self._font = TTFont(io.BytesIO(path.read_bytes()), lazy=True)  # no file stays open for as long as it is kept
         self._names = self._font.getBestCmap()
         self._glyphs = self._font.getGlyphSet()
         self._em = float(self._font["head"].unitsPerEm)
