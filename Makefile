@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo gallery test dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
+.PHONY: demo gallery pictures docs test test-oldest dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -18,6 +18,11 @@ demo: $(READY)  ## capture the slanted edge with the D40-like sensor into out/
 
 gallery: $(READY)  ## every shipped scene as a picture, with its file and its twin in Python, into docs/gallery.md
 	$(BIN)/python -m bench.gallery
+
+docs: $(READY)  ## the site into out/site, to be opened as a file; warnings and dead links are errors
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	$(BIN)/python -m sphinx -q -W --keep-going -b html -d out/site-doctrees docs out/site
+	$(BIN)/python docs/_ext/judge.py out/site
 
 # Tests run on up to four processes side by side; they share nothing but the kernel cache.
 SIDE_BY_SIDE := -n auto --maxprocesses 4 --dist worksteal
