@@ -21,7 +21,29 @@ from camsim.words import brief
 
 @dataclass(frozen=True, kw_only=True)
 class Camera(Body):
-    """A lens and a sensor, stage by stage; a stage that is None is left out. Its fields are those of ``Body``."""
+    """A lens and a sensor, stage by stage; a stage that is None is left out.
+
+    name, serial : of the model, which files carry; of the specimen, which seeds its fixed patterns
+    rows, cols   : of the full frame
+    pitch_um     : distance between photosites
+    lens, extra_optics, olpf, photosite : optical stages; blurs of one's own besides the lens
+    cfa, quantum_efficiency, filters    : channels, their electrons per photon, and what lies in front of the sensor
+    magnification, falloff : image size over object size, in brightness and blur; light towards the corners
+    prnu, dark_current, defects, crosstalk : stages that act on the mean charge
+    shot_noise, full_well, blooming        : the count of electrons, and what a photosite holds
+    nonlinearity, reset_noise, read_noise, row_noise, flicker_rows, column_noise, dsnu, output_noise : the read-out
+    extra_stages   : electronic stages of one's own
+    dual_gain, adc : conversion gain by ISO, and electrons to codes
+
+    Whatever does not fit is refused by InvalidValueError with the field's name.
+
+    >>> import camsim
+    >>> camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=4.0))
+    >>> camera.rows, camera.cols, camera.pitch_um
+    (2048, 2448, 3.45)
+    >>> camera.replace(full_well=camsim.FullWell(5000.0)).full_well
+    FullWell(capacity_e=5000.0)
+    """
 
     __repr__ = brief
 

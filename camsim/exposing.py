@@ -63,6 +63,17 @@ class Capture:
     colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
     spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
     scene_name    : for the report
+
+    >>> import camsim
+    >>> capture = camsim.Capture(
+    ...     camera=camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=4.0)),
+    ...     scene=camsim.Scene(background=0.5),
+    ...     light=camsim.Light("D55", illuminance_lux=500),
+    ...     exposure=camsim.Exposure(time_s=0.01, iso=100),
+    ...     region=camsim.Region(rows=4, cols=6),
+    ... )
+    >>> [frame.mosaic.shape for frame in capture.frames(2)]
+    [(4, 6), (4, 6)]
     """
 
     camera: Body

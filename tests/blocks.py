@@ -1,8 +1,8 @@
 """The blocks of a page, run as a reader runs them: from its top to its end, in one folder.
 
 A comment before a block says what the tests do otherwise: ``<!-- tests: add OPTIONS -->`` ends each of its commands, to
-keep it short; ``<!-- tests: elsewhere PLACE -->`` names the test or the make target that runs it. A block that begins with
-a comment such as ``# study.yaml`` is that file.
+keep it short; ``<!-- tests: elsewhere PLACE -->`` names the test or the make target that runs it. A block that begins
+with a comment such as ``# study.yaml`` is that file.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+
 from camsim.cli.app import app
 from camsim.config.schema import SceneFile, SensorFile
 

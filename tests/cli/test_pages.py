@@ -8,11 +8,11 @@ import matplotlib
 import numpy as np
 import pytest
 import typer
-from tests.blocks import blocks_of, run_page
 from PIL import Image
 
 import camsim
 from camsim.cli.app import app
+from tests.blocks import blocks_of, run_page
 
 ROOT = Path(__file__).parents[2]
 PAGES = {
@@ -68,7 +68,9 @@ def test_what_a_page_names_is_there(page):
             assert target in TARGETS, said
         for module in re.findall(r"^python -m (bench\.[\w.]+)", said):
             assert list(ROOT.glob(module.replace(".", "/") + "*")), said
-        for file in re.findall(r"^(?:python |pytest )?((?:tests|bench|docs|scenes|sensors)/[\w/.-]+\.(?:py|md|yaml|jsonl))", said):
+        for file in re.findall(
+            r"^(?:python |pytest )?((?:tests|bench|docs|scenes|sensors)/[\w/.-]+\.(?:py|md|yaml|jsonl))", said
+        ):
             assert (ROOT / file).exists(), said
         if said.startswith("camsim ") and "…" not in said:
             _assert_a_command(said)
