@@ -32,6 +32,9 @@ def desk(tmp_path, monkeypatch):
     Image.fromarray(np.arange(72, dtype=np.uint8).reshape(4, 6, 3) * 3).save("photo.png")
     square = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><rect width="1" height="1"/></svg>'
     Path("drawing.svg").write_text(square, encoding="utf-8")
+    np.save("cube.npy", np.full((4, 6, 3), 0.4))
+    np.save("psf.npy", np.outer(np.hanning(9), np.hanning(9)))
+    np.save("otf.npy", np.outer(np.bartlett(9), np.bartlett(9)))
     Path("measured").mkdir()
     Path("measured/ir-cut.csv").write_text("nm,T\n380,0\n420,0.9\n640,0.9\n700,0\n", encoding="utf-8")
     Path("qe.csv").write_text("nm,R,G,B\n380,0,0,0\n480,0.05,0.2,0.5\n600,0.5,0.2,0.02\n700,0,0,0\n", encoding="utf-8")
