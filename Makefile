@@ -44,7 +44,8 @@ test-oldest:  ## the core of the tests with the oldest packages that pyproject.t
 	$(VENV)-oldest/bin/python bench/oldest.py > $(VENV)-oldest/oldest.txt
 	$(VENV)-oldest/bin/python -m pip install --quiet --constraint $(VENV)-oldest/oldest.txt --editable . \
 	  'pytest>=8.2' 'hypothesis>=6.100' 'mpmath>=1.3' 'rawpy>=0.24'
-	$(VENV)-oldest/bin/python -m pytest -q --doctest-modules -W default tests/analytic tests/files/test_formats.py camsim/optics
+	$(VENV)-oldest/bin/python -m pytest -q -W default tests/files/test_formats.py \
+	  tests/analytic/test_radiometry.py tests/analytic/test_adc.py tests/analytic/test_cfa.py tests/analytic/test_oracle.py
 
 test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing one is a failure, never a skip
 	(for program in exiftool dcraw dcraw_emu rawtherapee-cli darktable-cli exrheader chromium; do \

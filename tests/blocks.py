@@ -69,7 +69,7 @@ def run_page(text: str, folder: Path, here: dict[str, Any]) -> None:
             (folder / block.file).write_text(block.body, encoding="utf-8")
         if block.language == "python":
             if not block.file:
-                exec(compile(block.body, f"block {number}", "exec"), here)
+                exec(compile(block.body, f"block {number}", "exec", dont_inherit=True), here)
         elif block.language == "yaml":
             _validate(block, folder)
         elif block.language == "console":
