@@ -52,7 +52,7 @@ def measure_edge(
     ... )
     >>> channel = camsim.measure.picture_of_frame(frame).select("G1")[0]
     >>> edge = measure_edge(channel, Roi(0, 0, 96, 96), what="slanted-edge")
-    >>> edge.figures.angle_deg.__round__(), edge.mtf.shape == edge.frequency_cycles_per_pixel.shape
+    >>> round(edge.figures.angle_deg), edge.mtf.shape == edge.frequency_cycles_per_pixel.shape
     (4, True)
     """
     if isinstance(channel, Plane):

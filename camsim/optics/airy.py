@@ -55,7 +55,7 @@ class Airy:
     f_number     : focal length over aperture diameter, dimensionless
     transmission : fraction of the light that passes, a number or a curve over wavelength
 
-    >>> float(Airy(f_number=8.0).cutoff_per_um(550.0).__round__(4))
+    >>> round(Airy(f_number=8.0).cutoff_per_um(550.0), 4)
     0.2273
     """
 

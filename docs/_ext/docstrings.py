@@ -42,10 +42,34 @@ def _as_fields(block: list[str]) -> list[str]:
     return out
 
 
+def plain(signature: str) -> str:
+    """Return a signature without the limits of its types, which refusals say, and arrays by that name.
+
+    >>> plain("(f_number: Annotated[float, Gt(gt=0)])")
+    '(f_number: float)'
+    """
+    signature = re.sub(r"ndarray\[tuple\[Any, \.\.\.\], dtype\[[^\]]*\]\]", "array", signature)
+    while (start := signature.find("Annotated[")) >= 0:
+        depth, comma, end = 0, None, start + len("Annotated[")
+        while depth >= 0:
+            depth += {"[": 1, "(": 1, "{": 1, "]": -1, ")": -1, "}": -1}.get(signature[end], 0)
+            comma = end if comma is None and depth == 0 and signature[end] == "," else comma
+            end += 1
+        signature = signature[:start] + signature[start + len("Annotated[") : comma] + signature[end:]
+    return signature
+
+
+def _signature(
+    app: Any, what: str, name: str, obj: Any, options: Any, signature: str | None, returns: str | None
+) -> tuple[str | None, str | None]:
+    return signature and plain(signature), returns and plain(returns)
+
+
 def _process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     lines[:] = [re.sub(r"\|(?=\S)|(?<=\S)\|", r"\|", line) for line in fields_of(lines)]
 
 
 def setup(app: Any) -> dict[str, bool]:
     app.connect("autodoc-process-docstring", _process)
+    app.connect("autodoc-process-signature", _signature)
     return {"parallel_read_safe": True}

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import subprocess
 from pathlib import Path
 
 import matplotlib
@@ -45,6 +46,18 @@ def desk(tmp_path, monkeypatch):
 def test_every_block_runs(page, desk):
     run_page(PAGES[page], desk, {"__name__": "page", "camsim": camsim})
     matplotlib.pyplot.close("all") if hasattr(matplotlib, "pyplot") else None
+
+
+def test_the_demo_takes_the_pictures_of_the_readme(desk):
+    recipe = subprocess.run(["make", "-n", "-C", ROOT, "demo", "BIN=."], capture_output=True, text=True, check=True)
+    lines = [line for line in recipe.stdout.replace("\\\n", " ").splitlines() if "camsim capture" in line]
+    Path("out").mkdir()
+    for line in lines:
+        quick = ["--set", "region={rows: 8, cols: 8}", "--set", "render.tolerance=1e-2"]
+        assert not app([*shlex.split(line)[1:], *quick], standalone_mode=False)
+    made = {f"docs/demo-{path.name}" for path in Path("out").glob("*.png")}
+    assert len(made) == 3
+    assert made <= set(re.findall(r"\]\(([^)]+)\)", PAGES["README.md"]))
 
 
 def test_the_gallery_shows_the_shipped_files():
