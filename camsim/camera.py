@@ -29,12 +29,10 @@ class Camera(Body):
     lens, extra_optics, olpf, photosite : optical stages; blurs of one's own besides the lens
     cfa, quantum_efficiency, filters    : channels, their electrons per photon, and what lies in front of the sensor
     magnification, falloff : image size over object size, in brightness and blur; light towards the corners
-    prnu, dark_current, defects, crosstalk : stages that act on the mean charge
-    shot_noise, full_well, blooming        : the count of electrons, and what a photosite holds
-    nonlinearity, reset_noise, read_noise, row_noise, flicker_rows, column_noise, dsnu, output_noise : the read-out
     extra_stages   : electronic stages of one's own
     dual_gain, adc : conversion gain by ISO, and electrons to codes
 
+    An electronic stage goes by its class: ``read_noise=ReadNoise(3.0)``, ``prnu=Prnu(0.006)``, and so on.
     Whatever does not fit is refused by InvalidValueError with the field's name.
 
     >>> import camsim
