@@ -53,11 +53,10 @@ class Capture:
 
     camera, scene, light, exposure : what takes the picture, and of what
     seed, frame_number : of the temporal noise, the same for the same two; fixed patterns stay whatever they are
-    region, scene_name : a window of the frame, None for all of it; for the report
-    tolerance     : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
-    method        : "auto", "boundary" or "fourier", see ``camsim.render``
-    strict        : raise AccuracyError where an error above the tolerance is found; else the report has a note
     noise         : False leaves out every noise and the dark current
+    region, scene_name : a window of the frame, None for all of it; for the report
+    tolerance, strict : of the optics, relative to a perfect diffuser or the brightest surface; raise when it is missed
+    method        : "auto", "boundary" or "fourier", see ``camsim.render``
     colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
     spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
 
