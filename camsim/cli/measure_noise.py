@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim.cli.measure import with_error
+from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.tables import check_text_file, csv_text, print_table
 from camsim.errors import InvalidValueError
 from camsim.files.atomic import write_whole
