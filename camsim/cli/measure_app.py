@@ -179,6 +179,24 @@ def measure_demosaic(
     )
 
 
+@measure_app.command("colour")
+def measure_colour(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of a chart with patches.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    picture: Annotated[
+        str | None,
+        typer.Option("--picture", metavar="FILE.png", help="The chart, the right half of each patch as it should be."),
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Measure ΔE2000, white balance and noise of the patches that the file's scene shows."""
+    from camsim.cli.measure_colour import ColourRequest, measure
+
+    measure(ColourRequest(file=file, as_json=as_json, csv=csv, plot=plot, picture=picture, force=force))
+
+
 @measure_app.command("noise")
 def measure_noise(
     folder: Annotated[

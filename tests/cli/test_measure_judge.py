@@ -150,3 +150,25 @@ def test_noise_of_a_sensor(folder, camsim):
         refused = camsim("measure", "noise", *arguments)
         assert refused.returncode == 2
         assert sentence in refused.stderr
+
+
+def test_colour_of_a_chart_in_a_file(folder, camsim):
+    chart = "scene.shapes=[{kind: chart, name: colorchecker, width: 250, centre: [0, -40.5]}]"
+    changes = ("region={rows: 48, cols: 64}", "render.tolerance=1e-2", chart)
+    made = camsim("capture", "colorchecker-card", "-q", "-o", "a.dng", *(a for c in changes for a in ("--set", c)))
+    assert made.returncode == 0, made.stderr
+    done = camsim("measure", "colour", "a.dng", "--json", "--csv", "a.csv", "--plot", "a.svg", "--picture", "a.png")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert [patch["name"] for patch in told["patches"]] == ["red", "yellow", "neutral 6.5", "neutral 5"]
+    with (folder / "a.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["delta_e_2000"]) for row in rows] == pytest.approx(
+        [patch["delta_e_2000"] for patch in told["patches"]], rel=1e-5
+    )
+    assert (folder / "a.png").read_bytes().startswith(b"\x89PNG")
+    words = camsim("measure", "colour", "a.dng", "--plot", "a.svg", "--force")
+    assert "white balance on 2 greys" in words.stdout
+    again = camsim("measure", "colour", "a.dng", "--picture", "a.png")
+    assert (again.returncode, again.stdout) == (2, "")
+    assert "--force" in again.stderr
