@@ -197,6 +197,34 @@ def measure_colour(
     measure(ColourRequest(file=file, as_json=as_json, csv=csv, plot=plot, picture=picture, force=force))
 
 
+@measure_app.command("texture")
+def measure_texture(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of a texture.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Measure the MTF on any texture, dead leaves say, against the spectrum of the file's own scene."""
+    from camsim.cli.measure_target import TargetRequest, measure
+
+    measure(TargetRequest(file=file, method="texture", as_json=as_json, csv=csv, plot=plot, force=force))
+
+
+@measure_app.command("star")
+def measure_star(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of the chart siemens-star.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Measure the MTF on the Siemens star of the file's scene, beside theory."""
+    from camsim.cli.measure_target import TargetRequest, measure
+
+    measure(TargetRequest(file=file, method="star", as_json=as_json, csv=csv, plot=plot, force=force))
+
+
 @measure_app.command("noise")
 def measure_noise(
     folder: Annotated[

@@ -43,7 +43,7 @@ def print_series(series: MtfSeries, unit: Unit, why_not: Mapping[str, str]) -> N
     heads = (
         *((series.by or "file",) if several else ()), "row,col,rows,cols", "channel", "angle °", f"MTF50 {short}",
         "theory", f"MTF30 {short}", f"MTF10 {short}", "at channel's Nyquist", "10–90 % px", "contrast", "SNR",
-        "radius px", "direction",
+        "acutance 2 PH", "radius px", "direction",
     )  # fmt: skip
     rows = []
     for label, report in zip(series.labels, series.reports, strict=True):
@@ -85,7 +85,7 @@ def _row(report: MtfReport, edge: EdgeMtf, unit: Unit) -> tuple[str, ...]:
         str(edge.roi), edge.channel, with_error(f.angle_deg, e.angle_deg), half, theory, third, tenth,
         f"{with_error(f.mtf_at_nyquist, e.mtf_at_nyquist)} at {factor * edge.nyquist_cycles_per_pixel:.3g}",
         with_error(f.rise_10_90_pixel, e.rise_10_90_pixel), _number(f.contrast), f"{f.snr:.3g}",
-        f"{place.radius_pixel:.0f}", place.direction,
+        f"{report.acutance(edge, 2.0):.4f}", f"{place.radius_pixel:.0f}", place.direction,
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 from camsim.arrays import F64
+from camsim.measure.acutance import DISTANCES_PICTURE_HEIGHTS, acutance
 from camsim.measure.field import FieldPlace, field_place
 from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, FullFrame
 from camsim.measure.geometry import Roi
@@ -130,6 +131,15 @@ class MtfReport:
         every = {"sensor": NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, **own}
         return {name: self.full_frame.in_units(frequency) for name, frequency in every.items()}
 
+    def acutance(self, edge: EdgeMtf, distance_picture_heights: float) -> float:
+        """Return the acutance of the whole frame, seen from so many of its heights, if all of it is as this edge."""
+        return acutance(
+            edge.frequency_cycles_per_pixel,
+            edge.mtf,
+            rows=self.full_frame.rows,
+            distance_picture_heights=distance_picture_heights,
+        )
+
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
@@ -147,6 +157,7 @@ class MtfReport:
             each = self.full_frame.in_units(getattr(edge.figures, f"mtf{level}_cycles_per_pixel"))
             tree |= {f"mtf{level}_{unit}": _plain(value) for unit, value in each.items()}
         tree["field"] = _plain(asdict(self.place(edge)))
+        tree["acutance_at_picture_heights"] = {f"{d:g}": self.acutance(edge, d) for d in DISTANCES_PICTURE_HEIGHTS}
         return tree
 
 

@@ -172,3 +172,21 @@ def test_colour_of_a_chart_in_a_file(folder, camsim):
     again = camsim("measure", "colour", "a.dng", "--picture", "a.png")
     assert (again.returncode, again.stdout) == (2, "")
     assert "--force" in again.stderr
+
+
+def test_a_star_in_a_file(folder, camsim):
+    chart = "scene.shapes=[{kind: chart, name: siemens-star, radius: 26, cycles: 16, light: 0.9}]"
+    changes = ("region={rows: 48, cols: 48}", "lens.f_number=16", "render.tolerance=1e-2", chart)
+    made = camsim("capture", "siemens-star", "-q", "-o", "a.dng", *(a for c in changes for a in ("--set", c)))
+    assert made.returncode == 0, made.stderr
+    done = camsim("measure", "star", "a.dng", "--json", "--csv", "a.csv", "--plot", "a.svg")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["nyquist_of_sensor"]["cycles_per_pixel"] == 0.5
+    (grey,) = told["channels"]
+    assert grey["mtf50_cycles_per_pixel"] == pytest.approx(grey["theory_mtf50_cycles_per_pixel"], rel=0.03)
+    with (folder / "a.csv").open(newline="") as file:
+        assert [float(row["mtf"]) for row in csv.DictReader(file)] == grey["mtf"]
+    assert "Siemens star, mean over directions" in camsim("measure", "star", "a.dng").stdout
+    refused = camsim("measure", "star", "a.tiff")
+    assert (refused.returncode, refused.stdout) == (2, "")
