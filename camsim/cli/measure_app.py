@@ -225,6 +225,20 @@ def measure_star(
     measure(TargetRequest(file=file, method="star", as_json=as_json, csv=csv, plot=plot, force=force))
 
 
+@measure_app.command("distortion")
+def measure_distortion(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's: a dot-grid or checkerboard.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Measure distortion and lateral colour: where dots or corners are seen, against the places of the scene."""
+    from camsim.cli.measure_distortion import DistortionRequest, measure
+
+    measure(DistortionRequest(file=file, as_json=as_json, csv=csv, plot=plot, force=force))
+
+
 @measure_app.command("noise")
 def measure_noise(
     folder: Annotated[

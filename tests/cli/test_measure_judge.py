@@ -190,3 +190,16 @@ def test_a_star_in_a_file(folder, camsim):
     assert "Siemens star, mean over directions" in camsim("measure", "star", "a.dng").stdout
     refused = camsim("measure", "star", "a.tiff")
     assert (refused.returncode, refused.stdout) == (2, "")
+
+
+def test_distortion_of_a_dot_grid_in_a_file(folder, camsim):
+    changes = ("region={rows: 64, cols: 64}", "render.tolerance=1e-2")
+    made = camsim("capture", "dot-grid", "-q", "-o", "a.dng", *(a for c in changes for a in ("--set", c)))
+    assert made.returncode == 0, made.stderr
+    done = camsim("measure", "distortion", "a.dng", "--json", "--csv", "a.csv", "--plot", "a.svg")
+    assert done.returncode == 0, done.stderr
+    (grey,) = json.loads(done.stdout)["channels"]
+    assert grey["scale"] == pytest.approx(1.0, abs=2e-3)
+    with (folder / "a.csv").open(newline="") as file:
+        assert [float(row["dx_pixel"]) for row in csv.DictReader(file)] == [m["dx_pixel"] for m in grey["marks"]]
+    assert "dot-grid, against the scene's places" in camsim("measure", "distortion", "a.dng").stdout
