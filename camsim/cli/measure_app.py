@@ -239,6 +239,19 @@ def measure_distortion(
     measure(DistortionRequest(file=file, as_json=as_json, csv=csv, plot=plot, force=force))
 
 
+@measure_app.command("moire")
+def measure_moire(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of the chart zone-plate.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    force: Force = False,
+) -> None:
+    """Measure the moiré of a zone plate: how much of its contrast comes back as ghosts, beside theory."""
+    from camsim.cli.measure_moire import MoireRequest, measure
+
+    measure(MoireRequest(file=file, as_json=as_json, csv=csv, force=force))
+
+
 @measure_app.command("noise")
 def measure_noise(
     folder: Annotated[
@@ -259,6 +272,10 @@ def measure_noise(
     as_json: AsJson = False,
     csv: CsvFile = None,
     plot: PlotFile = None,
+    xml: Annotated[
+        str | None,
+        typer.Option("--xml", metavar="FILE.xml", help="Results after EMVA 1288; of several channels FILE-R.xml …"),
+    ] = None,
     force: Force = False,
 ) -> None:
     """Measure gain, noise, full well, dark current, non-uniformities and linearity after EMVA 1288."""
@@ -277,6 +294,7 @@ def measure_noise(
             as_json=as_json,
             csv=csv,
             plot=plot,
+            xml=xml,
             force=force,
         )
     )

@@ -51,7 +51,7 @@ class CameraOtf:
         """Transfer function across the edge; None for a channel that the camera does not have."""
         sides = [self._reflectance_beside(line, side) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
-        otf = self._of(fx, fy, channel, sides[0], sides[1])
+        otf = self.at(fx, fy, channel, sides[0], sides[1])
         # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
         return np.abs(otf) if otf is not None and np.iscomplexobj(otf) else otf
 
@@ -61,11 +61,11 @@ class CameraOtf:
         """Mean over all directions of the transfer function of a contrast between two surfaces; None as above."""
         turn = np.pi * (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
         fx, fy = (np.outer(part, frequency_cycles_per_pixel) for part in (np.cos(turn), np.sin(turn)))
-        otf = self._of(fx, fy, channel, dark, bright)
+        otf = self.at(fx, fy, channel, dark, bright)
         return None if otf is None else np.real(otf).mean(axis=0)
 
-    def _of(self, fx: F64, fy: F64, channel: str, dark: Spectrum, bright: Spectrum) -> F64 | None:
-        """Return the transfer at frequencies in cycles per pixel, weighted by what a contrast gives the channel."""
+    def at(self, fx: F64, fy: F64, channel: str, dark: Spectrum, bright: Spectrum) -> F64 | None:
+        """Transfer function at frequencies in cycles per pixel, of a contrast between two surfaces; None as above."""
         channels = self.camera.cfa.channels
         letter = channel if channel in channels else channel.rstrip("0123456789")
         if letter not in channels:

@@ -23,7 +23,7 @@ _RINGS = 40
 _HARMONICS = (1, 3)
 _LEAST_PHOTOSITES = 30
 _LEAST_CONTRAST, _CLIPPED = 1e-3, 0.002
-_FUNDAMENTAL = 4.0 / math.pi
+FUNDAMENTAL = 4.0 / math.pi
 """Of hard sectors, times their contrast."""
 
 
@@ -58,7 +58,7 @@ def _channel(
     channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any], light: Spectrum
 ) -> TargetMtf | None:
     """Return the curve of a channel; None where it cannot follow a ring, or the surfaces look alike to it."""
-    contrast = _contrast(channel, capture, star["dark"], light)
+    contrast = surface_contrast(channel.name, capture, star["dark"], light)
     radii = _radii(channel, picture, capture, star)
     if contrast is None or not radii[1] > radii[0] + 2.0 * _HALF_RING_PX:
         return None
@@ -69,16 +69,16 @@ def _channel(
     rings = np.array([_ring(radius, phase, signal, per_radius / f) for f in frequency.tolist()])
     known = np.isfinite(rings).all(axis=1)
     # The cosine is largest in the middle of dark sectors.
-    frequency, mtf = frequency[known], -rings[known, 0] / (_FUNDAMENTAL * contrast)
-    error = rings[known, 1] / (_FUNDAMENTAL * abs(contrast))
+    frequency, mtf = frequency[known], -rings[known, 0] / (FUNDAMENTAL * contrast)
+    error = rings[known, 1] / (FUNDAMENTAL * abs(contrast))
     theory = CameraOtf.of(capture).over_directions(frequency, channel=channel.name, dark=star["dark"], bright=light)
     return curve(channel.name, frequency, mtf, error, channel.nyquist_cycles_per_pixel, theory)
 
 
-def _contrast(channel: Channel, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
-    """Return what the two surfaces give the channel, difference over sum."""
+def surface_contrast(channel: str, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
+    """Return what two surfaces give a channel, difference over sum; None where they look alike to it."""
     camera = capture.camera
-    letter = channel.name if channel.name in camera.cfa.channels else channel.name.rstrip("0123456789")
+    letter = channel if channel in camera.cfa.channels else channel.rstrip("0123456789")
     if letter not in camera.cfa.channels:
         return None
     samples = camera.samples(capture.light, (dark, light))
