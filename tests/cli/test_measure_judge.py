@@ -203,3 +203,12 @@ def test_distortion_of_a_dot_grid_in_a_file(folder, camsim):
     with (folder / "a.csv").open(newline="") as file:
         assert [float(row["dx_pixel"]) for row in csv.DictReader(file)] == [m["dx_pixel"] for m in grey["marks"]]
     assert "dot-grid, against the scene's places" in camsim("measure", "distortion", "a.dng").stdout
+
+
+def test_moire_of_a_file_without_a_zone_plate_is_one_sentence(rings, camsim):
+    made = camsim("capture", "rings.yaml", "-q", "-o", "a.dng")
+    assert made.returncode == 0, made.stderr
+    done = camsim("measure", "moire", "a.dng", "--csv", "a.csv")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "a.dng: the scene has no chart zone-plate\n"
+    assert not (rings / "a.csv").exists()

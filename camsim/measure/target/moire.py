@@ -24,10 +24,10 @@ from camsim.measure.target.star import FUNDAMENTAL, surface_contrast
 from camsim.measure.theory import CameraOtf
 from camsim.scene.charts import Chart
 
-_NEAR = 0.17
+_NEAR = 0.2
 """Of the sampling frequency: how fine a ghost's rings may be where it is fitted."""
 
-_LEAST_PHOTOSITES = 16
+_LEAST_PHOTOSITES = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +37,7 @@ class Ghost:
     fx_cycles_per_pixel, fy_cycles_per_pixel : the sampling frequency that makes it
     x_pixel, y_pixel : where it lies, from the middle of the plate
     contrast  : of its rings, over that of the plate's own rings in the scene;  contrast_error: its standard error
-    theory    : absolute value of the transfer function, the mean over the photosites that were fitted
+    theory    : absolute value of the transfer function at that frequency
     """
 
     channel: str
@@ -118,15 +118,22 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
         if math.hypot(*at) + reach > rim or not whole or np.count_nonzero(near) < _LEAST_PHOTOSITES:
             continue
         phase = np.pi * k * distance[near] ** 2
-        basis = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
+        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency.
+        finer = (x[near] * at[0] + y[near] * at[1]) * k / frequency - frequency / k
+        waves = np.stack([np.cos(phase), np.sin(phase)])
+        third = np.stack([np.cos(3.0 * phase), np.sin(3.0 * phase)])
+        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, third]).T
         signal = plane.samples[near].astype(np.float64) - plane.black
         inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
         fitted = np.einsum("ij,nj,n->i", inverse, basis, signal)
         rest = signal - np.einsum("ni,i->n", basis, fitted)
         sigma = math.sqrt(
-            float(np.einsum("n,n->", rest, rest)) / (signal.size - 3) * 0.5 * (inverse[1, 1] + inverse[2, 2])
+            float(np.einsum("n,n->", rest, rest))
+            / (signal.size - basis.shape[1])
+            * 0.5
+            * (inverse[1, 1] + inverse[2, 2])
         )
-        otf = theory.at(k * x[near], k * y[near], plane.name, plate["dark"], plate["light"])
+        otf = theory.at(np.array([ghost[0]]), np.array([ghost[1]]), plane.name, plate["dark"], plate["light"])
         one = abs(contrast) * FUNDAMENTAL * float(fitted[0])
         yield Ghost(
             channel=plane.name,
@@ -136,5 +143,5 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
             y_pixel=at[1],
             contrast=math.hypot(fitted[1], fitted[2]) / one,
             contrast_error=sigma / one,
-            theory=math.nan if otf is None else float(np.abs(otf).mean()),
+            theory=math.nan if otf is None else float(np.abs(otf[0])),
         )
