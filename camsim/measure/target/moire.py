@@ -127,12 +127,8 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
         inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
         fitted = np.einsum("ij,nj,n->i", inverse, basis, signal)
         rest = signal - np.einsum("ni,i->n", basis, fitted)
-        sigma = math.sqrt(
-            float(np.einsum("n,n->", rest, rest))
-            / (signal.size - basis.shape[1])
-            * 0.5
-            * (inverse[1, 1] + inverse[2, 2])
-        )
+        variance = float(np.einsum("n,n->", rest, rest)) / (signal.size - basis.shape[1])
+        sigma = math.sqrt(0.5 * variance * float(inverse[1, 1] + inverse[2, 2]))
         otf = theory.at(np.array([ghost[0]]), np.array([ghost[1]]), plane.name, plate["dark"], plate["light"])
         one = abs(contrast) * FUNDAMENTAL * float(fitted[0])
         yield Ghost(
