@@ -27,7 +27,7 @@ def acutance(frequency_cycles_per_pixel: F64, mtf: F64, *, rows: int, distance_p
     mtf : (n,) from frequency 0 on; nothing is seen of what lies beyond the last frequency
 
     >>> f = np.linspace(0.0, 1.0, 11)
-    >>> round(acutance(f, np.ones(11), rows=2000, distance_picture_heights=2.0), 6)
+    >>> round(acutance(f, np.ones(11), rows=2000, distance_picture_heights=2.0), 4)
     1.0
     """
     if not distance_picture_heights > 0.0 or rows < 1:

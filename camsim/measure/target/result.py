@@ -77,7 +77,7 @@ def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
 
     >>> f = np.linspace(0.0, 1.0, 21)
     >>> [round(value, 6) for value in half_of(f, 1.0 - f, np.full(21, 1e-3))]
-    [0.5, 0.000523]
+    [0.5, 0.000529]
     """
     first = falls_to(frequency, mtf, 0.5)
     if math.isnan(first):
@@ -102,7 +102,7 @@ def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
         return first, math.nan
     row = np.array([1.0, found, found * found])
     sigma = math.sqrt(float(np.einsum("i,ij,j->", row, inverse, row))) / abs(c[1] + 2.0 * c[2] * found)
-    return first + found, sigma
+    return float(first + found), float(sigma)
 
 
 def curve(channel: str, frequency: F64, mtf: F64, error: F64, nyquist: float, theory: F64 | None) -> TargetMtf:

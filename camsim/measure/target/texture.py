@@ -99,7 +99,7 @@ def _channel(
     )
     stored = plane.samples[where]
     if plane.white is not None and float(np.mean(stored >= plane.white)) > _CLIPPED:
-        raise UnsupportedError(f"{plane.name} is clipped; expose less")
+        raise UnsupportedError(f"channel {plane.name} is clipped; expose less", stage=capture.scene_name)
     steps = math.prod(plane.step)
     seen, fy, fx = _spectrum(stored - plane.black, plane.step, [b + 0.5 for b in begin], size)
     true, _, _ = _spectrum(reference, (1.0 / _FINER,) * 2, [0.5 / _FINER] * 2, size)
