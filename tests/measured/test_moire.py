@@ -16,7 +16,12 @@ def measured(step, olpf):
     rim, (sensor, pitch_um) = 60 * step, ("d40-like", 4.88) if step == 2 else ("mono-345", 3.45)
     plate = f"{{kind: chart, name: zone-plate, radius: {rim}, rim_period: {step / 1.25}, dark: 0.1}}"
     side, split = 2 * rim + 8, f"sensor.olpf={{kind: four-spot, split_um: {0.3 * step * pitch_um}}}"
-    changes = [f"region={{rows: {side}, cols: {side}}}", f"scene.shapes=[{plate}]", "noise.enabled=false", "render.tolerance=5e-3"]
+    changes = [
+        f"region={{rows: {side}, cols: {side}}}",
+        f"scene.shapes=[{plate}]",
+        "noise.enabled=false",
+        "render.tolerance=5e-3",
+    ]
     changes += ["light={line_nm: 550, illuminance_lux: 2000}", split if olpf else "sensor.olpf=null"]
     # A photosite as wide as the pitch would leave nothing at the sampling frequency.
     changes += ["sensor.photosite={kind: square, fill_factor: 0.49}"]
