@@ -23,7 +23,9 @@ measure_app = typer.Typer(name="measure", help="Measure what a file really holds
 
 @measure_app.command("mtf")
 def measure_mtf(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, TIFF, PNG, EXR, NPY or NPZ with linear data.")],
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE…", help="DNG, TIFF, PNG, EXR, NPY or NPZ with linear data.")
+    ],
     rois: Annotated[
         list[str] | None,
         typer.Option(
@@ -32,32 +34,47 @@ def measure_mtf(
             help="A region with one edge; repeatable. Edges are looked for when left out.",
         ),
     ] = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            "--by",
+            metavar="KEY",
+            help="What tells several files apart: aperture, iso, time, olpf, or any key that camsim info --full shows.",
+        ),
+    ] = None,
+    unit: Annotated[
+        str, typer.Option("--unit", metavar="UNIT", help="Of table and plots: cycles/px, lp/mm or lw/ph.")
+    ] = "cycles/px",
     channel: Annotated[str, typer.Option("--channel", metavar="NAME", help="R, G1, G2, B, Y or all.")] = "all",
     no_tail: Annotated[
         bool, typer.Option("--no-tail", help="Leave out the line spread beyond the region: the plain ISO 12233 figure.")
     ] = False,
-    gamma: Annotated[
-        str | None, typer.Option("--gamma", metavar="G", help="Undo an encoding: srgb, 2.2 …; 1 when data is linear.")
-    ] = None,
+    gamma: GammaOf = None,
     cfa: Annotated[
         str | None,
         typer.Option("--cfa", metavar="RGGB", help="The filter array of a file that does not say it, or x-trans."),
     ] = None,
     layer: Annotated[str | None, typer.Option("--layer", metavar="NAME", help="Of an EXR or NPZ with several.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout.")] = False,
+    as_json: AsJson = False,
     csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the curves as a table.")] = None,
     plot: Annotated[
         str | None, typer.Option("--plot", metavar="FILE.png|svg", help="Draw the curves (needs matplotlib).")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    map_: Annotated[
+        str | None,
+        typer.Option("--map", metavar="FILE.png|svg", help="Draw sagittal and tangential MTF50 over the frame."),
+    ] = None,
+    force: Force = False,
 ) -> None:
     """Measure the MTF on slanted edges, beside what theory gives when the file says what it was taken with."""
     from camsim.cli.measure import MtfRequest, measure
 
     measure(
         MtfRequest(
-            file=file,
+            files=tuple(files),
             rois=tuple(rois or ()),
+            by=by,
+            unit=unit,
             channel=channel,
             tail=not no_tail,
             gamma=gamma,
@@ -66,6 +83,7 @@ def measure_mtf(
             as_json=as_json,
             csv=csv,
             plot=plot,
+            map=map_,
             force=force,
         )
     )
@@ -161,6 +179,79 @@ def measure_demosaic(
     )
 
 
+@measure_app.command("colour")
+def measure_colour(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of a chart with patches.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    picture: Annotated[
+        str | None,
+        typer.Option("--picture", metavar="FILE.png", help="The chart, the right half of each patch as it should be."),
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Measure ΔE2000, white balance and noise of the patches that the file's scene shows."""
+    from camsim.cli.measure_colour import ColourRequest, measure
+
+    measure(ColourRequest(file=file, as_json=as_json, csv=csv, plot=plot, picture=picture, force=force))
+
+
+@measure_app.command("texture")
+def measure_texture(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of a texture.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Measure the MTF on any texture, dead leaves say, against the spectrum of the file's own scene."""
+    from camsim.cli.measure_target import TargetRequest, measure
+
+    measure(TargetRequest(file=file, method="texture", as_json=as_json, csv=csv, plot=plot, force=force))
+
+
+@measure_app.command("star")
+def measure_star(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of the chart siemens-star.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Measure the MTF on the Siemens star of the file's scene, beside theory."""
+    from camsim.cli.measure_target import TargetRequest, measure
+
+    measure(TargetRequest(file=file, method="star", as_json=as_json, csv=csv, plot=plot, force=force))
+
+
+@measure_app.command("distortion")
+def measure_distortion(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's: a dot-grid or checkerboard.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    plot: PlotFile = None,
+    force: Force = False,
+) -> None:
+    """Measure distortion and lateral colour: where dots or corners are seen, against the places of the scene."""
+    from camsim.cli.measure_distortion import DistortionRequest, measure
+
+    measure(DistortionRequest(file=file, as_json=as_json, csv=csv, plot=plot, force=force))
+
+
+@measure_app.command("moire")
+def measure_moire(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of the chart zone-plate.")],
+    as_json: AsJson = False,
+    csv: CsvFile = None,
+    force: Force = False,
+) -> None:
+    """Measure the moiré of a zone plate: how much of its contrast comes back as ghosts, beside theory."""
+    from camsim.cli.measure_moire import MoireRequest, measure
+
+    measure(MoireRequest(file=file, as_json=as_json, csv=csv, force=force))
+
+
 @measure_app.command("noise")
 def measure_noise(
     folder: Annotated[
@@ -181,6 +272,10 @@ def measure_noise(
     as_json: AsJson = False,
     csv: CsvFile = None,
     plot: PlotFile = None,
+    xml: Annotated[
+        str | None,
+        typer.Option("--xml", metavar="FILE.xml", help="Results after EMVA 1288; of several channels FILE-R.xml …"),
+    ] = None,
     force: Force = False,
 ) -> None:
     """Measure gain, noise, full well, dark current, non-uniformities and linearity after EMVA 1288."""
@@ -199,6 +294,7 @@ def measure_noise(
             as_json=as_json,
             csv=csv,
             plot=plot,
+            xml=xml,
             force=force,
         )
     )

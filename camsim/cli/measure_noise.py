@@ -6,11 +6,12 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camsim.cli.measure import with_error
+from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.tables import check_text_file, csv_text, print_table
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ class NoiseRequest:
     as_json: bool
     csv: str | None
     plot: str | None
+    xml: str | None
     force: bool
 
 
@@ -63,7 +65,13 @@ def measure(request: NoiseRequest) -> None:
         from camsim.cli.plot import check_drawing
 
         check_drawing(request.plot, force=request.force)
+    if request.xml is not None:
+        if Path(request.xml).suffix.lower() != ".xml":
+            raise OutputError(f"cannot write {request.xml!r}: results after EMVA 1288 are an .xml")
+        check_text_file(request.xml, force=request.force)
     report = _report(request)
+    if request.xml is not None:
+        _write_xml(report, request.xml, force=request.force)
     if request.csv is not None:
         rows = [
             (channel.channel, *point)
@@ -79,6 +87,19 @@ def measure(request: NoiseRequest) -> None:
         print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
         return
     _print(report)
+
+
+def _write_xml(report: NoiseReport, file: str, *, force: bool) -> None:
+    """Write a file for each channel: the standard measures them apart, as cameras of their own."""
+    from camsim.measure.noise.xml_file import xml_of
+
+    path = Path(file)
+    several = len(report.channels) > 1
+    files = {c: path.with_stem(f"{path.stem}-{c.channel}") if several else path for c in report.channels}
+    for each in files.values():
+        check_text_file(str(each), force=force)
+    for channel, each in files.items():
+        write_whole(str(each), xml_of(channel))
 
 
 def _report(request: NoiseRequest) -> NoiseReport:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
+
+from camsim.cli.plot import bytes_of, new_figure
 
 if TYPE_CHECKING:
     from camsim.measure.demosaic import Ranking
@@ -14,14 +14,8 @@ if TYPE_CHECKING:
 
 def draw(rankings: Sequence[Ranking], file: str) -> bytes:
     """Return bars of a PNG, SVG or PDF, by the suffix of ``file``: a row of two for each subject."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib.figure import Figure
-
-    suffix = Path(file).suffix.lower()[1:]
     heights = [0.3 * len(ranking.verdicts) + 1.0 for ranking in rankings]
-    figure = Figure(figsize=(10.0, sum(heights) + 0.3), layout="constrained")
+    figure = new_figure(10.0, sum(heights) + 0.3)
     axes = figure.subplots(len(rankings), 2, squeeze=False, height_ratios=heights)
     for (left, right), ranking in zip(axes, rankings, strict=True):
         verdicts = ranking.verdicts[::-1]
@@ -42,6 +36,4 @@ def draw(rankings: Sequence[Ranking], file: str) -> bytes:
         right.set_xlim(0.0, 1.15 * max(1e-6, *(v.delta_e_mean for v in verdicts)))
         right.set_yticks([])
         right.set_xlabel("mean ΔE2000")
-    out = io.BytesIO()
-    figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
-    return out.getvalue()
+    return bytes_of(figure, file)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import io
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camsim.cli.plot import colour_of_channel
+from camsim.cli.plot import bytes_of, colour_of_channel, new_figure
 
 if TYPE_CHECKING:
     from camsim.measure.noise import NoiseReport
@@ -16,12 +14,7 @@ if TYPE_CHECKING:
 
 def draw(report: NoiseReport, file: str) -> bytes:
     """Return a PNG, SVG or PDF, by the suffix of ``file``."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
+    figure = new_figure(11.0, 8.0)
     (transfer, snr), (linear, spectra) = figure.subplots(2, 2)
     for channel in report.channels:
         colour, name = colour_of_channel(channel.channel), channel.channel
@@ -49,7 +42,4 @@ def draw(report: NoiseReport, file: str) -> bytes:
     for axes in (transfer, snr, linear, spectra):
         axes.grid(alpha=0.3)
     figure.suptitle(f"{report.source}: {report.frames} frames of {report.rows} × {report.cols}")
-    suffix = Path(file).suffix.lower()[1:]
-    out = io.BytesIO()
-    figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
-    return out.getvalue()
+    return bytes_of(figure, file)

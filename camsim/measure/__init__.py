@@ -1,19 +1,25 @@
 """A file or Frame in, figures out: what the camera really did. The theory to compare with is an argument."""
 
+from camsim.measure.field import FieldPlace
+from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import EdgeLine, Roi
 from camsim.measure.measuring import measure_mtf
 from camsim.measure.mtf import TheoreticalOtf, measure_edge
 from camsim.measure.picture import Picture, Plane
 from camsim.measure.reading import picture_of_frame, read_picture
 from camsim.measure.result import EdgeMtf, Figures, MtfReport, Theory
+from camsim.measure.series import MtfSeries, mtf_series
 from camsim.measure.theory import CameraOtf
 
 __all__ = [
     "CameraOtf",
     "EdgeLine",
     "EdgeMtf",
+    "FieldPlace",
     "Figures",
+    "FullFrame",
     "MtfReport",
+    "MtfSeries",
     "Picture",
     "Plane",
     "Roi",
@@ -21,6 +27,7 @@ __all__ = [
     "Theory",
     "measure_edge",
     "measure_mtf",
+    "mtf_series",
     "picture_of_frame",
     "read_picture",
 ]

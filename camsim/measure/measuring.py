@@ -58,4 +58,11 @@ def measure_mtf(
             "more, turned by 2° to 43° and with 20 px free on either side, is needed, or point at one with a roi",
             stage=picture.name,
         )
-    return MtfReport(file=picture.name, pitch_um=picture.pitch_um, edges=tuple(edges), refused=tuple(refused))
+    return MtfReport(
+        file=picture.name,
+        pitch_um=picture.pitch_um,
+        edges=tuple(edges),
+        full_frame=picture.full_frame,
+        refused=tuple(refused),
+        description=picture.description,
+    )

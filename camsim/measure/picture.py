@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
 
 LARGEST_SIGNAL = 1e30
@@ -165,6 +166,11 @@ class Picture:
     planes: tuple[Plane, ...]
     pitch_um: float | None = None
     description: Mapping[str, Any] | None = field(default=None, repr=False)
+
+    @property
+    def full_frame(self) -> FullFrame:
+        """The camera's whole frame, as far as the file says it."""
+        return FullFrame.of(self.description, self.shape)
 
     def select(self, channel: str) -> tuple[Channel, ...]:
         """Return the channel of that name; ``all`` gives every one."""

@@ -8,6 +8,9 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 from camsim.arrays import F64
+from camsim.measure.acutance import DISTANCES_PICTURE_HEIGHTS, acutance
+from camsim.measure.field import FieldPlace, field_place
+from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, FullFrame
 from camsim.measure.geometry import Roi
 
 
@@ -58,7 +61,7 @@ class EdgeMtf:
     x_pixel, y_pixel           : a point of the edge
     normal_deg                 : direction from dark to bright, clockwise as displayed from the x axis
     curvature_per_pixel        : 1/radius of the edge
-    nyquist_cycles_per_pixel   : of the channel's own lattice
+    nyquist_cycles_per_pixel   : of the channel's own lattice; the sensor's is 0.5
     tail                       : whether the line spread beyond the region was added (tail_fraction: how much of it)
     frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
     distance_pixel             : (m,) across the edge;  esf: 0 dark … 1 bright;  line_spread_per_pixel: its derivative
@@ -105,21 +108,57 @@ class EdgeMtf:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MtfReport:
-    """All edges of one picture, and why others were left out."""
+    """All edges of one picture, and why others were left out.
+
+    full_frame  : of the camera; a window's picture height is that of the frame
+    description : what the file says of how it was taken; None for other people's files
+    """
 
     file: str
     pitch_um: float | None
     edges: tuple[EdgeMtf, ...]
-    refused: tuple[str, ...] = field(default=())
+    full_frame: FullFrame
+    refused: tuple[str, ...] = ()
+    description: Mapping[str, Any] | None = field(default=None, repr=False)
+
+    def place(self, edge: EdgeMtf) -> FieldPlace:
+        """Return where in the frame an edge lies, and which direction's MTF it tells."""
+        return field_place(edge.x_pixel, edge.y_pixel, math.radians(edge.normal_deg), self.full_frame)
+
+    def nyquist(self) -> dict[str, dict[str, float]]:
+        """Return the Nyquist frequency of the sensor and that of each channel, in every unit."""
+        own = {edge.channel: edge.nyquist_cycles_per_pixel for edge in self.edges}
+        every = {"sensor": NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, **own}
+        return {name: self.full_frame.in_units(frequency) for name, frequency in every.items()}
+
+    def acutance(self, edge: EdgeMtf, distance_picture_heights: float) -> float:
+        """Return the acutance of the whole frame, seen from so many of its heights, if all of it is as this edge."""
+        return acutance(
+            edge.frequency_cycles_per_pixel,
+            edge.mtf,
+            rows=self.full_frame.rows,
+            distance_picture_heights=distance_picture_heights,
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
             "file": self.file,
             "pitch_um": self.pitch_um,
-            "edges": [edge.as_dict() for edge in self.edges],
+            "picture_height_pixel": self.full_frame.rows,
+            "nyquist": _plain(self.nyquist()),
+            "edges": [self._edge(edge) for edge in self.edges],
             "refused": list(self.refused),
         }
+
+    def _edge(self, edge: EdgeMtf) -> dict[str, Any]:
+        tree = edge.as_dict()
+        for level in (50, 30, 10):
+            each = self.full_frame.in_units(getattr(edge.figures, f"mtf{level}_cycles_per_pixel"))
+            tree |= {f"mtf{level}_{unit}": _plain(value) for unit, value in each.items()}
+        tree["field"] = _plain(asdict(self.place(edge)))
+        tree["acutance_at_picture_heights"] = {f"{d:g}": self.acutance(edge, d) for d in DISTANCES_PICTURE_HEIGHTS}
+        return tree
 
 
 def _plain(value: Any) -> Any:

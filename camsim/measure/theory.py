@@ -19,6 +19,7 @@ from camsim.spectra.light import Light
 from camsim.window import Region
 
 _BESIDE_PIXEL = 3.0
+_DIRECTIONS = 36
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,11 +49,27 @@ class CameraOtf:
 
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge; None for a channel that the camera does not have."""
+        sides = [self._reflectance_beside(line, side) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
+        fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
+        otf = self.at(fx, fy, channel, sides[0], sides[1])
+        # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
+        return np.abs(otf) if otf is not None and np.iscomplexobj(otf) else otf
+
+    def over_directions(
+        self, frequency_cycles_per_pixel: F64, *, channel: str, dark: Spectrum, bright: Spectrum
+    ) -> F64 | None:
+        """Mean over all directions of the transfer function of a contrast between two surfaces; None as above."""
+        turn = np.pi * (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
+        fx, fy = (np.outer(part, frequency_cycles_per_pixel) for part in (np.cos(turn), np.sin(turn)))
+        otf = self.at(fx, fy, channel, dark, bright)
+        return None if otf is None else np.real(otf).mean(axis=0)
+
+    def at(self, fx: F64, fy: F64, channel: str, dark: Spectrum, bright: Spectrum) -> F64 | None:
+        """Transfer function at frequencies in cycles per pixel, of a contrast between two surfaces; None as above."""
         channels = self.camera.cfa.channels
         letter = channel if channel in channels else channel.rstrip("0123456789")
         if letter not in channels:
             return None
-        dark, bright = (self._reflectance_beside(line, side) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL))
         samples = self.camera.samples(self.light, (dark, bright))
         response = self.camera.electrons_per_reflectance(samples, 1.0)[channels.index(letter)]
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
@@ -60,13 +77,11 @@ class CameraOtf:
         used = np.flatnonzero(weight)
         if not used.size or weight.sum() == 0.0:
             return None
-        per_um = frequency_cycles_per_pixel / self.camera.pitch_um
-        fx, fy = per_um * math.cos(line.normal_rad), per_um * math.sin(line.normal_rad)
+        fx, fy = fx / self.camera.pitch_um, fy / self.camera.pitch_um
         system = self.camera.optics
         lens = sum(weight[k] * system.point_otf(fx, fy, float(wavelength_nm[k])) for k in used)
         otf: F64 = lens * system.footprint_otf(fx, fy) / weight.sum()
-        # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
-        return np.abs(otf) if np.iscomplexobj(otf) else otf
+        return otf
 
     def _reflectance_beside(self, line: EdgeLine, distance_pixel: float) -> Spectrum:
         """Return the surface at a distance from the edge's point, along its normal."""

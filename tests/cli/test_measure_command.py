@@ -89,9 +89,29 @@ def test_edges_are_found_and_told_in_words(captured):
     assert "plain ISO 12233" in plain.stdout
 
 
+def test_two_files_by_aperture_and_a_map(folder, captured):
+    options = ("--roi", "0,0,128,96", "--channel", "G1")
+    done = captured("measure", "mtf", "edge.dng", "edge.tiff", *options, "--by", "aperture", "--plot", "two.svg")
+    assert done.returncode == 0, done.stderr
+    first, heads, *rows = done.stdout.splitlines()
+    assert first == "2 files by aperture"
+    assert heads.split()[0] == "aperture"
+    assert [row.split()[0] for row in rows[:2]] == ["8", "8"]
+    assert "Nyquist frequency of the sensor 0.5 c/px = 102.5 lp/mm" in done.stdout
+    assert "of G1 0.25 c/px = 51.23 lp/mm" in done.stdout
+    assert "<svg" in (folder / "two.svg").read_text(encoding="utf-8")
+    done = captured("measure", "mtf", "edge.dng", *options, "--map", "map.svg", "--unit", "lw/ph")
+    assert done.returncode == 0, done.stderr
+    assert "MTF50 LW/PH" in done.stdout
+    assert "<svg" in (folder / "map.svg").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (("edge.npy", "--unit", "lp/mm"), "needs the distance between photosites"),
+        (("edge.dng", "--unit", "mm"), "unknown unit 'mm'"),
+        (("edge.dng", "edge.tiff", "--map", "a.svg"), "is of one frame"),
         (("look.png",), "linear data is needed"),
         (("edge.dng", "--roi", "0,0,999,9"), "reaches beyond the image"),
         (("edge.dng", "--channel", "Q"), "unknown channel 'Q'"),

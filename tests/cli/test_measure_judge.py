@@ -150,3 +150,65 @@ def test_noise_of_a_sensor(folder, camsim):
         refused = camsim("measure", "noise", *arguments)
         assert refused.returncode == 2
         assert sentence in refused.stderr
+
+
+def test_colour_of_a_chart_in_a_file(folder, camsim):
+    chart = "scene.shapes=[{kind: chart, name: colorchecker, width: 250, centre: [0, -40.5]}]"
+    changes = ("region={rows: 48, cols: 64}", "render.tolerance=1e-2", chart)
+    made = camsim("capture", "colorchecker-card", "-q", "-o", "a.dng", *(a for c in changes for a in ("--set", c)))
+    assert made.returncode == 0, made.stderr
+    done = camsim("measure", "colour", "a.dng", "--json", "--csv", "a.csv", "--plot", "a.svg", "--picture", "a.png")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert [patch["name"] for patch in told["patches"]] == ["red", "yellow", "neutral 6.5", "neutral 5"]
+    with (folder / "a.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["delta_e_2000"]) for row in rows] == pytest.approx(
+        [patch["delta_e_2000"] for patch in told["patches"]], rel=1e-5
+    )
+    assert (folder / "a.png").read_bytes().startswith(b"\x89PNG")
+    words = camsim("measure", "colour", "a.dng", "--plot", "a.svg", "--force")
+    assert "white balance on 2 greys" in words.stdout
+    again = camsim("measure", "colour", "a.dng", "--picture", "a.png")
+    assert (again.returncode, again.stdout) == (2, "")
+    assert "--force" in again.stderr
+
+
+def test_a_star_in_a_file(folder, camsim):
+    chart = "scene.shapes=[{kind: chart, name: siemens-star, radius: 26, cycles: 16, light: 0.9}]"
+    changes = ("region={rows: 48, cols: 48}", "lens.f_number=16", "render.tolerance=1e-2", chart)
+    made = camsim("capture", "siemens-star", "-q", "-o", "a.dng", *(a for c in changes for a in ("--set", c)))
+    assert made.returncode == 0, made.stderr
+    done = camsim("measure", "star", "a.dng", "--json", "--csv", "a.csv", "--plot", "a.svg")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["nyquist_of_sensor"]["cycles_per_pixel"] == 0.5
+    (grey,) = told["channels"]
+    assert grey["mtf50_cycles_per_pixel"] == pytest.approx(grey["theory_mtf50_cycles_per_pixel"], rel=0.03)
+    with (folder / "a.csv").open(newline="") as file:
+        assert [float(row["mtf"]) for row in csv.DictReader(file)] == grey["mtf"]
+    assert "Siemens star, mean over directions" in camsim("measure", "star", "a.dng").stdout
+    refused = camsim("measure", "star", "a.tiff")
+    assert (refused.returncode, refused.stdout) == (2, "")
+
+
+def test_distortion_of_a_dot_grid_in_a_file(folder, camsim):
+    changes = ("region={rows: 64, cols: 64}", "render.tolerance=1e-2")
+    made = camsim("capture", "dot-grid", "-q", "-o", "a.dng", *(a for c in changes for a in ("--set", c)))
+    assert made.returncode == 0, made.stderr
+    done = camsim("measure", "distortion", "a.dng", "--json", "--csv", "a.csv", "--plot", "a.svg")
+    assert done.returncode == 0, done.stderr
+    (grey,) = json.loads(done.stdout)["channels"]
+    assert grey["scale"] == pytest.approx(1.0, abs=2e-3)
+    with (folder / "a.csv").open(newline="") as file:
+        assert [float(row["dx_pixel"]) for row in csv.DictReader(file)] == [m["dx_pixel"] for m in grey["marks"]]
+    assert "dot-grid, against the scene's places" in camsim("measure", "distortion", "a.dng").stdout
+
+
+def test_moire_of_a_file_without_a_zone_plate_is_one_sentence(rings, camsim):
+    made = camsim("capture", "rings.yaml", "-q", "-o", "a.dng")
+    assert made.returncode == 0, made.stderr
+    done = camsim("measure", "moire", "a.dng", "--csv", "a.csv")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "a.dng: the scene has no chart zone-plate\n"
+    assert not (rings / "a.csv").exists()

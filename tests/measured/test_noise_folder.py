@@ -13,6 +13,7 @@ from camsim.capturing import load_camera
 from camsim.errors import CamsimError
 from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_shots, take_shots, write_shots
 from camsim.measure.noise.taking import frames_of
+from camsim.measure.noise.xml_file import xml_of
 
 SIDE, FRAMES = 40, 4
 
@@ -45,6 +46,28 @@ def test_a_folder_gives_the_sensors_own_figures(camera, folder):
     tree = taken.as_dict()
     assert tree["channels"][0]["figures"]["gain_dn_per_e"]["unit"] == "DN/e⁻"
     assert tree["channels"][0]["figures"]["full_well_e"]["value"] is None
+
+
+def test_the_reference_implementation_reads_the_xml(folder, tmp_path):
+    routines = pytest.importorskip("emva1288.process.routines")
+    channel = measure_noise(read_shots(folder)).channels[0]
+    file = tmp_path / "r.xml"
+    file.write_bytes(xml_of(channel))
+    sections = routines.xml_to_dict(str(file)).values()
+    read = {name: figure["value"] for section in sections for name, figure in section.items()}
+    figures = channel.figures()
+    for theirs, ours, factor in (
+        ("k", "gain_dn_per_e", 1.0),
+        ("sigma_d", "read_noise_e", 1.0),
+        ("u_e_sat", "saturation_e", 1.0),
+        ("snr_max_db", "snr_max_db", 1.0),
+        ("u_i_mean", "dark_current_e_per_s", 1.0),
+        ("dsnu1288", "dsnu_e", 1.0),
+        ("prnu1288", "prnu", 100.0),
+    ):
+        assert read[theirs] == pytest.approx(factor * figures[ours].value, rel=1e-8), theirs
+    assert 20.0 * np.log10(read["dr"]) == pytest.approx(read["dr_db"], rel=1e-6)
+    assert read["inverse_k"] * read["k"] == pytest.approx(1.0)
 
 
 def test_white_noise_is_flat_in_the_spectrogram_and_a_stripe_is_a_line():

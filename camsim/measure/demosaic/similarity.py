@@ -8,7 +8,7 @@ from types import ModuleType
 
 import numpy as np
 
-from camsim.arrays import F32, F64
+from camsim.arrays import F32
 from camsim.errors import UnsupportedError
 from camsim.measure.demosaic.subject import Used
 
@@ -16,6 +16,7 @@ SCALES = (0.0448, 0.2856, 0.3001, 0.2363, 0.1333)
 """Exponents of MS-SSIM's five scales (Wang, Simoncelli and Bovik 2003)."""
 
 _WINDOW = 11
+_ROWS_AT_ONCE = 512
 _FLAT = 1e6
 """K1 so large that SSIM's factor of brightness is 1: contrast and structure are left."""
 
@@ -61,7 +62,7 @@ def ms_ssim(found: F32, truth: F32, used: Used) -> float:
     return float(np.mean(means))
 
 
-def _inner(values: F64) -> F64:
+def _inner(values: F32) -> F32:
     """Return what whole windows gave."""
     half = _WINDOW // 2
     return values[half:-half, half:-half]
@@ -74,19 +75,26 @@ def _halved(image: F32) -> F32:
     return mean
 
 
-def _map(a: F32, b: F32, k1: float) -> F64:
-    _, found = scikit_metrics().structural_similarity(
-        a,
-        b,
-        data_range=1.0,
-        gaussian_weights=True,
-        sigma=1.5,
-        use_sample_covariance=False,
-        K1=k1,
-        full=True,
-    )
-    whole: F64 = found
-    return whole
+def _map(a: F32, b: F32, k1: float) -> F32:
+    """Return SSIM at every place, computed by bands of rows: it has a dozen intermediate pictures."""
+    rows = len(a)
+    out = np.empty(a.shape, np.float32)
+    for first in range(0, rows, _ROWS_AT_ONCE):
+        last = min(first + _ROWS_AT_ONCE, rows)
+        # So many rows more that no window of the band's own rows feels the cut, nor the last band is too small for one.
+        top, bottom = max(first - _WINDOW, 0), min(last + _WINDOW, rows)
+        _, found = scikit_metrics().structural_similarity(
+            a[top:bottom],
+            b[top:bottom],
+            data_range=1.0,
+            gaussian_weights=True,
+            sigma=1.5,
+            use_sample_covariance=False,
+            K1=k1,
+            full=True,
+        )
+        out[first:last] = found[first - top : last - top]
+    return out
 
 
 @cache

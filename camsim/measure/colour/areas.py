@@ -1,0 +1,123 @@
+"""Where the patches lie: what is seen of each shape of a scene, less a margin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from camsim.errors import UnsupportedError
+from camsim.exposing import Capture
+from camsim.measure.geometry import Roi
+from camsim.scene.outlines import Outlines, area_of
+from camsim.scene.primitives import Primitive
+from camsim.scene.raster import Field
+from camsim.scene.sides import SideLimits
+from camsim.spectra.curve import Spectrum
+
+_MOST_SHAPES = 2000
+_LEAST_PHOTOSITES = 64
+_MARGIN_PX = 3.0
+_BLURS = 4.0
+_GREEN_UM = 0.55
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PatchArea:
+    """An evenly coloured area.
+
+    inside : (roi.rows, roi.cols) which photosites of the rectangle count
+    """
+
+    name: str
+    reflectance: Spectrum
+    roi: Roi
+    inside: npt.NDArray[np.bool_]
+
+
+def margin_pixel(capture: Capture) -> float:
+    """Return what is left out along a patch's outline: 3 px for the development, and 4 λN in green for the blur."""
+    camera = capture.camera
+    return _MARGIN_PX + _BLURS * _GREEN_UM * camera.working_f_number / camera.pitch_um
+
+
+def patch_areas(capture: Capture) -> tuple[list[PatchArea], int]:
+    """Return the patches that a capture shows, in painter's order, and how many shapes show too little to measure.
+
+    A patch is what is seen of one shape of even colour, in one piece and without holes: a chart's frame is none.
+    """
+    import shapely
+
+    painted = [
+        (one, not isinstance(shape, Field))
+        for shape in capture.scene.shapes
+        for one in (shape.frame(0.0) if isinstance(shape, Field) else shape).primitives()
+    ]
+    if len(painted) > _MOST_SHAPES:
+        raise UnsupportedError(
+            f"the scene has {len(painted)} shapes; patches are looked for among {_MOST_SHAPES} at most",
+            stage=capture.scene_name,
+        )
+    grid, margin_um = capture.grid, margin_pixel(capture) * capture.camera.pitch_um
+    left, top = (edge * grid.pitch_um for edge in (grid.first_centre[0] - 0.5, grid.first_centre[1] - 0.5))
+    window = shapely.box(left, top, left + grid.cols * grid.pitch_um, top + grid.rows * grid.pitch_um)
+    found: list[PatchArea] = []
+    covered, small = shapely.Polygon(), 0
+    for one, even in reversed(painted):
+        area = _area(one)
+        seen = shapely.difference(area, covered)
+        covered = shapely.union(covered, area)
+        inside = shapely.intersection(seen, window)
+        if not even or inside.is_empty:
+            continue
+        # Beyond the window too: a frame is hollow although the window may cut through all of its holes.
+        pieces = [part for part in shapely.get_parts(seen) if part.geom_type == "Polygon" and part.area > 0.0]
+        if len(pieces) == 1 and not pieces[0].interiors:
+            patch = _photosites(shapely.buffer(inside, -margin_um), one, capture)
+            if patch is not None:
+                found.append(patch)
+                continue
+        small += 1
+    found.reverse()
+    return _told_apart(found), small
+
+
+def _area(one: Primitive) -> Any:
+    return area_of(one, Outlines.of([one]).rings(SideLimits())[0])
+
+
+def _photosites(area: Any, one: Primitive, capture: Capture) -> PatchArea | None:
+    """Return the photosites with their centres in an area, None where they are few."""
+    import shapely
+
+    if area.is_empty:
+        return None
+    grid = capture.grid
+    x0, y0 = grid.first_centre
+    low_x, low_y, high_x, high_y = (edge / grid.pitch_um for edge in area.bounds)
+    cols = np.arange(max(0, int(np.ceil(low_x - x0))), min(grid.cols, int(np.floor(high_x - x0)) + 1))
+    rows = np.arange(max(0, int(np.ceil(low_y - y0))), min(grid.rows, int(np.floor(high_y - y0)) + 1))
+    if not rows.size or not cols.size:
+        return None
+    x, y = np.meshgrid((x0 + cols) * grid.pitch_um, (y0 + rows) * grid.pitch_um)
+    inside = shapely.contains_xy(area, x, y)
+    if np.count_nonzero(inside) < _LEAST_PHOTOSITES:
+        return None
+    colour = one.reflectance
+    name = getattr(colour, "name", "") or (f"{colour:g}" if isinstance(colour, float | int) else "patch")
+    roi = Roi(int(rows[0]), int(cols[0]), int(rows.size), int(cols.size))
+    return PatchArea(name=name, reflectance=colour, roi=roi, inside=inside)
+
+
+def _told_apart(patches: list[PatchArea]) -> list[PatchArea]:
+    """Number the patches that have a name in common."""
+    names = [patch.name for patch in patches]
+    seen: dict[str, int] = {}
+    told = []
+    for patch in patches:
+        number = seen[patch.name] = seen.get(patch.name, 0) + 1
+        name = patch.name if names.count(patch.name) == 1 else f"{patch.name} ({number})"
+        told.append(PatchArea(name=name, reflectance=patch.reflectance, roi=patch.roi, inside=patch.inside))
+    return told

@@ -1,0 +1,182 @@
+"""From a picture and what it was taken of to the colours of its patches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from camsim.arrays import F32, F64
+from camsim.errors import UnsupportedError
+from camsim.exposing import Capture
+from camsim.files.preview import demosaic
+from camsim.measure.colour.areas import PatchArea, margin_pixel, patch_areas
+from camsim.measure.colour.reference import expected_channels, reference_xyz
+from camsim.measure.colour.result import ColourReport, PatchColour, WhiteBalance
+from camsim.measure.demosaic.artefacts import delta_e_2000
+from camsim.measure.demosaic.develop import lab
+from camsim.measure.demosaic.subject import CHANNELS
+from camsim.measure.picture import Picture
+from camsim.measure.truth.spaces import balanced, full_scale_e, neutral_of
+from camsim.sensor.colour_matrix import fit_for_development
+
+_CLIPPED = 0.002
+_GREY_CHROMA = 3.0
+
+
+def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
+    """Measure the patches that a capture's scene shows.
+
+    picture : its mosaic or its electrons, as read from a file
+    capture : what it was taken of and with (``camsim.load``; of a file: its description, revived)
+
+    Raises UnsupportedError in one sentence for a camera without R, G and B, for a picture of another size, and for a
+    scene without patches.
+    """
+    camera = capture.camera
+    if sorted(camera.cfa.channels) != sorted(CHANNELS):
+        raise UnsupportedError(
+            f"the camera has the channels {', '.join(camera.cfa.channels)}; colours need R, G and B", stage=picture.name
+        )
+    size = capture.grid.rows, capture.grid.cols
+    if picture.shape != size:
+        raise UnsupportedError(
+            f"{picture.shape[0]} × {picture.shape[1]} photosites, and what it says of itself has {size[0]} × {size[1]}",
+            stage=picture.name,
+        )
+    areas, small = patch_areas(capture)
+    margin = margin_pixel(capture)
+    if not areas:
+        raise UnsupportedError(
+            f"the scene shows no patch: an even area in one piece, without holes, of 64 photosites or more that lie "
+            f"{margin:.0f} px from its outline; capture a chart such as colorchecker, larger",
+            stage=picture.name,
+        )
+    light, order = linear_light(picture, capture), [camera.cfa.channels.index(letter) for letter in CHANNELS]
+    to_xyz = fit_for_development(camera.colour_response(capture.light, capture.colour_matrix)).forward[:, order]
+    reference = lab_of(reference_xyz(capture, [area.reflectance for area in areas]))
+    whole = developed_light(light)
+    left_out = [f"{small} shapes show too little, or hollow areas"] if small else []
+    patches, means, kept = [], [], []
+    for number, area in enumerate(areas):
+        if _clipped(picture, area):
+            left_out.append(f"{area.name}: clipped; expose less")
+            continue
+        rows, cols = _slices(area)
+        mean, error = _means(light[rows, cols], area)
+        if not np.isfinite(mean).all():
+            left_out.append(f"{area.name}: a channel has no photosite there, or one that is no number")
+            continue
+        patches.append(_patch(area, whole[rows, cols][area.inside], mean, error, reference[number], to_xyz))
+        means.append(mean)
+        kept.append(number)
+    if not patches:
+        raise UnsupportedError(f"no patch can be measured ({left_out[-1]})", stage=picture.name)
+    expected = expected_channels(capture, [areas[k].reflectance for k in kept])[:, order]
+    return ColourReport(
+        file=picture.name,
+        patches=tuple(patches),
+        white_balance=_white_balance(patches, np.array(means), expected),
+        left_out=tuple(left_out),
+    )
+
+
+def linear_light(picture: Picture, capture: Capture) -> F32:
+    """Return (rows, cols, 3) balanced light, 1 for a perfect diffuser; NaN where a channel has no photosite."""
+    adc = capture.camera.adc
+    order = [capture.camera.cfa.channels.index(letter) for letter in CHANNELS]
+    diffuser_e = capture.camera.diffuser_electrons(capture.light, capture.time_s).astype(np.float32)
+    level = float(balanced(diffuser_e, capture)[order[1]])
+    neutral = neutral_of(capture)[order]
+    light = np.full((*picture.shape, 3), np.nan, np.float32)
+    for plane in picture.planes:
+        if plane.name[0] not in CHANNELS:
+            continue
+        k = CHANNELS.index(plane.name[0])
+        # Codes have a white level, electrons have none.
+        span = full_scale_e(capture) if plane.white is None else capture.white_level_dn - adc.black_level_dn
+        where = slice(plane.first[0], None, plane.step[0]), slice(plane.first[1], None, plane.step[1])
+        light[(*where, k)] = (plane.samples - plane.black) / (span * neutral[k] * level)
+    return light
+
+
+def developed_light(light: F32) -> F32:
+    """Return (rows, cols, 3) with every channel everywhere: bilinear, where a channel is a mosaic's."""
+    known = np.isfinite(light)
+    if known.all():
+        return light
+    index = np.argmax(known, axis=2).astype(np.uint8)
+    mosaic = np.take_along_axis(light, index[..., None].astype(np.intp), axis=2)[..., 0]
+    whole: F32 = np.moveaxis(demosaic(np.nan_to_num(mosaic), index, 3), 0, 2)
+    return whole
+
+
+def lab_of(xyz: F64) -> F64:
+    """Return (n, 3) Lab of XYZ under D50, white has Y = 1."""
+    seen: F64 = lab(xyz[None].astype(np.float32), np.eye(3))[0]
+    return seen
+
+
+def _slices(area: PatchArea) -> tuple[slice, slice]:
+    roi = area.roi
+    return slice(roi.row, roi.row + roi.rows), slice(roi.col, roi.col + roi.cols)
+
+
+def _clipped(picture: Picture, area: PatchArea) -> bool:
+    """Whether any plane has clipped photosites in a patch's rectangle."""
+    for plane in picture.planes:
+        samples, _, _ = plane.cut(area.roi)
+        if plane.white is not None and samples.size and float(np.mean(samples >= plane.white)) > _CLIPPED:
+            return True
+    return False
+
+
+def _means(light: F32, area: PatchArea) -> tuple[F64, F64]:
+    """Return the mean of each channel's own photosites and its standard error, (3,) each."""
+    mean, error = np.full(3, np.nan), np.zeros(3)
+    for k in range(3):
+        own = light[..., k][area.inside]
+        own = own[np.isfinite(own)].astype(np.float64)
+        if own.size > 1:
+            mean[k], error[k] = own.mean(), own.std(ddof=1) / math.sqrt(own.size)
+    return mean, error
+
+
+def _patch(area: PatchArea, shown: F32, mean: F64, error: F64, reference: F64, to_xyz: F64) -> PatchColour:
+    # The mean, and the mean moved by a standard error in each channel, both ways.
+    moves = np.concatenate([np.zeros((1, 3)), np.diag(error), -np.diag(error)])
+    colours = lab((mean + moves)[None].astype(np.float32), to_xyz)[0]
+    difference = delta_e_2000(colours, np.broadcast_to(reference, colours.shape))
+    each = lab(shown[None], to_xyz)[0]
+    luminance = np.einsum("c,nc->n", to_xyz[1], shown.astype(np.float64))
+    scatter = float(luminance.std(ddof=1))
+    return PatchColour(
+        name=area.name,
+        roi=area.roi,
+        photosites=int(np.count_nonzero(area.inside)),
+        lab=_three(colours[0]),
+        reference_lab=_three(reference),
+        delta_e_2000=float(difference[0]),
+        delta_e_error=float(np.linalg.norm(0.5 * (difference[1:4] - difference[4:]))),
+        noise_lab=_three(each.std(axis=0, ddof=1)),
+        snr_db=20.0 * math.log10(float(luminance.mean()) / scatter) if scatter > 0.0 < luminance.mean() else math.inf,
+    )
+
+
+def _three(values: F64) -> tuple[float, float, float]:
+    return float(values[0]), float(values[1]), float(values[2])
+
+
+def _white_balance(patches: Sequence[PatchColour], means: F64, expected: F64) -> WhiteBalance | None:
+    grey = [k for k, p in enumerate(patches) if math.hypot(*p.reference_lab[1:]) < _GREY_CHROMA]
+    if not grey:
+        return None
+    gain = means[grey].sum(axis=0) / expected[grey].sum(axis=0)
+    off = [np.subtract(patches[k].lab, patches[k].reference_lab) for k in grey]
+    return WhiteBalance(
+        patches=tuple(patches[k].name for k in grey),
+        r_over_g=float(gain[0] / gain[1]),
+        b_over_g=float(gain[2] / gain[1]),
+        chroma=float(np.mean([math.hypot(each[1], each[2]) for each in off])),
+    )

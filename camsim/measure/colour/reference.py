@@ -1,0 +1,38 @@
+"""What the eye would see of a reflectance in the capture's light, and what the camera's channels should."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import UnsupportedError
+from camsim.exposing import Capture
+from camsim.sensor.colour_matrix import XYZ_D50, adaptation, observer
+from camsim.spectra.curve import Spectrum, spectrum_at
+
+
+def reference_xyz(capture: Capture, reflectances: Sequence[Spectrum]) -> F64:
+    """Return (n, 3) XYZ under D50: seen in the capture's light, adapted from its white (Bradford); white has Y = 1."""
+    samples = capture.light.samples(reflectances, observer())
+    seen = np.array([curve.at(samples.wavelength_nm) for curve in observer()])
+    power = seen * samples.irradiance_w_per_m2_nm * samples.weight_nm
+    white = power.sum(axis=1)
+    if not white[1] > 0.0:
+        raise UnsupportedError(
+            f"the eye sees nothing of the light, {capture.light.name}; there is no colour to compare with", key="light"
+        )
+    surfaces = np.array([spectrum_at(surface, samples.wavelength_nm) for surface in reflectances])
+    xyz = np.einsum("kn,rn->rk", power, surfaces) / white[1]
+    adapted: F64 = np.einsum("sk,rk->rs", adaptation(white / white[1], XYZ_D50), xyz)
+    return adapted
+
+
+def expected_channels(capture: Capture, reflectances: Sequence[Spectrum]) -> F64:
+    """Return (n, channels) what the camera's channels give of reflectances, balanced: 1 for a perfect diffuser."""
+    response = capture.camera.colour_response(capture.light, capture.colour_matrix)
+    samples, electrons = response.to(capture.light, reflectances)
+    surfaces = np.array([spectrum_at(surface, samples.wavelength_nm) for surface in reflectances])
+    balanced: F64 = np.einsum("kn,rn->rk", electrons, surfaces) / electrons.sum(axis=1)
+    return balanced

@@ -1,0 +1,6 @@
+"""Distortion and lateral colour: where marks of a chart are seen, against where the scene has them."""
+
+from camsim.measure.distortion.measuring import measure_distortion
+from camsim.measure.distortion.result import ChannelDistortion, DistortionReport, MarkPlace
+
+__all__ = ["ChannelDistortion", "DistortionReport", "MarkPlace", "measure_distortion"]

@@ -1,0 +1,119 @@
+"""What a measurement of places returns: frozen, every name with its unit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.measure.full_frame import FullFrame
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MarkPlace:
+    """One dot or corner in one channel; pixels from the optical axis, right and down.
+
+    x_pixel, y_pixel               : where the scene has it
+    dx_pixel, dy_pixel             : by how much it is seen farther to the right and farther down
+    error_pixel                    : standard error of each of the two
+    """
+
+    channel: str
+    x_pixel: float
+    y_pixel: float
+    dx_pixel: float
+    dy_pixel: float
+    error_pixel: float
+
+    @property
+    def radius_pixel(self) -> float:
+        """Distance from the axis."""
+        return math.hypot(self.x_pixel, self.y_pixel)
+
+    @property
+    def radial_pixel(self) -> float:
+        """The displacement away from the axis."""
+        radius = self.radius_pixel
+        return (self.dx_pixel * self.x_pixel + self.dy_pixel * self.y_pixel) / radius if radius else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelDistortion:
+    """One channel's displacements, and the polynomial through them.
+
+    A mark at (x, y) is displaced by shift + (x, y)·(scale − 1 + k1·r² + k2·r⁴), r in half diagonals of the full frame.
+
+    shift_x_pixel, shift_y_pixel : of the whole picture
+    scale       : 1 where the image is as large as the scene says
+    k1, k2      : radial distortion; negative: barrel
+    largest_distortion : k1·r² + k2·r⁴ at the farthest mark, a fraction of its radius; the sign says which way
+    rms_pixel   : of what the polynomial leaves
+    lateral_rms_pixel, lateral_largest_pixel : distance to the same marks in the reference channel; None in that one
+    """
+
+    channel: str
+    marks: tuple[MarkPlace, ...]
+    shift_x_pixel: float
+    shift_y_pixel: float
+    scale: float
+    k1: float
+    k2: float
+    largest_distortion: float
+    rms_pixel: float
+    lateral_rms_pixel: float | None
+    lateral_largest_pixel: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DistortionReport:
+    """All channels of one picture.
+
+    kind      : the chart whose marks were found
+    reference : the channel that lateral colour is counted from
+    left_out  : a sentence for marks that could not be measured
+    """
+
+    file: str
+    kind: str
+    full_frame: FullFrame
+    reference: str
+    channels: tuple[ChannelDistortion, ...]
+    left_out: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "file": self.file,
+            "chart": self.kind,
+            "pitch_um": self.full_frame.pitch_um,
+            "half_diagonal_pixel": half_diagonal_pixel(self.full_frame),
+            "reference": self.reference,
+            "channels": [asdict(channel) for channel in self.channels],
+            "left_out": list(self.left_out),
+        }
+
+
+def half_diagonal_pixel(frame: FullFrame) -> float:
+    """Return the radius that counts as 1."""
+    return 0.5 * math.hypot(frame.rows, frame.cols)
+
+
+def radial_fit(marks: tuple[MarkPlace, ...], half_diagonal: float) -> tuple[F64, F64]:
+    """Return shift x, shift y, scale − 1, k1, k2 of displacements by least squares, and what is left (n, 2)."""
+    x, y = (np.array([getattr(mark, name) for mark in marks]) for name in ("x_pixel", "y_pixel"))
+    dx, dy = (np.array([getattr(mark, name) for mark in marks]) for name in ("dx_pixel", "dy_pixel"))
+    r2 = (x * x + y * y) / half_diagonal**2
+    one, none = np.ones_like(x), np.zeros_like(x)
+    system = np.concatenate(
+        [
+            np.stack([one, none, x, x * r2, x * r2**2], axis=1),
+            np.stack([none, one, y, y * r2, y * r2**2], axis=1),
+        ]
+    )
+    # Marks that all lie near the axis tell no powers: those stay 0.
+    solved = np.linalg.lstsq(system, np.concatenate([dx, dy]), rcond=1e-9)[0]
+    left = np.concatenate([dx, dy]) - np.einsum("ni,i->n", system, solved)
+    return solved, left.reshape(2, -1).T

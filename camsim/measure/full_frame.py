@@ -1,0 +1,84 @@
+"""Where a picture lies in its camera's frame, and what a frequency is in the units that people use."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from camsim.errors import CamsimError
+from camsim.window import Region, grid_of
+
+Unit: TypeAlias = Literal["cycles/px", "lp/mm", "lw/ph"]
+
+UNITS: Mapping[Unit, str] = {
+    "cycles/px": "cycles per pixel (of the sensor's pitch)",
+    "lp/mm": "line pairs per mm on the sensor",
+    "lw/ph": "line widths per picture height",
+}
+"""What a frequency can be given in."""
+
+NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FullFrame:
+    """The camera's whole frame, seen from a picture that may be a window of it.
+
+    rows, cols                 : of the whole frame
+    axis_x_pixel, axis_y_pixel : its middle, the optical axis, in pixels of the picture
+    pitch_um                   : None where it is not known
+    """
+
+    rows: int
+    cols: int
+    axis_x_pixel: float
+    axis_y_pixel: float
+    pitch_um: float | None = None
+
+    @classmethod
+    def of(cls, description: Mapping[str, Any] | None, shape: tuple[int, int]) -> FullFrame:
+        """Return what a file says of it; of other people's files the picture is taken for all of the frame."""
+        here = cls(rows=shape[0], cols=shape[1], axis_x_pixel=0.5 * shape[1], axis_y_pixel=0.5 * shape[0])
+        if description is None:
+            return here
+        try:
+            camera, window = description["camera"], description.get("region")
+            frame, pattern = (camera["rows"], camera["cols"]), camera["cfa"]["pattern"]
+            region = None if window is None else Region(window["rows"], window["cols"], window["origin"])
+            period = len(pattern), len(pattern[0])
+            grid = grid_of(region, frame=frame, period=period, pitch_um=camera["pitch_um"])
+        except (CamsimError, KeyError, TypeError, ValueError, IndexError, ZeroDivisionError, AttributeError):
+            return here  # what a stranger wrote into a file
+        if (grid.rows, grid.cols) != tuple(shape):
+            return here
+        left, top = grid.first_centre
+        return cls(
+            rows=frame[0],
+            cols=frame[1],
+            axis_x_pixel=0.5 - left,
+            axis_y_pixel=0.5 - top,
+            pitch_um=grid.pitch_um,
+        )
+
+    def per_unit(self, unit: Unit) -> float:
+        """Return what a frequency of one cycle per pixel is in a unit; NaN where the pitch is not known.
+
+        >>> frame = FullFrame(rows=2000, cols=3000, axis_x_pixel=1500.0, axis_y_pixel=1000.0, pitch_um=5.0)
+        >>> [0.25 * frame.per_unit(unit) for unit in UNITS]
+        [0.25, 50.0, 1000.0]
+        """
+        if unit == "lp/mm":
+            return math.nan if self.pitch_um is None else 1e3 / self.pitch_um
+        return 2.0 * self.rows if unit == "lw/ph" else 1.0
+
+    def in_units(self, cycles_per_pixel: float) -> dict[str, float]:
+        """Return a frequency by the names of its units.
+
+        >>> frame = FullFrame(rows=2000, cols=3000, axis_x_pixel=1500.0, axis_y_pixel=1000.0, pitch_um=5.0)
+        >>> frame.in_units(0.25)
+        {'cycles_per_pixel': 0.25, 'lp_per_mm': 50.0, 'lw_per_ph': 1000.0}
+        """
+        names = ("cycles_per_pixel", "lp_per_mm", "lw_per_ph")
+        return {name: cycles_per_pixel * self.per_unit(unit) for name, unit in zip(names, UNITS, strict=True)}

@@ -1,0 +1,143 @@
+"""Moiré of a zone plate: how much of its contrast comes back as a second middle, where the rings meet the lattice.
+
+At radius r a zone plate has the frequency k·r, k = rim frequency / rim radius. About the point where this is a
+channel's sampling frequency f_s along an axis, sampled rings look like the middle of another plate:
+
+    cos(π·k·|p|²)  at photosites of the lattice  =  cos(π·k·|p − p_s|² + φ),  p_s = f_s/k,
+
+with the transfer function at f_s as its contrast. That is what an optical low-pass filter is for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from camsim.errors import UnsupportedError
+from camsim.exposing import Capture
+from camsim.measure.picture import Picture, Plane
+from camsim.measure.target.star import FUNDAMENTAL, surface_contrast
+from camsim.measure.theory import CameraOtf
+from camsim.scene.charts import Chart
+
+_NEAR = 0.2
+"""Of the sampling frequency: how fine a ghost's rings may be where it is fitted."""
+
+_LEAST_PHOTOSITES = 100
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ghost:
+    """One second middle.
+
+    fx_cycles_per_pixel, fy_cycles_per_pixel : the sampling frequency that makes it
+    x_pixel, y_pixel : where it lies, from the middle of the plate
+    contrast  : of its rings, over that of the plate's own rings in the scene;  contrast_error: its standard error
+    theory    : absolute value of the transfer function at that frequency
+    """
+
+    channel: str
+    fx_cycles_per_pixel: float
+    fy_cycles_per_pixel: float
+    x_pixel: float
+    y_pixel: float
+    contrast: float
+    contrast_error: float
+    theory: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MoireReport:
+    """All ghosts of one picture."""
+
+    file: str
+    ghosts: tuple[Ghost, ...]
+
+    def moire(self, channel: str) -> float:
+        """Return the moiré figure of a channel: the root mean square of its ghosts' contrasts."""
+        return float(np.sqrt(np.mean([g.contrast**2 for g in self.ghosts if g.channel == channel])))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        channels = dict.fromkeys(ghost.channel for ghost in self.ghosts)
+        return {
+            "file": self.file,
+            "moire": {channel: self.moire(channel) for channel in channels},
+            "ghosts": [asdict(ghost) for ghost in self.ghosts],
+        }
+
+
+def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
+    """Measure the ghosts of the zone plate of a capture's scene along both axes, in every channel.
+
+    Raises UnsupportedError for a scene without a zone plate, and for one whose rings are coarser than all lattices.
+    """
+    plates = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "zone-plate"]
+    if not plates:
+        raise UnsupportedError("the scene has no chart zone-plate", stage=picture.name)
+    plate = plates[-1].parameters
+    # A channel on several lattices has no one sampling frequency.
+    lattices = [channel.planes[0] for channel in picture.select("all") if len(channel.planes) == 1]
+    ghosts = tuple(ghost for plane in lattices for ghost in _ghosts(plane, capture, plate))
+    if not ghosts:
+        raise UnsupportedError(
+            "no ghost lies whole on the plate and in the picture; give the plate a rim of 1.2 line pairs per sample of "
+            "a channel or more, and show it whole",
+            stage=picture.name,
+        )
+    return MoireReport(file=picture.name, ghosts=ghosts)
+
+
+def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterator[Ghost]:
+    pitch_um = capture.camera.pitch_um
+    contrast = surface_contrast(plane.name, capture, plate["dark"], plate["light"])
+    if contrast is None:
+        return
+    rim = plate["radius_um"] / pitch_um
+    rim_per_um = plate["rim_lp_per_mm"] / 1e3 if plate["rim_period_um"] is None else 1.0 / plate["rim_period_um"]
+    k = rim_per_um * pitch_um / rim
+    left, top = capture.grid.first_centre
+    x0, y0 = (centre_um / pitch_um for centre_um in plate["centre_um"])
+    rows, cols = (
+        first + step * np.arange(n) for first, step, n in zip(plane.first, plane.step, plane.samples.shape, strict=True)
+    )
+    x, y = np.meshgrid(left + cols - x0, top + rows - y0)
+    theory = CameraOtf.of(capture)
+    for fx, fy in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        ghost = fx / plane.step[1], fy / plane.step[0]
+        at, frequency = (ghost[0] / k, ghost[1] / k), math.hypot(*ghost)
+        reach = _NEAR * frequency / k
+        distance = np.hypot(x - at[0], y - at[1])
+        near = distance < reach
+        whole = x.min() <= at[0] - reach and x.max() >= at[0] + reach
+        whole = whole and y.min() <= at[1] - reach and y.max() >= at[1] + reach
+        if math.hypot(*at) + reach > rim or not whole or np.count_nonzero(near) < _LEAST_PHOTOSITES:
+            continue
+        phase = np.pi * k * distance[near] ** 2
+        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency.
+        finer = (x[near] * at[0] + y[near] * at[1]) * k / frequency - frequency / k
+        waves = np.stack([np.cos(phase), np.sin(phase)])
+        third = np.stack([np.cos(3.0 * phase), np.sin(3.0 * phase)])
+        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, third]).T
+        signal = plane.samples[near].astype(np.float64) - plane.black
+        inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
+        fitted = np.einsum("ij,nj,n->i", inverse, basis, signal)
+        rest = signal - np.einsum("ni,i->n", basis, fitted)
+        variance = float(np.einsum("n,n->", rest, rest)) / (signal.size - basis.shape[1])
+        sigma = math.sqrt(0.5 * variance * float(inverse[1, 1] + inverse[2, 2]))
+        otf = theory.at(np.array([ghost[0]]), np.array([ghost[1]]), plane.name, plate["dark"], plate["light"])
+        one = abs(contrast) * FUNDAMENTAL * float(fitted[0])
+        yield Ghost(
+            channel=plane.name,
+            fx_cycles_per_pixel=ghost[0],
+            fy_cycles_per_pixel=ghost[1],
+            x_pixel=at[0],
+            y_pixel=at[1],
+            contrast=math.hypot(fitted[1], fitted[2]) / one,
+            contrast_error=sigma / one,
+            theory=math.nan if otf is None else float(np.abs(otf[0])),
+        )

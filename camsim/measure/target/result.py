@@ -1,0 +1,121 @@
+"""What a star or a texture tells: frozen, every name with its unit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.measure.crossings import falls_to
+from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, FullFrame
+
+Method: TypeAlias = Literal["star", "texture"]
+
+_NEAR = 0.2
+_LEAST_NEAR = 4
+_FINE = 2001
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TargetMtf:
+    """The MTF of one channel, the mean over all directions.
+
+    frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
+    mtf50_cycles_per_pixel, mtf50_error : where it falls to 50 %; NaN where it does not within the curve
+    nyquist_cycles_per_pixel   : of the channel's own lattice; the sensor's is 0.5
+    theory, theory_mtf50_cycles_per_pixel : of lens, OLPF and photosite; None where it is not known
+    """
+
+    channel: str
+    frequency_cycles_per_pixel: F64
+    mtf: F64
+    mtf_error: F64
+    mtf50_cycles_per_pixel: float
+    mtf50_error: float
+    nyquist_cycles_per_pixel: float
+    theory: F64 | None
+    theory_mtf50_cycles_per_pixel: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        tree = {}
+        for each in fields(self):
+            value = getattr(self, each.name)
+            value = value.tolist() if isinstance(value, np.ndarray) else value
+            tree[each.name] = None if isinstance(value, float) and not math.isfinite(value) else value
+        return tree
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TargetReport:
+    """All channels of one picture of a star or a texture."""
+
+    file: str
+    method: Method
+    full_frame: FullFrame
+    channels: tuple[TargetMtf, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        sensor = self.full_frame.in_units(NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL)
+        told = []
+        for channel in self.channels:
+            half = self.full_frame.in_units(channel.mtf50_cycles_per_pixel)
+            more = {f"mtf50_{unit}": value if math.isfinite(value) else None for unit, value in half.items()}
+            told.append(channel.as_dict() | more)
+        nyquist = {unit: value if math.isfinite(value) else None for unit, value in sensor.items()}
+        return {"file": self.file, "method": self.method, "nyquist_of_sensor": nyquist, "channels": told}
+
+
+def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
+    """Return where a curve with errors falls to 50 %, and the standard error of that; NaN where it does not.
+
+    A parabola through the points within 0.2 of there, weighted by their errors, tells more than two neighbours.
+
+    >>> f = np.linspace(0.0, 1.0, 21)
+    >>> [round(value, 6) for value in half_of(f, 1.0 - f, np.full(21, 1e-3))]
+    [0.5, 0.000529]
+    """
+    first = falls_to(frequency, mtf, 0.5)
+    if math.isnan(first):
+        return math.nan, math.nan
+    near = np.abs(mtf - 0.5) < _NEAR
+    # One piece about the first crossing: later ones may lie on the other side of a null.
+    middle = int(np.searchsorted(frequency, first))
+    low, high = middle, middle
+    while low > 0 and near[low - 1]:
+        low -= 1
+    while high < near.size and near[high]:
+        high += 1
+    if high - low < _LEAST_NEAR:
+        return first, math.nan
+    f, m, e = frequency[low:high] - first, mtf[low:high], np.maximum(error[low:high], 1e-9)
+    basis = np.stack([np.ones_like(f), f, f * f], axis=1) / e[:, None]
+    inverse = np.linalg.pinv(np.einsum("ni,nj->ij", basis, basis))
+    c = np.einsum("ij,nj,n->i", inverse, basis, m / e)
+    fine = np.linspace(f[0], f[-1], _FINE)
+    found = falls_to(fine, c[0] + c[1] * fine + c[2] * fine**2, 0.5)
+    if math.isnan(found):
+        return first, math.nan
+    row = np.array([1.0, found, found * found])
+    sigma = math.sqrt(float(np.einsum("i,ij,j->", row, inverse, row))) / abs(c[1] + 2.0 * c[2] * found)
+    return float(first + found), float(sigma)
+
+
+def curve(channel: str, frequency: F64, mtf: F64, error: F64, nyquist: float, theory: F64 | None) -> TargetMtf:
+    """Return a channel's curve with its MTF50 and that of the theory."""
+    half, half_error = half_of(frequency, mtf, error)
+    return TargetMtf(
+        channel=channel,
+        frequency_cycles_per_pixel=frequency,
+        mtf=mtf,
+        mtf_error=error,
+        mtf50_cycles_per_pixel=half,
+        mtf50_error=half_error,
+        nyquist_cycles_per_pixel=nyquist,
+        theory=theory,
+        theory_mtf50_cycles_per_pixel=None if theory is None else half_of(frequency, theory, 0.0 * theory)[0],
+    )

@@ -1,0 +1,134 @@
+"""The MTF of a Siemens star: at radius r its sectors have cycles/(2π·r), and their contrast is the MTF."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import UnsupportedError
+from camsim.exposing import Capture
+from camsim.measure.picture import Channel, Picture
+from camsim.measure.target.result import TargetMtf, TargetReport, curve
+from camsim.measure.theory import CameraOtf
+from camsim.scene.charts import Chart
+from camsim.spectra.curve import Spectrum, spectrum_at
+
+_HALF_RING_PX = 1.5
+_RIM_PX = 6.0
+_RINGS = 40
+_HARMONICS = (1, 3)
+_LEAST_PHOTOSITES = 30
+_LEAST_CONTRAST, _CLIPPED = 1e-3, 0.002
+FUNDAMENTAL = 4.0 / math.pi
+"""Of hard sectors, times their contrast."""
+
+
+def measure_star(picture: Picture, capture: Capture) -> TargetReport:
+    """Measure the Siemens star of a capture's scene, in every channel.
+
+    Every photosite of a ring is fitted at its own angle: mean, fundamental and third harmonic, each with its change
+    along the radius, so that a ring may be wide. Contrast is fundamental over mean, against what the two surfaces
+    give the channel; exposure does not matter. Raises UnsupportedError for a scene without a star.
+    """
+    stars = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "siemens-star"]
+    if not stars:
+        raise UnsupportedError(
+            "the scene has no chart siemens-star; any other scene can be measured as a texture", stage=picture.name
+        )
+    star = stars[-1].parameters
+    light = capture.scene.background if star["light"] is None else star["light"]
+    channels = []
+    for channel in picture.select("all"):
+        found = _channel(channel, picture, capture, star, light)
+        if found is not None:
+            channels.append(found)
+    if not channels:
+        raise UnsupportedError(
+            "the star shows no ring that a channel can follow; give it fewer cycles or a larger radius",
+            stage=picture.name,
+        )
+    return TargetReport(file=picture.name, method="star", full_frame=picture.full_frame, channels=tuple(channels))
+
+
+def _channel(
+    channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any], light: Spectrum
+) -> TargetMtf | None:
+    """Return the curve of a channel; None where it cannot follow a ring, or the surfaces look alike to it."""
+    contrast = surface_contrast(channel.name, capture, star["dark"], light)
+    radii = _radii(channel, picture, capture, star)
+    if contrast is None or not radii[1] > radii[0] + 2.0 * _HALF_RING_PX:
+        return None
+    radius, phase, signal = _polar(channel, picture, capture, star)
+    per_radius = int(star["cycles"]) / (2.0 * math.pi)
+    # Evenly spread frequencies, each of a ring about its radius.
+    frequency = np.linspace(per_radius / radii[1], per_radius / radii[0], _RINGS)
+    rings = np.array([_ring(radius, phase, signal, per_radius / f) for f in frequency.tolist()])
+    known = np.isfinite(rings).all(axis=1)
+    # The cosine is largest in the middle of dark sectors.
+    frequency, mtf = frequency[known], -rings[known, 0] / (FUNDAMENTAL * contrast)
+    error = rings[known, 1] / (FUNDAMENTAL * abs(contrast))
+    theory = CameraOtf.of(capture).over_directions(frequency, channel=channel.name, dark=star["dark"], bright=light)
+    return curve(channel.name, frequency, mtf, error, channel.nyquist_cycles_per_pixel, theory)
+
+
+def surface_contrast(channel: str, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
+    """Return what two surfaces give a channel, difference over sum; None where they look alike to it."""
+    camera = capture.camera
+    letter = channel if channel in camera.cfa.channels else channel.rstrip("0123456789")
+    if letter not in camera.cfa.channels:
+        return None
+    samples = camera.samples(capture.light, (dark, light))
+    response = camera.electrons_per_reflectance(samples, 1.0)[camera.cfa.channels.index(letter)]
+    low, high = (float(np.sum(response * spectrum_at(s, samples.wavelength_nm))) for s in (dark, light))
+    return (high - low) / (high + low) if abs(high - low) > _LEAST_CONTRAST * (high + low) else None
+
+
+def _radii(channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the innermost and outermost radius, pixels, whose ring is whole and within the channel's Nyquist."""
+    left, top = capture.grid.first_centre
+    pitch_um = capture.camera.pitch_um
+    x, y = (star["centre_um"][0] / pitch_um - left, star["centre_um"][1] / pitch_um - top)
+    whole = min(x, y, picture.shape[1] - 1 - x, picture.shape[0] - 1 - y) - _HALF_RING_PX
+    finest = int(star["cycles"]) / (2.0 * math.pi * channel.nyquist_cycles_per_pixel)
+    inner = max(star["inner_radius_um"] / pitch_um + _RIM_PX, finest, 2.0 * _HALF_RING_PX)
+    return inner, min(star["radius_um"] / pitch_um - _RIM_PX, whole)
+
+
+def _polar(channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any]) -> F64:
+    """Return (3, n): radius in pixels, phase of the sectors and signal of every photosite of a channel."""
+    left, top = capture.grid.first_centre
+    x0, y0 = (centre_um / capture.camera.pitch_um for centre_um in star["centre_um"])
+    parts = []
+    for plane in channel.planes:
+        if plane.white is not None and float(np.mean(plane.samples >= plane.white)) > _CLIPPED:
+            raise UnsupportedError(f"channel {channel.name} is clipped; expose less", stage=picture.name)
+        rows, cols = (
+            first + step * np.arange(n)
+            for first, step, n in zip(plane.first, plane.step, plane.samples.shape, strict=True)
+        )
+        x, y = np.meshgrid(left + cols - x0, top + rows - y0)
+        phase = int(star["cycles"]) * (np.arctan2(y, x) - math.radians(star["rotate_deg"]))
+        parts.append(np.stack([np.hypot(x, y), phase, plane.samples - plane.black]).reshape(3, -1))
+    return np.concatenate(parts, axis=1)
+
+
+def _ring(radius: F64, phase: F64, signal: F64, middle: float) -> tuple[float, float]:
+    """Return fundamental over mean of a ring, in phase with the sectors, and its standard error; NaN where few lie."""
+    chosen = np.abs(radius - middle) < _HALF_RING_PX
+    r, turn, values = radius[chosen] - middle, phase[chosen], signal[chosen]
+    if values.size < _LEAST_PHOTOSITES:
+        return math.nan, math.nan
+    waves = [of(k * turn) for k in _HARMONICS for of in (np.cos, np.sin)]
+    columns = [np.ones_like(r), *waves, r, *(wave * r for wave in waves), *(wave * r**2 for wave in waves)]
+    basis = np.stack(columns, axis=1)
+    inverse = np.linalg.pinv(np.einsum("ni,nj->ij", basis, basis))
+    fitted = np.einsum("ij,nj,n->i", inverse, basis, values)
+    rest = values - np.einsum("ni,i->n", basis, fitted)
+    variance = float(np.einsum("n,n->", rest, rest)) / max(1, values.size - basis.shape[1])
+    if not fitted[0] > 0.0:
+        return math.nan, math.nan
+    return float(fitted[1] / fitted[0]), math.sqrt(max(variance * inverse[1, 1], 0.0)) / float(fitted[0])

@@ -1,0 +1,118 @@
+"""Distortion and lateral colour of marks that were displaced by a known law, and of captures that displace none."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import special
+
+import camsim
+from camsim.errors import UnsupportedError
+from camsim.measure import Picture, picture_of_frame
+from camsim.measure.distortion import measure_distortion
+from camsim.measure.picture import mosaic_planes
+
+ROWS, COLS, SPACING, HALF = 120, 160, 20.0, 0.5 * math.hypot(120, 160)
+LAW = {"R": (1.001, -0.03, 0.01), "G": (1.0, -0.03, 0.01), "B": (0.999, -0.03, 0.01)}
+SHIFT = (0.2, -0.1)
+
+
+def captured(chart, sensor="d40-like", *changes):
+    region = f"region={{rows: {ROWS}, cols: {COLS}}}"
+    return camsim.load("dot-grid", sensor=sensor, overrides=[region, f"scene.shapes=[{chart}]", *changes])
+
+
+def bent(x, y, channel):
+    scale, k1, k2 = LAW[channel]
+    r2 = (x * x + y * y) / HALF**2
+    factor = scale + k1 * r2 + k2 * r2**2
+    return x * factor + SHIFT[0], y * factor + SHIFT[1]
+
+
+def displaced(kind, noise=0.0):
+    """A Bayer mosaic under the law: dots drawn where it puts them, squares looked up where each photosite was."""
+    y, x = np.indices((ROWS, COLS)) + 0.5 - 0.5 * np.array([ROWS, COLS])[:, None, None]
+    index = np.array([[0, 1], [1, 2]])[np.indices((ROWS, COLS))[0] % 2, np.indices((ROWS, COLS))[1] % 2]
+    mosaic, rng = np.full((ROWS, COLS), 900.0), np.random.default_rng(2)
+    for k, channel in enumerate("RGB"):
+        own = index == k
+        if kind == "checkerboard":
+            mosaic[own] = 500.0 + 400.0 * squares(*straight(x[own], y[own], channel))
+            continue
+        for v in np.arange(-2, 2.1) * SPACING:
+            for u in np.arange(-3, 3.1) * SPACING:
+                cx, cy = bent(u, v, channel)
+                near = (np.hypot(x - cx, y - cy) < 16) & own
+                mosaic[near] -= 800.0 * blurred_disc(np.hypot(x[near] - cx, y[near] - cy), 5.0, 0.8)
+    return mosaic + noise * rng.standard_normal(mosaic.shape)
+
+
+def straight(x, y, channel):
+    """Undo the law, by iteration."""
+    u, v = x, y
+    for _ in range(30):
+        bx, by = bent(u, v, channel)
+        u, v = u + x - bx, v + y - by
+    return u, v
+
+
+def squares(u, v):
+    """Edges through multiples of the spacing, each a soft step."""
+    parts = []
+    for at in (u, v):
+        line = np.round(at / SPACING)
+        parts.append(special.erf((at - SPACING * line) / 1.1) * (-1.0) ** line)
+    return parts[0] * parts[1]
+
+
+def blurred_disc(radius, disc, sigma):
+    r, weight = np.polynomial.legendre.leggauss(80)
+    r, weight = 0.5 * disc * (r + 1), 0.5 * disc * weight
+    ring = np.exp(-0.5 * ((radius[:, None] - r) / sigma) ** 2) * special.i0e(radius[:, None] * r / sigma**2)
+    return (ring * r * weight).sum(axis=1) / sigma**2
+
+
+@pytest.mark.parametrize("kind", ["dot-grid", "checkerboard"])
+def test_marks_are_found_where_a_known_law_has_put_them(kind):
+    chart = {
+        "dot-grid": "{kind: chart, name: dot-grid, spacing: 20, radius: 5, rows: 5, cols: 7}",
+        "checkerboard": "{kind: chart, name: checkerboard, side: 20, rows: 6, cols: 8}",
+    }[kind]
+    capture = captured(chart)
+    planes = mosaic_planes(displaced(kind, noise=1.0), ("RG", "GB"))
+    report = measure_distortion(Picture(name="grid", shape=(ROWS, COLS), planes=planes), capture)
+    assert (report.kind, report.reference, report.left_out) == (kind, "G1", ())
+    for channel in report.channels:
+        assert len(channel.marks) == 35
+        for mark in channel.marks:
+            x, y = bent(mark.x_pixel, mark.y_pixel, channel.channel[0])
+            off = math.hypot(mark.x_pixel + mark.dx_pixel - x, mark.y_pixel + mark.dy_pixel - y)
+            assert off < 0.03
+        scale, k1, k2 = LAW[channel.channel[0]]
+        r2 = max(mark.radius_pixel for mark in channel.marks) ** 2 / HALF**2
+        assert channel.scale == pytest.approx(scale, abs=5e-4)
+        assert channel.largest_distortion == pytest.approx(k1 * r2 + k2 * r2**2, abs=5e-4)
+        assert (channel.shift_x_pixel, channel.shift_y_pixel) == pytest.approx(SHIFT, abs=5e-3)
+    red = report.channels[0]
+    radii = [mark.radius_pixel for mark in red.marks]
+    assert red.lateral_largest_pixel == pytest.approx(1e-3 * max(radii), abs=0.02)
+
+
+@pytest.mark.parametrize("kind", ["dot-grid", "checkerboard"])
+def test_a_capture_without_distortion_has_none(kind):
+    chart = {
+        "dot-grid": "{kind: chart, name: dot-grid, spacing: 24, radius: 6, rows: 4, cols: 5, rotate_deg: 3}",
+        "checkerboard": "{kind: chart, name: checkerboard, side: 24, rows: 4, cols: 5, rotate_deg: 3}",
+    }[kind]
+    capture = captured(chart, "d40-like", "noise.enabled=false", "render.tolerance=1e-3", "lens.f_number=8")
+    report = measure_distortion(picture_of_frame(capture.frame()), capture)
+    for channel in report.channels:
+        assert len(channel.marks) >= 9
+        assert all(math.hypot(mark.dx_pixel, mark.dy_pixel) < 0.02 for mark in channel.marks)
+        assert channel.scale == pytest.approx(1.0, abs=3e-4)
+
+
+def test_a_scene_without_marks_is_refused():
+    capture = captured("{kind: disc, radius: 5, reflectance: 0.1}", None, "render.tolerance=1e-2")
+    with pytest.raises(UnsupportedError, match="no chart dot-grid or checkerboard"):
+        measure_distortion(picture_of_frame(capture.frame()), capture)

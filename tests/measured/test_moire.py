@@ -1,0 +1,50 @@
+"""Moiré of a zone plate falls by what the low-pass filter's transfer says, in mono and in the channels of a mosaic."""
+
+import math
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.errors import UnsupportedError
+from camsim.measure import picture_of_frame
+from camsim.measure.target import measure_moire
+
+
+def measured(step, olpf):
+    """Rings with 1.25 line pairs per sample at the rim, in green light; step 2: the channels of a Bayer array."""
+    rim, (sensor, pitch_um) = 60 * step, ("d40-like", 4.88) if step == 2 else ("mono-345", 3.45)
+    plate = f"{{kind: chart, name: zone-plate, radius: {rim}, rim_period: {step / 1.25}, dark: 0.1}}"
+    side, split = 2 * rim + 8, f"sensor.olpf={{kind: four-spot, split_um: {0.3 * step * pitch_um}}}"
+    changes = [
+        f"region={{rows: {side}, cols: {side}}}",
+        f"scene.shapes=[{plate}]",
+        "noise.enabled=false",
+        "render.tolerance=5e-3",
+    ]
+    changes += ["light={line_nm: 550, illuminance_lux: 2000}", split if olpf else "sensor.olpf=null"]
+    # A photosite as wide as the pitch would leave nothing at the sampling frequency.
+    changes += ["sensor.photosite={kind: square, fill_factor: 0.49}"]
+    capture = camsim.load("zone-plate", sensor=sensor, overrides=changes)
+    return measure_moire(picture_of_frame(capture.frame(), "electrons"), capture), capture
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_it_falls_by_what_theory_gives(step):
+    (without, capture), (filtered, with_olpf) = measured(step, olpf=False), measured(step, olpf=True)
+    assert len(without.ghosts) == len(filtered.ghosts) == (4 if step == 1 else 16)
+    pitch_um = capture.camera.pitch_um
+    split_um = with_olpf.camera.olpf.split_um
+    # Spots at ±d/2 along an axis: |cos(π·d·f)| of what comes along it.
+    falls = abs(math.cos(math.pi * split_um / pitch_um / step))
+    for channel in {ghost.channel for ghost in without.ghosts}:
+        assert filtered.moire(channel) / without.moire(channel) == pytest.approx(falls, rel=0.05)
+    for ghost in (*without.ghosts, *filtered.ghosts):
+        assert ghost.contrast == pytest.approx(ghost.theory, abs=0.006)
+        assert np.hypot(ghost.x_pixel, ghost.y_pixel) == pytest.approx(60 * step / 1.25, rel=1e-9)
+
+
+def test_a_scene_without_a_plate_is_refused():
+    capture = camsim.load("zone-plate", overrides=["region={rows: 32, cols: 32}", "scene.shapes=[]"])
+    with pytest.raises(UnsupportedError, match="no chart zone-plate"):
+        measure_moire(picture_of_frame(capture.frame()), capture)

@@ -1,0 +1,78 @@
+"""The MTF of stars and textures, and acutance, against the optics that made them."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import integrate
+
+import camsim
+from camsim.errors import UnsupportedError
+from camsim.measure import picture_of_frame
+from camsim.measure.acutance import acutance
+from camsim.measure.target import measure_star, measure_texture
+
+LEAVES = (
+    "scene.shapes=[{kind: chart, name: dead-leaves, width: 90, height: 90, least_radius: 1.5, "
+    "largest_radius: 12, seed: 3}]"
+)
+
+
+def star(*changes):
+    chart = (
+        "scene.shapes=[{kind: chart, name: siemens-star, radius: 44, cycles: %d, light: 0.9, rotate_deg: 2, "
+        "centre: [0.3, -0.2]}]"
+    )
+    cycles = 24 if "sensor" in changes else 36
+    return camsim.load(
+        "siemens-star",
+        sensor="d40-like" if "sensor" in changes else None,
+        overrides=["region={rows: 80, cols: 80}", "lens.f_number=11", chart % cycles],
+    )
+
+
+@pytest.mark.parametrize("sensor", ["", "sensor"])
+def test_a_star_tells_the_mtf_of_lens_olpf_and_photosite(sensor):
+    capture = star(sensor)
+    report = measure_star(picture_of_frame(capture.frame()), capture)
+    assert [each.channel for each in report.channels] == (["R", "G1", "G2", "B"] if sensor else ["Y"])
+    for each in report.channels:
+        off = (each.mtf - each.theory)[each.frequency_cycles_per_pixel < 0.9 * each.nyquist_cycles_per_pixel]
+        assert np.abs(off).max() < 0.02
+        if not sensor:
+            assert each.mtf50_cycles_per_pixel == pytest.approx(each.theory_mtf50_cycles_per_pixel, rel=0.005)
+            assert each.mtf50_error < 0.005 * each.mtf50_cycles_per_pixel
+
+
+def test_dead_leaves_tell_the_mtf_by_their_own_truth():
+    """In noise too, which a power spectrum would count as sharpness."""
+    changes = [LEAVES, "region={rows: 72, cols: 72}", "lens.f_number=11", "render.tolerance=1e-2"]
+    capture = camsim.load("dead-leaves", overrides=[*changes, "exposure.iso=800"])
+    report = measure_texture(picture_of_frame(capture.frame()), capture)
+    (grey,) = report.channels
+    assert grey.mtf50_cycles_per_pixel == pytest.approx(grey.theory_mtf50_cycles_per_pixel, rel=0.02)
+    assert grey.mtf50_error < 0.02 * grey.mtf50_cycles_per_pixel
+    off = (grey.mtf - grey.theory) / grey.mtf_error
+    assert np.sqrt(np.mean(off**2)) < 2.0
+
+
+def test_acutance_is_the_integral_over_what_the_eye_sees():
+    f = np.linspace(0.0, 1.0, 401)
+    curve = np.exp(-5.0 * f)
+    got = acutance(f, curve, rows=1000, distance_picture_heights=2.0)
+    per_degree = 1000 * 2.0 * math.pi / 180.0
+
+    def csf(nu):
+        return 75.0 * nu**0.8 * math.exp(-0.2 * nu) / 34.05  # IEEE 1858's constants, which cancel
+
+    seen = integrate.quad(lambda nu: csf(nu) * math.exp(-5.0 * nu / per_degree), 0.0, per_degree, epsrel=1e-10)[0]
+    assert got == pytest.approx(seen / integrate.quad(csf, 0.0, 300.0, epsrel=1e-10)[0], rel=1e-4)
+
+
+def test_what_shows_no_star_or_no_structure_is_refused():
+    capture = camsim.load("siemens-star", overrides=["region={rows: 40, cols: 40}", "scene.shapes=[]"])
+    picture = picture_of_frame(capture.frame())
+    with pytest.raises(UnsupportedError, match="no chart siemens-star"):
+        measure_star(picture, capture)
+    with pytest.raises(UnsupportedError, match="no structure to measure"):
+        measure_texture(picture, capture)
