@@ -69,16 +69,27 @@ class Listed(StrEnum):
 
     sensors = "sensors"
     scenes = "scenes"
+    lenses = "lenses"
     illuminants = "illuminants"
     reflectances = "reflectances"
     sensitivities = "sensitivities"
 
 
-class SchemaOf(StrEnum):
-    """What ``camsim schema`` can print and ``camsim new`` can write."""
+class Begun(StrEnum):
+    """What ``camsim new`` can write."""
 
     scene = "scene"
     sensor = "sensor"
+    study = "study"
+    dataset = "dataset"
+
+
+class SchemaOf(StrEnum):
+    """What ``camsim schema`` can print."""
+
+    scene = "scene"
+    sensor = "sensor"
+    lens = "lens"
     study = "study"
     dataset = "dataset"
 
@@ -254,13 +265,13 @@ def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")], sen
 
 @app.command()
 def show(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A sensor or scene: a name or a file.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A sensor, scene or lens: a name or a file.")],
     expand: Annotated[
         bool, typer.Option("--expand", help="Of a scene: its charts as the shapes that they stand for, in µm.")
     ] = False,
     sensors: Sensors = None,
 ) -> None:
-    """Print a sensor or scene, and figures that follow from it (as comments: the output is valid YAML)."""
+    """Print a sensor, scene or lens, and figures that follow from it (as comments: the output is valid YAML)."""
     if expand:
         from camsim.cli.expand import expanded
 
@@ -274,7 +285,7 @@ def show(
 
 @app.command()
 def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> None:
-    """Print the JSON Schema of scenes, sensors, studies or data sets, for editors that complete and check."""
+    """Print the JSON Schema of scenes, sensors, lenses, studies or data sets, for editors that complete and check."""
     import json
 
     from camsim.config.reference import json_schema
@@ -284,7 +295,7 @@ def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> Non
 
 @app.command()
 def validate(
-    files: Annotated[list[str], typer.Argument(metavar="FILE…", help="Scene and sensor files.")],
+    files: Annotated[list[str], typer.Argument(metavar="FILE…", help="Scene, sensor and lens files.")],
     sensors: Sensors = None,
     draw: Annotated[
         str | None,
@@ -310,7 +321,7 @@ def validate(
 
 @app.command()
 def new(
-    what: Annotated[SchemaOf, typer.Argument(help="Which file.")],
+    what: Annotated[Begun, typer.Argument(help="Which file.")],
     output: Annotated[
         str | None, typer.Option("-o", "--output", metavar="FILE", help="scene.yaml or sensor.yaml when left out.")
     ] = None,
