@@ -145,7 +145,7 @@ class FieldLens:
                 raise refusal(
                     self,
                     "distortion" if self.distortion else "distortion_powers",
-                    f"folds at {ideal[int(np.argmin(steps))]:.4g} µm from the axis: "
+                    f"folds at {ideal[int(np.argmax(steps <= 0.0))]:.4g} µm from the axis: "
                     "what lies farther out must fall farther out",
                 )
 

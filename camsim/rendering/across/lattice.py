@@ -113,8 +113,8 @@ def lebesgue(count: int) -> float:
 def axes_um(tile: Tile, grid: Grid) -> tuple[F64, F64]:
     """Return x and y of the tile's columns and rows, µm."""
     x0, y0 = tile.grid(grid).first_centre
-    across: F64 = (x0 + np.arange(tile.cols)) * grid.pitch_um
-    down: F64 = (y0 + np.arange(tile.rows)) * grid.pitch_um
+    across = (x0 + np.arange(tile.cols, dtype=np.float64)) * grid.pitch_um
+    down = (y0 + np.arange(tile.rows, dtype=np.float64)) * grid.pitch_um
     return across, down
 
 
