@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from camsim.cli.bench import bench
 from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
+from camsim.cli.lens_app import lens_app
 from camsim.cli.measure_app import measure_app
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
 from camsim.cli.sweep import sweep
@@ -248,6 +249,7 @@ def recapture_file(
 
 
 app.add_typer(measure_app)
+app.add_typer(lens_app, name="lens")
 app.command()(bench)
 app.command()(explain)
 app.command()(sweep)

@@ -20,7 +20,6 @@ from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import LARGEST_INDEX, orders
 from camsim.spectra.curve import Transmission
 from camsim.typed import Fraction, NonNegative, Positive, Several, judge, refusal
-from camsim.words import brief
 
 FOLD_POINTS = 1024  # along a radius, where a distortion that folds is looked for
 TILT, DEFOCUS = 2, 4  # OSA indices
@@ -75,7 +74,10 @@ class FieldLens:
     focus_um: float = 0.0
     transmission: Transmission = 1.0
 
-    __repr__ = brief
+    def __repr__(self) -> str:
+        size = _size(np.shape(self.waves))
+        focus = f", focus_um={self.focus_um:g}" if self.focus_um else ""
+        return f"FieldLens(f_number={self.f_number:g}, waves: {size}{focus})"
 
     def __post_init__(self) -> None:
         judge(self)

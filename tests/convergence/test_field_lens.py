@@ -234,6 +234,6 @@ def test_what_a_lens_cannot_take_is_refused():
         rendered(two, scene, window(), wavelength_nm=450.0)
     with pytest.raises(camsim.errors.CamsimError, match="strips renders one pattern for all of the frame"):
         rendered(revolved(), scene, window(), method="strips")
-    gradient = camsim.LinearGradient(width_um=90.0, height_um=90.0, from_reflectance=0.0, to_reflectance=1.0)
+    gradient = camsim.LinearGradient(width_um=90.0, height_um=90.0, low=0.0, high=1.0)
     with pytest.raises(camsim.errors.CamsimError, match="rendered of shapes only, without pictures and gradients"):
         rendered(revolved(), dataclasses.replace(scene, shapes=[gradient]), window())
