@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import runpy
-import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import camsim
-from camsim.cli import main
+from camsim.config.lens_import import import_zemax
 
 pytestmark = pytest.mark.clients
 pytest.importorskip("optiland", reason="the extra lens is not installed")
@@ -54,35 +53,33 @@ SURF 3
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", ["cooke-triplet", "double-gauss"])
 def test_optilands_transfer_is_that_of_the_file(name):
+    """Where pupils overlap as much: off the axis optiland's cone of light is an ellipse, and camsim's a circle.
+
+    By how much frequencies differ for that is said in docs/field.md.
+    """
     from optiland.mtf import FFTMTF
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        optic, lens = MAKE["optic_of"](MAKE["LENSES"][name]), camsim.read_lens(name)
-        for nm in (450.0, 550.0, 650.0):
-            for share in (0.0, 0.5, 1.0):
-                theirs = FFTMTF(optic, fields=[(share, 0.0)], wavelength=nm / 1e3, num_rays=256, grid_size=1024)
-                freq = np.asarray(theirs.freq, float)
-                chief_mm = np.asarray(optic.trace_generic(share, 0.0, 0.0, 0.0, 0.55).x, float).ravel()[0]
-                placed = lens.at(1e3 * min(abs(chief_mm), lens.height_um[-1] / 1e3), 0.0)
-                per_um = LINE_PAIRS_PER_MM / 1e3
-                ours = [placed.otf(per_um, 0 * per_um, nm), placed.otf(0 * per_um, per_um, nm)]
-                found = [np.interp(LINE_PAIRS_PER_MM, freq, np.asarray(curve, float)) for curve in theirs.mtf[0]]
-                off = min(
-                    max(np.abs(np.abs(a) - b).max() for a, b in zip(ours, order, strict=True))
-                    for order in (found, found[::-1])  # which of theirs is along x depends on its fields' axis
-                )
-                print(name, nm, share, off)
-                assert off <= 0.01
+    optic, lens = MAKE["optic_of"](MAKE["LENSES"][name]), camsim.read_lens(name)
+    per_um = LINE_PAIRS_PER_MM / 1e3
+    for nm in (450.0, 550.0, 650.0):
+        on_axis = None
+        for share in (0.0, 0.5, 1.0):
+            theirs = FFTMTF(optic, fields=[(share, 0.0)], wavelength=nm / 1e3, num_rays=256, grid_size=1024)
+            on_axis = np.ravel(theirs.freq[0]) if on_axis is None else on_axis
+            chief_um = 1e3 * abs(np.ravel(optic.trace_generic(share, 0.0, 0.0, 0.0, 0.55).x)[0])
+            placed = lens.at(min(float(chief_um), lens.height_um[-1]), 0.0)
+            # The field lies along x. optiland's first curve is along y, whatever it is called.
+            ours = [np.abs(placed.otf(0 * per_um, per_um, nm)), np.abs(placed.otf(per_um, 0 * per_um, nm))]
+            for own, curve in zip(ours, theirs.mtf[0], strict=True):
+                values = np.ravel(curve)
+                assert np.abs(own - np.interp(LINE_PAIRS_PER_MM, on_axis[: values.size], values)).max() <= 0.01
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_a_zemax_file_becomes_a_lens(tmp_path, capsys):
+def test_a_zemax_file_becomes_a_lens(tmp_path):
     prescription, made = tmp_path / "singlet.zmx", tmp_path / "singlet.yaml"
     prescription.write_text(SINGLET, encoding="utf-8")
-    with pytest.raises(SystemExit) as left:
-        main(["lens", "import", str(prescription), "-o", str(made)])
-    assert left.value.code in (0, None), capsys.readouterr().err
+    made.write_text(import_zemax(prescription), encoding="utf-8")
     lens = camsim.read_lens(made)
     focal_mm = 97.6  # of the lensmaker's equation, n = 1.5185 at 550 nm: 1/f = 0.5185·(0.02 − 0.5185·5·1e-4/1.5185)
     assert abs(1 / (0.5185 * (0.02 - 0.5185 * 5e-4 / 1.5185)) / 1.0 - focal_mm) < 1.0
