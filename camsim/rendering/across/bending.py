@@ -20,9 +20,27 @@ from camsim.rendering.grid import Grid
 
 TAIL = math.pi**3 / 2.0  # an Airy pattern's line spread is 1/(TAIL·x²), x in λN; 1.3 at its middle
 PEAK = 1.3
+MORE = 2.0  # times what a corner moves by: polynomials may go up and down on the way there
 FULL = 24.0  # λN from the window within which a line spread may be as high as in its middle
 MOST_HALVINGS = 40
 QUARTERS = np.array([0.25, 0.5, 0.75])
+
+
+def undistorted(grid: Grid, lens: Varies) -> Grid:
+    """Return a window that holds all that falls into a window, and some more: nothing moves farther than corners do."""
+    first = np.array(grid.first_centre) * grid.pitch_um
+    size = np.array([grid.cols - 1, grid.rows - 1]) * grid.pitch_um
+    corners = np.array([first + size * share for share in ((0, 0), (0, 1), (1, 0), (1, 1))])
+    moved = np.hypot(*(lens.distorted(corners) - corners).T).max()
+    more, frame = math.ceil(MORE * moved / grid.pitch_um) + 1, grid.frame or (grid.rows, grid.cols)
+    row, col = grid.origin
+    return Grid(
+        rows=grid.rows + 2 * more,
+        cols=grid.cols + 2 * more,
+        pitch_um=grid.pitch_um,
+        origin=(row - more, col - more),
+        frame=frame,
+    )
 
 
 class Sides(NamedTuple):
