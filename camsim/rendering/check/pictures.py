@@ -61,7 +61,7 @@ class PictureJudge:
             seen_nm = job.wavelength_nm[:1]
         allowed = job.budget.of_check.tolerance
         background = self.scene.background
-        highest = max(job.system.cutoff_per_um(float(nm)) for nm in (seen_nm.min(), seen_nm.max())) * job.grid.pitch_um
+        highest = job.system.highest_per_um(seen_nm) * job.grid.pitch_um
         pictures: list[Seen] = []
         spectra: list[Spectrum | Component] = []
         for number, shape in enumerate(self.scene.shapes):
