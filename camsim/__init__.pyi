@@ -5,6 +5,7 @@ from . import measure as measure
 from .camera import Camera as Camera
 from .capturing import capture as capture
 from .capturing import load as load
+from .capturing import read_lens as read_lens
 from .errors import CamsimError as CamsimError
 from .exposing import Capture as Capture
 from .files import save as save
@@ -17,6 +18,7 @@ from .optics import Airy as Airy
 from .optics import AnnularAiry as AnnularAiry
 from .optics import CircularPhotosite as CircularPhotosite
 from .optics import EllipticalGaussian as EllipticalGaussian
+from .optics import FieldLens as FieldLens
 from .optics import FourSpotOlpf as FourSpotOlpf
 from .optics import Gaussian as Gaussian
 from .optics import Lens as Lens

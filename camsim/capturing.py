@@ -12,13 +12,14 @@ from camsim.config import build, build_sensor, coverage, csv_curves, library, me
 from camsim.config.build_sensor import SensorDocument
 from camsim.config.judged import Judged
 from camsim.config.lengths import SceneDocument
+from camsim.config.lens_files import read_lens_file
 from camsim.config.overrides import Override
 from camsim.config.sensor_search import SensorSearch
 from camsim.config.tree import MOST_FAULTS
 from camsim.errors import CamsimError, ConfigError, Fault, InvalidValueError
 from camsim.exposing import Capture, Progress
 from camsim.frame import Frame, Products
-from camsim.optics import Lens
+from camsim.optics import FieldLens, Lens
 
 PathOrName = str | os.PathLike[str]
 T = TypeVar("T")
@@ -88,6 +89,15 @@ def load(
     if faults or ready is None:
         raise ConfigError(_in_order(faults))
     return ready
+
+
+def read_lens(lens: PathOrName) -> FieldLens:
+    """Return the lens of a lens file: a path, or a name as ``camsim list lenses`` has it.
+
+    >>> read_lens("double-gauss").f_number
+    5.0
+    """
+    return read_lens_file(library.locate("lens", os.fspath(lens)))
 
 
 def load_camera(

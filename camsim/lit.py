@@ -8,6 +8,7 @@ import numpy as np
 
 from camsim.arrays import F32, F64, U8
 from camsim.body import Body
+from camsim.optics.protocols import Illuminates
 from camsim.rendering import Grid
 from camsim.sensor.chain import mixed
 from camsim.sensor.falloff import falloff_at
@@ -51,7 +52,7 @@ class Window:
         grid = rows_of(self.wide, rows_before, len(image))
         # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
         mean_e = np.maximum(image, 0.0, out=image)
-        if self.camera.falloff is not None:
+        if self._falls_off:
             mean_e = mean_e * self._falloff(grid)
         shown_e = mean_e if self.camera.crosstalk is None else mixed(mean_e, self.camera.crosstalk)
         channel = self.channel(rows_of(self.grid, rows_before, len(shown_e)))
@@ -62,7 +63,7 @@ class Window:
         if planes is None:
             return None
         planes = np.maximum(planes, 0.0, out=planes)
-        if self.camera.falloff is not None:
+        if self._falls_off:
             planes *= self._falloff(self.wide)
         truth = np.empty((self.grid.rows, self.grid.cols, len(planes)), np.float32)
         own, crosstalk = self.channel(self.grid), self.camera.crosstalk
@@ -71,11 +72,18 @@ class Window:
             truth[..., k] = np.where(own == k, mean_electrons, plane)
         return truth
 
+    @property
+    def _falls_off(self) -> bool:
+        return self.camera.falloff is not None or isinstance(self.camera.lens, Illuminates)
+
     def _falloff(self, grid: Grid) -> F64:
-        assert self.camera.falloff is not None
-        return falloff_at(
-            self.camera.falloff,
-            shape=(grid.rows, grid.cols),
-            first_centre=grid.first_centre,
-            pitch_um=self.camera.pitch_um,
-        )
+        """Return the light that falls on photosites, relative to the axis: the lens's own, and what stands on it."""
+        (x0, y0), pitch_um = grid.first_centre, self.camera.pitch_um
+        relative: F64 = np.ones((grid.rows, grid.cols))
+        if isinstance(lens := self.camera.lens, Illuminates):
+            x, y = x0 + np.arange(grid.cols), y0 + np.arange(grid.rows)
+            relative = lens.illumination(pitch_um * np.hypot(x, y[:, None]))
+        if self.camera.falloff is not None:
+            shape = grid.rows, grid.cols
+            relative = relative * falloff_at(self.camera.falloff, shape=shape, first_centre=(x0, y0), pitch_um=pitch_um)
+        return relative

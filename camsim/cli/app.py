@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from camsim.cli.bench import bench
 from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
+from camsim.cli.lens_app import lens_app
 from camsim.cli.measure_app import measure_app
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
 from camsim.cli.sweep import sweep
@@ -69,16 +70,27 @@ class Listed(StrEnum):
 
     sensors = "sensors"
     scenes = "scenes"
+    lenses = "lenses"
     illuminants = "illuminants"
     reflectances = "reflectances"
     sensitivities = "sensitivities"
 
 
-class SchemaOf(StrEnum):
-    """What ``camsim schema`` can print and ``camsim new`` can write."""
+class Begun(StrEnum):
+    """What ``camsim new`` can write."""
 
     scene = "scene"
     sensor = "sensor"
+    study = "study"
+    dataset = "dataset"
+
+
+class SchemaOf(StrEnum):
+    """What ``camsim schema`` can print."""
+
+    scene = "scene"
+    sensor = "sensor"
+    lens = "lens"
     study = "study"
     dataset = "dataset"
 
@@ -237,6 +249,7 @@ def recapture_file(
 
 
 app.add_typer(measure_app)
+app.add_typer(lens_app, name="lens")
 app.command()(bench)
 app.command()(explain)
 app.command()(sweep)
@@ -254,13 +267,13 @@ def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")], sen
 
 @app.command()
 def show(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="A sensor or scene: a name or a file.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A sensor, scene or lens: a name or a file.")],
     expand: Annotated[
         bool, typer.Option("--expand", help="Of a scene: its charts as the shapes that they stand for, in µm.")
     ] = False,
     sensors: Sensors = None,
 ) -> None:
-    """Print a sensor or scene, and figures that follow from it (as comments: the output is valid YAML)."""
+    """Print a sensor, scene or lens, and figures that follow from it (as comments: the output is valid YAML)."""
     if expand:
         from camsim.cli.expand import expanded
 
@@ -274,7 +287,7 @@ def show(
 
 @app.command()
 def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> None:
-    """Print the JSON Schema of scenes, sensors, studies or data sets, for editors that complete and check."""
+    """Print the JSON Schema of scenes, sensors, lenses, studies or data sets, for editors that complete and check."""
     import json
 
     from camsim.config.reference import json_schema
@@ -284,7 +297,7 @@ def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> Non
 
 @app.command()
 def validate(
-    files: Annotated[list[str], typer.Argument(metavar="FILE…", help="Scene and sensor files.")],
+    files: Annotated[list[str], typer.Argument(metavar="FILE…", help="Scene, sensor and lens files.")],
     sensors: Sensors = None,
     draw: Annotated[
         str | None,
@@ -310,7 +323,7 @@ def validate(
 
 @app.command()
 def new(
-    what: Annotated[SchemaOf, typer.Argument(help="Which file.")],
+    what: Annotated[Begun, typer.Argument(help="Which file.")],
     output: Annotated[
         str | None, typer.Option("-o", "--output", metavar="FILE", help="scene.yaml or sensor.yaml when left out.")
     ] = None,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from camsim.cli.options import Changes, SensorName, Sensors
-from camsim.errors import CamsimError, UnknownNameError
+from camsim.errors import CamsimError, InvalidValueError, UnknownNameError
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 # Seconds of one core: what comes before, a random number with what is done to it, a photosite's code, a byte of a file.
 BEFORE_SECONDS, NOISE_SECONDS, CODE_SECONDS, FILE_SECONDS = 0.01, 20e-9, 12e-9, 8e-9
-PLOTS = ("mtf", "psf", "qe", "spectra", "noise")
+PLOTS = ("mtf", "psf", "qe", "spectra", "noise", "field")
 HELD_BYTES = 16.0  # of a photosite, besides its light: electrons, code and what they are computed with
 BYTES_OF = {"mosaic": 2.0, "electrons": 8.0, "truth": 12.0, "preview": 3.0, "spectral": 4.0 * 31, "frame": 30.0}
 
@@ -39,10 +39,14 @@ def explain(
         tuple[str, str] | None,
         typer.Option(
             "--plot",
-            metavar="mtf|psf|qe|spectra|noise FILE",
-            help="Draw transfers or patterns of the stages, quantum efficiencies, spectra, or the noise by its sources "
-            "(needs matplotlib).",
+            metavar="mtf|psf|qe|spectra|noise|field FILE",
+            help="Draw transfers or patterns of the stages, quantum efficiencies, spectra, the noise by its sources, "
+            "or what a field lens does over the frame (needs matplotlib).",
         ),
+    ] = None,
+    at: Annotated[
+        str | None,
+        typer.Option("--at", metavar="X,Y", help="With --plot psf: a field lens's pattern there, µm from the axis."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
 ) -> None:
@@ -52,6 +56,7 @@ def explain(
 
     if plot is not None:
         _check_plot(*plot, force=force)
+    at_um = _place(at, plot)
     texts = outputs or (f"{Path(scene).stem}.dng",)
     files, errors = check(texts, force=True)
     if errors:
@@ -62,7 +67,7 @@ def explain(
         from camsim.cli.explain_plot import draw
         from camsim.files.atomic import write_whole
 
-        write_whole(plot[1], draw(capture, plot[0], Path(plot[1]).suffix.lower()[1:]))
+        write_whole(plot[1], draw(capture, plot[0], Path(plot[1]).suffix.lower()[1:], at_um))
     told = explained(capture, products, [(file.path, file.product) for file in files])
     if as_json:
         print(json.dumps(told, indent=2, ensure_ascii=False))
@@ -191,6 +196,20 @@ def _print(told: dict[str, Any]) -> None:
     with console.capture() as printed:
         console.print(table)
     print("\n".join(line.rstrip() for line in printed.get().splitlines()))
+
+
+def _place(at: str | None, plot: tuple[str, str] | None) -> tuple[float, float] | None:
+    """Return the place that was asked for, µm."""
+    if at is None:
+        return None
+    if plot is None or plot[0] != "psf":
+        raise InvalidValueError("is of a pattern; write --plot psf FILE with it", key="--at")
+    try:
+        x_um, y_um = (float(part) for part in at.split(","))
+    except ValueError:
+        message = f"must be two numbers, µm from the axis, such as 8000,5000, not {at!r}"
+        raise InvalidValueError(message, key="--at") from None
+    return x_um, y_um
 
 
 def _check_plot(kind: str, file: str, *, force: bool) -> None:

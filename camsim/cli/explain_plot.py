@@ -15,7 +15,14 @@ if TYPE_CHECKING:
     from camsim.exposing import Capture
     from camsim.sensor.cfa import Cfa
 
-SIZES = {"mtf": (9.0, 5.4), "psf": (10.0, 6.6), "qe": (9.0, 5.4), "spectra": (9.0, 8.0), "noise": (9.0, 5.8)}
+SIZES = {
+    "mtf": (9.0, 5.4),
+    "psf": (10.0, 6.6),
+    "qe": (9.0, 5.4),
+    "spectra": (9.0, 8.0),
+    "noise": (9.0, 5.8),
+    "field": (11.0, 9.0),
+}
 WAVELENGTHS = 24  # of a curve or pattern, at the most
 ALONG = 400
 FOOTPRINT = "photosite"
@@ -23,13 +30,17 @@ ALL_NYQUIST = 0.5
 PITCHES, PERIOD, CELLS = 4.0, 32.0, 1024  # what is shown to either side; a period that hardly wraps, and its samples
 
 
-def draw(capture: Capture, kind: str, suffix: str) -> bytes:
-    """Return a picture, one of ``SIZES``, as bytes of a PNG, SVG or PDF."""
+def draw(capture: Capture, kind: str, suffix: str, at_um: tuple[float, float] | None = None) -> bytes:
+    """Return a picture, one of ``SIZES``, as bytes of a PNG, SVG or PDF.
+
+    at_um : of a pattern, where in the frame; None: on the axis, with all stages
+    """
     import matplotlib as mpl
 
     mpl.use("Agg")
     from matplotlib.figure import Figure
 
+    from camsim.cli.explain_field import draw_at, draw_field
     from camsim.cli.explain_noise import draw_noise
     from camsim.cli.explain_spectra import draw_efficiency, draw_spectra
 
@@ -39,15 +50,19 @@ def draw(capture: Capture, kind: str, suffix: str) -> bytes:
         "qe": draw_efficiency,
         "spectra": draw_spectra,
         "noise": draw_noise,
+        "field": draw_field,
     }
     figure = Figure(figsize=SIZES[kind], layout="constrained")
-    drawings[kind](figure, capture)
+    if at_um is None:
+        drawings[kind](figure, capture)
+    else:
+        draw_at(figure, capture, at_um, [shares_of(capture, k) for k in range(len(capture.camera.cfa.channels))])
     out = io.BytesIO()
     figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
     return out.getvalue()
 
 
-def _shares(capture: Capture, channel: int) -> tuple[F64, F64]:
+def shares_of(capture: Capture, channel: int) -> tuple[F64, F64]:
     """Return wavelengths (nm) and the share that each has in what a channel sees of a white surface.
 
     Each stands for a stretch of the spectrum: its mean wavelength, and all of its light.
@@ -65,14 +80,14 @@ def _shares(capture: Capture, channel: int) -> tuple[F64, F64]:
 
 def _lens(capture: Capture, channel: int, fx: F64, fy: F64) -> Any:
     system = capture.camera.optics
-    wavelength_nm, shares = _shares(capture, channel)
+    wavelength_nm, shares = shares_of(capture, channel)
     return sum(s * system.point_otf(fx, fy, float(w)) for w, s in zip(wavelength_nm, shares, strict=True))
 
 
 def _draw_mtf(figure: Any, capture: Capture) -> None:
     camera, system = capture.camera, capture.camera.optics
     axes = figure.subplots()
-    shortest = min(_shares(capture, k)[0].min(initial=1e9) for k in range(len(camera.cfa.channels)))
+    shortest = min(shares_of(capture, k)[0].min(initial=1e9) for k in range(len(camera.cfa.channels)))
     last = min(2.5, max(1.05, 1.05 * system.cutoff_per_um(float(shortest)) * camera.pitch_um))
     f = np.linspace(0.0, last, ALONG)
     per_um, zero = f / camera.pitch_um, np.zeros(ALONG)
@@ -82,7 +97,7 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
         axes.plot(f, np.abs(system.olpf.otf(per_um, zero, 0.0)), color="grey", lw=1.0, ls="--", label="OLPF")
     footprint, slanted = system.footprint_otf(per_um, zero), per_um * np.sqrt(0.5)
     for k, name in enumerate(camera.cfa.channels):
-        if not _shares(capture, k)[0].size:
+        if not shares_of(capture, k)[0].size:
             continue
         colour = colour_of_channel(name)
         lens = _lens(capture, k, per_um, zero)

@@ -21,13 +21,18 @@ def template(kind: str) -> str:
     return (Path(__file__).parent / "templates" / f"{kind}.yaml").read_text(encoding="utf-8")
 
 
-def write_template(kind: str, path: str, *, force: bool) -> str:
-    """Write it, and return what to do next; raises OutputError when it cannot be written there."""
+def check_yaml_output(path: str, *, force: bool) -> None:
+    """Refuse a YAML file that cannot be written, before any work."""
     if not path.endswith(YAML_SUFFIXES):
         raise OutputError(f"cannot write {path!r}: it is YAML, give a name that ends in .yaml")
     if Path(path).exists() and not force:
         raise OutputError(f"{path!r} exists; overwrite it with --force, or write elsewhere with -o")
     if not Path(path).resolve().parent.is_dir():
         raise OutputError(f"cannot write {path!r}: its folder does not exist; make it first")
+
+
+def write_template(kind: str, path: str, *, force: bool) -> str:
+    """Write it, and return what to do next; raises OutputError when it cannot be written there."""
+    check_yaml_output(path, force=force)
     write_whole(path, template(kind).encode("utf-8"))
     return f"{path}: a {kind} to start from; {_NEXT[kind].format(path)}"

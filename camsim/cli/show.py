@@ -27,7 +27,8 @@ def lines_of_list(what: str, sensors: Sequence[str] = ()) -> Iterator[str]:
 
     names: Mapping[str, Callable[[], Iterable[str]]] = {
         "sensors": lambda: _sensors(SensorSearch.of(sensors, Path())),
-        "scenes": _scenes,
+        "scenes": lambda: _shipped("scene"),
+        "lenses": lambda: _shipped("lens"),
         "illuminants": named.illuminant_names,
         "reflectances": named.reflectance_names,
         "sensitivities": named.sensitivity_names,
@@ -36,14 +37,18 @@ def lines_of_list(what: str, sensors: Sequence[str] = ()) -> Iterator[str]:
 
 
 def text_of(name: str, sensors: Sequence[str] = ()) -> str:
-    """Return the file of a sensor or scene, then what follows from it, as comments: still valid YAML."""
+    """Return the file of a sensor, scene or lens, then what follows from it, as comments: still valid YAML."""
     search = SensorSearch.of(sensors, Path())
     kind, located = search.locate_any(name)
     document = yaml_source.read(located.path, located.shown)
     said = document.tree.get("camsim") if isinstance(document.tree, dict) else None
-    if isinstance(said, str) and said.partition("/")[0] in ("sensor", "scene"):
-        kind = "sensor" if said.startswith("sensor/") else "scene"
-    rows = _figures_of_sensor(located) if kind == "sensor" else _figures_of_scene(located, search)
+    named: dict[str, library.Kind] = {"sensor": "sensor", "scene": "scene", "lens": "lens"}
+    if isinstance(said, str):
+        kind = named.get(said.partition("/")[0], kind)
+    if kind == "lens":
+        rows = _figures_of_lens(located)
+    else:
+        rows = _figures_of_sensor(located) if kind == "sensor" else _figures_of_scene(located, search)
     text = located.path.read_text(encoding="utf-8").rstrip("\n")
     width = max(len(label) for label, _ in rows)
     figures = "\n".join(f"#   {label:<{width}}  {value}" for label, value in rows)
@@ -59,8 +64,8 @@ def _sensors(search: SensorSearch) -> Iterator[str]:
         yield f"{name:<{width}}  {words}{' ' if words else ''}({place})"
 
 
-def _scenes() -> Iterator[str]:
-    found = library.shipped("scene")
+def _shipped(kind: library.Kind) -> Iterator[str]:
+    found = library.shipped(kind)
     width = max(map(len, found))
     for name, path in found.items():
         yield f"{name:<{width}}  {_first_comment(path.read_text(encoding='utf-8'))}"
@@ -107,6 +112,24 @@ def _figures_of_sensor(located: Located) -> list[Row]:
             f"{20.0 * math.log10(ratio):.1f} dB, {math.log2(ratio):.1f} stops, at ISO {adc.base_iso:g}",
         ),
     ]
+    return rows
+
+
+def _figures_of_lens(located: Located) -> list[Row]:
+    from camsim.config.lens_files import read_lens_file
+
+    lens = read_lens_file(located)
+    nm = lens.wavelength_nm
+    middle_nm = nm[len(nm) // 2]
+    rows = [
+        ("wavelengths", f"{nm[0]:g} to {nm[-1]:g} nm, {len(nm)}" if len(nm) > 1 else f"{nm[0]:g} nm stands for all"),
+        ("diffraction", f"λN = {lens.blur_um(middle_nm):.4g} µm at {middle_nm:g} nm"),
+    ]
+    if lens.turns:
+        rows.append(("image circle", f"{2e-3 * lens.height_um[-1]:.4g} mm"))
+        shown = [lens.height_um[k] for k in (0, len(lens.height_um) // 2, -1)]
+        waves = ", ".join(f"{lens.at(h, 0.0).waves_rms(middle_nm):.3g} at {1e-3 * h:.3g} mm" for h in shown)
+        rows.append(("wavefront", f"waves rms at {middle_nm:g} nm, tilt apart: {waves}"))
     return rows
 
 

@@ -9,6 +9,7 @@ from camsim.capturing import load, load_camera
 from camsim.cli.draw import lines, picture
 from camsim.cli.plot import check_drawing
 from camsim.config import yaml_source
+from camsim.config.lens_files import read_lens_file
 from camsim.config.sensor_search import SensorSearch
 from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.atomic import write_whole
@@ -63,6 +64,9 @@ def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -
         # A sensor is whole without a lens; any will do to build the camera.
         load_camera(file, lens=Airy(f_number=8.0), sensors=search.own)
         return "a sensor"
+    if isinstance(said, str) and said.startswith("lens/"):
+        read_lens_file(located)
+        return "a lens"
     if isinstance(said, str) and said.startswith("study/"):
         read_study(file)
         return "a study"

@@ -47,7 +47,7 @@ def mount(scene: SceneDocument) -> Mount | None:
     """Make the lens of a scene file and everything that is on it."""
     transmission = spectrum_at(scene, ("lens", "transmission"), names=False)
     filters = filters_at(scene, ("lens", "filters"))
-    table = scene.part(("lens",), schema.LensTable)
+    table = scene.part(("lens",), schema.MountTable)
     if table is None or filters is None:
         return None
     whole = 1.0 if transmission is None else transmission

@@ -10,6 +10,7 @@ import numpy as np
 
 from camsim.config import library, schema
 from camsim.config.judged import Judged
+from camsim.config.lens_files import locate_lens, read_lens_file
 from camsim.config.tree import KeyPath
 from camsim.errors import InvalidValueError
 from camsim.optics import (
@@ -36,7 +37,7 @@ from camsim.optics import (
 from camsim.spectra.curve import Spectrum
 
 
-def lens(scene: Judged[schema.SceneFile], table: schema.LensTable, transmission: Spectrum) -> Lens | None:
+def lens(scene: Judged[schema.SceneFile], table: schema.MountTable, transmission: Spectrum) -> Lens | None:
     """Make the lens at ``lens`` of a scene; None when it is wrong (the document has the faults)."""
     path: KeyPath = ("lens",)
     if any(type(table).contradictions(scene.value(path))):
@@ -45,6 +46,15 @@ def lens(scene: Judged[schema.SceneFile], table: schema.LensTable, transmission:
         schema.Pupil.contradictions(scene.value((*path, "pupil")) or {})
     ):
         return None
+    if isinstance(table, schema.FieldLens):
+        name, focus_um = table.file, table.focus_um
+        located = scene.build((*path, "file"), lambda: locate_lens(name, scene))
+        if located is None:
+            return None
+        return scene.build(
+            (*path, "file"), lambda: read_lens_file(located, focus_um=focus_um, transmission=transmission)
+        )
+    assert isinstance(table, schema.LensTable)
     common: dict[str, Any] = {"f_number": table.f_number, "transmission": transmission}
     if isinstance(table, schema.MeasuredPsfLens | schema.MeasuredOtfLens) and table.file is not None:
         name = table.file

@@ -1,4 +1,4 @@
-"""Find sensors and scenes: shipped ones by name, the user's own by path."""
+"""Find sensors, scenes and lenses: shipped ones by name, the user's own by path."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import Literal, TypeAlias
 import camsim
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
-Kind: TypeAlias = Literal["sensor", "scene"]
-KINDS: tuple[Kind, ...] = ("sensor", "scene")
+Kind: TypeAlias = Literal["sensor", "scene", "lens"]
+FOLDERS: dict[Kind, str] = {"sensor": "sensors", "scene": "scenes", "lens": "lenses"}
 
 YAML_SUFFIXES = (".yaml", ".yml")
 
@@ -44,7 +44,7 @@ def locate(kind: Kind, name: str) -> Located:
             else "a file of your own needs its path, such as ./my.yaml"
         )
         raise UnknownNameError(kind, name, known, hint=f"; {way_out}")
-    return Located(known[name], f"{kind}s/{name}.yaml")
+    return Located(known[name], f"{FOLDERS[kind]}/{name}.yaml")
 
 
 def locate_path(kind: Kind, name: str) -> Located | None:
@@ -88,5 +88,5 @@ def looks_like_path(name: str) -> bool:
 def _folder(kind: Kind) -> Path:
     """Return where the shipped files lie: inside an installed wheel, or beside the package in a checkout."""
     package = Path(camsim.__path__[0])
-    installed = package / "data" / f"{kind}s"
-    return installed if installed.is_dir() else package.parent / f"{kind}s"
+    installed = package / "data" / FOLDERS[kind]
+    return installed if installed.is_dir() else package.parent / FOLDERS[kind]

@@ -13,11 +13,17 @@ from pydantic_core import PydanticUndefined
 
 from camsim.config.expect import Expected, expected_of_field, kinds_of
 from camsim.config.faults import format_of
-from camsim.config.schema import DatasetFile, SceneFile, SensorFile, StudyFile, Table
+from camsim.config.schema import DatasetFile, LensFile, SceneFile, SensorFile, StudyFile, Table
 
-Kind: TypeAlias = Literal["scene", "sensor", "study", "dataset"]
+Kind: TypeAlias = Literal["scene", "sensor", "lens", "study", "dataset"]
 
-FILES: dict[str, type[Table]] = {"scene": SceneFile, "sensor": SensorFile, "study": StudyFile, "dataset": DatasetFile}
+FILES: dict[str, type[Table]] = {
+    "scene": SceneFile,
+    "sensor": SensorFile,
+    "lens": LensFile,
+    "study": StudyFile,
+    "dataset": DatasetFile,
+}
 
 
 def json_schema(kind: Kind) -> dict[str, Any]:
@@ -43,7 +49,7 @@ def markdown() -> str:
         "",
         "Made from the schema by `python -m camsim.config.reference`; do not edit. Every table may also hold `source`,",
         "a text for people. Numbers follow YAML 1.2; anchors, tags and duplicate keys are refused. All of it is",
-        "also there as JSON Schema for editors: `camsim schema scene`, `sensor`, `study`, `dataset`. Examples are",
+        "also there as JSON Schema for editors: `camsim schema scene`, `sensor`, `lens`, `study`, `dataset`. Examples are",
         "parts of files from their top, but for `shapes`, which stands in `scene`; files that they name are yours.",
         "",
     ]

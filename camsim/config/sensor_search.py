@@ -63,15 +63,17 @@ class SensorSearch:
         raise UnknownNameError("sensor", name, {known for known, _ in self.all()}, hint=_WHERE)
 
     def locate_any(self, name: str) -> tuple[Kind, Located]:
-        """Find a sensor or a scene by its path or its name; a path counts as a sensor until it has been read."""
+        """Find a sensor, scene or lens by its path or its name; a path counts as a sensor until it has been read."""
         if (found := locate_path("sensor", name)) is not None:
             return "sensor", found
         known = {found for found, _ in self.all()}
         if name in known:
             return "sensor", self.locate(name)
-        if name in shipped("scene"):
-            return "scene", locate("scene", name)
-        raise UnknownNameError("sensor or scene", name, known | set(shipped("scene")))
+        others: tuple[Kind, ...] = ("scene", "lens")
+        for kind in others:
+            if name in shipped(kind):
+                return kind, locate(kind, name)
+        raise UnknownNameError("sensor, scene or lens", name, known.union(*map(shipped, others)))
 
     def locate_path_or_name(self, name: str) -> Located:
         """Find what the user named on the command line or in Python: a path from here, or a name."""

@@ -2,6 +2,7 @@
 
 from camsim.optics.airy import Airy
 from camsim.optics.annular import AnnularAiry
+from camsim.optics.field_lens import FieldLens
 from camsim.optics.gaussian import EllipticalGaussian, Gaussian
 from camsim.optics.measured import MeasuredOtf, MeasuredPsf
 from camsim.optics.olpf import FourSpotOlpf, TwoSpotOlpf
@@ -23,6 +24,7 @@ __all__ = [
     "AnnularAiry",
     "CircularPhotosite",
     "EllipticalGaussian",
+    "FieldLens",
     "FourSpotOlpf",
     "Gaussian",
     "Lens",

@@ -43,7 +43,7 @@ class Bent(Protocol):
 
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64: ...  # noqa: D102
 
-    def waves_across(self, wavelength_nm: float) -> float: ...  # noqa: D102
+    def waves_turned(self, low_nm: float, high_nm: float) -> float: ...  # noqa: D102
 
     def blur_um(self, wavelength_nm: float) -> float: ...  # noqa: D102
 
@@ -69,7 +69,7 @@ class Split(NamedTuple):
 class Rim(NamedTuple):
     """Slopes on a pupil's rim or rims, waves per radius at one wavelength.
 
-    move_waves  : (2,) the mean slope, as far as it is one direction's
+    move_waves  : (2,) what slopes are taken about: the mean, as far as it is one direction's, or what was given
     slope_waves : (directions, points) about it, along each direction;  share: of each point, 1 in all
     steepest_waves, inside_waves : the largest slope about it, of the rim and of all of the pupil
     rings_rad   : how far the phases of opposite points of the rim differ, the move apart
@@ -83,8 +83,11 @@ class Rim(NamedTuple):
     rings_rad: float
 
 
-def rim_of(lens: Bent, obstruction: float, wavelength_nm: float) -> Rim:
-    """Measure the wavefront on the rim of a round pupil, on that of its obstruction, and between."""
+def rim_of(lens: Bent, obstruction: float, wavelength_nm: float, moved_waves: F64 | None = None) -> Rim:
+    """Measure the wavefront on the rim of a round pupil, on that of its obstruction, and between.
+
+    moved_waves : (2,) the slope that others are taken about; None: the mean
+    """
     angle = 2.0 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
     normal = np.stack([np.cos(angle), np.sin(angle)])
     direction = normal[:, :: RIM_POINTS // DIRECTIONS].T
@@ -102,7 +105,8 @@ def rim_of(lens: Bent, obstruction: float, wavelength_nm: float) -> Rim:
     weight = np.concatenate([radius * across for radius in rims], axis=1)
     weight = weight / weight.sum(axis=1, keepdims=True)
     mean = np.einsum("dp,da,ap->d", weight, direction, slope)
-    move: F64 = 2.0 * np.einsum("d,da->a", mean, direction) / DIRECTIONS
+    own: F64 = 2.0 * np.einsum("d,da->a", mean, direction) / DIRECTIONS
+    move = own if moved_waves is None else moved_waves
     about = slope - move[:, None]
     everywhere = np.stack([slopes(float(radius)) for radius in np.linspace(obstruction, 1.0, INSIDE)])
     plane = np.einsum("a,ap->p", move, normal)
@@ -159,9 +163,9 @@ class Difference:
         """Return what tells how many nodes the pattern takes out to a distance in µm."""
         return self.lens.pupil_nodes(wavelength_nm)
 
-    def waves_across(self, wavelength_nm: float) -> float:
-        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
-        return self.lens.waves_across(wavelength_nm)
+    def waves_turned(self, low_nm: float, high_nm: float) -> float:
+        """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
+        return self.lens.waves_turned(low_nm, high_nm)
 
     def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
         """Return how much a straight edge of contrast 1 may show at distances and beyond; 1 where nothing is known.
@@ -192,4 +196,6 @@ class Difference:
 
 @functools.lru_cache(maxsize=256)
 def _rim_of(rest: Difference, wavelength_nm: float) -> Rim:
-    return rim_of(rest.lens, rest.obstruction, wavelength_nm)
+    # The move is one length for all wavelengths: where they differ (lateral colour) it is no wavelength's mean.
+    moved_waves = np.array(rest.moved_um) / (2.0 * rest.blur_um(wavelength_nm))
+    return rim_of(rest.lens, rest.obstruction, wavelength_nm, moved_waves)

@@ -249,8 +249,8 @@ class KnowsTail(_Ability, Protocol):
 class KnowsWaves(_Ability, Protocol):
     """A lens whose pattern changes with the wavelength by more than its size, because its wavefront is no sphere."""
 
-    def waves_across(self, wavelength_nm: float) -> float:
-        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
+    def waves_turned(self, low_nm: float, high_nm: float) -> float:
+        """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
         ...
 
 
@@ -260,6 +260,45 @@ class Splits(_Ability, Protocol):
 
     def split(self) -> Any:
         """Return a ``difference.Split``, None where it is not."""
+        ...
+
+
+@runtime_checkable
+class Illuminates(_Ability, Protocol):
+    """A lens that says how its light falls off."""
+
+    def illumination(self, radius_um: F64) -> F64:
+        """Return the light at distances from the axis, relative to that on the axis."""
+        ...
+
+
+class Placed(OpticalStage, Protocol):
+    """A lens as one place of the frame has it: a path difference over a round pupil."""
+
+    def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64:
+        """Return the path difference in waves at (x, y), in units of the pupil's radius."""
+        ...
+
+
+@runtime_checkable
+class Varies(_Ability, Protocol):
+    """A lens whose pattern, and whose distortion, are those of a place in the frame."""
+
+    @property
+    def distorts(self) -> bool:
+        """Whether it moves anything."""
+        ...
+
+    def at(self, x_um: float, y_um: float) -> Placed:
+        """Return the lens that a photosite at a place sees through."""
+        ...
+
+    def distorted(self, points_um: F64) -> F64:
+        """Return where points (n, 2) of the scene, as it would fall on the sensor without distortion, fall."""
+        ...
+
+    def lacks(self, wavelength_nm: F64, corners_um: F64) -> str:
+        """Return why the lens cannot take a frame with these corners (n, 2) in light of wavelengths, "" if it can."""
         ...
 
 

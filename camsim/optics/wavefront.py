@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias
 
-import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Le
-from scipy import fft
 
-from camsim.arrays import C128, F64
-from camsim.errors import UnsupportedError
+from camsim.arrays import F64
 from camsim.marks import Before, Called
-from camsim.nonuniform import modes
-from camsim.optics.airy import NM_PER_UM, Airy
-from camsim.optics.annular import AnnularAiry
+from camsim.optics.airy import NM_PER_UM
 from camsim.optics.difference import Difference, Split, rim_of
+from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
 from camsim.spectra.curve import Transmission
@@ -27,16 +22,6 @@ from camsim.words import brief
 
 MOST_WAVES = 50.0
 PLANE = 2  # Zernikes up to this one are planes: they move the pattern
-COARSE = 1e-9  # a non-uniform FFT to this precision may use a grid of less than half the size
-SETTLED = 1e-11  # two rules that differ by no more than this agree
-NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
-ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coefficients
-RAYS = 24  # on every side of the outline, along which the wavefront's degree is looked for
-LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
-MOST_POINTS = 1 << 13  # along a ray
-ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
-MOST_NODES = 1e9  # of the pupil's rule: an hour
-NODES_AT_ONCE = 2_000_000  # 200 MB
 
 
 def _as_pairs(given: Any) -> Any:
@@ -54,7 +39,7 @@ else:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Wavefront:
+class Wavefront(OfPupil):
     """A lens whose wavefront is not a sphere.
 
     f_number      : focal length over the pupil's diameter D
@@ -90,14 +75,6 @@ class Wavefront:
         if len({index for index, _ in self._pairs}) < len(self._pairs):
             raise refusal(self, "zernike_waves", "an index is given twice; add the two up")
 
-    def blur_um(self, wavelength_nm: float) -> float:
-        """The length of the pattern without aberrations, µm: λN."""
-        return self.f_number * wavelength_nm / NM_PER_UM
-
-    def cutoff_per_um(self, wavelength_nm: float) -> float:
-        """The frequency beyond which nothing passes in any direction, cycles/µm."""
-        return self.pupil.outer_radius / self.blur_um(wavelength_nm)
-
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64:
         """Return the path difference in waves at (x, y), in units of D/2."""
         ratio = self.reference_nm / wavelength_nm
@@ -105,44 +82,6 @@ class Wavefront:
         for index, coefficient in self._pairs:
             total = total + coefficient * ratio * zernike(index, x, y)
         return total
-
-    def waves_across(self, wavelength_nm: float) -> float:
-        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
-        x, y, _ = self.pupil.rule(ACROSS, ACROSS)
-        waves, plane = self.waves(x, y, wavelength_nm), np.stack([x, y, np.ones_like(x)], axis=1)
-        return float(np.ptp(waves - plane @ np.linalg.lstsq(plane, waves, rcond=None)[0]))
-
-    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function at (fx, fy) cycles/µm: the pupil's overlap with its shifted copy, weighed by phase.
-
-        Complex where the wavefront has odd parts. Integrated within the overlap's exact boundaries, with more nodes
-        until 1e-11 is reached.
-        """
-        fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
-        blur_um = self.blur_um(wavelength_nm)
-        shifts, angles = 2.0 * blur_um * np.hypot(fx, fy), np.arctan2(fy, fx)
-        out = np.empty(fx.shape, complex)
-        for place in np.ndindex(fx.shape):
-            out[place] = self._transfer(float(shifts[place]), float(angles[place]), wavelength_nm)
-        return out.real.copy() if self._symmetric else out
-
-    def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
-        """Size of the transfer at frequencies along a unit vector, to about a hundredth of the light: for bounds.
-
-        The pupil on a lattice along the direction, each line of it correlated with itself by an FFT: all shifts at
-        once. However fast the phase runs, what so many points get wrong of it is noise.
-        """
-        place = self.pupil.outer_radius * ((2.0 * np.arange(LATTICE) + 1.0) / LATTICE - 1.0)
-        cos, sin = direction
-        x, y = place * cos - place[:, None] * sin, place * sin + place[:, None] * cos
-        inside = self.pupil.holds(x, y)
-        amplitude = np.zeros(inside.shape, complex)
-        amplitude[inside] = self._phase_factor(x[inside], y[inside], wavelength_nm)
-        power = np.sum(np.abs(fft.fft(amplitude, 2 * LATTICE, axis=1)) ** 2, axis=0)
-        size = np.abs(fft.ifft(power)[:LATTICE])
-        shift = 2.0 * self.blur_um(wavelength_nm) * frequency_per_um
-        sizes: F64 = np.interp(shift, np.arange(LATTICE) * (place[1] - place[0]), size / size[0], right=0.0)
-        return sizes
 
     def split(self) -> Split | None:
         """Return the lens as a round one, moved, and what is left: of round pupils.
@@ -152,15 +91,11 @@ class Wavefront:
         if self.pupil.shape != "circular":
             return None
         obstruction = self.pupil.obstruction
-        core = (
-            AnnularAiry(f_number=self.f_number, obstruction=obstruction)
-            if obstruction
-            else Airy(f_number=self.f_number)
-        )
         slope = rim_of(self, obstruction, self.reference_nm).move_waves
         x_um, y_um = (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
         bent = self.defocus_um != 0.0 or any(index > PLANE and coefficient for index, coefficient in self._pairs)
         bare = replace(self, transmission=1.0)
+        core = self.round_core()
         rest = Difference(lens=bare, core=core, obstruction=obstruction, moved_um=(x_um, y_um)) if bent else None
         return Split(core=core, moved_um=(x_um, y_um), rest=rest)
 
@@ -175,141 +110,3 @@ class Wavefront:
         """Whether the pattern stays the same when turned by 180°, so that its transfer is real."""
         even_pupil = self.pupil.shape != "bladed" or self.pupil.blades % 2 == 0
         return even_pupil and all(orders(index)[0] % 2 == 0 for index, _ in self._pairs)
-
-    def _transfer(self, shift: float, angle: float, wavelength_nm: float) -> complex:
-        """Return the transfer for pupils ``shift`` half diameters apart."""
-        if shift >= 2.0 * self.pupil.outer_radius:
-            return 0.0
-        if shift == 0.0:
-            return 1.0
-        dx, dy = 0.5 * shift * math.cos(angle), 0.5 * shift * math.sin(angle)
-        nodes, before = 24, complex(math.inf)
-        while True:
-            x, y, weights = self.pupil.overlap(shift, angle, nodes)
-            # ∫ |a|²·exp(−2πi f·x) pairs the amplitude of a point with the conjugate of that f further on.
-            phase = self.waves(x - dx, y - dy, wavelength_nm) - self.waves(x + dx, y + dy, wavelength_nm)
-            value = complex(np.sum(weights * np.exp(2j * np.pi * phase))) / self.pupil.area
-            if abs(value - before) <= SETTLED or nodes > 1000:
-                return value
-            before, nodes = value, math.ceil(1.5 * nodes)
-
-    def strehl(self, wavelength_nm: float) -> float:
-        """Return the pattern's height at the centre over that without aberrations."""
-        rules = self._rules(wavelength_nm, 0.0)
-        amplitude = sum(complex(np.sum(w * self._phase_factor(x, y, wavelength_nm))) for x, y, w in rules)
-        return abs(amplitude / self.pupil.area) ** 2
-
-    def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
-        """Irradiance (y, x) per µm² from a point of unit power, on a lattice of even steps.
-
-        precision : of the amplitude, relative to its largest possible value
-
-        The amplitude is summed over a rule that is exact within the pupil's boundaries, as fine as the farthest
-        corner asks for, by a non-uniform FFT.
-        """
-        radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
-        reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
-        steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
-        # The integers of a sum run about 0: the lattice's middle is moved there.
-        middle = [float(axis[axis.size // 2]) for axis in (x_um, y_um)]
-        amplitude = np.zeros((y_um.size, x_um.size), complex)
-        for x, y, weights in self._rules(wavelength_nm, self._turns(reach_um, wavelength_nm)):
-            strengths = weights * self._phase_factor(x, y, wavelength_nm)
-            if any(middle):
-                strengths *= np.exp(-2j * np.pi * radius * (x * middle[0] + y * middle[1]))
-            amplitude += modes(
-                (2.0 * np.pi * radius * steps[1] * y, 2.0 * np.pi * radius * steps[0] * x),
-                strengths,
-                amplitude.shape,
-                precision=max(precision, 1e-14),
-                sign=-1,
-                upsampling=1.25 if precision >= COARSE else 2,
-            )
-        irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)
-        return irradiance
-
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
-        """Return what tells how many nodes ``point_spread_on`` takes out to a distance in µm."""
-        degrees = self._degrees(wavelength_nm)
-        return lambda reach_um: float(math.prod(self._orders(degrees, self._turns(reach_um, wavelength_nm))))
-
-    def _turns(self, reach_um: float, wavelength_nm: float) -> float:
-        """Return by how much a plane wave turns along the pupil's radius that goes a distance off the axis, radians."""
-        return math.pi / self.blur_um(wavelength_nm) * self.pupil.outer_radius * reach_um
-
-    def _rules(self, wavelength_nm: float, turns: float) -> Iterator[tuple[F64, F64, F64]]:
-        """Yield a rule over the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""
-        radial, angular, sides = self._orders(self._degrees(wavelength_nm), turns)
-        if radial * angular * sides > MOST_NODES:
-            raise UnsupportedError(
-                f"this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
-                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene",
-                key="zernike_waves",
-            )
-        rings = max(1, NODES_AT_ONCE // (angular * sides))
-        for first in range(0, radial, rings):
-            yield self.pupil.rule(radial, angular, slice(first, first + rings))
-
-    def _orders(self, degrees: tuple[int, int], turns: float) -> tuple[int, int, int]:
-        """Return nodes along a radius, along a side, and sides.
-
-        A Gauss rule of n nodes is exact to degree 2n − 1. A wave of phase κt on −1 … 1 is a polynomial of degree κ and
-        some twenty more; of the wavefront's own phase factor the degrees are looked up (``_degrees``).
-        """
-        along, round_about = degrees
-        radial = math.ceil(0.27 * turns + 0.5 * along) + 24
-        if self.pupil.sides > 1:
-            # A side spans less than the whole turn's phase, and half as many nodes as its degree do.
-            angular = max(8, math.ceil((1.06 * turns + 64.0) / self.pupil.sides + 0.5 * round_about))
-        else:
-            angular = math.ceil(1.06 * turns + 64.0) + round_about
-        return radial, angular, self.pupil.sides
-
-    def _degrees(self, wavelength_nm: float) -> tuple[int, int]:
-        """Return the degrees of exp(2πiW) along a radius and along a side of the outline (round it: its harmonics).
-
-        They are read off its Chebyshev (Fourier) coefficients, on as many points as it takes for these to end. A bound
-        by the steepest slope would be blind or absurd: beyond the circle of the coefficients, in the corners of a
-        square, a polynomial of order n is up to 2^(n/2) times as steep as on its rim, but there only.
-        """
-        inner = self.pupil.obstruction
-        shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-        round_rim = self.pupil.sides == 1
-        points = 64
-        while points <= MOST_POINTS:
-            cheb = 0.5 * (1.0 + np.cos(np.pi * (np.arange(points) + 0.5) / points))
-            angle, edge = (a[..., None] for a in self.pupil.rays(np.arange(RAYS) / RAYS))
-            radius = inner + cheb * (edge - inner)
-            waves = self.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
-            # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
-            hidden = max(NOTHING, 2.0 * math.pi * ROUNDING * float(np.abs(waves).max()))
-            along = _degree(np.abs(fft.dct(np.exp(2j * np.pi * waves), axis=-1)) / points, hidden)
-            angle, edge = self.pupil.rays(np.arange(points) / points if round_rim else cheb)
-            rim = inner + shares[:, None, None] * (edge - inner)
-            factor = self._phase_factor(rim * np.cos(angle), rim * np.sin(angle), wavelength_nm)
-            if round_rim:
-                spectrum = np.abs(fft.fft(factor, axis=-1)) / points
-                half = points // 2
-                round_about = _degree(np.maximum(spectrum[..., :half], spectrum[..., ::-1][..., :half]), hidden)
-            else:
-                round_about = _degree(np.abs(fft.dct(factor, axis=-1)) / points, hidden)
-            if along is not None and round_about is not None:
-                return along, round_about
-            points *= 2
-        raise UnsupportedError(
-            f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
-            f"({MOST_POINTS} points do not follow it); give smaller coefficients",
-            key="zernike_waves",
-        )
-
-    def _phase_factor(self, x: F64, y: F64, wavelength_nm: float) -> C128:
-        factor: C128 = np.exp(2j * np.pi * self.waves(x, y, wavelength_nm))
-        return factor
-
-
-def _degree(coefficients: F64, hidden: float) -> int | None:
-    """Return the largest degree above ``hidden`` of (..., n) coefficients, None where the last quarter still is."""
-    largest = coefficients.reshape(-1, coefficients.shape[-1]).max(axis=0)
-    matter = np.flatnonzero(largest > hidden)
-    degree = int(matter[-1]) if matter.size else 0
-    return degree if degree < 0.75 * largest.size else None

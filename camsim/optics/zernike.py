@@ -25,6 +25,25 @@ def orders(index: int) -> tuple[int, int]:
     return n, 2 * index - n * (n + 2)
 
 
+def radial_powers(index: int) -> F64:
+    """Return the polynomial in r², highest power first, that r^m·cos mθ or r^m·sin mθ is multiplied by.
+
+    >>> radial_powers(4).round(4)  # defocus: √3·(2r² − 1)
+    array([ 3.4641, -1.7321])
+    """
+    n, m = orders(index)
+    k = abs(m)
+    powers: F64 = np.array(
+        [
+            (-1.0) ** s
+            * math.factorial(n - s)
+            / (math.factorial(s) * math.factorial((n + k) // 2 - s) * math.factorial((n - k) // 2 - s))
+            for s in range((n - k) // 2 + 1)
+        ]
+    )
+    return math.sqrt((2 if m else 1) * (n + 1)) * powers
+
+
 def zernike(index: int, x: F64, y: F64) -> F64:
     """Return the polynomial at (x, y), in units of the circle's radius.
 

@@ -14,6 +14,7 @@ from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.difference import Split
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import Splits
+from camsim.rendering.across.bending import Bending
 from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
@@ -74,6 +75,7 @@ class Job:
     pattern, footprint : of lens, and of OLPF ⊗ photosite, as the boundary engine knows them; None where it does not,
                    and ``unknown`` says why
     split        : the lens as a round one, moved, and the rest, where it is that on a footprint that is known
+    bending      : how the lens bends edges (those here are bent already); None where it does not
     """
 
     scene: Scene
@@ -92,6 +94,7 @@ class Job:
     split: Split | None
     unknown: str
     tolerance: float
+    bending: Bending | None = None
 
     @classmethod
     def of(
@@ -104,6 +107,7 @@ class Job:
         response: F64,
         wavelength_nm: F64,
         tolerance: float,
+        bending: Bending | None = None,
     ) -> Job:
         """Resolve a scene and its arrangement (``outlines.arranged``); the rest as in ``render_channels``."""
         pattern, footprint, split, unknown = None, None, None, ""
@@ -156,11 +160,17 @@ class Job:
             split=split,
             unknown=unknown,
             tolerance=tolerance,
+            bending=bending,
         )
 
     def rest(self) -> Job:
         """Return what was left out as a job of its own, on no background."""
         return dataclasses.replace(self, **_paired(self.left_out.edges), base=np.zeros_like(self.base))
+
+    def behind(self, lens: OpticalStage) -> Job:
+        """Return the same edges behind another lens of the same opening."""
+        split = lens.split() if self.footprint is not None and isinstance(lens, Splits) else None
+        return dataclasses.replace(self, system=dataclasses.replace(self.system, lens=lens), split=split)
 
     def of_edges(self, edges: Edges, *, wavelength_nm: F64, density: F64, base: F64, tolerance: float) -> Job:
         """Return other edges with signals of their own behind the same optics, at another tolerance."""

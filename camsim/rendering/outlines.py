@@ -9,7 +9,9 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
+from camsim.optics.protocols import Varies
 from camsim.quadrature import gauss_legendre
+from camsim.rendering.across.bending import undistorted
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.long_sides import LongSides
@@ -30,6 +32,8 @@ def arranged(
     seen_nm  : wavelengths that carry signal
     textured : frames of one colour stand for pictures, whose samples differ by any contrast and cut every outline
     """
+    if isinstance(system.lens, Varies) and system.lens.distorts:
+        grid = undistorted(grid, system.lens)
     primitives = flattened(scene.shapes)
     contrast = 1.0 if textured else _contrast(scene, primitives, seen_nm)
     if contrast == 0.0 or not has_curves(primitives):

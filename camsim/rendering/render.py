@@ -13,8 +13,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from camsim.arrays import F64, U8
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalStage, OpticalSystem
+from camsim.optics.protocols import Varies
+from camsim.rendering.across.choose import choose_across
 from camsim.rendering.auto import Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.job import edges_share
@@ -175,6 +177,17 @@ def plan_render(
         seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
         budget = ErrorBudget(share * tolerance)
         arrangement = arranged(edges, system, grid, seen_nm, budget, textured=edges is not scene)
+    if isinstance(system.lens, Varies):
+        if edges is not scene:
+            raise UnsupportedError(
+                "a lens that changes over the frame is rendered of shapes only, without pictures and gradients; "
+                "take a wavefront lens, or leave them out",
+                key="lens",
+            )
+        return choose_across(
+            scene, arrangement, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance,
+            method=method,
+        )  # fmt: skip
     job = Job.of(
         edges,
         arrangement,

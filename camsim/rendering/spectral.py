@@ -83,8 +83,7 @@ def wavefront_phase(system: OpticalSystem, wavelength_nm: F64) -> float:
     """Return by how many radians a wavefront's phases turn over a spectrum; 0 of a lens that has no wavefront."""
     if not isinstance(system.lens, KnowsWaves):
         return 0.0
-    low, high = (system.lens.waves_across(float(nm)) for nm in (wavelength_nm.min(), wavelength_nm.max()))
-    return 2.0 * math.pi * abs(low - high)
+    return 2.0 * math.pi * system.lens.waves_turned(float(wavelength_nm.min()), float(wavelength_nm.max()))
 
 
 def fuse(signals: Signals, *, phase: float, allowed: float) -> tuple[F64, F64]:

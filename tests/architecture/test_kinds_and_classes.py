@@ -14,7 +14,7 @@ import camsim
 from camsim.config import schema
 from camsim.sensor.cfa import PATTERNS
 
-WORDS = {"lens": "", "shapes": "", "photosite": "Photosite", "olpf": "Olpf", "falloff": "Falloff"}
+WORDS = {"lens": "Lens", "shapes": "", "photosite": "Photosite", "olpf": "Olpf", "falloff": "Falloff"}
 WORDS |= {"nonlinearity": "Response"}
 """Where a table has kinds, and the word that names of its classes have more."""
 

@@ -80,6 +80,7 @@ LIBRARIES = {
     "platformdirs": ("camsim.kernels", "camsim.spectra.kept"),
     "lazy_loader": ("camsim",),
     "psutil": ("camsim.config", "camsim.bench"),
+    "optiland": ("camsim.config.lens_import",),
 }
 COLOUR_DATA = ("camsim.spectra", "camsim.sensor.colour_matrix", "camsim.measure")
 SPEAKS = ("camsim.cli",)

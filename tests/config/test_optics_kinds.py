@@ -17,6 +17,7 @@ from camsim.optics import (
     AnnularAiry,
     CircularPhotosite,
     EllipticalGaussian,
+    FieldLens,
     FourSpotOlpf,
     Gaussian,
     MeasuredOtf,
@@ -45,6 +46,12 @@ LENSES = {
     "wavefront": (
         "{kind: wavefront, f_number: 8, zernike_waves: [[4, 0.1], [8, -0.05]], reference_nm: 600, defocus_um: 3}",
         Wavefront(f_number=8.0, zernike_waves=((4, 0.1), (8, -0.05)), reference_nm=600.0, defocus_um=3.0),
+    ),
+    "field": (
+        "{kind: field, file: perfect, focus_um: 90}",
+        FieldLens(
+            f_number=5.6, wavelength_nm=(550,), height_um=(0, 30000), zernike=(4,), waves=(((0,), (0,)),), focus_um=90
+        ),
     ),
     "iris": (
         "{kind: wavefront, f_number: 8, pupil: {shape: bladed, blades: 6, obstruction: 0.2, rotate_deg: 15}}",

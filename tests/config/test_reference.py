@@ -20,7 +20,7 @@ def test_the_schema_is_one_and_takes_every_shipped_file(kind: Any) -> None:
     schema = json_schema(kind)
     jsonschema.Draft202012Validator.check_schema(schema)
     judge = jsonschema.Draft202012Validator(schema)
-    for name, path in library.shipped(kind).items():
+    for name, path in (library.shipped(kind) if kind in library.FOLDERS else {}).items():
         assert [error.message for error in judge.iter_errors(read(path, name).tree)] == [], name
 
 
@@ -42,7 +42,7 @@ def test_the_schema_refuses_what_camsim_refuses() -> None:
 
 def test_every_key_says_what_it_means() -> None:
     for kind in FILES:
-        for name, table in json_schema(kind)["$defs"].items():  # type: ignore[arg-type]
+        for name, table in json_schema(kind).get("$defs", {}).items():  # type: ignore[arg-type]
             assert table["description"], name
             for key, said in table.get("properties", {}).items():
                 assert said.get("description"), (name, key)

@@ -30,11 +30,10 @@ class RadialFalloff(Table):
 Falloff: TypeAlias = Annotated[Cos4Falloff | RadialFalloff, Field(discriminator="kind")]
 
 
-class LensTable(Table):
-    """What every lens has."""
+class MountTable(Table):
+    """What every lens has, and what is on it."""
 
     kind: str = Field(description="what blurs the image")
-    f_number: float = Field(gt=0, description="focal length over aperture, as engraved on the lens")
     magnification: float = Field(
         default=0.0,
         ge=0,
@@ -44,6 +43,20 @@ class LensTable(Table):
     transmission: Transmission = Field(default=1.0, description="fraction of the light that passes")
     filters: list[Filter] = Field(default=[], description="in front of the lens, fractions that pass; all multiply")
     falloff: Falloff | None = Field(default=None, description="light towards the corners; leave out for even light")
+
+
+class LensTable(MountTable):
+    """A lens that does not come from a file."""
+
+    f_number: float = Field(gt=0, description="focal length over aperture, as engraved on the lens")
+
+
+class FieldLens(MountTable):
+    """A lens that changes over the frame: wavefront, distortion, lateral colour, illumination."""
+
+    kind: Literal["field"] = Field(description="what blurs the image")
+    file: Name = Field(description="a shipped lens (camsim list lenses), or a lens file in this scene's folder")
+    focus_um: float = Field(default=0.0, description="focus shift of the sensor, µm; positive adds to Zernike 4")
 
 
 class AiryLens(LensTable):
@@ -188,6 +201,7 @@ Lens: TypeAlias = Annotated[
     | GaussianLens
     | EllipticalGaussianLens
     | WavefrontLens
+    | FieldLens
     | RadialOtfLens
     | MeasuredPsfLens
     | MeasuredOtfLens,

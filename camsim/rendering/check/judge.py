@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from camsim.arrays import F64, I64, U8
 from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
+from camsim.rendering.check.bent import bent
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
@@ -42,6 +43,9 @@ class Found:
     col: int
     photosites: int
     standard_error: float | None = None
+
+
+Seen: TypeAlias = tuple[Pieces, F64, F64]
 
 
 class Windows(Protocol):
@@ -110,18 +114,23 @@ class Judge:
     ``DIFFERENCE_CHECK_PART`` of the tolerance.
     """
 
-    def __init__(self, job: Job, transforms: Transforms) -> None:
+    def __init__(self, job: Job, transforms: Transforms, seen: Seen | None = None) -> None:
         self.job = job
         self.transforms = transforms
+        self._seen = seen
 
     @functools.cached_property
-    def seen(self) -> tuple[Pieces, F64, F64]:
-        """Pieces of the scene, wavelengths, and densities (spectra, channels, n)."""
+    def seen(self) -> Seen:
+        """Pieces of the scene, wavelengths, and densities (spectra, channels, n); of another judge if it was given."""
+        if self._seen is not None:
+            return self._seen
         job = self.job
         felt_nm = job.wavelength_nm[job.response.any(axis=0)]  # none of a light that the sensor does not see
         highest = job.system.highest_per_um(felt_nm if felt_nm.size else job.wavelength_nm)
         fine = Fineness(1.0 / (highest * job.grid.pitch_um), job.budget.of_check.allowed("own curves"))
         pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine)
+        if job.bending is not None and len(pieces.left):
+            pieces = bent(pieces, fine, job.bending)
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm)
         return pieces, wavelength_nm, density
 

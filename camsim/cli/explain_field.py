@@ -1,0 +1,113 @@
+"""Pictures of a lens that changes over the frame: what it does along a radius, and its pattern at a place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.cli.plot import colour_of_channel
+from camsim.errors import UnsupportedError
+from camsim.optics import FieldLens
+
+if TYPE_CHECKING:
+    from camsim.exposing import Capture
+
+PLACES = 17  # along a radius
+LINE_PAIRS_PER_MM = (10.0, 20.0, 40.0)
+DISTORTIONS = 200  # heights of a smooth curve
+HALF, SAMPLES = 12.0, 241  # of a pattern: to either side, in λN and in samples
+PRECISION = 1e-6
+WAVELENGTHS = 3  # of curves
+
+
+def field_lens(capture: Capture) -> FieldLens:
+    """Return the capture's lens; raises UnsupportedError of one that is the same everywhere."""
+    lens = capture.camera.optics.lens
+    if not isinstance(lens, FieldLens) or not lens.height_um:
+        raise UnsupportedError(
+            f"the lens is {type(lens).__name__}, the same all over the frame; a field lens given by height_um is drawn",
+            key="--plot",
+        )
+    return lens
+
+
+def draw_field(figure: Any, capture: Capture) -> None:
+    """Draw RMS wavefront, MTF, distortion, lateral colour and illumination over the height, and patterns."""
+    lens = field_lens(capture)
+    heights_um = np.linspace(0.0, lens.height_um[-1], PLACES)
+    heights_mm, known = heights_um / 1e3, np.array(lens.wavelength_nm)
+    picked = np.unique(np.linspace(0, known.size - 1, WAVELENGTHS).round().astype(int))
+    middle_nm = float(known[known.size // 2])
+    placed = [lens.at(float(h), 0.0) for h in heights_um]
+    grid = figure.add_gridspec(3, 6)
+    waves, mtf = figure.add_subplot(grid[0, :3]), figure.add_subplot(grid[0, 3:])
+    for nm in known[picked].tolist():
+        waves.plot(heights_mm, [one.waves_rms(nm) for one in placed], label=f"{nm:g} nm")
+    waves.set(ylabel="wavefront, waves rms", ylim=(0.0, None))
+    waves.legend(fontsize=7)
+    for k, pairs in enumerate(LINE_PAIRS_PER_MM):
+        f = np.array([pairs / 1e3])
+        for style, name, fx, fy in (("-", "tangential", f, 0.0 * f), ("--", "sagittal", 0.0 * f, f)):
+            values = [abs(complex(one.otf(fx, fy, middle_nm)[0])) for one in placed]
+            mtf.plot(heights_mm, values, style, color=f"C{k}", label=f"{pairs:g} lp/mm, {name}")
+    mtf.set(ylabel=f"MTF of the lens, {middle_nm:g} nm", ylim=(0.0, 1.02))
+    mtf.legend(fontsize=6)
+    distortion, colour, light = (figure.add_subplot(grid[1, 2 * k : 2 * k + 2]) for k in range(3))
+    fine_um = np.linspace(0.0, lens.height_um[-1], DISTORTIONS)[1:]
+    moved = np.zeros_like(fine_um)
+    if lens.distorts:
+        moved = lens.distorted(np.stack([fine_um, 0.0 * fine_um], axis=1))[:, 0] / fine_um - 1.0
+    distortion.plot(fine_um / 1e3, moved)
+    distortion.set(ylabel="distortion, fraction")
+    for k in picked.tolist():
+        shift = lens.lateral_colour_um[k] if lens.lateral_colour_um else [0.0] * len(lens.height_um)
+        colour.plot(np.array(lens.height_um) / 1e3, shift, label=f"{known[k]:g} nm")
+    colour.set(ylabel="lateral colour, µm")
+    light.plot(fine_um / 1e3, lens.illumination(fine_um))
+    light.set(ylabel="relative illumination", ylim=(0.0, 1.05))
+    for axes in (waves, mtf, distortion, colour, light):
+        axes.grid(alpha=0.3)
+        axes.set(xlabel="from the axis, mm", xlim=(0.0, heights_mm[-1]))
+    for k, share in enumerate(np.linspace(0.0, 1.0, 6).tolist()):
+        height_um = share * lens.height_um[-1]
+        axes = figure.add_subplot(grid[2, k])
+        _pattern(axes, lens, (height_um, 0.0), [(middle_nm, 1.0)])
+        axes.set_title(f"{height_um / 1e3:.3g} mm", fontsize=8)
+        axes.set(xticks=[], yticks=[])
+    figure.suptitle(f"{capture.scene_name}: f/{lens.f_number:g}; patterns of {middle_nm:g} nm, root of irradiance")
+
+
+def draw_at(figure: Any, capture: Capture, place_um: tuple[float, float], shares: Sequence[tuple[F64, F64]]) -> None:
+    """Draw the lens's pattern at a place in each channel; ``shares``: the wavelengths that each sees, and how much."""
+    lens, camera = field_lens(capture), capture.camera
+    height_um = math.hypot(*place_um)
+    if height_um > lens.height_um[-1]:
+        raise UnsupportedError(
+            f"lies {height_um:g} µm from the axis; the lens's image circle ends at {lens.height_um[-1]:g}", key="--at"
+        )
+    channels = camera.cfa.channels
+    for k, (axes, name) in enumerate(zip(np.ravel(figure.subplots(1, len(channels))), channels, strict=True)):
+        used = list(zip(*(part.tolist() for part in shares[k]), strict=True))
+        _pattern(axes, lens, place_um, used)
+        axes.set(xlabel="x, µm", ylabel="y (down), µm")
+        axes.set_title(name, color=colour_of_channel(name))
+    figure.suptitle(
+        f"{capture.scene_name}: f/{lens.f_number:g} at ({place_um[0]:g}, {place_um[1]:g}) µm, root of irradiance"
+    )
+
+
+def _pattern(axes: Any, lens: FieldLens, place_um: tuple[float, float], used: list[tuple[float, float]]) -> None:
+    """Draw the pattern of a place, the wavelengths that are used each with its share."""
+    placed = lens.at(*place_um)
+    longest_nm = max((nm for nm, _ in used), default=550.0)
+    half_um = HALF * lens.blur_um(longest_nm)
+    axis_um = np.linspace(-half_um, half_um, SAMPLES)
+    total = np.zeros((SAMPLES, SAMPLES))
+    for nm, share in used:
+        total += share * placed.point_spread_on(axis_um, axis_um, nm, PRECISION)
+    extent = (-half_um, half_um, half_um, -half_um)
+    axes.imshow(np.sqrt(total), extent=extent, cmap="magma", interpolation="nearest")

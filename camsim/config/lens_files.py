@@ -1,0 +1,36 @@
+"""Lens files: read, judged, and made a ``FieldLens``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from camsim.config import library, schema, yaml_source
+from camsim.config.judged import Judged
+from camsim.config.library import Located
+from camsim.errors import ConfigError
+from camsim.optics import FieldLens
+from camsim.spectra.curve import Spectrum
+
+
+def read_lens_file(located: Located, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
+    """Return the lens of a file; raises ConfigError with all of its faults."""
+    document = Judged.of(yaml_source.read(located.path, located.shown), schema.LensFile)
+    table = document.model
+    lens = None
+    if table is not None:
+        kept: dict[str, Any] = {
+            key: getattr(table, key) for key in schema.LensFile.model_fields if key not in ("camsim", "name", "source")
+        }
+        lens = document.build((), lambda: FieldLens(**kept, focus_um=focus_um, transmission=transmission))
+    if lens is None:
+        raise ConfigError(document.faults)
+    return lens
+
+
+def locate_lens(name: str, scene: Judged[Any]) -> Located:
+    """Find what a scene names: a shipped lens, or a file under the scene's folder (an override's: from here)."""
+    node = scene.document.find(("lens", "file"))
+    if not library.looks_like_path(name) or node is None or not node.place.line:
+        return library.locate("lens", name)
+    path = library.beside(scene.document.folder, name)
+    return Located(path, str(path))

@@ -1,0 +1,310 @@
+"""A lens that is another one at every place of the frame: wavefront, distortion, lateral colour, illumination."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from annotated_types import Ge, Le
+
+from camsim.arrays import F64
+from camsim.optics.airy import NM_PER_UM, Airy
+from camsim.optics.placed import PlacedLens, along, defocus_nm
+from camsim.optics.pupil import Pupil
+from camsim.optics.wavefront import MOST_WAVES
+from camsim.optics.zernike import LARGEST_INDEX, orders
+from camsim.spectra.curve import Transmission
+from camsim.typed import Fraction, NonNegative, Positive, Several, judge, refusal
+
+FOLD_POINTS = 1024  # along a radius, where a distortion that folds is looked for
+TILT, DEFOCUS = 2, 4  # OSA indices
+BEYOND = 1.0 + 1e-9  # of a radius: rounding of a corner's
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FieldLens:
+    """A lens whose pattern depends on where in the frame a photosite lies.
+
+    Each photosite sees the scene through the pattern of its own place. A lens of revolution is given along one radius,
+    by ``height_um``; any other on a grid of places, by ``x_um`` and ``y_um``.
+
+    f_number      : of the axis, at every place
+    wavelength_nm : (w,) increasing. Path differences between them lie on a spline; of one they are the same lengths
+                    at every wavelength
+    zernike       : (k,) OSA/ANSI indices. Of a lens of revolution those with cosines only, the field along +x; at other
+                    places they are turned
+    waves         : (w, heights, k), or (w, y, x, k): root mean square over the pupil, waves at each wavelength; signs
+                    are ``Wavefront``'s
+    height_um     : from the axis, the first 0, increasing; to the rim of the image circle
+    x_um, y_um    : of places, increasing
+    distortion    : (heights,) what would fall at a height without it falls at height·(1 + distortion)
+    distortion_powers : in its place: k₁, k₂ … of k₁·u² + k₂·u⁴ + …, u the height over the last one
+    lateral_colour_um : (w, heights) how much farther from the axis light of a wavelength falls, µm
+    relative_illumination : (heights,) light over that on the axis, fractions, the first 1
+    focus_um      : focus shift of sensor against lens, as ``Wavefront.defocus_um``
+    transmission  : fraction of the light that passes, a number or a curve over wavelength
+
+    Between heights and places lie cubic splines, even or odd about the axis as each Zernike is. ``otf`` is the axis's.
+
+    >>> lens = FieldLens(
+    ...     f_number=4.0, wavelength_nm=[550.0], zernike=[4], waves=[[[0.0], [0.1]]], height_um=[0.0, 5000.0]
+    ... )
+    >>> round(lens.at(5000.0, 0.0).waves(np.array(1.0), np.array(0.0), 550.0).item(), 4)  # √3·0.1
+    0.1732
+    """
+
+    place: ClassVar[str] = "lens"
+
+    f_number: Positive
+    wavelength_nm: Several[Positive]
+    zernike: Several[Annotated[int, Ge(0), Le(LARGEST_INDEX)]]
+    waves: Any
+    height_um: Several[NonNegative] = ()
+    x_um: Several[float] = ()
+    y_um: Several[float] = ()
+    distortion: Several[float] = ()
+    distortion_powers: Several[float] = ()
+    lateral_colour_um: Several[Several[float]] = ()
+    relative_illumination: Several[Fraction] = ()
+    focus_um: float = 0.0
+    transmission: Transmission = 1.0
+
+    def __repr__(self) -> str:
+        size = _size(np.shape(self.waves))
+        focus = f", focus_um={self.focus_um:g}" if self.focus_um else ""
+        return f"FieldLens(f_number={self.f_number:g}, waves: {size}{focus})"
+
+    def __post_init__(self) -> None:
+        judge(self)
+        self._judge_places()
+        if len(set(self.zernike)) < len(self.zernike):
+            raise refusal(self, "zernike", "an index is given twice; give each once")
+        shape = (len(self.wavelength_nm), *self._places, len(self.zernike))
+        try:
+            waves = np.asarray(self.waves, float)
+        except (TypeError, ValueError):
+            raise refusal(self, "waves", "is no table of numbers whose rows are equally long") from None
+        if waves.shape != shape:
+            named = "wavelengths × heights × Zernikes" if self.turns else "wavelengths × y × x × Zernikes"
+            raise refusal(self, "waves", f"is {_size(waves.shape)}; give {_size(shape)}: {named}")
+        if not np.all(np.abs(waves) <= MOST_WAVES):
+            raise refusal(self, "waves", f"must be numbers from {-MOST_WAVES:g} to {MOST_WAVES:g}")
+        object.__setattr__(self, "waves", _tuples(waves.tolist()))
+        if self.turns:
+            self._judge_revolution(waves)
+        self._judge_tables()
+
+    def _judge_places(self) -> None:
+        increasing = [("wavelength_nm", self.wavelength_nm), ("x_um", self.x_um), ("y_um", self.y_um)]
+        for key, places in (*increasing, ("height_um", self.height_um)):
+            if any(after <= before for before, after in pairwise(places)):
+                raise refusal(self, key, f"{list(places)}; must increase")
+        if not self.wavelength_nm:
+            raise refusal(self, "wavelength_nm", "is empty; give one or more")
+        if bool(self.x_um) != bool(self.y_um):
+            key = "y_um" if self.x_um else "x_um"
+            raise refusal(self, key, "missing; places have both x and y")
+        if not self.x_um and not self.height_um:
+            raise refusal(self, "height_um", "missing; give heights of a lens of revolution, or x_um and y_um")
+        if self.height_um and (len(self.height_um) < 2 or self.height_um[0] != 0.0):
+            raise refusal(self, "height_um", f"{list(self.height_um)}; give two or more, the first 0")
+
+    def _judge_revolution(self, waves: F64) -> None:
+        for k, index in enumerate(self.zernike):
+            m = orders(index)[1]
+            if m < 0:
+                raise refusal(
+                    self, "zernike", f"{index} is a sine; a lens of revolution has cosines only, or give x_um and y_um"
+                )
+            if m > 0 and waves[:, 0, k].any():
+                raise refusal(self, "waves", f"Zernike {index} on the axis must be 0 of a lens of revolution")
+
+    def _judge_tables(self) -> None:
+        heights = len(self.height_um)
+        for key, table in (("distortion", self.distortion), ("relative_illumination", self.relative_illumination)):
+            if table and len(table) != heights:
+                raise refusal(self, key, f"{len(table)} for {heights} of height_um; give as many")
+        colours = {len(self.lateral_colour_um), *(heights - len(row) for row in self.lateral_colour_um)}
+        if self.lateral_colour_um and colours != {len(self.wavelength_nm), 0}:
+            raise refusal(
+                self, "lateral_colour_um", f"give {len(self.wavelength_nm)} × {heights}: wavelengths × heights"
+            )
+        if self.relative_illumination and self.relative_illumination[0] != 1.0:
+            raise refusal(self, "relative_illumination", "must begin with 1, the light on the axis")
+        if self.distortion and self.distortion_powers:
+            raise refusal(self, "distortion_powers", "given together with 'distortion'; leave one of the two out")
+        if self.distortion_powers and not heights:
+            raise refusal(self, "distortion_powers", "needs height_um, whose last is the height that they are of")
+        if self.distorts:
+            ideal = np.linspace(0.0, self.height_um[-1], FOLD_POINTS)
+            steps = np.diff(_radially(self, ideal))
+            if steps.min() <= 0.0:
+                raise refusal(
+                    self,
+                    "distortion" if self.distortion else "distortion_powers",
+                    f"folds at {ideal[int(np.argmax(steps <= 0.0))]:.4g} µm from the axis: "
+                    "what lies farther out must fall farther out",
+                )
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is a lens of revolution."""
+        return not self.x_um
+
+    @property
+    def _places(self) -> tuple[int, ...]:
+        return (len(self.height_um),) if self.turns else (len(self.y_um), len(self.x_um))
+
+    @property
+    def distorts(self) -> bool:
+        """Whether it moves anything."""
+        return any(self.distortion) or any(self.distortion_powers)
+
+    def lacks(self, wavelength_nm: F64, corners_um: F64) -> str:
+        """Return why the lens cannot take a frame with these corners (n, 2) in light of wavelengths, "" if it can."""
+        known, low, high = self.wavelength_nm, float(wavelength_nm.min()), float(wavelength_nm.max())
+        if len(known) > 1 and not (known[0] <= low and high <= known[-1]):
+            return (
+                f"is known from {known[0]:g} to {known[-1]:g} nm, and light of {low:g} to {high:g} nm is seen; "
+                "give it more wavelengths, or put a filter before it"
+            )
+        farthest_um = float(np.hypot(corners_um[:, 0], corners_um[:, 1]).max())
+        if self.height_um and farthest_um > BEYOND * self.height_um[-1]:
+            return (
+                f"has an image circle of {self.height_um[-1] / 1e3:.4g} mm about the axis, and the picture's corner "
+                f"lies {farthest_um / 1e3:.4g} mm from it; take a smaller sensor, or a region"
+            )
+        for axis, places in (("x", self.x_um), ("y", self.y_um)):
+            own = corners_um[:, int(axis == "y")]
+            if len(places) > 1 and not (BEYOND * places[0] <= own.min() and own.max() <= BEYOND * places[-1]):
+                return (
+                    f"is known from {places[0]:g} to {places[-1]:g} µm along {axis}, and the picture goes from "
+                    f"{own.min():g} to {own.max():g}; take a smaller sensor, or a region"
+                )
+        return ""
+
+    def at(self, x_um: float, y_um: float) -> PlacedLens:
+        """Return the lens that a photosite at a place sees through."""
+        height, angle = math.hypot(x_um, y_um), math.atan2(y_um, x_um)
+        paths = dict(zip(self.zernike, _table(self)(x_um, y_um), strict=True))
+        if self.lateral_colour_um:
+            moved = _lateral(self)(height) * NM_PER_UM / (4.0 * self.f_number)
+            if self.turns:
+                paths[TILT] = paths.get(TILT, 0.0) + moved
+            else:
+                for index, part in ((TILT, math.cos(angle)), (TILT - 1, math.sin(angle))):
+                    paths[index] = paths.get(index, 0.0) + part * moved
+        if self.turns:
+            paths = {index: path for own, path in paths.items() for index, path in _turned(own, path, angle)}
+        if self.focus_um:
+            shift = np.full(len(self.wavelength_nm), defocus_nm(self.focus_um, self.f_number))
+            paths[DEFOCUS] = paths.get(DEFOCUS, 0.0) + shift
+        return PlacedLens(
+            f_number=self.f_number,
+            wavelength_nm=tuple(self.wavelength_nm),
+            zernike=tuple(paths),
+            path_nm=_tuples(np.stack([*paths.values()], axis=1).tolist()) if paths else ((),) * len(self.wavelength_nm),
+            pupil=Pupil(),
+        )
+
+    def distorted(self, points_um: F64) -> F64:
+        """Return where points (n, 2) of the scene, as it would fall on the sensor without distortion, fall."""
+        height = np.hypot(points_um[:, 0], points_um[:, 1])
+        there = height > 0.0
+        scale = np.ones_like(height)
+        scale[there] = _radially(self, height[there]) / height[there]
+        return points_um * scale[:, None]
+
+    def illumination(self, radius_um: F64) -> F64:
+        """Return the light at distances from the axis, relative to that on the axis."""
+        if not self.relative_illumination:
+            return np.ones_like(radius_um)
+        shown: F64 = _even(self.height_um, np.array(self.relative_illumination))(
+            np.minimum(radius_um, self.height_um[-1])
+        )
+        return np.clip(shown, 0.0, None)
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer on the axis at (fx, fy) cycles/µm."""
+        return self.at(0.0, 0.0).otf(fx_per_um, fy_per_um, wavelength_nm)
+
+    def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
+        """Return a bound on the transfer anywhere in the frame: that without aberrations."""
+        return Airy(f_number=self.f_number).otf(
+            frequency_per_um * direction[0], frequency_per_um * direction[1], wavelength_nm
+        )
+
+    def blur_um(self, wavelength_nm: float) -> float:
+        """The length of the pattern without aberrations, µm: λN."""
+        return self.f_number * wavelength_nm / NM_PER_UM
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """The frequency beyond which nothing passes in any direction, cycles/µm."""
+        return 1.0 / self.blur_um(wavelength_nm)
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    return " × ".join(map(str, shape)) or "one number"
+
+
+def _tuples(rows: Any) -> Any:
+    return tuple(map(_tuples, rows)) if isinstance(rows, list) else rows
+
+
+def _turned(index: int, path: F64, angle: float) -> list[tuple[int, F64]]:
+    """Return a Zernike with a cosine about a field angle as the two about x: cos m(θ − φ)."""
+    n, m = orders(index)
+    if m == 0:
+        return [(index, path)]
+    sine = (n * (n + 2) - m) // 2
+    return [(index, math.cos(m * angle) * path), (sine, math.sin(m * angle) * path)]
+
+
+@functools.lru_cache(maxsize=64)
+def _table(lens: FieldLens) -> Callable[[float, float], F64]:
+    """Return path differences (k, w) as a function of x and y: waves times wavelength, by splines."""
+    nm = np.array(lens.wavelength_nm)
+    path = np.asarray(lens.waves) * nm.reshape(-1, *(1,) * (len(lens._places) + 1))
+    if not lens.turns:
+        down = np.moveaxis(path, (1, 2, 3, 0), (0, 1, 2, 3))  # (y, x, k, w)
+        rows = along(tuple(lens.x_um), np.moveaxis(down, 1, 0))
+        return lambda x_um, y_um: along(tuple(lens.y_um), rows(x_um))(y_um)
+    each = [_even(lens.height_um, path[:, :, k].T, orders(index)[1]) for k, index in enumerate(lens.zernike)]
+    return lambda x_um, y_um: np.array([one(math.hypot(x_um, y_um)) for one in each])
+
+
+@functools.lru_cache(maxsize=64)
+def _lateral(lens: FieldLens) -> Callable[[float], F64]:
+    return _even(lens.height_um, np.array(lens.lateral_colour_um).T, 1)
+
+
+def _even(heights: Any, values: F64, m: int = 0) -> Callable[..., F64]:
+    """Return a spline through values (heights, …) that goes on evenly beyond the axis; oddly where m is odd."""
+    places = np.array(heights, float)
+    mirrored = (-values if m % 2 else values)[:0:-1]
+    return along((*-places[:0:-1], *places), np.concatenate([mirrored, values]))
+
+
+def _radially(lens: FieldLens, ideal_um: F64) -> F64:
+    """Return where heights fall; beyond the last one straight on."""
+    last = lens.height_um[-1]
+    moved = _moved(lens)
+    inside = np.minimum(ideal_um, last)
+    step = 1e-3 * last
+    slope = float(moved(np.array(last)) - moved(np.array(last - step))) / step
+    fallen: F64 = moved(inside) + slope * (ideal_um - inside)
+    return fallen
+
+
+@functools.lru_cache(maxsize=64)
+def _moved(lens: FieldLens) -> Callable[[F64], F64]:
+    if lens.distortion:
+        fraction = _even(lens.height_um, np.array(lens.distortion))
+        return lambda h: h * (1.0 + fraction(h))
+    last = lens.height_um[-1]
+    return lambda h: h * (1.0 + np.polyval([*reversed(lens.distortion_powers), 0.0], (h / last) ** 2))

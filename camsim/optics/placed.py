@@ -1,0 +1,126 @@
+"""A lens with aberrations at one place of the frame: path differences over a round pupil, at several wavelengths."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics.airy import NM_PER_UM
+from camsim.optics.difference import Difference, Split, rim_of
+from camsim.optics.of_pupil import ACROSS, OfPupil
+from camsim.optics.pupil import Pupil
+from camsim.optics.zernike import orders, radial_powers
+
+TILTS = 2  # OSA indices up to this one are piston and planes
+STEPS = 6  # of a spectrum, between which the path difference is taken to go one way
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlacedLens(OfPupil):
+    """What a photosite sees through, where the lens has another wavefront elsewhere.
+
+    wavelength_nm : (w,) increasing
+    zernike       : (k,) OSA/ANSI indices
+    path_nm       : (w, k) root mean square path difference of each at each wavelength, nm; a spline lies between
+
+    Signs and directions are ``Wavefront``'s.
+    """
+
+    f_number: float
+    wavelength_nm: tuple[float, ...]
+    zernike: tuple[int, ...]
+    path_nm: tuple[tuple[float, ...], ...]
+    pupil: Pupil
+
+    def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64:
+        """Return the path difference in waves at (x, y), in units of D/2."""
+        square = x * x + y * y
+        total: F64 = np.zeros_like(square)
+        part: F64 = np.ones_like(square)
+        other: F64 = np.zeros_like(square)
+        # Polynomials in r² times r^m·cos mθ and r^m·sin mθ, those of one m in one.
+        for cosines, sines in _harmonics(self, wavelength_nm):
+            if cosines.any():
+                total += np.polyval(cosines, square) * part
+            if sines.any():
+                total += np.polyval(sines, square) * other
+            part, other = part * x - other * y, part * y + other * x
+        return total
+
+    def waves_turned(self, low_nm: float, high_nm: float) -> float:
+        """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
+        x, y, _ = self.pupil.rule(ACROSS, ACROSS)
+        each = [self.waves(x, y, float(nm)) for nm in np.linspace(low_nm, high_nm, STEPS)]
+        return float(sum(np.ptp(after - before) for before, after in pairwise(each)))
+
+    def waves_rms(self, wavelength_nm: float) -> float:
+        """Return the root mean square of the path difference over the pupil in waves, but for piston and tilt."""
+        path = _spline(self)(wavelength_nm)
+        shown = [p for index, p in zip(self.zernike, path, strict=True) if index > TILTS]
+        return math.hypot(*shown) / wavelength_nm
+
+    def split(self) -> Split:
+        """Return the lens as a round one, moved, and what is left.
+
+        The move is the rim's at the middle wavelength: one length, whatever the lateral colour.
+        """
+        middle_nm = 0.5 * (self.wavelength_nm[0] + self.wavelength_nm[-1])
+        slope = rim_of(self, self.pupil.obstruction, middle_nm).move_waves
+        x_um, y_um = (2.0 * self.blur_um(middle_nm) * slope).tolist()
+        core, bent = self.round_core(), any(any(paths) for paths in self.path_nm)
+        return Split(
+            core=core,
+            moved_um=(x_um, y_um),
+            rest=Difference(lens=self, core=core, obstruction=self.pupil.obstruction, moved_um=(x_um, y_um))
+            if bent
+            else None,
+        )
+
+    @property
+    def _symmetric(self) -> bool:
+        """Whether the pattern stays the same when turned by 180°, so that its transfer is real."""
+        return all(
+            orders(index)[0] % 2 == 0
+            for index, paths in zip(self.zernike, zip(*self.path_nm, strict=True), strict=True)
+            if any(paths)
+        )
+
+
+@functools.lru_cache(maxsize=4096)
+def _harmonics(lens: PlacedLens, wavelength_nm: float) -> tuple[tuple[F64, F64], ...]:
+    """Return polynomials in r², highest power first, of r^m·cos mθ and r^m·sin mθ for m = 0, 1 …: waves."""
+    path_nm = _spline(lens)(wavelength_nm)
+    highest = max((orders(index)[0] for index in lens.zernike), default=0)
+    terms = np.zeros((highest + 1, 2, highest // 2 + 1))
+    for index, path in zip(lens.zernike, path_nm, strict=True):
+        m = orders(index)[1]
+        powers = radial_powers(index)
+        terms[abs(m), int(m < 0), -len(powers) :] += path / wavelength_nm * powers
+    return tuple((cosines, sines) for cosines, sines in terms)
+
+
+@functools.lru_cache(maxsize=1024)
+def _spline(lens: PlacedLens) -> Callable[[float], F64]:
+    """Return the path differences (k,) as a function of the wavelength."""
+    return along(lens.wavelength_nm, np.array(lens.path_nm).reshape(len(lens.wavelength_nm), -1))
+
+
+def along(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
+    """Return a cubic spline through values (n, …) at increasing places; of three a parabola, of one a constant."""
+    if len(places) == 1:
+        return lambda place: np.broadcast_to(values[0], (*np.shape(place), *values.shape[1:]))
+    from scipy.interpolate import CubicSpline  # a tenth of a second that no other lens takes
+
+    spline: Callable[..., F64] = CubicSpline(places, values)
+    return spline
+
+
+def defocus_nm(focus_um: float, f_number: float) -> float:
+    """Return the coefficient of Zernike 4 that a focus shift adds, nm: δ/(8N²)·r² is δ/(16√3·N²)·Z₄ and a constant."""
+    return focus_um * NM_PER_UM / (16.0 * math.sqrt(3.0) * f_number**2)

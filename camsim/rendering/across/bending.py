@@ -1,0 +1,121 @@
+"""A scene's edges as a lens with distortion throws them: straight ones bend, and are cut until no photosite can tell.
+
+Every photosite sees the scene that the distortion has drawn, so edges are mapped before anything is blurred: the image
+stays a sum over edges. Side by side sides get the curve's area: corners between them lie a third of the two arrows
+beyond it (an arrow is two thirds of its height high on average). What is left wobbles about the curve by up to two
+thirds of an arrow; a photosite hears no more of that than the wobble times the line spread.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.optics.protocols import Varies
+from camsim.rendering.grid import Grid
+
+TAIL = math.pi**3 / 2.0  # an Airy pattern's line spread is 1/(TAIL·x²), x in λN; 1.3 at its middle
+PEAK = 1.3
+MORE = 2.0  # times what a corner moves by: polynomials may go up and down on the way there
+FULL = 24.0  # λN from the window within which a line spread may be as high as in its middle
+MOST_HALVINGS = 40
+QUARTERS = np.array([0.25, 0.5, 0.75])
+
+
+def undistorted(grid: Grid, lens: Varies) -> Grid:
+    """Return a window that holds all that falls into a window, and some more: nothing moves farther than corners do."""
+    first = np.array(grid.first_centre) * grid.pitch_um
+    size = np.array([grid.cols - 1, grid.rows - 1]) * grid.pitch_um
+    corners = np.array([first + size * share for share in ((0, 0), (0, 1), (1, 0), (1, 1))])
+    moved = np.hypot(*(lens.distorted(corners) - corners).T).max()
+    more, frame = math.ceil(MORE * moved / grid.pitch_um) + 1, grid.frame or (grid.rows, grid.cols)
+    row, col = grid.origin
+    return Grid(
+        rows=grid.rows + 2 * more,
+        cols=grid.cols + 2 * more,
+        pitch_um=grid.pitch_um,
+        origin=(row - more, col - more),
+        frame=frame,
+    )
+
+
+class Sides(NamedTuple):
+    """Straight sides of bent edges: first and last points (n, 2), and which edge each is of."""
+
+    start: F64
+    end: F64
+    owner: I64
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bending:
+    """How finely bent edges are cut.
+
+    lens    : that distorts;  blur_um: its shortest pattern's length
+    allowed : what one edge may be wrong by, of full contrast
+    """
+
+    lens: Varies
+    grid: Grid
+    blur_um: float
+    allowed: float
+
+    def sides(self, start_um: F64, end_um: F64) -> Sides:
+        """Return straight edges (n, 2), µm, as they fall on the sensor."""
+        count = len(start_um)
+        low, high, owner = np.zeros(count), np.ones(count), np.arange(count)
+        done: list[tuple[I64, F64, F64]] = []
+        for _ in range(MOST_HALVINGS):
+            fine = self._fine(start_um[owner], end_um[owner], low, high)
+            done.append((owner[fine], low[fine], high[fine]))
+            owner, low, high = owner[~fine], low[~fine], high[~fine]
+            if not owner.size:
+                break
+            middle = 0.5 * (low + high)
+            owner = np.concatenate([owner, owner])
+            low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
+        else:
+            done.append((owner, low, high))
+        owner, low, high = (np.concatenate(parts) for parts in zip(*done, strict=True))
+        order = np.lexsort((low, owner))
+        return self._drawn(start_um, end_um, owner[order], low[order], high[order])
+
+    def _places(self, start: F64, end: F64, share: F64) -> F64:
+        return self.lens.distorted(start + share[:, None] * (end - start))
+
+    def _fine(self, start: F64, end: F64, low: F64, high: F64) -> np.ndarray:
+        """Return which parts of edges are as good as straight."""
+        a, b = self._places(start, end, low), self._places(start, end, high)
+        off = np.zeros(len(low))
+        for quarter in QUARTERS:
+            there = self._places(start, end, low + quarter * (high - low))
+            gap = there - a - quarter * (b - a)
+            off = np.maximum(off, np.hypot(gap[:, 0], gap[:, 1]) / (4.0 * quarter * (1.0 - quarter)))
+        # Corners of the scene stay where they are, so that the first side's area is its own: sides shorter than half
+        # the finest wave that passes are the end of it.
+        short = np.hypot(*(b - a).T) <= 0.5 * self.blur_um
+        fine: np.ndarray = short | (2.0 / 3.0 * off * self._line_spread(a, b) <= self.allowed)
+        return fine
+
+    def _line_spread(self, a: F64, b: F64) -> F64:
+        """Return the largest line spread at any photosite of the window, 1/µm, of a side between two points."""
+        first = np.array(self.grid.first_centre) * self.grid.pitch_um
+        last = first + np.array([self.grid.cols - 1, self.grid.rows - 1]) * self.grid.pitch_um
+        gap = np.maximum(np.maximum(first - np.maximum(a, b), np.minimum(a, b) - last), 0.0)
+        x = np.maximum(np.hypot(gap[:, 0], gap[:, 1]) / self.blur_um - FULL, 0.0)
+        spread: F64 = np.minimum(PEAK, 1.0 / (TAIL * np.maximum(x, 1e-9) ** 2)) / self.blur_um
+        return spread
+
+    def _drawn(self, start_um: F64, end_um: F64, owner: I64, low: F64, high: F64) -> Sides:
+        start, end = start_um[owner], end_um[owner]
+        a, b = self._places(start, end, low), self._places(start, end, high)
+        arrow = self._places(start, end, 0.5 * (low + high)) - 0.5 * (a + b)
+        inner = owner[1:] == owner[:-1]
+        outward = (arrow[1:] + arrow[:-1])[inner] / 3.0
+        b[:-1][inner] += outward
+        a[1:][inner] += outward
+        return Sides(a, b, owner)

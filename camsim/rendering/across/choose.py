@@ -1,0 +1,86 @@
+"""How a scene behind a lens that changes over the frame is rendered: its edges bent, its tiles and places chosen."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import UnsupportedError
+from camsim.optics import OpticalSystem
+from camsim.optics.protocols import Varies
+from camsim.rendering.across.bending import Bending
+from camsim.rendering.across.judge import AcrossJudge
+from camsim.rendering.across.lattice import lattice_for
+from camsim.rendering.across.plan import AcrossPlan
+from camsim.rendering.auto import FOURIER, Choice
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.grid import Grid
+from camsim.rendering.job import Job
+from camsim.rendering.paper import rules
+from camsim.scene import Scene
+from camsim.scene.arrange import Arrangement
+
+UNHEARD = 0.005  # of the signal at either end of the spectrum, whose patterns set no lattice
+
+
+def choose_across(
+    scene: Scene,
+    arrangement: Arrangement,
+    system: OpticalSystem,
+    grid: Grid,
+    *,
+    response: F64,
+    wavelength_nm: F64,
+    tolerance: float,
+    method: str,
+) -> Choice:
+    """Plan a rendering behind a lens with ``Varies``; arguments as in ``render_channels``."""
+    lens = system.lens
+    assert isinstance(lens, Varies)
+    if method in rules.METHODS:
+        raise UnsupportedError(
+            f"{method} renders one pattern for all of the frame; use boundary, fourier or auto", key="method"
+        )
+    signal = np.abs(response).sum(axis=0)
+    seen_nm = wavelength_nm[signal > 0.0] if signal.any() else wavelength_nm[:1]
+    if wrong := lens.lacks(seen_nm, _corners_um(grid)):
+        raise UnsupportedError(f"the lens {wrong}", key="lens")
+    budget = ErrorBudget(tolerance)
+    bending = None
+    if lens.distorts:
+        blur_um = system.blur_um(float(seen_nm.min()))
+        bending = Bending(lens=lens, grid=grid, blur_um=blur_um, allowed=budget.allowed("bent edges"))
+        sides = bending.sides(arrangement.start_um, arrangement.end_um)
+        arrangement = dataclasses.replace(
+            arrangement,
+            start_um=sides.start,
+            end_um=sides.end,
+            left=arrangement.left[sides.owner],
+            right=arrangement.right[sides.owner],
+        )
+    axis = dataclasses.replace(system, lens=lens.at(0.0, 0.0))
+    job = Job.of(
+        scene, arrangement, axis, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance,
+        bending=bending,
+    )  # fmt: skip
+    by_edges = job.finest is not None and tolerance >= 2.0 * job.finest and method != "fourier"
+    if method == "boundary" and not by_edges:
+        raise UnsupportedError(job.unknown or "it cannot keep this tolerance; use fourier", key="method")
+    name = "boundary" if by_edges else "fourier"
+    loud = np.cumsum(signal) > UNHEARD * signal.sum()
+    shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
+    lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
+    plan = AcrossPlan(job=job, lens=lens, lattice=lattice, method=name)
+    judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
+    why = "asked for" if method != "auto" else "its places are rendered by it"
+    return Choice(method=name, why=why, plan=plan, judge=judge)
+
+
+def _corners_um(grid: Grid) -> F64:
+    """Return the centres of the window's corner photosites (4, 2)."""
+    first = np.array(grid.first_centre)
+    last = first + np.array([grid.cols - 1, grid.rows - 1])
+    corners: F64 = grid.pitch_um * np.array([[x, y] for x in (first[0], last[0]) for y in (first[1], last[1])])
+    return corners

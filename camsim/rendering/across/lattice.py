@@ -1,0 +1,231 @@
+"""Tiles of a window, and places in each whose patterns stand for all that lie between.
+
+A pattern is a smooth function of the place, so is the image at a fixed scene: between Chebyshev places it is
+interpolated. What that loses of any scene of contrast 1 is at most half of what the interpolated pattern and the right
+one differ by, all over: ½·∫|ΔP|. So the patterns' own Chebyshev series along x and y through the hardest tiles say how
+many places it takes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import fft
+
+from camsim.arrays import F64
+from camsim.errors import UnsupportedError
+from camsim.optics.protocols import Placed, Varies
+from camsim.rendering.grid import Grid
+
+SERIES = 12  # terms of a pattern's series
+ALONG = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # tiles along the longer side
+SMALLEST = 8  # photosites along a tile
+PLACE_SECONDS, PHOTOSITE_SECONDS = 0.1, 1e-7  # of one place's image: its pattern, and each photosite
+ACROSS = (32, 64, 128, 256)  # samples across the pupil
+TURN = 0.25  # waves between neighbouring samples
+ROUNDING = 1e-11  # of all light: series fall no further
+STEADY = 0.9  # from term to term: what falls less is not followed
+PADDED = 4  # times the pupil: samples of a pattern, λN/4 apart
+
+
+class Tile(NamedTuple):
+    """Rows and columns of a window."""
+
+    row: int
+    col: int
+    rows: int
+    cols: int
+
+    def grid(self, grid: Grid) -> Grid:
+        """Return the tile as a window of the frame."""
+        row, col = grid.origin
+        frame = grid.frame or (grid.rows, grid.cols)
+        return Grid(
+            rows=self.rows,
+            cols=self.cols,
+            pitch_um=grid.pitch_um,
+            origin=(row + self.row, col + self.col),
+            frame=frame,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lattice:
+    """Tiles, and how many places along x and y each has.
+
+    bound : on what interpolation loses, of full contrast
+    """
+
+    tiles: tuple[Tile, ...]
+    counts: tuple[int, int]
+    bound: float
+
+    @property
+    def gain(self) -> float:
+        """By how much errors of the places' images may grow when they are combined: Lebesgue's constants."""
+        return lebesgue(self.counts[0]) * lebesgue(self.counts[1])
+
+    def places_um(self, tile: Tile, grid: Grid) -> Iterator[tuple[int, int, float, float]]:
+        """Yield the places of a tile: number along x, along y, and x and y."""
+        axes = axes_um(tile, grid)
+        across, down = (a.mean() + 0.5 * np.ptp(a) * nodes(n) for a, n in zip(axes, self.counts, strict=True))
+        for j, y_um in enumerate(down):
+            for i, x_um in enumerate(across):
+                yield i, j, float(x_um), float(y_um)
+
+    def weights(self, tile: Tile) -> tuple[F64, F64]:
+        """Return weights (cols, places along x) and (rows, places along y) of a tile's photosites."""
+
+        def along(count: int, size: int) -> F64:
+            return cardinal(count, np.linspace(-1.0, 1.0, size) if size > 1 else np.zeros(1))
+
+        return along(self.counts[0], tile.cols), along(self.counts[1], tile.rows)
+
+
+def nodes(count: int) -> F64:
+    """Return Chebyshev's nodes on −1 … 1."""
+    places: F64 = -np.cos(math.pi * (np.arange(count) + 0.5) / count)
+    return places
+
+
+def cardinal(count: int, places: F64) -> F64:
+    """Return (places, nodes) values of the polynomials that are 1 at one of Chebyshev's nodes and 0 at the others."""
+    degree = np.arange(count)
+    at_nodes, at_places = (np.cos(np.multiply.outer(np.arccos(x), degree)) for x in (nodes(count), places))
+    at_places[:, 0] *= 0.5
+    values: F64 = 2.0 / count * np.einsum("pd,nd->pn", at_places, at_nodes)
+    return values
+
+
+def lebesgue(count: int) -> float:
+    """Return the most that interpolation from so many of Chebyshev's nodes multiplies errors by.
+
+    >>> [round(lebesgue(n), 2) for n in (1, 2, 3)]
+    [1.0, 1.41, 1.67]
+    """
+    return float(np.abs(cardinal(count, np.linspace(-1.0, 1.0, 201))).sum(axis=1).max())
+
+
+def axes_um(tile: Tile, grid: Grid) -> tuple[F64, F64]:
+    """Return x and y of the tile's columns and rows, µm."""
+    x0, y0 = tile.grid(grid).first_centre
+    across = (x0 + np.arange(tile.cols, dtype=np.float64)) * grid.pitch_um
+    down = (y0 + np.arange(tile.rows, dtype=np.float64)) * grid.pitch_um
+    return across, down
+
+
+def lattice_for(lens: Varies, grid: Grid, wavelength_nm: float, allowed: float) -> Lattice:
+    """Return the tiles and places that keep below what is allowed and take least.
+
+    wavelength_nm : the shortest that matters
+    """
+    best: tuple[float, Lattice] | None = None
+    for along in ALONG:
+        tiles = _tiles(grid, along)
+        found = _counted(lens, grid, tiles, wavelength_nm, allowed)
+        if found is not None:
+            places = math.prod(found.counts)
+            each = PLACE_SECONDS + PHOTOSITE_SECONDS * grid.rows * grid.cols / len(tiles)
+            seconds = places * len(tiles) * each
+            if best is not None and seconds >= best[0]:
+                return best[1]
+            best = seconds, found
+            if places == 1:
+                return found
+        if max(tiles[0].rows, tiles[0].cols) <= SMALLEST:
+            break
+    if best is None:
+        raise UnsupportedError(
+            f"its pattern changes too quickly over the frame: {SERIES} places along {SMALLEST} photosites do not "
+            "follow it; give it fewer waves, or ask for less",
+            key="lens",
+        )
+    return best[1]
+
+
+def _tiles(grid: Grid, along: int) -> tuple[Tile, ...]:
+    """Return tiles that are about square, so many along the longer side."""
+    side = max(grid.rows, grid.cols) / along
+    cuts = [
+        np.linspace(0, size, max(1, min(size, round(size / side))) + 1).round().astype(int).tolist()
+        for size in (grid.rows, grid.cols)
+    ]
+    return tuple(
+        Tile(top, left, bottom - top, right - left)
+        for top, bottom in zip(cuts[0][:-1], cuts[0][1:], strict=True)
+        for left, right in zip(cuts[1][:-1], cuts[1][1:], strict=True)
+    )
+
+
+def _hardest(tiles: tuple[Tile, ...], grid: Grid) -> list[Tile]:
+    """Return the tile farthest from the axis, the nearest, and one half way."""
+
+    def far(tile: Tile) -> float:
+        across, down = axes_um(tile, grid)
+        return math.hypot(across.mean(), down.mean())
+
+    order = sorted(tiles, key=far)
+    return list(dict.fromkeys([order[-1], order[0], order[len(order) // 2]]))
+
+
+def _counted(lens: Varies, grid: Grid, tiles: tuple[Tile, ...], wavelength_nm: float, allowed: float) -> Lattice | None:
+    """Return the fewest places that keep below what is allowed, None where the series do not end."""
+    lost = np.zeros((2, SERIES))
+    for tile in _hardest(tiles, grid):
+        axes = axes_um(tile, grid)
+        middle = [float(axis.mean()) for axis in axes]
+        for k, axis in enumerate(axes):
+            lost[k] = np.maximum(lost[k], _lost(lens, middle, k, 0.5 * float(np.ptp(axis)), wavelength_nm))
+    counts: list[int] = []
+    for k in range(2):
+        share = 0.5 * allowed / (1.0 if k == 0 else lebesgue(counts[0]))
+        enough = np.flatnonzero(lost[k] <= share)
+        if not enough.size:
+            return None
+        counts.append(int(enough[0]) + 1)
+    bound = float(lost[0][counts[0] - 1] + lebesgue(counts[0]) * lost[1][counts[1] - 1])
+    return Lattice(tiles=tiles, counts=(counts[0], counts[1]), bound=bound)
+
+
+def _lost(lens: Varies, middle_um: list[float], axis: int, half_um: float, wavelength_nm: float) -> F64:
+    """Return what interpolation along an axis from 1, 2 … SERIES places loses: twice what its series has beyond."""
+    if half_um == 0.0:
+        return np.zeros(SERIES)
+    place, lenses = list(middle_um), []
+    for node in nodes(SERIES):
+        place[axis] = middle_um[axis] + half_um * float(node)
+        lenses.append(lens.at(*place))
+    patterns = _patterns(lenses, wavelength_nm)
+    degree = np.arange(SERIES)
+    cosines = np.cos(np.multiply.outer(degree, np.arccos(nodes(SERIES)))) * 2.0 / SERIES
+    cosines[0] *= 0.5
+    series = 0.5 * np.abs(np.einsum("dn,nyx->dyx", cosines, patterns)).sum(axis=(1, 2))
+    series[series < ROUNDING] = 0.0
+    # The last terms tell how it goes on; one that does not fall is no series.
+    ratio = math.sqrt(series[-1] / series[-3]) if series[-1] > 0.0 else 0.0
+    rest = series[-1] * ratio / (1.0 - ratio) if ratio < STEADY else math.inf
+    lost: F64 = 2.0 * (np.cumsum(series[::-1])[::-1] - series + rest)
+    return lost
+
+
+def _patterns(lenses: list[Placed], wavelength_nm: float) -> F64:
+    """Return patterns (n, y, x) of light 1 in all, on one lattice."""
+    for samples in ACROSS:
+        axis = (2.0 * np.arange(samples) + 1.0) / samples - 1.0
+        x, y = np.meshgrid(axis, axis)
+        inside = np.hypot(x, y) <= 1.0
+        waves = [np.where(inside, lens.waves(x, y, wavelength_nm), 0.0) for lens in (lenses[0], lenses[-1])]
+        steps = [np.abs(np.diff(w, axis=k))[np.diff(inside.astype(int), axis=k) == 0] for w in waves for k in (0, 1)]
+        if max(float(step.max()) for step in steps) <= TURN:
+            break
+    size = PADDED * samples
+    out = np.empty((len(lenses), size, size))
+    for own, lens in zip(out, lenses, strict=True):
+        amplitude = np.where(inside, np.exp(2j * np.pi * lens.waves(x, y, wavelength_nm)), 0.0)
+        power = np.abs(fft.fft2(amplitude, (size, size))) ** 2
+        own[:] = power / power.sum()
+    return out

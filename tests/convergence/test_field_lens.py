@@ -1,0 +1,239 @@
+"""Lenses that change over the frame: every photosite against sums over its own pupil, turns, dots, colours."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.optics import FieldLens, OpticalSystem, Wavefront
+from camsim.rendering.render import plan_render
+from tests.truth import picture, waves
+
+NM, N, PITCH_UM = 550.0, 5.6, 4.0
+RADIUS_UM = 10_000.0
+HEIGHTS_UM = (0.0, 2500.0, 6000.0, RADIUS_UM)
+SIDE = 4000  # of the frame
+SIZE = 14  # of a window
+ORIGIN = (3000, 600)
+PHOTOSITE = camsim.SquarePhotosite(side_um=PITCH_UM)
+
+
+def coefficients(height_um: float) -> dict[int, float]:
+    """Waves of defocus, astigmatism and coma at a height: polynomials that a cubic spline goes through."""
+    u = height_um / RADIUS_UM
+    return {4: 0.05 + 0.3 * u**2, 5: 0.25 * u**2, 8: 0.1 * u}
+
+
+def revolved(**more) -> FieldLens:
+    rows = [list(coefficients(height_um).values()) for height_um in HEIGHTS_UM]
+    return FieldLens(
+        **{"f_number": N, "wavelength_nm": [NM], "zernike": [4, 5, 8], "waves": [rows], "height_um": HEIGHTS_UM} | more
+    )
+
+
+def window(origin=ORIGIN, size=SIZE) -> camsim.Grid:
+    return camsim.Grid(rows=size, cols=size, pitch_um=PITCH_UM, origin=origin, frame=(SIDE, SIDE))
+
+
+def middle_um(grid: camsim.Grid) -> np.ndarray:
+    return PITCH_UM * (np.array(grid.first_centre) + 0.5 * (np.array([grid.cols, grid.rows]) - 1.0))
+
+
+OUTLINE_UM = np.array([(-17.0, -13.0), (19.0, -21.0), (40.0, 30.0), (-12.0, 22.0)])
+
+
+def polygon(corners_um) -> camsim.Scene:
+    return camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=corners_um, reflectance=0.2)])
+
+
+def rendered(lens, scene, grid, tolerance=1e-4, wavelength_nm=NM, **more):
+    return camsim.render(scene, [lens, PHOTOSITE], grid, wavelength_nm=wavelength_nm, tolerance=tolerance, **more)
+
+
+def truth_at(corners, place_um, row_x: float, row_y: float, tilt_um: float) -> float:
+    """One photosite by a sum over its own pupil; x and y in pitches, the scene's corners too."""
+    height, angle = math.hypot(*place_um), math.atan2(place_um[1], place_um[0])
+    own = coefficients(height) | {2: tilt_um / (4.0 * N * NM / 1e3)}
+    turned: dict[int, float] = {}
+    for (radial, m), index, opposite in (((2, 0), 4, 4), ((2, 2), 5, 3), ((3, 1), 8, 7), ((1, 1), 2, 1)):
+        assert radial >= m
+        turned[index] = own[index] * math.cos(m * angle)
+        if m:
+            turned[opposite] = own[index] * math.sin(m * angle)
+    lens = {"pupil": {"shape": "circular", "obstruction": 0.0}, "zernike_waves": list(turned.items())}
+    lens |= {"reference_nm": NM, "f_number": N, "defocus_um": 0.0, "blur": N * 1e-3 / PITCH_UM}
+    pieces = [picture.Piece(tuple(a), tuple(b), 0, -1) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
+    summed = waves.WaveTruth(
+        pieces, [waves.Opening(lens, NM)], -0.8 * np.ones((4, 1)), {"kind": "square", "side": 1.0}, None
+    )
+    values, error = summed.values(np.array([row_x]), np.array([row_y]))
+    assert error < 1e-8
+    return 1.0 + float(values.ravel()[0])
+
+
+def test_photosites_see_through_the_patterns_of_their_own_places():
+    grid, tolerance = window(), 1e-4
+    corners_um = OUTLINE_UM + middle_um(grid)
+    lateral = [[3.0 * h / RADIUS_UM for h in HEIGHTS_UM]]
+    found = rendered(revolved(lateral_colour_um=lateral), polygon(corners_um), grid, tolerance)
+    assert found.error_estimate <= tolerance
+    x0, y0 = grid.first_centre
+    for row, col in ((4, 9), (SIZE - 1, 2)):
+        place_um = PITCH_UM * (x0 + col), PITCH_UM * (y0 + row)
+        tilt_um = 3.0 * math.hypot(*place_um) / RADIUS_UM
+        # About the photosite's own place: coordinates of the frame have few digits left.
+        right = truth_at((corners_um - np.array(place_um)) / PITCH_UM, place_um, 0.0, 0.0, tilt_um)
+        assert abs(found.image[row, col] - right) <= tolerance
+
+
+def test_the_same_everywhere_is_a_plain_lens():
+    everywhere = FieldLens(
+        f_number=N, wavelength_nm=[NM], zernike=[4, 7], waves=[[[[0.1, 0.05]]]], x_um=[0.0], y_um=[0.0]
+    )
+    plain = Wavefront(f_number=N, zernike_waves={4: 0.1, 7: 0.05}, reference_nm=NM)
+    grid = window()
+    scene = polygon(OUTLINE_UM + middle_um(grid))
+    assert np.abs(rendered(everywhere, scene, grid).image - rendered(plain, scene, grid).image).max() <= 1e-4
+
+
+def test_scene_and_lens_turned_turn_the_image():
+    lens = revolved(distortion_powers=(-0.01,))
+    grid = window()
+    upright = rendered(lens, polygon(OUTLINE_UM + middle_um(grid)), grid, 1e-3).image
+    for turns in (1, 2):
+        corners_um, origin = OUTLINE_UM + middle_um(grid), ORIGIN
+        for _ in range(turns):  # clockwise as displayed: (x, y) to (−y, x), row and column alike
+            corners_um = np.stack([-corners_um[:, 1], corners_um[:, 0]], axis=1)
+            origin = origin[1], SIDE - SIZE - origin[0]
+        turned = rendered(lens, polygon(corners_um), window(origin), 1e-3).image
+        assert np.abs(turned - np.rot90(upright, -turns)).max() <= 1e-3
+
+
+def centroid(dark: np.ndarray) -> np.ndarray:
+    at = np.arange(len(dark)) - 0.5 * (len(dark) - 1)
+    return np.array([np.sum(dark * at), np.sum(dark * at[:, None])]) / dark.sum()
+
+
+def test_distortion_moves_dots_by_what_it_says():
+    perfect = {"zernike": [4], "waves": [[[0.0]] * len(HEIGHTS_UM)]}
+    table = [0.0, 0.002, 0.02, 0.03]
+    for lens, fraction in (
+        (revolved(distortion_powers=(0.02, -0.03), **perfect), lambda u: 0.02 * u**2 - 0.03 * u**4),
+        (revolved(distortion=table, **perfect), lambda u: {0.25: 0.002, 0.6: 0.02}[u]),
+    ):
+        for u in (0.25, 0.6):
+            ideal_um = u * RADIUS_UM * np.array([-0.6, 0.8])
+            there_um = ideal_um * (1.0 + fraction(u))
+            first = np.floor(there_um / PITCH_UM).astype(int) + SIDE // 2 - 20
+            grid = window((int(first[1]), int(first[0])), 41)
+            # Where the dot falls within its photosite is part of the question; the frame about it is even.
+            dot = camsim.Disc(radius_um=6.0, centre_um=tuple(ideal_um), reflectance=0.0)
+            dark = 1.0 - rendered(lens, camsim.Scene(background=1.0, shapes=[dot]), grid).image
+            plain = camsim.Disc(radius_um=6.0, centre_um=tuple(there_um), reflectance=0.0)
+            same = 1.0 - rendered(camsim.Airy(f_number=N), camsim.Scene(background=1.0, shapes=[plain]), grid).image
+            assert np.abs(centroid(dark) - centroid(same)).max() <= 1e-3
+
+
+def test_lateral_colour_moves_each_wavelength_by_what_it_says():
+    moved_um = np.array([[0.0], [-1.0], [1.0]]) * PITCH_UM * np.array(HEIGHTS_UM) / HEIGHTS_UM[2]
+    lens = FieldLens(
+        f_number=N,
+        wavelength_nm=[450.0, 550.0, 650.0],
+        zernike=[4],
+        waves=[[[0.0]] * len(HEIGHTS_UM)] * 3,
+        height_um=HEIGHTS_UM,
+        lateral_colour_um=moved_um,
+    )
+    col = round(HEIGHTS_UM[2] / PITCH_UM) + SIDE // 2 - 12
+    grid = camsim.Grid(rows=25, cols=25, pitch_um=PITCH_UM, origin=(SIDE // 2 - 12, col), frame=(SIDE, SIDE))
+    place_um = middle_um(grid)
+    dot = camsim.Disc(radius_um=6.0, centre_um=tuple(place_um), reflectance=0.0)
+    found = rendered(lens, camsim.Scene(background=1.0, shapes=[dot]), grid, 1e-3, wavelength_nm=[550.0, 650.0])
+    for image, moved in zip(found.image, (-1, 1), strict=True):
+        # The table is of where light falls: x = X + s(x), s = k·x.
+        per_um = moved * PITCH_UM / HEIGHTS_UM[2]
+        stated = (place_um[0] / (1.0 - per_um) - place_um[0]) / PITCH_UM - moved
+        about = image[3:-3, 3 + moved : 22 + moved]
+        assert np.abs(centroid(1.0 - about) - np.array([stated, 0.0])).max() <= 1e-3
+
+
+def test_a_shift_of_focus_is_defocus():
+    grid = window()
+    scene = polygon(OUTLINE_UM + middle_um(grid))
+    perfect = {"zernike": [4], "waves": [[[0.0]] * len(HEIGHTS_UM)]}
+    shifted = rendered(revolved(focus_um=20.0, **perfect), scene, grid).image
+    assert np.abs(shifted - rendered(Wavefront(f_number=N, defocus_um=20.0), scene, grid).image).max() <= 1e-4
+
+
+def test_colours_of_a_wide_frame_keep_the_tolerance_across_tiles():
+    """A coarse sensor behind a lens that changes by a wave: tiles, wavelengths, distortion, channels, the check."""
+    lens = FieldLens(
+        f_number=N,
+        wavelength_nm=[400.0, 550.0, 700.0],
+        zernike=[4, 8],
+        waves=[[[0.1, 0.0], [0.15, 0.04], [0.4, 0.1], [0.9, 0.15]]] * 3,
+        height_um=HEIGHTS_UM,
+        distortion_powers=(0.01,),
+    )
+    bars = [camsim.Rectangle(width_um=3000.0, height_um=900.0, rotate_deg=7.0, reflectance=0.1)]
+    pitch_um = 120.0
+    grid = camsim.Grid(rows=40, cols=60, pitch_um=pitch_um)
+    choice = plan_render(
+        camsim.Scene(background=1.0, shapes=bars),
+        OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=pitch_um)]),
+        grid,
+        response=np.array([[1.0, 0.4, 0.0], [0.0, 0.5, 1.0]]),
+        wavelength_nm=np.array([450.0, 550.0, 650.0]),
+        tolerance=1e-2,
+    )
+    assert choice.plan.lattice.bound <= 0.25e-2
+    told = {decision.topic: decision.decision for decision in choice.plan.decisions()}
+    assert "patterns of" in told["field"]
+
+
+REFUSED = {
+    "more waves": ({"waves": [[[51.0, 0, 0]] * 4]}, "waves: must be numbers from -50 to 50"),
+    "ragged": ({"waves": [[[0.1], [0.1, 0.2]]]}, "waves: is no table of numbers whose rows are equally long"),
+    "shape": ({"waves": [[[0.0, 0, 0]] * 3]}, "waves: is 1 × 3 × 3; give 1 × 4 × 3: wavelengths × heights × Zernikes"),
+    "unsorted": ({"height_um": (0.0, 6000.0, 2500.0, 1e4)}, "height_um: .*; must increase"),
+    "not from the axis": ({"height_um": (1.0, 2500.0, 6000.0, 1e4)}, "height_um: .*; give two or more, the first 0"),
+    "wavelengths": ({"wavelength_nm": []}, "wavelength_nm: is empty; give one or more"),
+    "folds": ({"distortion_powers": (-0.5,)}, "distortion_powers: folds at 8.* µm from the axis"),
+    "folded table": ({"distortion": [0.0, 0.0, -0.2, -0.6]}, "distortion: folds at"),
+    "both": ({"distortion": [0.0] * 4, "distortion_powers": [0.1]}, "distortion_powers: given together with"),
+    "unknown": ({"zernike": [4, 5, 231]}, "zernike: item 2 must be a whole number from 0 to 230, not 231"),
+    "twice": ({"zernike": [4, 5, 4]}, "zernike: an index is given twice"),
+    "a sine": ({"zernike": [4, 5, 7]}, "zernike: 7 is a sine; a lens of revolution has cosines only"),
+    "coma on the axis": ({"waves": [[[0.1, 0, 0.1]] * 4]}, "waves: Zernike 8 on the axis must be 0"),
+    "illumination": ({"relative_illumination": [0.9, 0.8, 0.7, 0.6]}, "relative_illumination: must begin with 1"),
+    "few": ({"relative_illumination": [1.0, 0.8]}, "relative_illumination: 2 for 4 of height_um; give as many"),
+    "colours": ({"lateral_colour_um": [[0.0] * 3]}, "lateral_colour_um: give 1 × 4: wavelengths × heights"),
+    "no places": ({"height_um": ()}, "height_um: missing; give heights of a lens of revolution, or x_um and y_um"),
+    "one axis": ({"x_um": [0.0]}, "y_um: missing; places have both x and y"),
+}
+
+
+@pytest.mark.parametrize("name", list(REFUSED))
+def test_what_is_no_lens_is_refused_in_a_sentence(name):
+    wrong, message = REFUSED[name]
+    with pytest.raises(camsim.errors.CamsimError, match=f"^FieldLens.{message}"):
+        revolved(**wrong)
+
+
+def test_what_a_lens_cannot_take_is_refused():
+    scene = camsim.Scene(background=1.0, shapes=[camsim.Disc(radius_um=9.0, reflectance=0.0)])
+    beyond = camsim.Grid(rows=2, cols=5200, pitch_um=PITCH_UM)
+    with pytest.raises(camsim.errors.CamsimError, match="image circle of 10 mm about the axis"):
+        rendered(revolved(), scene, beyond)
+    two = revolved(wavelength_nm=[500.0, 600.0], waves=[[[0.0] * 3] * 4] * 2)
+    with pytest.raises(camsim.errors.CamsimError, match="known from 500 to 600 nm, and light of 450 to 450 nm is seen"):
+        rendered(two, scene, window(), wavelength_nm=450.0)
+    with pytest.raises(camsim.errors.CamsimError, match="strips renders one pattern for all of the frame"):
+        rendered(revolved(), scene, window(), method="strips")
+    gradient = camsim.LinearGradient(width_um=90.0, height_um=90.0, low=0.0, high=1.0)
+    with pytest.raises(camsim.errors.CamsimError, match="rendered of shapes only, without pictures and gradients"):
+        rendered(revolved(), dataclasses.replace(scene, shapes=[gradient]), window())
