@@ -54,6 +54,9 @@ def mtf_series(reports: Sequence[MtfReport], *, by: str | None = None) -> MtfSer
 
     Raises UnsupportedError for a file that does not say what it was taken with, UnknownNameError for a key that is in
     none, InvalidValueError for one that stands for several keys.
+
+    >>> import camsim
+    >>> mtf_series([camsim.measure.measure_mtf(name) for name in ("f4.dng", "f8.dng")], by="f_number")  # doctest: +SKIP
     """
     if by is None:
         return MtfSeries(by=None, values=_names([report.file for report in reports]), reports=tuple(reports))
