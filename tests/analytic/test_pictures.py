@@ -136,6 +136,7 @@ def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes(tolerance):
     above = [
         camsim.Disc(radius_um=11.0, centre_um=(8.0, 5.0), reflectance=0.6),
         camsim.Polygon(points_um=[(-30, -20), (-5, -12), (-22, 6)], reflectance=0.1),
+        camsim.Ring(radius_um=5.0, inner_radius_um=3.5, centre_um=(-8.0, 6.0), reflectance=0.8),  # an island in a hole
     ]
     picture = camsim.Picture(planes=planes, width_um=63.0, centre_um=(2.0, -1.0), rotate_deg=23.0)
     drawn = squares(planes, 9.0, np.array([2.0, -1.0]), 23.0)
