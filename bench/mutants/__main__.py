@@ -85,7 +85,7 @@ def record(tests: list[str], *, interpreted: bool) -> None:
 
 def run(mutants: list[Mutant], most_s: float, again: bool) -> None:
     """Try every mutant that has no result yet (``again``: and those that survived); a line each as they come."""
-    from trial import Selection, changed, compiled_anew, copy_tree, limit_s, preload, run_tests
+    from trial import Selection, changed, copy_tree, limit_s, preload, run_tests
 
     done = results()
     equivalent = reasons()
@@ -116,8 +116,8 @@ def run(mutants: list[Mutant], most_s: float, again: bool) -> None:
                 while True:
                     outcome, by = "survived", ""
                     if tests:
-                        with changed(tree, mutant), compiled_anew(tree, set() if interpreted else kernels):
-                            outcome, by = run_tests(tree, tests, limit, interpreted=interpreted)
+                        with changed(tree, mutant):
+                            outcome, by = run_tests(tree, tests, limit, interpreted=interpreted, compiled_anew=kernels)
                     if outcome != "killed" or (by, interpreted) in sound:
                         break
                     # What fails without the mutant too is no judge of it.

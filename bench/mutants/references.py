@@ -107,7 +107,7 @@ class References:
 
 
 def _is_kernel(function: ast.FunctionDef) -> bool:
-    return any("jit" in ast.unparse(decorator) for decorator in function.decorator_list)
+    return any("kernel" in ast.unparse(decorator) for decorator in function.decorator_list)
 
 
 def _imported(root: Path, tree: ast.Module) -> set[str]:

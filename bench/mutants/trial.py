@@ -12,16 +12,18 @@ import sys
 import time
 import warnings
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import platformdirs
 import pytest
 from draw import ROOT, Mutant
 from references import References
 
+KERNELS = "kernels"
 _GENEROUS = 5.0
 _START_S = 40.0
 _MOST_BYTES = 12 << 30
@@ -33,12 +35,15 @@ _PRELOADED = (
 
 
 def copy_tree(to: Path) -> Path:
-    """Copy what tests need, compiled kernels included, with the files' times by which Numba knows them."""
+    """Copy what tests need, and the kernels that were compiled."""
     for name in (*_COPIED, "Makefile", "LICENSE", "DATA_LICENSES.md"):
         if (ROOT / name).is_dir():
             shutil.copytree(ROOT / name, to / name)
         else:
             shutil.copy2(ROOT / name, to / name)
+    compiled = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(platformdirs.user_cache_dir("camsim")) / KERNELS)
+    if compiled.is_dir():
+        shutil.copytree(compiled, to / KERNELS)
     return to
 
 
@@ -88,45 +93,15 @@ def _function(test: str) -> str:
 
 @contextmanager
 def changed(tree: Path, mutant: Mutant) -> Iterator[None]:
-    """Have the mutant in the copy; afterwards all is as it was.
-
-    The file keeps its time, by which the compiled kernels of others know that they are not stale.
-    """
+    """Have the mutant in the copy; afterwards all is as it was."""
     path = tree / mutant.path
-    before = path.stat()
     for bytecode in (path.parent / "__pycache__").glob(f"{path.stem}.cpython*"):
         bytecode.unlink()
     path.write_text(mutant.text(), encoding="utf-8")
-    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
     try:
         yield
     finally:
         shutil.copy2(ROOT / mutant.path, path)
-        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
-
-
-@contextmanager
-def compiled_anew(tree: Path, modules: set[str]) -> Iterator[None]:
-    """Have none of these modules' kernels compiled in the copy; afterwards they are as they were."""
-    places = [(tree / path).parent / "__pycache__" for path in modules]
-    aside = tree / "kernels aside"
-    aside.mkdir()
-
-    def compiled() -> list[Path]:
-        names = (f"{Path(path).stem}.*.nb?" for path in modules)
-        return [file for place, name in zip(places, names, strict=True) for file in place.glob(name)]
-
-    before = [(file, aside / str(k)) for k, file in enumerate(compiled())]
-    for file, kept in before:
-        file.rename(kept)
-    try:
-        yield
-    finally:
-        for file in compiled():
-            file.unlink()
-        for file, kept in before:
-            kept.rename(file)
-        aside.rmdir()
 
 
 class _Watch:
@@ -159,16 +134,24 @@ def preload() -> None:
     np.set_printoptions(**options)
 
 
-def run_tests(tree: Path, tests: list[str], limit_s: float, *, interpreted: bool = False) -> tuple[str, str]:
+def run_tests(
+    tree: Path,
+    tests: list[str],
+    limit_s: float,
+    *,
+    interpreted: bool = False,
+    compiled_anew: Set[str] = frozenset(),
+) -> tuple[str, str]:
     """Run tests in the copy; returns "survived", "killed" or "timeout", and the test that failed.
 
-    interpreted : run kernels as plain Python: nothing is compiled, which would take a minute or two
+    interpreted   : run kernels as plain Python: nothing is compiled, which would take a minute or two
+    compiled_anew : the modules whose kernels hold the mutant; all others are those of the unchanged project
     """
     result = tree / "result.json"
     result.unlink(missing_ok=True)
     child = os.fork()
     if child == 0:
-        _as_child(tree, tests, result, interpreted)
+        _as_child(tree, tests, result, interpreted, compiled_anew)
     deadline = time.monotonic() + limit_s
     while time.monotonic() < deadline:
         if os.waitpid(child, os.WNOHANG)[0]:
@@ -182,10 +165,10 @@ def run_tests(tree: Path, tests: list[str], limit_s: float, *, interpreted: bool
     return ("killed" if told["failed"] else "survived"), told["failed"]
 
 
-def _as_child(tree: Path, tests: list[str], result: Path, interpreted: bool) -> None:
+def _as_child(tree: Path, tests: list[str], result: Path, interpreted: bool, compiled_anew: Set[str]) -> None:
     os.setpgid(0, 0)
     resource.setrlimit(resource.RLIMIT_AS, (_MOST_BYTES, _MOST_BYTES))
-    enter(tree, interpreted)
+    enter(tree, interpreted, compiled_anew)
     with (tree / "log").open("w") as log:
         os.dup2(log.fileno(), 1)
         os.dup2(log.fileno(), 2)
@@ -197,30 +180,32 @@ def _as_child(tree: Path, tests: list[str], result: Path, interpreted: bool) -> 
     os._exit(0)
 
 
-def enter(tree: Path, interpreted: bool) -> None:
+def enter(tree: Path, interpreted: bool, compiled_anew: Set[str] = frozenset()) -> None:
     """Make this process, and those that it starts, work in the copy; nothing of camsim may be loaded yet."""
     import numba
-    from numba.core import caching
 
     numba.config.DISABLE_JIT = interpreted
-    locator = caching._SourceFileBackedLocatorMixin
-    stamp = locator.get_source_stamp
-
-    def stamp_of_the_original(self: Any) -> Any:
-        """Kernels beside a changed line that they do not hold are those of the unchanged file."""
-        copied = self._py_file
-        self._py_file = copied.replace(str(tree), str(ROOT))
-        try:
-            return stamp(self)
-        finally:
-            self._py_file = copied
-
-    locator.get_source_stamp = stamp_of_the_original
+    numba.config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = str(tree / KERNELS)
     os.chdir(tree)
     os.environ["PYTHONPATH"] = str(tree)
     os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
     sys.dont_write_bytecode = True
     sys.path[:] = [str(tree), *(entry for entry in sys.path if entry not in (str(ROOT), ""))]
+
+    from camsim.kernels import cache
+
+    key_of = cache._key
+    cache.KEPT = 1_000_000  # or the unchanged kernels would be forgotten after eight mutants
+
+    def key(file: Path) -> str:
+        """Kernels that do not hold the mutant are those of the unchanged project, whatever their modules import."""
+        if not file.is_relative_to(tree):
+            return key_of(file)
+        name = file.relative_to(tree)
+        cache._ROOT = tree if name.as_posix() in compiled_anew else ROOT
+        return key_of(cache._ROOT / name)
+
+    cache._key = key
 
 
 def limit_s(expected_s: float) -> float:
