@@ -110,14 +110,13 @@ def test_one_flat_colour_is_a_rectangle(interpolation, tolerance):
     assert worst(image, right) <= tolerance
 
 
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-def test_a_picture_is_seen_through_holes(interpolation):
+def test_a_picture_is_seen_through_holes():
     """A ring, and in its hole another one: islands within holes within islands."""
     rings = [
         camsim.Ring(radius_um=radius, inner_radius_um=0.8 * radius, centre_um=(1.0, -2.0), reflectance=0.1)
         for radius in (12.0, 5.0)
     ]
-    flat = camsim.Picture(planes=np.full((3, 4), 0.8), width_um=40.0, rotate_deg=23.0, interpolation=interpolation)
+    flat = camsim.Picture(planes=np.full((3, 4), 0.8), width_um=40.0, rotate_deg=23.0, interpolation="linear")
     drawn = camsim.Rectangle(width_um=40.0, height_um=30.0, rotate_deg=23.0, reflectance=0.8)
     image = rendered(flat, *rings, tolerance=1e-4, background=0.2)
     assert worst(image, rendered(drawn, *rings, tolerance=1e-6, background=0.2)) <= 1e-4
