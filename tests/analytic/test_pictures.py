@@ -122,6 +122,20 @@ def test_a_picture_is_seen_through_holes():
     assert worst(image, rendered(drawn, *rings, tolerance=1e-6, background=0.2)) <= 1e-4
 
 
+@pytest.mark.parametrize("origin", [(2, 2), (10, 0)])
+def test_a_window_beside_a_picture_is_that_of_the_frame(origin):
+    """A lens that fades: a window takes part of the samples, which begin within the picture and end beyond its rim."""
+    planes = np.random.default_rng(8).random((3, 4))
+    placed = {"width_um": 14.4, "centre_um": (4.8, 0.0), "rotate_deg": 185.0}
+    picture = camsim.Picture(planes=planes, interpolation="cubic", **placed)
+    optics = [camsim.Gaussian(sigma_um=0.4), camsim.SquarePhotosite(side_um=1.0)]
+    window = camsim.Grid(rows=3, cols=2, pitch_um=2.4, origin=origin, frame=(15, 4))
+    whole = rendered(picture, tolerance=1e-6, optics=optics, grid=camsim.Grid(rows=15, cols=4, pitch_um=2.4))
+    part = rendered(picture, tolerance=1e-6, optics=optics, grid=window)
+    rows, cols = (slice(first, first + count) for first, count in zip(origin, (3, 2), strict=True))
+    assert worst(part, whole[rows, cols]) <= 2e-6
+
+
 def squares(planes, step_um, centre_um, rotate_deg):
     """Return every sample as a rectangle."""
     turn = np.radians(rotate_deg)
