@@ -4,26 +4,48 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 
-.PHONY: demo gallery test dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
+.PHONY: demo gallery pictures docs test test-oldest dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --editable '.[test,lint]'
 	touch $@
 
-demo: $(READY)  ## capture the slanted edge with the D40-like sensor into out/
+DAYLIGHT := --sensor d40-like --set "light={illuminant: D55, illuminance_lux: 3000}" --force
+ABERRATED := {kind: wavefront, f_number: 4, zernike_waves: [[8, 0.1]], defocus_um: 6}
+ZONES := --set "region={rows: 150, cols: 150}" --set scene.shapes.0.radius=72 --set scene.shapes.0.rim_period=1.1
+
+demo: $(READY)  ## a chart through a lens with aberrations, a zone plate without an OLPF and with one, into out/
 	mkdir -p out
-	$(BIN)/camsim capture scenes/slanted-edge.yaml --sensor d40-like --force \
-	  -o out/slanted-edge.dng -o out/slanted-edge.png -o out/slanted-edge.exr
+	$(BIN)/camsim capture e-sfr $(DAYLIGHT) --set "lens=$(ABERRATED)" --set "region={rows: 300, cols: 446}" \
+	  --set scene.shapes.0.height=285 --set render.tolerance=1e-3 -o out/chart.dng -o out/chart.png -o out/chart.exr
+	$(BIN)/camsim capture zone-plate $(DAYLIGHT) $(ZONES) --set sensor.olpf=null -o out/no-olpf.png
+	$(BIN)/camsim capture zone-plate $(DAYLIGHT) $(ZONES) -o out/olpf.png
+
+pictures: demo  ## the pictures of the README and of the site's first page, from the demo
+	for name in chart no-olpf olpf; do cp out/$$name.png docs/demo-$$name.png; done
 
 gallery: $(READY)  ## every shipped scene as a picture, with its file and its twin in Python, into docs/gallery.md
 	$(BIN)/python -m bench.gallery
+
+docs: $(READY)  ## the site into out/site, to be opened as a file; warnings and dead links are errors
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	$(BIN)/python -m sphinx -q -W --keep-going -b html -d out/site-doctrees docs out/site
+	$(BIN)/python docs/_ext/judge.py out/site
 
 # Tests run on up to four processes side by side; they share nothing but the kernel cache.
 SIDE_BY_SIDE := -n auto --maxprocesses 4 --dist worksteal
 
 test: $(READY)
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE)
+
+test-oldest:  ## the core of the tests with the oldest packages that pyproject.toml admits, in an environment of their own
+	$(PYTHON) -m venv $(VENV)-oldest
+	$(VENV)-oldest/bin/python bench/oldest.py > $(VENV)-oldest/oldest.txt
+	$(VENV)-oldest/bin/python -m pip install --quiet --constraint $(VENV)-oldest/oldest.txt --editable . \
+	  'pytest>=8.2' 'hypothesis>=6.100' 'mpmath>=1.3' 'rawpy>=0.24'
+	$(VENV)-oldest/bin/python -m pytest -q -W default tests/files/test_formats.py \
+	  tests/analytic/test_radiometry.py tests/analytic/test_adc.py tests/analytic/test_cfa.py tests/analytic/test_oracle.py
 
 test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing one is a failure, never a skip
 	(for program in exiftool dcraw dcraw_emu rawtherapee-cli darktable-cli exrheader chromium; do \
@@ -73,4 +95,4 @@ format: $(READY)
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf $(VENV) out dist build
+	rm -rf $(VENV) $(VENV)-oldest out dist build

@@ -72,6 +72,8 @@ def main() -> None:
         "Every scene that camsim ships, as `camsim capture NAME -o NAME.png` develops it, with its file and its twin",
         "in Python: `scenes/NAME.yaml` and `scenes/NAME.py` give the same bytes. Written by `make gallery`.",
         "",
+        *(f'<a href="#{name}"><img src="gallery/{name}.png" alt="{name}" width="110"></a>' for name in names),
+        "",
     ]
     for name in names:
         lines += section(name)

@@ -21,7 +21,27 @@ from camsim.words import brief
 
 @dataclass(frozen=True, kw_only=True)
 class Camera(Body):
-    """A lens and a sensor, stage by stage; a stage that is None is left out. Its fields are those of ``Body``."""
+    """A lens and a sensor, stage by stage; a stage that is None is left out.
+
+    name, serial : of the model, which files carry; of the specimen, which seeds its fixed patterns
+    rows, cols   : of the full frame
+    pitch_um     : distance between photosites
+    lens, extra_optics, olpf, photosite : optical stages; blurs of one's own besides the lens
+    cfa, quantum_efficiency, filters    : channels, their electrons per photon, and what lies in front of the sensor
+    magnification, falloff : image size over object size, in brightness and blur; light towards the corners
+    extra_stages   : electronic stages of one's own
+    dual_gain, adc : conversion gain by ISO, and electrons to codes
+
+    An electronic stage goes by its class: ``read_noise=ReadNoise(3.0)``, ``prnu=Prnu(0.006)``, and so on.
+    Whatever does not fit is refused by InvalidValueError with the field's name.
+
+    >>> import camsim
+    >>> camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=4.0))
+    >>> camera.rows, camera.cols, camera.pitch_um
+    (2048, 2448, 3.45)
+    >>> camera.replace(full_well=camsim.FullWell(5000.0)).full_well
+    FullWell(capacity_e=5000.0)
+    """
 
     __repr__ = brief
 

@@ -46,6 +46,11 @@ def capture(
     progress   called with (stage, fraction done)
 
     Raises ConfigError with every fault of the files and the overrides.
+
+    >>> import camsim
+    >>> frame = camsim.capture("flat-field", overrides=["region={rows: 2, cols: 2}", "render.tolerance=1e-2"])
+    >>> frame
+    Frame(2 × 2 photosites of D40-like, 4.88 µm, RG/GB, 12 bits, 0.01 s, ISO 200, seed 1)
     """
     ready = load(scene, sensor=sensor, overrides=overrides, seed=seed, products=products, sensors=sensors)
     return ready.frame(products=products, progress=progress)
@@ -64,6 +69,10 @@ def load(
     """Read and judge everything that a capture needs, and take no picture yet; see ``capture``.
 
     held : False when its codes will go to files as they are finished (``Capture.rows``)
+
+    >>> ready = load("flat-field", overrides=["exposure.iso=800"])
+    >>> ready.exposure.iso, ready.tolerance
+    (800.0, 1e-06)
     """
     changes, faults = _parsed(overrides)
     if seed is not None and not 0 <= seed < 2**63:

@@ -51,18 +51,18 @@ STREAMED = ("mosaic", "spectral")
 class Capture:
     """Everything that makes a picture, and the road from scene to codes.
 
-    light         : see ``Light``;  exposure: see ``Exposure``
-    seed          : of the temporal noise; the same seed and frame number give the same frame, bit for bit
-    frame_number  : another number is another exposure of the same scene with the same sensor: the same fixed patterns,
-                    fresh temporal noise
-    region        : a window of the frame; None takes all of it
-    tolerance     : of the optics, relative to a perfect diffuser (or the brightest surface, if that is more)
-    method        : "auto", "boundary" or "fourier", see ``camsim.render``
-    strict        : raise AccuracyError where an error above the tolerance is found; else the report has a note
+    camera, scene, light, exposure : what takes the picture, and of what
+    seed, frame_number : of the temporal noise, the same for the same two; fixed patterns stay whatever they are
     noise         : False leaves out every noise and the dark current
+    region, scene_name : a window of the frame, None for all of it; for the report
+    tolerance, strict : of the optics, relative to a perfect diffuser or the brightest surface; raise when it is missed
+    method        : "auto", "boundary" or "fourier", see ``camsim.render``
     colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
     spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
-    scene_name    : for the report
+
+    >>> from camsim import load
+    >>> [frame.shape for frame in load("flat-field", overrides=["region={rows: 4, cols: 6}"]).frames(2)]
+    [(4, 6), (4, 6)]
     """
 
     camera: Body

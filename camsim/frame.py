@@ -63,6 +63,13 @@ class Report:
 
     standard_error : of the sampled methods, see ``camsim.Rendering``
     work           : what was computed, counted: see ``camsim.rendering.work``
+
+    >>> import camsim
+    >>> frame = camsim.capture("flat-field", overrides=["region={rows: 2, cols: 2}", "render.tolerance=1e-2"])
+    >>> frame.report.error_estimate <= frame.report.tolerance
+    True
+    >>> [signal.name for signal in frame.report.signal]
+    ['R', 'G', 'B']
     """
 
     scene: str
@@ -127,6 +134,13 @@ class Frame:
     passed_rows         of a capture whose codes were handed over as they came: so many, and the arrays hold none
     colour              how the channels see light, crosstalk included: for colour matrices and white balance
     description         plain tree (dicts, lists, numbers, strings) of all stages: what was computed
+
+    >>> import camsim
+    >>> frame = camsim.capture("flat-field", overrides=["region={rows: 2, cols: 2}", "render.tolerance=1e-2"])
+    >>> frame.mosaic.shape, frame.channels, frame.cfa_pattern
+    ((2, 2), ('R', 'G', 'B'), ('RG', 'GB'))
+    >>> frame.black_level_dn, frame.electrons_per_dn
+    (128, 10.0)
     """
 
     mosaic: U16

@@ -50,12 +50,13 @@ class Signals:
         """Take in some rows: each photosite's channel, mean electrons and code."""
         for k in range(len(self._channels)):
             here = channel == k
-            self._photosites[k] += np.count_nonzero(here)
-            self._clipped[k] += np.count_nonzero((mosaic >= self._white_level_dn) & here)
-            self._sum_e[k] += np.sum(mean_electrons, where=here)
-            self._max_e[k] = np.max(mean_electrons, where=here, initial=self._max_e[k])
-            self._min_e[k] = np.min(mean_electrons, where=here, initial=self._min_e[k])
-            self._sum_dn[k] += np.sum(mosaic, where=here, dtype=np.float64)
+            electrons, codes = mean_electrons[here], mosaic[here]
+            self._photosites[k] += electrons.size
+            self._clipped[k] += np.count_nonzero(codes >= self._white_level_dn)
+            self._sum_e[k] += np.sum(electrons)
+            self._max_e[k] = np.max(electrons, initial=self._max_e[k])
+            self._min_e[k] = np.min(electrons, initial=self._min_e[k])
+            self._sum_dn[k] += np.sum(codes, dtype=np.float64)
 
     def all(self) -> tuple[ChannelSignal, ...]:
         """Return the signal of every channel that has photosites in the window."""

@@ -12,7 +12,13 @@ from camsim.typed import Count, Index, judge
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """A window of the frame; ``origin`` (row, col), None for the middle, rounded down to the CFA's period."""
+    """A window of the frame; ``origin`` (row, col), None for the middle, rounded down to the CFA's period.
+
+    >>> Region(rows=64, cols=96)
+    Region(rows=64, cols=96, origin=None)
+    >>> Region(rows=2, cols=2, origin=(100, 200)).origin
+    (100, 200)
+    """
 
     rows: Count
     cols: Count

@@ -62,6 +62,11 @@ def bench_scene(
 
     Rendered is what a capture renders: mean electrons of every photosite in its own channel, before fall-off, crosstalk
     and noise. Errors are relative to full scale, the larger of a perfect diffuser and the brightest surface.
+
+    >>> from camsim.window import Region
+    >>> found = bench_scene("slanted-edge", methods=("boundary",), tolerances=(1e-3,), region=Region(rows=4, cols=4))
+    >>> [point.label for point in found.points]
+    ['boundary 1e-3']
     """
     from camsim.capturing import load
 

@@ -57,9 +57,7 @@ class Expected:
 
     def tables(self) -> tuple[type[Table], ...]:
         """Return the tables that may stand here."""
-        if isinstance(self.kind, type) and issubclass(self.kind, Table):
-            return (self.kind,)
-        return tuple(table for a in self.alternatives() if _is_union(self.kind) for table in a.tables())
+        return _tables_of(self.kind)
 
     def holds(self) -> Iterator[type[Table]]:
         """Yield the tables that may stand here, or in a list here."""
@@ -198,11 +196,20 @@ def can_contradict(expected: Expected, above: tuple[type[Table], ...] = ()) -> b
     )
 
 
+@functools.cache
+def _tables_of(kind: Any) -> tuple[type[Table], ...]:
+    if isinstance(kind, type) and issubclass(kind, Table):
+        return (kind,)
+    members = get_args(kind) if _is_union(kind) else ()
+    return tuple(table for member in members for table in Expected.of(member).tables())
+
+
 def kinds_of(table: type[Table]) -> tuple[str, ...]:
     """Return the words that ``kind`` may be in a table."""
     return words_of(table, "kind")
 
 
+@functools.cache
 def words_of(table: type[Table], key: str) -> tuple[str, ...]:
     """Return the words that a key of a table may be, where they are a fixed few."""
     field = table.model_fields.get(key)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from importlib.resources import files
 from typing import Any, Literal, TypeAlias, get_args, get_origin
 
+import yaml
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
@@ -28,6 +30,12 @@ def json_schema(kind: Kind) -> dict[str, Any]:
     }
 
 
+def examples() -> dict[str, list[str]]:
+    """Return parts of files by the name of the schema's table that they show; together they have every key."""
+    found: dict[str, list[str]] = yaml.safe_load(files("camsim.config").joinpath("examples.yaml").read_text("utf-8"))
+    return found
+
+
 def markdown() -> str:
     """Return the reference of all keys as a page in Markdown."""
     lines = [
@@ -35,9 +43,11 @@ def markdown() -> str:
         "",
         "Made from the schema by `python -m camsim.config.reference`; do not edit. Every table may also hold `source`,",
         "a text for people. Numbers follow YAML 1.2; anchors, tags and duplicate keys are refused. All of it is",
-        "also there as JSON Schema for editors: `camsim schema scene`, `sensor`, `study`, `dataset`.",
+        "also there as JSON Schema for editors: `camsim schema scene`, `sensor`, `study`, `dataset`. Examples are",
+        "parts of files from their top, but for `shapes`, which stands in `scene`; files that they name are yours.",
         "",
     ]
+    shown = examples()
     for name, model in FILES.items():
         lines += [f"## {name.capitalize()} files", "", f"{_sentence(model)}", ""]
         places: dict[type[Table], list[str]] = {}
@@ -49,6 +59,8 @@ def markdown() -> str:
             lines += ["| key | value | default | meaning |", "|---|---|---|---|"]
             lines += [_row(key, field) for key, field in table.model_fields.items() if key != "source"]
             lines.append("")
+            for example in shown.get(table.__name__, ()):
+                lines += ["```yaml", example.rstrip(), "```", ""]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 

@@ -62,6 +62,15 @@ def save(
 
     The file is written beside its place and moved there when it is whole: whatever goes wrong, an older file
     of that name is still there as it was. Equal frames give equal bytes. Raises OutputError in one sentence.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import camsim
+    >>> frame = camsim.capture("flat-field", overrides=["region={rows: 2, cols: 2}", "render.tolerance=1e-2"])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     camsim.save(frame, Path(folder) / "flat.tiff")
+    ...     [path.name for path in Path(folder).iterdir()]
+    ['flat.tiff']
     """
     chosen = check_output(path, product)
     _refuse_what_exists(path, force=force)

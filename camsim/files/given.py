@@ -65,6 +65,14 @@ def write_dng(
 
     Equal arrays give equal bytes; the file is there whole or not at all. Raises InvalidValueError or OutputError in one
     sentence.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> codes = np.full((8, 8), 700, np.uint16)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_dng(Path(folder) / "mine.dng", codes, cfa="RGGB", black_level_dn=512, white_level_dn=4095)
+    ...     (Path(folder) / "mine.dng").stat().st_size > codes.nbytes
+    True
     """
     given = _Given.of(mosaic, cfa, black_level_dn, white_level_dn, colour_matrix, as_shot_neutral)
     target = Path(path)

@@ -48,6 +48,15 @@ def read_picture(
 
     The rest is as of ``Picture``.
     Raises InputError or InvalidValueError in one sentence.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     np.save(Path(folder) / "photo.npy", np.full((4, 6, 3), 0.5))
+    ...     picture = read_picture(Path(folder) / "photo.npy", width_um=60.0)
+    >>> picture.width_um, picture.planes.shape[:2]
+    (60.0, (1, 4))
     """
     scale = check(scale, Positive, "scale")
     tolerance = check(tolerance, NonNegative, "tolerance")

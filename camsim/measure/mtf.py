@@ -38,11 +38,22 @@ def measure_edge(
 ) -> EdgeMtf:
     """Measure one edge of one channel in a region of the image.
 
+    channel : photosites of one colour, of ``Picture.select``
+    roi    : (row, col, rows, cols) of the image, with one edge in it
     tail   : add the line spread beyond the region, by a fit of its 1/x²; False gives the plain ISO 12233 figure
     theory : a transfer function to put beside it
     what   : how messages call the place, before region and channel
 
     Raises UnsupportedError in one sentence when the region does not hold one measurable edge.
+
+    >>> import camsim
+    >>> frame = camsim.capture(
+    ...     "slanted-edge", overrides=["region={rows: 96, cols: 96, origin: [950, 1330]}", "render.tolerance=1e-3"]
+    ... )
+    >>> channel = camsim.measure.picture_of_frame(frame).select("G1")[0]
+    >>> edge = measure_edge(channel, Roi(0, 0, 96, 96), what="slanted-edge")
+    >>> round(edge.figures.angle_deg), edge.mtf.shape == edge.frequency_cycles_per_pixel.shape
+    (4, True)
     """
     if isinstance(channel, Plane):
         channel = Channel((channel,))

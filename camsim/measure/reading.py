@@ -37,7 +37,15 @@ Gamma = float | str | None
 
 
 def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
-    """Return a frame's mosaic, ``electrons`` (with noise), ``mean_electrons`` (without) or ``truth`` to measure in."""
+    """Return what a frame holds as a picture to measure in.
+
+    product : "mosaic", "electrons" (with noise), "mean_electrons" (without) or "truth"
+
+    >>> import camsim
+    >>> frame = camsim.capture("flat-field", overrides=["region={rows: 4, cols: 4}"])
+    >>> [plane.name for plane in picture_of_frame(frame).planes]
+    ['R', 'G1', 'G2', 'B']
+    """
     if product == "truth":
         if frame.truth is None:
             raise InvalidValueError("holds no truth; ask for products=('truth',) when exposing", key="frame")
@@ -73,6 +81,14 @@ def read_picture(
     layer : of an EXR or NPZ that holds several, such as mean or noisy
 
     Raises InputError for what cannot be read, InvalidValueError for data that is not linear.
+
+    >>> import tempfile
+    >>> import numpy as np
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     np.save(Path(folder) / "mine.npy", np.full((8, 8), 900, np.uint16))
+    ...     picture = read_picture(Path(folder) / "mine.npy", cfa="RGGB")
+    >>> [plane.name for plane in picture.planes]
+    ['R', 'G1', 'G2', 'B']
     """
     shown = repr(str(path))
     suffix = Path(path).suffix

@@ -54,6 +54,9 @@ class Airy:
 
     f_number     : focal length over aperture diameter, dimensionless
     transmission : fraction of the light that passes, a number or a curve over wavelength
+
+    >>> round(Airy(f_number=8.0).cutoff_per_um(550.0), 4)
+    0.2273
     """
 
     place: ClassVar[str] = "lens"

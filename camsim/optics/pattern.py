@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -56,6 +57,13 @@ class Pattern:
         light: F64 = 2.0 * np.abs(1.0 - self.energy(farther)).max(axis=1, initial=0.0)
         return light
 
+    def absolute(self, rho: float) -> float:
+        """Return ∫|light| beyond ρ: more than 1 in all of a pattern with negative rings, 6 was met."""
+        radius, beyond = _absolute(self)
+        if rho < radius[-1]:
+            return float(np.interp(rho, radius, beyond))
+        return float(beyond[-1]) * math.sqrt(radius[-1] / rho)
+
     def moment(self, power: int) -> float:
         """Return ∫|OTF|·u^power du: how much there is to follow."""
         x, w = gauss_legendre(MOMENT_NODES)
@@ -73,6 +81,22 @@ class Pattern:
         swing = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
         light: F64 = (smooth + swing + np.zeros_like(rho)) / (2.0 * math.pi)
         return light
+
+
+FOLLOWED, EACH = 200.0, 0.125  # blurs over which rings are added up, eight steps to the shortest
+
+
+@functools.cache
+def _absolute(pattern: Pattern) -> tuple[F64, F64]:
+    """Return radii and ∫|light| beyond them: how far E goes up and down.
+
+    A transfer with a corner leaves the slowest rings that there are: in all ρ^−½ of light. So what is beyond the last
+    radius is no more than 1/(√2 − 1) of what the outer half held.
+    """
+    radius = np.arange(0.0, FOLLOWED + EACH, EACH)
+    steps = np.abs(np.diff(pattern.energy(radius)))
+    beyond = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
+    return radius, beyond + (1.0 + math.sqrt(2.0)) * beyond[radius.size // 2]
 
 
 UNIT_NM = 1e3  # at 1000 nm and f/1 a diffraction pattern's λN is 1 µm: lengths are blurs

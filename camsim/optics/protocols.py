@@ -36,6 +36,10 @@ class OpticalStage(Protocol):
 
     A stage says by ``place`` ("lens", "olpf" or "photosite") what it stands for. One without a place is a blur of its
     own besides these, or the lens when there is no other.
+
+    >>> import camsim
+    >>> isinstance(camsim.SquarePhotosite(side_um=4.0), OpticalStage)
+    True
     """
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
@@ -47,7 +51,12 @@ class OpticalStage(Protocol):
 
 
 class Lens(OpticalStage, Protocol):
-    """A lens that a camera can carry: a frozen dataclass with these fields, and ``place`` "lens"."""
+    """A lens that a camera can carry: a frozen dataclass with these fields, and ``place`` "lens".
+
+    >>> import camsim
+    >>> isinstance(camsim.Airy(f_number=8.0), Lens), isinstance(camsim.FourSpotOlpf(split_um=3.0), Lens)
+    (True, False)
+    """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -64,7 +73,12 @@ class Lens(OpticalStage, Protocol):
 
 @runtime_checkable
 class LowPass(OpticalStage, _Ability, Protocol):
-    """A filter that makes several images of a point."""
+    """A filter that makes several images of a point.
+
+    >>> import camsim
+    >>> isinstance(camsim.FourSpotOlpf(split_um=3.0), LowPass)
+    True
+    """
 
     def spots_um(self) -> F64:
         """Offsets (n, 2) of the images, equal in light, µm."""
@@ -88,7 +102,12 @@ class KnowsSplits(LowPass, Protocol):
 
 @runtime_checkable
 class PhotositeShape(OpticalStage, _Ability, Protocol):
-    """The area of a pixel that collects light."""
+    """The area of a pixel that collects light.
+
+    >>> import camsim
+    >>> isinstance(camsim.SquarePhotosite(side_um=4.0), PhotositeShape)
+    True
+    """
 
     @property
     def area_um2(self) -> float:

@@ -14,9 +14,9 @@ from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Le
-from scipy import special
 
 from camsim.arrays import F64
+from camsim.quadrature import gauss_legendre
 from camsim.typed import judge, refusal
 
 MOST_BLADES = 64
@@ -222,5 +222,5 @@ class Pupil:
 
 def _gauss(order: int) -> tuple[F64, F64]:
     """Return Gauss–Legendre nodes and weights on 0 … 1."""
-    x, w = special.roots_legendre(order)
+    x, w = gauss_legendre(order)
     return 0.5 * (1.0 + x), 0.5 * w

@@ -131,9 +131,15 @@ class OpticalSystem:
             return float(self.lens.blur_um(wavelength_nm))
         return 1.0 / self.cutoff_per_um(wavelength_nm)
 
+    def highest_per_um(self, wavelength_nm: F64) -> float:
+        """The frequency beyond which nothing passes the lens at any of these wavelengths, cycles/µm."""
+        cutoff = self.lens.cutoff_per_um if isinstance(self.lens, KnowsCutoff) else self.cutoff_per_um
+        return float(max(cutoff(w) for w in wavelength_nm.tolist()))
+
     def blurs_um(self, wavelength_nm: F64) -> F64:
         """The same at many wavelengths."""
-        return np.array([self.blur_um(float(w)) for w in wavelength_nm])
+        blur_um = self.lens.blur_um if isinstance(self.lens, KnowsBlur) else self.blur_um
+        return np.array([blur_um(w) for w in wavelength_nm.tolist()], float)
 
 
 RING_DIRECTIONS = 180

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64, I64, same_rows
 from camsim.optics.pattern import Pattern
 from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid
@@ -14,8 +14,7 @@ from camsim.rendering.grid import Grid
 
 def equal_sides(edges: Edges, density: F64) -> np.ndarray:
     """Return which edges have sides that every channel sees alike at every wavelength: they contribute nothing."""
-    _, same = np.unique(density.reshape(len(density), -1), axis=0, return_inverse=True)
-    same = same.ravel()
+    same = same_rows(density.reshape(len(density), -1) + 0.0)[1]
     equal: np.ndarray = same[edges.left] == same[edges.right]
     return equal
 

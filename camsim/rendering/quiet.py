@@ -44,30 +44,44 @@ class Waves:
         if not self.pattern.rings:
             return 0.0
         shortest, longest = float(self.blur.min()), float(self.blur.max())
-        phasors = []
         rings = [_at(front, ring) for ring in self.pattern.rings]
-        for u, amplitude, power in rings:
-            loudness = amplitude * self.blur**power * self.footprint.transfer(u / self.blur)
-            phasor = self.different[None] * loudness[:, None]
-            phasors.append(phasor.reshape(-1, self.blur.size))
         powers = np.array([power for _, _, power in rings])
-        loudest_in_step = np.array([np.abs(phasor).sum(axis=1).max() for phasor in phasors])
+        loudest_in_step = np.array([a * np.abs(self._phasors(u, power)).sum(axis=1).max() for u, a, power in rings])
         # All in step are that quiet between where the loudest alone is and where each of them is by its share.
         low = float(((loudest_in_step / allowed) ** (1.0 / powers)).max())
-        high = float(((len(phasors) * loudest_in_step / allowed) ** (1.0 / powers)).max())
+        high = float(((len(rings) * loudest_in_step / allowed) ** (1.0 / powers)).max())
         farthest = high if low == high else optimize.brentq(lambda r: loudest_in_step @ r**-powers - allowed, low, high)
         farthest = min(farthest, within)
         if shortest == longest or farthest <= NEAREST * longest:
             return farthest
         distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
         loudest = np.zeros_like(distance)
-        for (u, _, power), phasor in zip(rings, phasors, strict=True):
-            loudest += DULL * np.abs(self._wave(u, distance) @ phasor.T).max(axis=1) * distance**-power
+        for u, amplitude, power in rings:
+            loudest += amplitude * self._left(u, power, distance)
         loud = np.flatnonzero(loudest > allowed)
         return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
 
+    def _phasors(self, u: float, power: float) -> F64:
+        """Return (n, j) how loud a ring of amplitude 1 is at every wavelength, of each weight set and of the OLPF's."""
+        if (u, power) not in self._loudness:
+            loudness = self.blur**power * self.footprint.transfer(u / self.blur)
+            self._loudness[u, power] = (self.different[None] * loudness[:, None]).reshape(-1, self.blur.size)
+        return self._loudness[u, power]
+
+    def _left(self, u: float, power: float, distance: F64) -> F64:
+        """Return what the wavelengths' sum leaves of a ring of amplitude 1 at distances, of the loudest weight set.
+
+        One search's distances are the beginning of a longer one's.
+        """
+        known = self._heard.get((u, power), np.empty(0))
+        if known.size < distance.size:
+            more = distance[known.size :]
+            heard = np.abs(self._wave(u, distance)[known.size :] @ self._phasors(u, power).T).max(axis=1)
+            known = self._heard[u, power] = np.concatenate([known, DULL * heard * more**-power])
+        return known[: distance.size]
+
     def _wave(self, u: float, distance: F64) -> C128:
-        """Return (n, j) the turns of a ring at distances; those of one search are the beginning of a longer one's."""
+        """Return (n, j) the turns of a ring at distances."""
         known = self._waves.get(u, np.empty((0, self.blur.size), complex))
         if len(known) < distance.size:
             more = np.exp(2j * np.pi * u * distance[len(known) :, None] / self.blur)
@@ -81,6 +95,14 @@ class Waves:
 
     @functools.cached_property
     def _waves(self) -> dict[float, C128]:
+        return {}
+
+    @functools.cached_property
+    def _loudness(self) -> dict[tuple[float, float], F64]:
+        return {}
+
+    @functools.cached_property
+    def _heard(self) -> dict[tuple[float, float], F64]:
         return {}
 
 

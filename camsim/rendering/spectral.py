@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64, I64, same_rows
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsWaves
 from camsim.quadrature import gauss_legendre
@@ -66,9 +66,9 @@ def multiples(weights: F64) -> tuple[I64, F64]:
     largest = np.abs(weights).argmax(axis=1)
     size = weights[np.arange(len(weights)), largest]
     shape = np.round(weights / np.where(size == 0.0, 1.0, size)[:, None], ALIKE) + 0.0
-    _, first, group = np.unique(shape[order], axis=0, return_index=True, return_inverse=True)
+    first, group = same_rows(shape[order])
     which = np.empty(len(weights), np.int64)
-    which[order] = order[first][group.ravel()]
+    which[order] = order[first][group]
     there = largest[which]
     own, other = weights[np.arange(len(weights)), there], weights[which, there]
     return which, np.where(other == 0.0, 1.0, own / np.where(other == 0.0, 1.0, other))

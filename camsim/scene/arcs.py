@@ -1,7 +1,7 @@
 """Curves as arcs of circles, two by two: the way in which the check follows what bends, and by which lines are drawn.
 
 A pair of arcs that leaves and arrives as the curve does lies off it by about h³·|κ′|/324, to one side in its first half
-and to the other in its second. So what it gives and takes away is nearly the same, and what stays is of higher order.
+and to the other in its second. So what it gives and takes away is nearly the same; by how much it is not, is measured.
 Places are complex numbers here.
 """
 
@@ -54,7 +54,9 @@ def arcs_of(curves: Curves, fine: Fineness) -> Arcs:
     for turn in range(HALVINGS):
         pairs, off, bend, length = _fitted(curves, owner, t0, t1)
         most_off = fine.longest * math.sqrt(fine.allowed / math.pi)
+        gained = np.abs(_areas(pairs) - curves.some(owner).areas(t0, t1))
         good = (off <= most_off) & (off * length**2 <= fine.allowed * fine.longest**3) & (length <= 0.35 * fine.longest)
+        good &= gained <= 0.25 * fine.allowed * fine.longest**2 * (t1 - t0)
         good |= off <= 0.5 * fine.allowed * fine.longest
         good &= bend <= MOST_BEND
         if turn == HALVINGS - 1:
@@ -75,6 +77,21 @@ def arcs_of(curves: Curves, fine: Fineness) -> Arcs:
     arcs = Arcs(np.repeat(owners[order], 2), start, end, bends.real)
     kept = arcs.start != arcs.end
     return Arcs(*(column[kept] for column in arcs))
+
+
+def _areas(pairs: Arcs) -> F64:
+    """Return the areas (n,) between pairs of arcs and the chords from their begins to their ends; see Curves.areas."""
+    chord = pairs.end - pairs.start
+    bend = pairs.bend_rad
+    small = np.abs(bend) < 1e-2
+    safe = np.where(small, 1.0, bend)
+    # (β − sin β)/(8 sin² β/2) of the chord's square.
+    part = np.where(
+        small, bend / 12.0 * (1.0 + bend**2 / 30.0), (safe - np.sin(safe)) / (8.0 * np.sin(0.5 * safe) ** 2)
+    )
+    triangle = 0.5 * (chord[:, 0].conj() * chord[:, 1]).imag
+    areas: F64 = (np.abs(chord) ** 2 * part).sum(axis=1) + triangle
+    return areas
 
 
 def _picked(pairs: Arcs, which: np.ndarray) -> Arcs:

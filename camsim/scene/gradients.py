@@ -120,7 +120,11 @@ class LinearGradient(Gradient):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RadialGradient(Gradient):
-    """A disc that goes from ``high`` in its centre to ``low`` at its rim, with the square of the distance."""
+    """A disc that goes from ``high`` in its centre to ``low`` at its rim, with the square of the distance.
+
+    >>> RadialGradient(radius_um=40.0, low=0.1, high=0.9).radius_um
+    40.0
+    """
 
     radius_um: Positive
     centre_um: Point = (0.0, 0.0)
@@ -150,6 +154,9 @@ class SineGrating(Gradient):
     """A rectangle of waves that run along its width; then it is turned.
 
     period_um : of a wave;  phase_deg: of the wave in its centre, 0 is bright
+
+    >>> SineGrating(width_um=80.0, height_um=40.0, period_um=10.0, low=0.1, high=0.7).period_um
+    10.0
     """
 
     width_um: Positive
@@ -190,6 +197,9 @@ class SineStar(Gradient):
     """A Siemens star whose sectors are waves around its centre; within ``inner_radius_um`` there is nothing of it.
 
     cycles : around it;  rotate_deg: of the first bright middle from the right, clockwise as displayed
+
+    >>> SineStar(radius_um=80.0, inner_radius_um=5.0, cycles=36, low=0.1, high=0.7).cycles
+    36
     """
 
     radius_um: Positive
@@ -243,6 +253,9 @@ class SineZonePlate(Gradient):
     """A disc of circular waves whose frequency rises evenly from 0 in its centre, which is bright.
 
     finest_period_um : at its rim
+
+    >>> SineZonePlate(radius_um=80.0, finest_period_um=8.0).finest_period_um
+    8.0
     """
 
     radius_um: Positive

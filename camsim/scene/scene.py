@@ -24,6 +24,10 @@ class Scene:
 
     background : reflectance of everything that no shape covers, out to infinity
     shapes     : pictures and gradients; later ones cover earlier ones
+
+    >>> from camsim.scene import Disc
+    >>> len(Scene(background=0.9, shapes=[Disc(radius_um=30.0, reflectance=0.1)]).shapes)
+    1
     """
 
     background: Reflectance

@@ -23,6 +23,7 @@ MOST_TURN = 2.0 * math.pi / 64.0
 GROWTH = 1.3  # of sides from an end on
 SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
 HALVINGS = 40
+ROUNDS = 100  # of easing: as many as there are stretches between the shortest sides and the longest
 MOST_SIDES = 20_000_000  # of all curves
 GRID_BITS = 46  # of the largest coordinate
 NEARLY = 1e-9  # of a curve's parameter: a corner so near its ends is one of them
@@ -108,7 +109,10 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     uneven = np.zeros(len(curves.first) - 1, bool)
     uneven[curves.loop[bent[found.owner[cut]]]] = True
     uneven[curves.loop[bent[corners.any(axis=1)]]] = True
-    side, found = _lengths(found, limits, cut, uneven[curves.loop[bent]], corners)
+    number = np.full(len(curves.kind), -1)
+    number[bent] = np.arange(len(bent))
+    after = np.where(smooth[bent], number[following[bent]], -1)
+    side, found = _lengths(found, limits, cut, uneven[curves.loop[bent]], corners, after)
     sides[bent], t = _laid(curves.some(bent), found, side, corners)
     owner = np.repeat(np.arange(len(sides)), sides)
     begin = np.cumsum(sides) - sides
@@ -150,17 +154,19 @@ def _smooth(curves: Curves, following: I64) -> np.ndarray:
 
 
 def _lengths(
-    found: Stretches, limits: SideLimits, cut: np.ndarray, uneven: np.ndarray, corners: np.ndarray
+    found: Stretches, limits: SideLimits, cut: np.ndarray, uneven: np.ndarray, corners: np.ndarray, after: I64
 ) -> tuple[F64, Stretches]:
     """Return how long sides may be along stretches of curves, and these, cut again near corners.
 
     cut     : stretches that another outline may cut;  uneven: curves in whose outline there are such, or corners
     corners : (n, 2) whether a curve's start and end are corners, whose places are kept: sides grow from there on
+    after   : the curve in which each goes on without a corner, −1 for none
     """
     side = limits.side_um(found.radius_um, cut, uneven[found.owner])
     if limits.longer is not None:
         longer = limits.longer(found.place_um, found.radius_um, found.length_um)
         side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius_um)
+    side, found = _eased(found, side, cut, after)
     found, side = _graded(found, side, limits, corners)
     judge_sides(float(np.sum(found.length_um / side)))
     return side, found
@@ -223,14 +229,18 @@ def _even_steps(found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, 
     each, count = found.length_um / side, len(corners)
     total = np.bincount(found.owner, each, count)
     sides = np.ceil(total - 1e-9).astype(np.int64)
-    # As a share of its own total, and curve after curve: both rise all along.
+    # As a share of its own total, and curve after curve: both rise all along, to the next whole number at each end.
     share = each / np.where(total > 0.0, total, 1.0)[found.owner]
     starts = np.concatenate([[0.0], np.cumsum(share)[:-1]])
+    ends = np.append(found.owner[1:] != found.owner[:-1], True)[: len(share)]
     x = np.minimum(starts - starts[np.searchsorted(found.owner, found.owner)], 1.0) + found.owner
+    whole = (found.owner + 1.0)[ends]
+    after = np.flatnonzero(ends) + 1
+    x, at = np.insert(x, after, whole), np.insert(found.t0 + found.owner, after, whole)
     inner = np.maximum(sides - 1, 0)
     owner = np.repeat(np.arange(count), inner)
     wanted = (1 + np.arange(owner.size) - np.repeat(np.cumsum(inner) - inner, inner)) / sides[owner]
-    t = np.interp(wanted + owner, np.append(x, count), np.append(found.t0 + found.owner, count)) - owner
+    t = np.interp(wanted + owner, x, at) - owner if x.size else wanted
     return owner, np.clip(t, 0.0, 1.0)
 
 
@@ -249,8 +259,36 @@ def _graded(found: Stretches, side: F64, limits: SideLimits, corners: np.ndarray
         long = (allowed < side) & (found.length_um > np.maximum(2.0 * np.minimum(from_start, from_end), allowed))
         if not long.any():
             break
-        found, side = halved(found, side, long)
+        found, which = halved(found, long)
+        side = side[which]
     return found, np.minimum(side, allowed)
+
+
+def _eased(found: Stretches, side: F64, cut: np.ndarray, after: I64) -> tuple[F64, Stretches]:
+    """Return sides that grow slowly from where another outline may cut, and their stretches, some of them cut again.
+
+    What a side lacks in area its ends make up for, and with that they move the sides beside it: next to a long side
+    a short one would lie as far from the curve as that.
+    """
+    slow = cut
+    for _ in range(ROUNDS):
+        last = np.append(found.owner[1:] != found.owner[:-1], True)
+        first = np.append(np.searchsorted(found.owner, np.arange(len(after))), -1)
+        then = np.where(last, first[after[found.owner]], np.arange(1, len(side) + 1))
+        one = np.flatnonzero(then >= 0)
+        two = then[one]
+        most = side.copy()
+        for here, there in ((one, two), (two, one)):
+            grown = side[here] + (GROWTH - 1.0) * np.minimum(side[here], found.length_um[there])
+            np.minimum.at(most, there, np.where(slow[here], grown, np.inf))
+        steep = most < side * (1.0 - NEARLY)
+        if not steep.any():
+            break
+        long = steep & (found.length_um > 4.0 * most)  # only what is near has to be short
+        side, slow = np.where(long, side, most), slow | (steep & ~long)
+        found, which = halved(found, long)
+        side, slow = side[which], slow[which]
+    return side, found
 
 
 def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:

@@ -99,16 +99,16 @@ def distances(found: Stretches) -> tuple[F64, F64, F64]:
     return from_start, np.maximum(whole - from_start - found.length_um, 0.0), whole
 
 
-def halved(found: Stretches, side: F64, long: np.ndarray) -> tuple[Stretches, F64]:
-    """Return stretches of which some are cut in two, and what is known of each by number."""
-    twice = np.repeat(np.arange(len(side)), np.where(long, 2, 1))
+def halved(found: Stretches, long: np.ndarray) -> tuple[Stretches, I64]:
+    """Return stretches of which some are cut in two, and which each was."""
+    twice = np.repeat(np.arange(len(long)), np.where(long, 2, 1))
     first = np.searchsorted(twice, np.flatnonzero(long))
     halves = found.some(twice)
     middle = 0.5 * (found.t0 + found.t1)[long]
     halves.t1[first], halves.t0[first + 1] = middle, middle
     halves.length_um[first] *= 0.5
     halves.length_um[first + 1] *= 0.5
-    return halves, side[twice]
+    return halves, twice
 
 
 class Whose(NamedTuple):
@@ -134,8 +134,8 @@ def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stret
     cut = np.ones(len(found.owner), bool)
     for turn in range(ROUNDS):
         if turn:
-            found, flags = halved(found, cut.astype(float), cut)
-            cut = flags > 0.0
+            found, which = halved(found, cut)
+            cut = cut[which]
         own = curves.some(found.owner)
         chords = np.concatenate([np.stack([own.at(found.t0), own.at(found.t1)], axis=1), fixed])
         # An arc of a quarter radian or less rises by an eighth of its square over its radius; half of that is spare.

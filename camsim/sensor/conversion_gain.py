@@ -16,6 +16,9 @@ class DualGain:
     read_noise_e : standard deviation in this mode, electrons; None: as in the other
 
     ``Adc.electrons_per_dn`` goes on in proportion to ISO: makers calibrate their settings across the switch.
+
+    >>> DualGain(from_iso=800.0, capacity_e=8000.0, read_noise_e=1.2)
+    DualGain(from_iso=800.0, capacity_e=8000.0, read_noise_e=1.2)
     """
 
     from_iso: Positive

@@ -30,6 +30,11 @@ class Exposure:
     iso      : sensitivity setting, 0.001 … 1e9; data numbers per electron grow in proportion to it
     datetime : date of the capture that files carry, "YYYY-MM-DD hh:mm:ss"
     temperature_c : of the sensor, °C; None: the temperature that its dark current is given for
+
+    >>> Exposure(time_s=0.01, iso=200.0)
+    Exposure(time_s=0.01, iso=200.0, datetime='2000-01-01 00:00:00', temperature_c=None)
+    >>> Exposure(time_s="auto", iso=200.0).time_s
+    'auto'
     """
 
     time_s: Positive | Literal["auto"]

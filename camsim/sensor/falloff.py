@@ -43,6 +43,9 @@ class RadialFalloff:
 
     radius_mm : (n,) distances from the optical axis on the sensor, increasing, the first 0
     values    : (n,) light there relative to the axis, fractions; the first is 1
+
+    >>> RadialFalloff(radius_mm=[0.0, 10.0], values=[1.0, 0.6])
+    RadialFalloff(radius_mm=(0.0, 10.0), values=(1.0, 0.6))
     """
 
     radius_mm: Several[NonNegative]

@@ -19,7 +19,11 @@ S = TypeVar("S")
 
 
 class Phase(IntEnum):
-    """When a stage acts, in the order of what happens to charge."""
+    """When a stage acts, in the order of what happens to charge.
+
+    >>> [phase.name for phase in Phase]
+    ['LIGHT', 'NEIGHBOURS', 'CHARGE', 'COUNT', 'WELL', 'READ']
+    """
 
     LIGHT = 1  # what each photosite sees, neighbours of the window included
     NEIGHBOURS = 2  # what ends in the photosite next door
@@ -45,6 +49,12 @@ class Context:
     margin           : photosites beyond the window on each side of these electrons, for what neighbours give
     phase            : in which the stage is asked to act
     stages           : all that act
+
+    >>> context = Context(time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=8, rows_in_all=4)
+    >>> context.first
+    (0, 0)
+    >>> context.generator(1001).random(3).shape
+    (3,)
     """
 
     time_s: float
@@ -103,6 +113,10 @@ class ElectronicStage(Protocol):
     without_noise : whether it acts on a capture without noise too
     margin        : photosites that it needs beyond those that it gives, on every side
     whole_window  : whether it needs all rows at once
+
+    >>> import camsim
+    >>> isinstance(camsim.ReadNoise(3.0), ElectronicStage), camsim.ReadNoise(3.0).phases
+    (True, (<Phase.READ: 6>,))
     """
 
     __slots__ = ()

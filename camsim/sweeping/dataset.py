@@ -57,6 +57,18 @@ def dataset(
 
     A sample's key, shard, place and split are functions of the file alone. Raises ConfigError for what is wrong with
     it, before anything is made.
+
+    >>> import tempfile
+    >>> import camsim
+    >>> made_of = {
+    ...     "scene": ["flat-field", "grey-steps", "slanted-edge"],
+    ...     "set": {"region": {"rows": 4, "cols": 4}, "render.tolerance": 1e-2},
+    ...     "crops": {"rows": 2, "cols": 2},
+    ... }
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     made = camsim.dataset(made_of, folder, workers=0)
+    ...     camsim.read_pair(folder, 0)[0]["truth"].shape
+    (2, 2, 3)
     """
     began_s = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
@@ -87,6 +99,19 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     noisy : codes, uint16;  clean : (rows, cols) and truth : (rows, cols, channels) mean electrons, float32
 
     Electrons of a code are (code − black_level_dn) · electrons_per_dn.
+
+    >>> import tempfile
+    >>> import camsim
+    >>> made_of = {
+    ...     "scene": ["flat-field", "grey-steps", "slanted-edge"],
+    ...     "set": {"region": {"rows": 4, "cols": 4}, "render.tolerance": 1e-2},
+    ...     "crops": {"rows": 2, "cols": 2},
+    ... }
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     made = camsim.dataset(made_of, folder, workers=0)
+    ...     arrays, about = camsim.read_pair(folder, 2)
+    >>> arrays["noisy"].shape, about["black_level_dn"]
+    ((2, 2), 128)
     """
     import pyarrow.parquet as parquet
 

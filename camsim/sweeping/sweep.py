@@ -80,6 +80,18 @@ def sweep(
     Files and their checksums do not depend on workers, engine or order. Raises ConfigError for what is wrong with the
     study, before anything is taken; a capture that fails later is a row that says why.
     Such as ``camsim.sweep({"scene": "slanted-edge", "vary": {"exposure.iso": [200, 800]}}, "out")``.
+
+    >>> import tempfile
+    >>> import camsim
+    >>> study = {
+    ...     "scene": "flat-field",
+    ...     "set": {"region": {"rows": 2, "cols": 2}},
+    ...     "vary": {"exposure.iso": [200, 800]},
+    ... }
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     swept = camsim.sweep(study, folder, workers=0)
+    >>> swept.taken, [row["iso"] for row in swept.rows]
+    (2, [200.0, 800.0])
     """
     began_s = time.perf_counter()
     report = progress or (lambda stage, fraction: None)

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from camsim.config import library
-from camsim.config.reference import FILES, json_schema, markdown
+from camsim.config.reference import FILES, _tables, examples, json_schema, markdown
 from camsim.config.yaml_source import read
 
 
@@ -46,6 +46,33 @@ def test_every_key_says_what_it_means() -> None:
             assert table["description"], name
             for key, said in table.get("properties", {}).items():
                 assert said.get("description"), (name, key)
+
+
+def test_every_key_has_an_example() -> None:
+    """The page shows them below their tables, and the tests of the pages let camsim judge each."""
+    keys = {
+        (table.__name__, key)
+        for model in FILES.values()
+        for _, table in _tables(model, "")
+        for key in table.model_fields
+        if key != "source"
+    }
+    shown = {
+        (name, key)
+        for name, parts in examples().items()
+        for part in parts
+        for key in keys_in(yaml.safe_load(part))
+        if (name, key) in keys
+    }
+    assert keys - shown == set()
+    assert {name for name, _ in keys} == set(examples())
+
+
+def keys_in(tree: Any) -> set[str]:
+    """All keys at any depth."""
+    if isinstance(tree, list):
+        return set().union(*map(keys_in, tree))
+    return set(tree) | keys_in(list(tree.values())) if isinstance(tree, dict) else set()
 
 
 def test_the_reference_is_up_to_date() -> None:

@@ -137,3 +137,23 @@ def test_photosites_at_exactly_the_distance_from_which_edges_are_far(turn_rad):
     )
     assert planned.plan.marks.near == 5.0
     keeps(system, 1e-4, "boundary")
+
+
+ELLIPSE = {"kind": "ellipse", "centre": [0.5, -0.8], "radii": [0.8, 0.4], "rotate_deg": 105.0, "reflectance": 0.0}
+CAPSULE = {"kind": "capsule", "points": [[-1.5, -0.5], [0.2, 1.0]], "width": 1.1, "reflectance": 0.65}
+SLIVER = {"kind": "ellipse", "centre": [1.06, -0.04], "radii": [0.59, 0.015], "rotate_deg": 0.0, "reflectance": 0.1}
+
+
+@pytest.mark.parametrize("shapes", [[CAPSULE, ELLIPSE], [ELLIPSE, CAPSULE], [RECTANGLE | {"width": 3.0}, SLIVER]])
+def test_ellipses_beside_circles_and_cut_ones(shapes):
+    """1e-10 … 3e-8 off at any tolerance: sides of an ellipse crowded at its end, or long ones beside a cut."""
+    system = system_of(shapes, 0.23, photosite=POINT, rows=3, cols=4)
+    for tolerance in (1e-6, 1e-9):
+        keeps(system, tolerance, "fourier")
+
+
+def test_small_circles_far_outside():
+    """The check was 9e-8 off: a whole circle, small and far away, was taken for a short arc. The picture was right."""
+    ring = {"kind": "ring", "centre": [9.0, 3.0], "radius": 0.5, "inner": 0.25, "reflectance": 0.0}
+    system = system_of([ring], 0.27, rows=3, cols=3) | {"lens": {"kind": "gaussian", "blur": 0.27}}
+    keeps(system, 1e-9)

@@ -215,10 +215,11 @@ def pieces(shapes):
     """All pieces of outline with different shapes on their two sides."""
     sides = [(k, side) for k, shape in enumerate(shapes) for side in outline(shape)]
     boxes = np.array([_box(side) for _, side in sides]).reshape(-1, 4)
+    scales = np.abs(boxes).max(axis=1, initial=0.0)
     found = []
     for i, (k, side) in enumerate(sides):
-        scale = float(np.abs(boxes[i]).max())
-        near = SAME * scale
+        # Of two sides the larger says how near is the same, or only one of them would run along the other.
+        near = SAME * np.maximum(scales, scales[i])
         # What shares a box with this side, and may cut it, lie along it or come close to it.
         meets = np.flatnonzero(
             (boxes[:, 0] <= boxes[i, 2] + near)
@@ -227,14 +228,14 @@ def pieces(shapes):
             & (boxes[:, 3] >= boxes[i, 1] - near)
         )
         others = [(j, sides[j][1]) for j in meets if sides[j][0] != k]
-        cuts = {t for _, other in others for t in _cuts(side, other, near)}
+        cuts = {t for j, other in others for t in _cuts(side, other, near[j])}
         if isinstance(side, Arc) and side.whole:
             cuts = sorted({t % 1.0 for t in cuts} or {0.0})
             cuts.append(cuts[0] + 1.0)
         else:
             cuts = sorted({0.0, 1.0} | {t for t in cuts if 0.0 < t < 1.0})
         for t, u in pairwise(cuts):
-            if (u - t) * side.length <= 4.0 * near:
+            if (u - t) * side.length <= 4.0 * near[i]:
                 continue
             left_right = _sides(shapes, sides, i, side, t, u, near)
             if left_right is not None:
@@ -247,11 +248,12 @@ def _sides(shapes, sides, own, side, begin, end, near):
     # In the middle another outline may just touch: then it is asked elsewhere. What runs along does so everywhere.
     places = [(1.0 - part) * begin + part * end for part in (0.5, 0.382, 0.7)]
     gaps = [[other.distance(side.at(t)) for j, (_, other) in enumerate(sides) if j != own] for t in places]
-    k = int(np.argmin([sum(gap <= 4.0 * near for gap in each) for each in gaps]))
+    near = np.delete(near, own)
+    k = int(np.argmin([np.count_nonzero(np.array(each) <= 4.0 * near) for each in gaps]))
     t, step = places[k], 0.05 * (end - begin) * side.length
     middle = side.at(t)
-    for j, gap in zip([j for j in range(len(sides)) if j != own], gaps[k], strict=True):
-        if gap > 4.0 * near:
+    for j, gap, same in zip([j for j in range(len(sides)) if j != own], gaps[k], 4.0 * near, strict=True):
+        if gap > same:
             step = min(step, 0.25 * gap)
         elif j < own:
             return None

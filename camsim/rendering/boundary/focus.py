@@ -38,10 +38,10 @@ class Foci(NamedTuple):
 NO_FOCI = Foci(np.empty((0, 2)), np.empty(0), np.empty(0))
 
 
-def foci(edges: Edges, *, blur: float, grid: Grid, nearest: float) -> Foci:
-    """Return the circles of radius ``nearest`` or more that edges touch and whose centre the grid sees.
+def circles(edges: Edges, *, grid: Grid, nearest: float) -> tuple[F64, F64]:
+    """Return centres (n, 2) and radii (n,) of the circles of radius ``nearest`` or more that edges touch in a row.
 
-    edges : in chains;  blur: the pattern's shortest length, pitches
+    edges : in chains; of the circles those whose centre the grid sees
 
     Every three edges in a row touch one circle: n·c − ρ = n·a for their normals n and ends a. Of a round outline each
     of them brings it up again.
@@ -60,9 +60,14 @@ def foci(edges: Edges, *, blur: float, grid: Grid, nearest: float) -> Foci:
     circle = np.linalg.solve(matrix[regular], right[regular][..., None])[..., 0]
     centre, radius = circle[:, :2] + origin[regular], np.abs(circle[:, 2])
     seen = (radius >= nearest) & (_outside(centre, grid) <= ZONE * radius)
+    return centre[seen], radius[seen]
+
+
+def foci(centre: F64, radius: F64, edges: Edges, blur: float) -> Foci:
+    """Return circles with the shares of a turn that edges fill; ``blur``: the pattern's shortest length, pitches."""
     # Along a smooth outline the circles change slowly: of many so-many-th ones do.
-    some = np.flatnonzero(seen)[:: max(1, math.ceil(np.count_nonzero(seen) * len(edges) / MOST_PAIRS))]
-    return Foci(centre[some], radius[some], _shares(centre[some], radius[some], edges, blur))
+    step = max(1, math.ceil(radius.size * len(edges) / MOST_PAIRS))
+    return Foci(centre[::step], radius[::step], _shares(centre[::step], radius[::step], edges, blur))
 
 
 def distinct(found: Foci) -> Foci:

@@ -24,7 +24,7 @@ from scipy import optimize
 from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import gauss_error
-from camsim.rendering.boundary.focus import NO_FOCI, ZONE, Foci, distinct, foci, threes
+from camsim.rendering.boundary.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, threes
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
@@ -127,14 +127,16 @@ def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed
     """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
     if not waves.pattern.rings or not len(edges):
         return NO_FOCI
-    loud = waves.quiet_distance(allowed, front="focus")
-    if loud <= quiet_end:
+    centre, radius = circles(edges, grid=grid, nearest=quiet_end / (1.0 + ZONE))
+    if not radius.size:
         return NO_FOCI
-    found = foci(edges, blur=float(waves.blur.min()), grid=grid, nearest=quiet_end / (1.0 + ZONE))
+    beyond = 1.01 * float(radius.max())  # no circle asks
+    loud = radius < waves.quiet_distance(allowed, front="focus", within=beyond)
+    found = foci(centre[loud], radius[loud], edges, float(waves.blur.min()))
     hundredths = np.ceil(100.0 * found.share)
     until = np.zeros_like(found.radius)
     for share in np.unique(hundredths[hundredths > 0.0]):
-        until[hundredths == share] = waves.quiet_distance(allowed / (0.01 * float(share)), front="focus")
+        until[hundredths == share] = waves.quiet_distance(allowed / (0.01 * float(share)), front="focus", within=beyond)
     return distinct(found.some(found.radius < until))
 
 

@@ -119,7 +119,7 @@ class Judge:
         """Pieces of the scene, wavelengths, and densities (spectra, channels, n)."""
         job = self.job
         felt_nm = job.wavelength_nm[job.response.any(axis=0)]  # none of a light that the sensor does not see
-        highest = max(job.system.cutoff_per_um(float(w)) for w in (felt_nm if felt_nm.size else job.wavelength_nm))
+        highest = job.system.highest_per_um(felt_nm if felt_nm.size else job.wavelength_nm)
         fine = Fineness(1.0 / (highest * job.grid.pitch_um), job.budget.of_check.allowed("own curves"))
         pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine)
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm)
@@ -232,7 +232,7 @@ class Judge:
         job, base, allowed = self.job, self.base, self.job.budget.of_check.tolerance
         if self._difference is not None:
             job, base, allowed = self._difference, np.zeros_like(base), DIFFERENCE_CHECK_PART * job.tolerance
-        highest = max(job.system.cutoff_per_um(float(w)) for w in wavelength_nm) * job.grid.pitch_um
+        highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
         return self.transforms.windows(
             job.of_edges(
                 polygons(pieces, 1.0 / highest, min(allowed, self.job.budget.of_check.tolerance)),

@@ -59,7 +59,7 @@ class PictureJudge:
         seen_nm = job.wavelength_nm[np.any(job.response != 0.0, axis=0)]
         if not seen_nm.size:
             seen_nm = job.wavelength_nm[:1]
-        return max(job.system.cutoff_per_um(float(nm)) for nm in (seen_nm.min(), seen_nm.max())) * job.grid.pitch_um
+        return job.system.highest_per_um(seen_nm) * job.grid.pitch_um
 
     @functools.cached_property
     def _bounds(self) -> dict[int, Bounds | None]:

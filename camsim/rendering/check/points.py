@@ -15,6 +15,7 @@ PANEL_NODES = 20
 PANEL_BLURS = 4.0
 FEW_NODES = 8
 SHORT = 0.25  # of its distance, half an arc for which these do: 8^{-16} of what it gives
+STRAIGHTISH = 2.0  # radians that such an arc may turn: it does not go round and back again, as a small circle does
 CUTS = 10  # where a round piece may be cut, its ends among them
 FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
 
@@ -154,7 +155,7 @@ def _round(
     # From afar a short arc is smooth all along.
     middle = begin + 0.5 * (end - begin)
     at, half = math.hypot(dx + big * math.cos(middle), dy + big * math.sin(middle)), 0.5 * big * (end - begin)
-    if at - half > radius and half < SHORT * at:
+    if at - half > radius and half < SHORT * at and end - begin < STRAIGHTISH:
         return _panel(Arc(dx, dy, big, begin, end), 0.0, 1.0, False, energy, few)
     # Cut where the rim is nearest and farthest, and where it crosses the table's radius:
     # |d|² + R² + 2R|d|cos(φ − φd) = radius².

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64, I64, same_rows
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 
@@ -62,8 +62,7 @@ def widest(weights: F64) -> tuple[F64, I64, F64]:
     flat = weights.reshape(len(weights), -1)
     size = np.take_along_axis(flat, np.abs(flat).argmax(axis=1)[:, None], axis=1)[:, 0]
     unit = flat / np.where(size == 0.0, 1.0, size)[:, None]
-    _, first, which = np.unique(np.round(unit, DIGITS) + 0.0, axis=0, return_index=True, return_inverse=True)
-    which = which.ravel()
+    first, which = same_rows(np.round(unit, DIGITS) + 0.0)
     most = np.zeros(len(first))
     np.maximum.at(most, which, np.abs(size))
     kept = unit[first] * most[:, None]

@@ -133,7 +133,7 @@ def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudg
     if isinstance(field, Raster):
         return field
     assert isinstance(field, Gradient)
-    cutoff = max(system.cutoff_per_um(float(nm)) for nm in (seen_nm.min(), seen_nm.max()))
+    cutoff = system.highest_per_um(seen_nm)
     return sampled(field, cutoff, budget.allowed("outlines"))
 
 

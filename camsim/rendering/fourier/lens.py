@@ -35,7 +35,7 @@ CURVE_POINTS = 8
 def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolerance: float) -> Kernel:
     """Return what the plan has to know of the lens at these wavelengths."""
     lens, more = system.lens, system.more
-    cutoff = max(system.cutoff_per_um(float(w)) for w in wavelength_nm) * pitch_um
+    cutoff = system.highest_per_um(wavelength_nm) * pitch_um
     blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
     reach = math.inf
     if isinstance(lens, KnowsTail):
@@ -78,22 +78,27 @@ def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> 
 def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
     """Return what tells how much light may lie beyond a distance in pitches: all of it where the lens does not say.
 
-    A pattern may have dark rings, and a radial curve negative ones: what lies beyond is looked for farther out too, and
-    taken twice.
+    A pattern may have dark rings: what lies beyond is looked for farther out too, and taken twice. A radial curve may
+    have negative ones: they count as much as the others.
     """
     lens = system.lens
     ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
     if isinstance(lens, KnowsTail):
         tail, rings = lens.light_beyond, system.ring_share(wavelength_nm)
-        return lambda distance: 2.0 * max(float(tail(np.array(distance * pitch_um), nm, rings)) for nm in ends_nm)
+        return lambda distance: min(
+            1.0, 2.0 * max(float(tail(np.array(distance * pitch_um), nm, rings)) for nm in ends_nm)
+        )
     if not isinstance(lens, KnowsEnergy) or system.more:
         return lambda distance: 1.0
+    if isinstance(lens, RoundLens) and lens.pattern().signed:
+        pattern, blurs = lens.pattern(), [system.blur_um(nm) / pitch_um for nm in ends_nm]
+        return lambda distance: max(pattern.absolute(distance / blur) for blur in blurs)
     energy = lens.encircled_energy
     farther = np.linspace(1.0, 1.5, 33)
 
     def light(distance: float) -> float:
         radius_um = distance * pitch_um * farther
-        return 2.0 * max(float(np.abs(1.0 - energy(radius_um, nm)).max()) for nm in ends_nm)
+        return min(1.0, 2.0 * max(float(np.abs(1.0 - energy(radius_um, nm)).max()) for nm in ends_nm))
 
     return light
 

@@ -53,7 +53,7 @@ class Kernel:
     reach   : as far as its light matters; inf: as far as there is anything
     round   : the taper is round and the kernel a curve; else both are functions of x and y
     tapered : False for a pattern that has died away at ``reach`` by itself
-    light   : what share of the light may lie beyond a distance
+    light   : how much light may lie beyond a distance, negative light counted as much
     pupil_nodes : nodes that the patterns at all wavelengths take out to a distance, of a lens that is not round
     rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
     """
@@ -69,7 +69,7 @@ class Kernel:
 
     def beyond(self, distance: float, edges: int) -> float:
         """Return what a taper that begins at ``distance`` works on: at most this of an image of so many edges."""
-        beyond = min(1.0, self.light(distance))
+        beyond = self.light(distance)
         if self.rings:
             beyond = min(beyond, edges * sum(a * distance**-n for a, n in self.rings))
         return beyond

@@ -29,6 +29,10 @@ class Group(Shape):
     move_um   : to the right and down
     matrix    : instead of all these, (a, b, c, d, e, f) as in SVG: x, y → a·x + c·y + e, b·x + d·y + f, µm
     clip      : nothing outside this shape is painted; it moves with the group, and its reflectance plays no part
+
+    >>> from camsim.scene import Disc
+    >>> Group(shapes=[Disc(radius_um=5.0, reflectance=0.1)], scale=(2.0, 1.0), move_um=(10.0, 0.0)).shapes[0].radius_um
+    5.0
     """
 
     shapes: Several[Shape]
@@ -80,6 +84,10 @@ class RepeatOnGrid(Shape):
     """Shapes repeated in rows and columns, row by row, about where they are given.
 
     step_um : from one column and from one row to the next
+
+    >>> from camsim.scene import Disc
+    >>> RepeatOnGrid(shapes=[Disc(radius_um=5.0, reflectance=0.1)], rows=2, cols=3, step_um=(20.0, 20.0)).cols
+    3
     """
 
     shapes: Several[Shape]
@@ -109,6 +117,10 @@ class RepeatOnRing(Shape):
     """Shapes repeated on a ring: copies, evenly turned about a centre, the first as it is given.
 
     upright : copies keep their direction and are only moved along
+
+    >>> from camsim.scene import Disc
+    >>> RepeatOnRing(shapes=[Disc(radius_um=5.0, centre_um=(40.0, 0.0), reflectance=0.1)], count=6).count
+    6
     """
 
     shapes: Several[Shape]

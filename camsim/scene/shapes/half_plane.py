@@ -26,6 +26,9 @@ class HalfPlane(Shape):
 
     through_um  : a point of the line
     towards_deg : the direction in which it lies, square to the line, clockwise as displayed from the right
+
+    >>> HalfPlane(through_um=(0.0, 0.0), towards_deg=5.0, reflectance=0.05)
+    HalfPlane(through_um=(0.0, 0.0), towards_deg=5.0, reflectance=0.05)
     """
 
     depth: ClassVar[int] = 0

@@ -38,6 +38,9 @@ class Line(Drawn):
     miter_limit : a miter longer than so many widths is cut off, as in SVG
     dashes_um   : lengths of dash, gap, dash … along each outline, again and again; of odd number twice over, as in SVG
     dash_offset_um : where in this pattern each outline begins
+
+    >>> Line(segments_um=[("move", 0, 0), ("line", 30, 0)], width_um=4.0, cap="round", reflectance=0.1).segments_um
+    (('move', 0.0, 0.0), ('line', 30.0, 0.0))
     """
 
     segments_um: Segments

@@ -68,7 +68,11 @@ class Polygon(Shape):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rectangle(Shape):
-    """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down)."""
+    """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down).
+
+    >>> Rectangle(width_um=60.0, height_um=40.0, rotate_deg=4.0, reflectance=0.05)
+    Rectangle(width_um=60.0, height_um=40.0, centre_um=(0.0, 0.0), rotate_deg=4.0, reflectance=0.05)
+    """
 
     depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 4
@@ -103,6 +107,9 @@ class RegularPolygon(Shape):
     """A polygon of equal sides and angles; its first corner lies to the right of its centre before it is turned.
 
     radius_um : from the centre to a corner
+
+    >>> RegularPolygon(sides=6, radius_um=30.0, reflectance=0.2)
+    RegularPolygon(sides=6, radius_um=30.0, centre_um=(0.0, 0.0), rotate_deg=0.0, reflectance=0.2)
     """
 
     depth: ClassVar[int] = 0
@@ -132,6 +139,9 @@ class Star(Shape):
     """A star of ``tips``; the first lies to the right of its centre before it is turned.
 
     radius_um, inner_radius_um : from the centre to the tips, and to the corners between them
+
+    >>> Star(tips=5, radius_um=30.0, inner_radius_um=12.0, reflectance=0.2)
+    Star(tips=5, radius_um=30.0, inner_radius_um=12.0, centre_um=(0.0, 0.0), rotate_deg=0.0, reflectance=0.2)
     """
 
     depth: ClassVar[int] = 0

@@ -22,7 +22,11 @@ Angle = Annotated[float, Ge(-1e6), Le(1e6)]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disc(Shape):
-    """A round disc."""
+    """A round disc.
+
+    >>> Disc(radius_um=30.0, centre_um=(60.0, 0.0), reflectance=0.2)
+    Disc(radius_um=30.0, centre_um=(60.0, 0.0), reflectance=0.2)
+    """
 
     depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 1
@@ -44,6 +48,9 @@ class Ellipse(Shape):
     """An ellipse; ``rotate_deg`` turns it clockwise as displayed.
 
     radius_x_um, radius_y_um : half its width and half its height before it is turned
+
+    >>> Ellipse(radius_x_um=30.0, radius_y_um=10.0, rotate_deg=20.0, reflectance=0.2)
+    Ellipse(radius_x_um=30.0, radius_y_um=10.0, centre_um=(0.0, 0.0), rotate_deg=20.0, reflectance=0.2)
     """
 
     depth: ClassVar[int] = 0
@@ -66,7 +73,11 @@ class Ellipse(Shape):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ring(Shape):
-    """What lies between two circles about one centre."""
+    """What lies between two circles about one centre.
+
+    >>> Ring(radius_um=30.0, inner_radius_um=20.0, reflectance=0.2)
+    Ring(radius_um=30.0, inner_radius_um=20.0, centre_um=(0.0, 0.0), reflectance=0.2)
+    """
 
     depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 2
@@ -91,6 +102,9 @@ class Sector(Shape):
     """Part of a disc, or of a ring where ``inner_radius_um`` is above 0.
 
     from_deg, turn_deg : where it begins, clockwise as displayed from the right, and how far it goes on from there
+
+    >>> Sector(radius_um=30.0, from_deg=0.0, turn_deg=90.0, reflectance=0.2)
+    Sector(radius_um=30.0, inner_radius_um=0.0, from_deg=0.0, turn_deg=90.0, centre_um=(0.0, 0.0), reflectance=0.2)
     """
 
     depth: ClassVar[int] = 0

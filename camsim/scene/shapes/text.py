@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -30,11 +31,15 @@ class Text(Shape):
     size_um  : of the font (its em): capitals are 0.714 of it high
     at_um    : where the first line begins, ends or has its middle, as ``align`` says; on its baseline, or where the
                block of lines has its middle, from the top of the first's capitals to the last's baseline (``vertical``)
+    weight   : of the font, Light to ExtraBold
     line     : from one baseline to the next, in sizes
     rotate_deg : clockwise as displayed about that point
 
     Letters stand as far apart as the font says; there is no kerning and there are no ligatures. What the font has not,
     and signs that stand upon others, are refused.
+
+    >>> Text(text="Abc", size_um=50.0, align="centre", reflectance=0.05).text
+    'Abc'
     """
 
     depth: ClassVar[int] = 0
@@ -88,7 +93,7 @@ class Font:
     def __init__(self, path: Any) -> None:
         from fontTools.ttLib import TTFont
 
-        self._font = TTFont(path, lazy=True)
+        self._font = TTFont(io.BytesIO(path.read_bytes()), lazy=True)  # no file stays open for as long as it is kept
         self._names = self._font.getBestCmap()
         self._glyphs = self._font.getGlyphSet()
         self._em = float(self._font["head"].unitsPerEm)

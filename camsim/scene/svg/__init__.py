@@ -25,6 +25,14 @@ class Svg(Shape):
     """The shapes of a drawing.
 
     name : of its file
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> text = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="1" height="1" fill="red"/></svg>'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "flag.svg").write_text(text)
+    ...     len(read_svg(Path(folder) / "flag.svg", width_um=80.0).shapes)
+    1
     """
 
     name: str
@@ -65,6 +73,14 @@ def read_svg(
 
     Paths, basic shapes, groups, ``use``, transforms, fills, strokes and clip paths are drawn; nothing beyond the page
     is. Raises ConfigError that names every element that cannot be, with its line: nothing is left out silently.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> text = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="1" height="1" fill="red"/></svg>'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = (Path(folder) / "flag.svg").write_text(text)
+    ...     len(read_svg(Path(folder) / "flag.svg", width_um=80.0, palette={"red": 0.1}).shapes)
+    1
     """
     name = shown or os.fspath(file)
     if (width_um is None) == (height_um is None):

@@ -22,6 +22,9 @@ class Blooming(ElectronicStage):
     spill : the fraction of it that runs on, half of it upwards; the rest is drained. 0..1
 
     Charge that leaves the window is lost, and none comes in from outside.
+
+    >>> Blooming(spill=0.8)
+    Blooming(spill=0.8)
     """
 
     name: ClassVar = "blooming"

@@ -18,6 +18,9 @@ class ColumnNoise(ElectronicStage):
     """Every column's amplifier has an offset of its own, normal around 0: a fixed pattern of the sensor.
 
     sigma_e : standard deviation, electrons
+
+    >>> ColumnNoise(0.5).dark_noise_e(2.0)
+    0.0
     """
 
     name: ClassVar = "column_noise"

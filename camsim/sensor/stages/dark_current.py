@@ -20,6 +20,9 @@ class DarkCurrent(ElectronicStage):
     nonuniformity : standard deviation of its photosites (DCNU), a fraction of the mean
     at_c          : temperature at which ``e_per_s`` holds, °C
     doubling_c    : warming that doubles it, °C
+
+    >>> DarkCurrent(2.0, at_c=25.0, doubling_c=7.0)
+    DarkCurrent(e_per_s=2.0, nonuniformity=0.0, at_c=25.0, doubling_c=7.0)
     """
 
     name: ClassVar = "dark_current"

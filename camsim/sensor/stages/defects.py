@@ -29,6 +29,9 @@ class Defects(ElectronicStage):
     dead_fraction : share that sees no light
     hot           : (row, col, e_per_s) of the full frame, besides those drawn
     dead          : (row, col) of the full frame, besides those drawn
+
+    >>> Defects(hot_fraction=1e-4, hot_e_per_s=500.0, dead=[(3, 4)])
+    Defects(hot_fraction=0.0001, hot_e_per_s=500.0, dead=((3, 4),))
     """
 
     name: ClassVar = "defects"

@@ -15,6 +15,9 @@ class Dsnu(ElectronicStage):
     """Dark-signal non-uniformity: every photosite has an offset of its own, normal around 0.
 
     sigma_e : standard deviation of the offset, electrons
+
+    >>> Dsnu(0.6)
+    Dsnu(sigma_e=0.6)
     """
 
     name: ClassVar = "dsnu"

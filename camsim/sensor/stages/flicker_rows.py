@@ -20,6 +20,9 @@ class FlickerRows(ElectronicStage):
 
     sigma_e  : standard deviation over the rows of a frame, electrons
     exponent : power ~ 1/frequency^exponent, 0..2; 1 is pink
+
+    >>> FlickerRows(sigma_e=1.0, exponent=1.0)
+    FlickerRows(sigma_e=1.0, exponent=1.0)
     """
 
     name: ClassVar = "flicker_rows"

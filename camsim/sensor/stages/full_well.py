@@ -17,6 +17,9 @@ class FullWell(ElectronicStage):
     """A photosite holds so many electrons and no more.
 
     capacity_e : electrons, above 0
+
+    >>> FullWell(10700.0)
+    FullWell(capacity_e=10700.0)
     """
 
     name: ClassVar = "full_well"

@@ -17,6 +17,9 @@ class OutputNoise(ElectronicStage):
     """Normal noise that comes in after the gain: the same in data numbers at every ISO.
 
     sigma_dn : standard deviation, data numbers
+
+    >>> OutputNoise(0.5).dark_noise_e(2.5)
+    1.25
     """
 
     name: ClassVar = "output_noise"

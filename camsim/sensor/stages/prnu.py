@@ -15,6 +15,9 @@ class Prnu(ElectronicStage):
     """Photo-response non-uniformity: every photosite has a gain of its own, normal around 1.
 
     fraction : standard deviation of the gain, 0..1
+
+    >>> Prnu(0.006)
+    Prnu(fraction=0.006)
     """
 
     name: ClassVar = "prnu"

@@ -17,6 +17,9 @@ class ReadNoise(ElectronicStage):
     """Normal noise of the read-out, referred to electrons.
 
     sigma_e : standard deviation, electrons
+
+    >>> ReadNoise(2.4).dark_noise_e(2.7)
+    2.4
     """
 
     name: ClassVar = "read_noise"

@@ -18,6 +18,9 @@ class ResetNoise(ElectronicStage):
     """kTC noise: what the reset of a capacitor leaves behind, normal; absent with correlated double sampling.
 
     sigma_e : standard deviation, electrons
+
+    >>> ResetNoise(20.0).dark_noise_e(2.7)
+    20.0
     """
 
     name: ClassVar = "reset_noise"

@@ -15,6 +15,9 @@ class RowNoise(ElectronicStage):
     """Every row of every frame has an offset of its own, normal around 0, independent of the other rows'.
 
     sigma_e : standard deviation, electrons
+
+    >>> RowNoise(0.3)
+    RowNoise(sigma_e=0.3)
     """
 
     name: ClassVar = "row_noise"

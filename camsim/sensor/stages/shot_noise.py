@@ -16,7 +16,11 @@ _LARGEST_MEAN_E = 1e18
 
 @dataclass(frozen=True, slots=True)
 class ShotNoise(ElectronicStage):
-    """Photons and dark electrons arrive one by one: a Poisson count of the mean charge."""
+    """Photons and dark electrons arrive one by one: a Poisson count of the mean charge.
+
+    >>> ShotNoise().phases
+    (<Phase.COUNT: 4>,)
+    """
 
     name: ClassVar = "shot_noise"
     phases: ClassVar = (Phase.COUNT,)
