@@ -25,14 +25,14 @@ def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
 
 
 def _geometry(start: F64, end: F64) -> Any:
-    """Return the region of edges that lead from one to the next: the outer rings less the holes."""
+    """Return the region of edges that lead from one to the next: outer rings less holes, with islands in holes."""
     import shapely
 
     following: dict[tuple[float, float], list[int]] = {}
     for k, place in enumerate(map(tuple, start.tolist())):
         following.setdefault(place, []).append(k)
     stops = list(map(tuple, end.tolist()))
-    rings: tuple[list[Any], list[Any]] = ([], [])
+    rings: tuple[list[Any], list[Any]] = ([], [])  # outer ones and holes
     while following:
         begin = next(iter(following))
         ring, here = [begin], begin
@@ -45,7 +45,24 @@ def _geometry(start: F64, end: F64) -> Any:
             x, y = np.array(ring).T
             area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
             rings[area < 0.0].append(shapely.make_valid(shapely.Polygon(ring)))
-    return shapely.difference(shapely.union_all(rings[0]), shapely.union_all(rings[1]))
+    within = [_holes_about(some, rings[1]) for some in rings]
+    levels = range(1 + max((int(each.max(initial=0)) for each in within), default=0))
+    outer, holes = (
+        [shapely.union_all(np.array(some, object)[each == level]) for level in levels]
+        for some, each in zip(rings, within, strict=True)
+    )
+    return (
+        shapely.union_all(shapely.difference(outer, holes)) if len(levels) > 1 else shapely.difference(*outer, *holes)
+    )
+
+
+def _holes_about(rings: list[Any], holes: list[Any]) -> I64:
+    """Return in how many holes each ring lies, itself not counted: an island lies in one, a hole of it likewise."""
+    import shapely
+
+    ring, hole = shapely.STRtree(holes).query(np.array(rings, object), predicate="within")
+    others = np.array([rings[r] is not holes[h] for r, h in zip(ring.tolist(), hole.tolist(), strict=True)], bool)
+    return np.bincount(ring[others], minlength=len(rings))
 
 
 def _taken(following: dict[tuple[float, float], list[int]], here: tuple[float, float]) -> int:

@@ -3,6 +3,7 @@
 import inspect
 import itertools
 import json
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -12,6 +13,9 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.description import describe
+from camsim.optics import OpticalSystem
+from camsim.rendering.decisions import rendering_decisions
+from camsim.rendering.render import plan_render
 from camsim.revive import revive
 from camsim.scene.charts import KNOWN, Chart, meanings, parameters
 
@@ -55,6 +59,42 @@ def test_a_chart_is_told_by_its_name_and_parameters(name):
     again = revive(told)
     assert again == chart
     assert again.shapes == chart.shapes
+
+
+def leaves(shape):
+    """The shapes that a chart holds, however deep."""
+    inner = getattr(shape, "shapes", None)
+    return [shape] if inner is None else [leaf for each in inner for leaf in leaves(each)]
+
+
+@pytest.mark.parametrize("name", list(KNOWN))
+def test_it_is_told_what_a_chart_became_and_what_was_left_out(name):
+    """Kinds, outlines and sides by counting what it holds; all of it is left out under a cover."""
+    chart = Chart(name=name, parameters=EXAMPLES[name])
+    kinds = Counter(type(leaf).__name__ for leaf in leaves(chart))
+    outlines = sum(len(list(leaf.primitives())) for leaf in leaves(chart))
+    cover = camsim.Rectangle(width_um=1e4, height_um=1e4, reflectance=0.5)
+    for shapes in ([chart], [chart, cover]):
+        choice = plan_render(
+            camsim.Scene(background=0.9, shapes=shapes),
+            OpticalSystem.of([camsim.Airy(f_number=8.0), camsim.SquarePhotosite(side_um=4.0)]),
+            camsim.Grid(rows=8, cols=8, pitch_um=4.0),
+            response=np.ones((1, 1)),
+            wavelength_nm=np.array([550.0]),
+            tolerance=1e-2,
+            method="boundary",
+        )
+        told = [
+            (d.topic, d.decision, d.reason) for d in rendering_decisions(choice, light_samples=1, shapes=len(shapes))
+        ]
+        ((_, became, made_of), *_) = [line for line in told if line[0] == "shape"]
+        left_out = choice.plan.job.left_out
+        assert became == f"{name} 0: {left_out.sides[:outlines].sum()} sides"
+        assert made_of.startswith("".join(f"{count} × {kind}, " for kind, count in kinds.most_common()))
+        assert f", {outlines} outline" in made_of
+        if cover in shapes:
+            assert f"{outlines} left out: wholly under a later one" in made_of
+            assert any(topic == "scene" and text.startswith("4 edges from ") for topic, text, _ in told)
 
 
 def test_every_chart_has_an_example():

@@ -9,6 +9,10 @@ import numpy as np
 import pytest
 import resvg_py
 import segno
+import ttf_opensans
+from fontTools.pens.statisticsPen import StatisticsPen
+from fontTools.pens.transformPen import TransformPen
+from fontTools.ttLib import TTFont
 from PIL import Image
 from truth.coverage import coverage
 
@@ -237,3 +241,42 @@ def test_what_cannot_be_shown_is_named_with_its_element_and_line(tmp_path, text,
     (sentence,) = str(refused.value).splitlines()
     assert message in sentence
     assert "drawing.svg" in sentence
+
+
+@pytest.mark.parametrize("rotate_deg", [0.0, 25.0])
+def test_text_is_as_large_where_and_turned_as_the_font_says(rotate_deg):
+    """Light, middle and second moments of the picture, by the font's own outlines moved by fontTools, to 1e-3 px."""
+    path = next(font.path for font in ttf_opensans.FONTS if font.name == "OpenSans-SemiBold")
+    font = TTFont(path)
+    glyphs, names, em = font.getGlyphSet(), font.getBestCmap(), font["head"].unitsPerEm
+    pitch_um, size_um, at_um, sigma_um = 4.0, 56.0, np.array([-30.0, 13.0]), 2.0
+    c, s = np.cos(np.radians(rotate_deg)), np.sin(np.radians(rotate_deg))
+    drawn, along = StatisticsPen(glyphs), 0.0
+    for letter in "Rg7":
+        # Font units, y up, to photosites, y down.
+        scale = size_um / em / pitch_um
+        place = (at_um + size_um * along / em * np.array([c, s])) / pitch_um
+        glyphs[names[ord(letter)]].draw(TransformPen(drawn, (scale * c, scale * s, scale * s, -scale * c, *place)))
+        along += font["hmtx"][names[ord(letter)]][0]
+    text = camsim.Text(
+        text="Rg7", size_um=size_um, at_um=at_um, weight="SemiBold", rotate_deg=rotate_deg, reflectance=0.0
+    )
+    grid = camsim.Grid(rows=36, cols=40, pitch_um=pitch_um)
+    found = camsim.render(
+        camsim.Scene(background=1.0, shapes=[text]),
+        [camsim.Gaussian(sigma_um=sigma_um), camsim.SquarePhotosite(side_um=pitch_um)],
+        grid,
+        wavelength_nm=550.0,
+        tolerance=1e-6,
+    )
+    dark = 1.0 - found.image
+    x, y = np.arange(grid.cols) + grid.first_centre[0], np.arange(grid.rows) + grid.first_centre[1]
+    light = dark.sum()
+    mean = np.array([dark.sum(axis=0) @ x, dark.sum(axis=1) @ y]) / light
+    spread = np.array([dark.sum(axis=0) @ (x - mean[0]) ** 2, dark.sum(axis=1) @ (y - mean[1]) ** 2]) / light
+    blur = (sigma_um / pitch_um) ** 2 + 1.0 / 12.0
+    tilt = (y - mean[1]) @ dark @ (x - mean[0]) / light
+    assert light == pytest.approx(abs(drawn.area), abs=1e-2)
+    assert mean == pytest.approx([drawn.meanX, drawn.meanY], abs=1e-3)
+    assert spread == pytest.approx([drawn.varianceX + blur, drawn.varianceY + blur], abs=1e-2)
+    assert tilt == pytest.approx(drawn.covariance, abs=1e-2)

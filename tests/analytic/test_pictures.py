@@ -12,8 +12,10 @@ from truth import samples as truth
 
 import camsim
 from camsim.optics import OpticalSystem
+from camsim.rendering.fields import job
 from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.job import FieldJob
+from camsim.rendering.outlines import arranged
 from camsim.rendering.render import plan_render
 from camsim.spectra.rgb import reflectance_of_rgb
 
@@ -106,6 +108,32 @@ def test_one_flat_colour_is_a_rectangle(interpolation, tolerance):
     image = rendered(flat, tolerance=tolerance, background=0.2)
     right = rendered(drawn, tolerance=1e-9, background=0.2, method="fourier")
     assert worst(image, right) <= tolerance
+
+
+def test_a_picture_is_seen_through_holes():
+    """A ring, and in its hole another one: islands within holes within islands."""
+    rings = [
+        camsim.Ring(radius_um=radius, inner_radius_um=0.8 * radius, centre_um=(1.0, -2.0), reflectance=0.1)
+        for radius in (12.0, 5.0)
+    ]
+    flat = camsim.Picture(planes=np.full((3, 4), 0.8), width_um=40.0, rotate_deg=23.0, interpolation="linear")
+    drawn = camsim.Rectangle(width_um=40.0, height_um=30.0, rotate_deg=23.0, reflectance=0.8)
+    image = rendered(flat, *rings, tolerance=1e-4, background=0.2)
+    assert worst(image, rendered(drawn, *rings, tolerance=1e-6, background=0.2)) <= 1e-4
+
+
+@pytest.mark.parametrize("origin", [(2, 2), (10, 0)])
+def test_a_window_beside_a_picture_is_that_of_the_frame(origin):
+    """A lens that fades: a window takes part of the samples, which begin within the picture and end beyond its rim."""
+    planes = np.random.default_rng(8).random((3, 4))
+    placed = {"width_um": 14.4, "centre_um": (4.8, 0.0), "rotate_deg": 185.0}
+    picture = camsim.Picture(planes=planes, interpolation="cubic", **placed)
+    optics = [camsim.Gaussian(sigma_um=0.4), camsim.SquarePhotosite(side_um=1.0)]
+    window = camsim.Grid(rows=3, cols=2, pitch_um=2.4, origin=origin, frame=(15, 4))
+    whole = rendered(picture, tolerance=1e-6, optics=optics, grid=camsim.Grid(rows=15, cols=4, pitch_um=2.4))
+    part = rendered(picture, tolerance=1e-6, optics=optics, grid=window)
+    rows, cols = (slice(first, first + count) for first, count in zip(origin, (3, 2), strict=True))
+    assert worst(part, whole[rows, cols]) <= 2e-6
 
 
 def squares(planes, step_um, centre_um, rotate_deg):
@@ -205,6 +233,21 @@ def test_the_check_sees_what_is_wrong(monkeypatch):
         assert camsim.render(scene, OPTICS, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate > 2e-5
     monkeypatch.setattr(FieldImage, "rendered", honest)
     assert camsim.render(scene, OPTICS, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate <= 1e-5
+
+
+def test_the_check_looks_where_outlines_lie_in_front_of_pictures(monkeypatch):
+    """A disc cut as if nothing cut its sides is two tolerances off at a few photosites of its rim, and seen."""
+    planes = np.random.default_rng(3).random((5, 7))
+    picture = camsim.Picture(planes=planes, width_um=63.0, centre_um=(2.0, -1.0), rotate_deg=23.0)
+    disc = camsim.Disc(radius_um=11.0, centre_um=(8.0, 5.0), reflectance=0.6)
+    scene = camsim.Scene(background=0.3, shapes=[picture, disc])
+    how = {"wavelength_nm": NM, "tolerance": 1e-5, "method": "fourier"}
+    right = camsim.render(scene, OPTICS, GRID, **how)
+    monkeypatch.setattr(job, "arranged", lambda *own, textured: arranged(*own, textured=False))
+    wrong = camsim.render(scene, OPTICS, GRID, **how)
+    off = worst(wrong.image, right.image)
+    assert off > 1.2e-5
+    assert right.error_estimate < 1e-6 < 0.8 * off < wrong.error_estimate
 
 
 def exposed(*shapes, background=0.2, **how):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.truth import photosites, picture, pupils, rays, round_lenses, waves
+from tests.truth import fields, photosites, picture, pupils, rays, round_lenses, samples, waves
 from tests.truth.boundary import BoundaryTruth
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
@@ -206,3 +206,27 @@ def test_photosites_have_their_area_and_transfer():
     assert photosites.area(rounded) == pytest.approx(0.8 - (4.0 - math.pi) * 0.04, abs=1e-14)
     nodes, weights = photosites.inner_nodes({"kind": "rectangle", "width": 3.0, "height": 2.0})
     assert weights @ nodes[:, 0] ** 2 == pytest.approx(9.0 / 12.0, abs=1e-13)
+
+
+@pytest.mark.parametrize("interpolation", ["squares", "cubic"])
+def test_the_light_of_fields(interpolation):
+    """Behind a disc: line integrals and Fourier sums; with nothing in front: nodes over halves of samples."""
+    own = {"samples": [[0.2, 0.9, 0.4], [0.7, 0.1, 1.0]], "step": 1.3, "centre": [0.4, -0.3], "rotate_deg": 25.0}
+    field = {"kind": "picture", "interpolation": interpolation, **own}
+    cover = {"kind": "ellipse", "centre": (0.5, 0.2), "radii": (1.2, 0.7), "rotate_deg": 30.0}
+    lens, x, y = round_lenses.Airy(1.5), np.array([-1.0, 0.5]), np.array([0.25])
+    points = np.stack([axis.ravel() for axis in np.meshgrid(x, y)], axis=1)
+    found = []
+    for shapes in ([field], [field, cover]):
+        parts, owner = fields.parted(shapes)
+        pieces = picture.pieces(parts)
+        ways = [fields.light_of(shapes, pieces, owner, 0, cutoff=1.0, more=more) for more in (7, 6)]
+        lines = BoundaryTruth([], [lens], np.empty((0, 1)), SQUARE, None, target=1e-12, lights=[(*ways, np.ones(1))])
+        waved = waves.WaveTruth([], [waves.Round(lens)], np.empty((0, 1)), SQUARE, None, lights=[(*ways, np.ones(1))])
+        value, unsure = lines.values(points)
+        assert max(unsure.max(), np.abs(waved.values(x, y)[0].ravel() - value).max()) < 1e-11
+        found.append(value)
+    light = samples.light_of_picture(np.array(own.pop("samples")), interpolation=interpolation, nodes=6, **own)
+    plain = samples.photosites(light, centres=points, blur=1.5, side=SQUARE["side"], spots=np.zeros((1, 2)), nodes=10)
+    assert np.abs(plain - found[0]).max() < 1e-11
+    assert np.all(found[1] < found[0] - 1e-3)

@@ -10,6 +10,8 @@ import math
 
 import numpy as np
 
+from tests.attack.fields import add_fields
+
 REFERENCE_NM = 550.0
 PITCHES_UM = (1.0, 4.0, 4.88, 2.4)  # two of them keep multiples of a quarter exact
 
@@ -43,6 +45,9 @@ def draw(seed, number):
     if number % 4 == 3:
         own = np.random.default_rng([seed, number, 2])
         system["shapes"] = _with_curves(own, system["shapes"], max(rows, cols, 4), spectral)
+    if number % 16 == 9:
+        own = np.random.default_rng([seed, number, 3])
+        add_fields(own, system, lambda rng: _surface(rng, spectral), lambda rng, size: _curves(rng, size, spectral))
     return system
 
 
@@ -198,11 +203,16 @@ def _painted(rng, shapes, spectral):
 
 def _with_curves(rng, shapes, size, spectral):
     """One to three shapes of arcs, or with holes, over the others, under them or in their place."""
-    curved = [_CURVED[rng.integers(len(_CURVED))](rng, size) for _ in range(rng.integers(1, 4))]
-    _painted(rng, curved, spectral)
+    curved = _curves(rng, size, spectral)
     if (place := rng.random()) < 0.4:
         return curved
     return curved + shapes if place < 0.6 else shapes + curved
+
+
+def _curves(rng, size, spectral):
+    curved = [_CURVED[rng.integers(len(_CURVED))](rng, size) for _ in range(rng.integers(1, 4))]
+    _painted(rng, curved, spectral)
+    return curved
 
 
 OUTLINES = (

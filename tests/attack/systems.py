@@ -9,7 +9,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.render import plan_render
 from tests.attack.draw import REFERENCE_NM
-from tests.truth import picture, round_lenses, waves
+from tests.truth import fields, picture, round_lenses, waves
 from tests.truth.boundary import BoundaryTruth
 
 
@@ -21,6 +21,8 @@ def scene(system):
 
 
 def _shape(shape, p):
+    if fields.is_field(shape):
+        return _field(shape, p)
     own = {"reflectance": _surface(shape["reflectance"])}
     if shape["kind"] == "disc":
         return camsim.Disc(radius_um=shape["radius"] * p, centre_um=_times(shape["centre"], p), **own)
@@ -51,6 +53,26 @@ def _shape(shape, p):
         )
     holes = tuple(tuple(_times(point, p) for point in hole) for hole in shape.get("holes", ()))
     return camsim.Polygon(points_um=tuple(_times(point, p) for point in shape["points"]), holes_um=holes, **own)
+
+
+def _field(shape, p):
+    placed = {"centre_um": _times(shape["centre"], p)}
+    if shape["kind"] == "picture":
+        return camsim.Picture(
+            planes=np.array(shape["samples"]),
+            spectra=(_surface(shape["reflectance"]),),
+            width_um=shape["step"] * len(shape["samples"][0]) * p,
+            rotate_deg=shape["rotate_deg"],
+            interpolation=shape["interpolation"],
+            **placed,
+        )
+    own = placed | {"low": shape["low"], "high": shape["high"]}
+    if shape["kind"] == "radial-gradient":
+        return camsim.RadialGradient(radius_um=shape["radius"] * p, **own)
+    own |= {name + "_um": shape[name] * p for name in ("width", "height")} | {"rotate_deg": shape["rotate_deg"]}
+    if shape["kind"] == "linear-gradient":
+        return camsim.LinearGradient(**own)
+    return camsim.SineGrating(period_um=shape["period"] * p, **own)
 
 
 def _times(values, p):
@@ -205,16 +227,27 @@ class Truth:
     def __init__(self, system):
         self.system = system
         nm, response = np.array(system["wavelength_nm"]), np.array(system["response"])
-        spectra = [_values(s["reflectance"], nm) for s in system["shapes"]]
+        shapes, owner = fields.parted(system["shapes"])
+        # A field is black among the shapes; its light comes apart.
+        spectra = [
+            _values(s["reflectance"], nm) if k < 0 else np.zeros(nm.size) for s, k in zip(shapes, owner, strict=True)
+        ]
         ground = _values(system["background"], nm)
         self.response = response
         self.base = response @ ground
+        lit = sorted({k for k in owner if k >= 0})
         brightest = (response @ np.array([ground, *spectra]).T).max(axis=1)
         self.scale = np.maximum(response.sum(axis=1), brightest)
         self.scale = np.where(self.scale > 0.0, self.scale, 1.0)
-        self.pieces = picture.pieces(system["shapes"])
+        pieces = picture.pieces(shapes)
         of = [*spectra, ground]  # −1: the background
-        self.difference = np.array([of[p.left] - of[p.right] for p in self.pieces]).reshape(len(self.pieces), nm.size)
+        self.pieces = [p for p in pieces if np.any(of[p.left] != of[p.right])]
+        self.difference = np.array([of[p.left] - of[p.right] for p in self.pieces]).reshape(-1, nm.size)
+        self.lights = []
+        for k in lit:
+            cutoff = max(lens.cutoff for lens in self.any_lens)
+            ways = (fields.light_of(system["shapes"], pieces, owner, k, cutoff=cutoff, more=more) for more in (9, 7))
+            self.lights.append((*ways, _values(system["shapes"][k].get("reflectance", 1.0), nm)))
         own = system["grid"]
         rows, cols = own["frame"] or (own["rows"], own["cols"])
         self.x = own["origin"][1] + 0.5 - 0.5 * cols + np.arange(own["cols"])
@@ -276,13 +309,21 @@ class Truth:
         """Truth of single photosites in one channel, relative to its scale."""
         jumps = self.difference * self.response[channel] / self.scale[channel]
         return BoundaryTruth(
-            self.pieces, self.round, jumps, self.system["photosite"], self.system["olpf"], target=target
-        )
+            self.pieces, self.round, jumps, self.system["photosite"], self.system["olpf"], target=target,
+            lights=self._lights(channel),
+        )  # fmt: skip
 
     def waves(self, channel):
         """Truth of all photosites in one channel, relative to its scale."""
         jumps = self.difference * self.response[channel] / self.scale[channel]
-        return waves.WaveTruth(self.pieces, self.any_lens, jumps, self.system["photosite"], self.system["olpf"])
+        return waves.WaveTruth(
+            self.pieces, self.any_lens, jumps, self.system["photosite"], self.system["olpf"],
+            lights=self._lights(channel),
+        )  # fmt: skip
+
+    def _lights(self, channel):
+        weights = self.response[channel] / self.scale[channel]
+        return [(*ways, own * weights) for *ways, own in self.lights if len(ways[0][1])]
 
 
 def _values(surface, nm):

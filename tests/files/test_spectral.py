@@ -112,6 +112,35 @@ def test_a_flat_diffuser_has_the_radiance_of_its_light() -> None:
     assert error == 0
 
 
+def test_a_cube_goes_through_an_ideal_sensor_and_comes_out_the_same(tmp_path: Path) -> None:
+    """A capture's radiance in a file, that file as the scene: photosites within a sample that see nothing else."""
+    bands = (420.0, 500.0, 560.0, 580.0, 610.0, 700.0)
+    taken = exposed(DAYLIGHT, region=camsim.Region(rows=8, cols=8), spectral_nm=bands)
+    save(taken, tmp_path / "cube.exr", product="spectral")
+    body = camera().replace(
+        olpf=None, lens=camsim.Gaussian(sigma_um=0.4), photosite=camsim.SquarePhotosite(side_um=1.0)
+    )
+    picture = camsim.read_picture(
+        tmp_path / "cube.exr", width_um=8 * body.pitch_um, light=DAYLIGHT, tolerance=0.0, interpolation="squares"
+    )
+    again = body.expose(
+        camsim.Scene(background=0.0, shapes=[picture]),
+        light=DAYLIGHT,
+        exposure=camsim.Exposure(time_s=0.01, iso=200.0),
+        region=camsim.Region(rows=8, cols=8),
+        products=("spectral",),
+        spectral_nm=bands,
+        noise=False,
+        tolerance=1e-7,
+    )
+    assert taken.spectral is not None
+    assert again.spectral is not None
+    for band in range(len(bands)):
+        right, found = taken.spectral.plane(band)[0], again.spectral.plane(band)[0]
+        assert np.ptp(right) > 0.02 * right.max()
+        np.testing.assert_allclose(found, right, rtol=0.0, atol=1e-6 * right.max())
+
+
 @pytest.mark.parametrize(("rows", "cols"), [(1, 1), (16, 5), (17, 33), (50, 3)])
 def test_the_streamed_file_reads_back_exactly(tmp_path: Path, rows: int, cols: int) -> None:
     rng = np.random.default_rng(rows)

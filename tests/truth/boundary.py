@@ -30,9 +30,11 @@ class BoundaryTruth:
     lenses  : (n,) round lenses, one for each wavelength
     jumps   : (pieces, n) what lies left of each piece less what lies right of it, times what the wavelength weighs
     photosite, olpf : of a specification
+    lights  : of fields: nodes (places, light) made in two ways, and (n,) what each wavelength weighs
     """
 
-    def __init__(self, pieces, lenses, jumps, photosite, olpf, *, target):
+    def __init__(self, pieces, lenses, jumps, photosite, olpf, *, target, lights=()):
+        self.lights = lights
         self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
         self.rows, self.kind_of = np.unique(np.asarray(jumps, float), axis=0, return_inverse=True)
         self.kind_of = self.kind_of.ravel()
@@ -45,18 +47,37 @@ class BoundaryTruth:
         points = np.asarray(points, float)
         fine = self._values(points, panel=3.0, density=7.0, resolved=self.resolved, cells=CELLS)
         other = self._values(points, panel=4.0, density=5.0, resolved=0.6 * self.resolved, cells=CELLS - 3)
+        fine, other = fine + self._lit(points, 0), other + self._lit(points, 1)
         return fine, np.abs(fine - other) + 1e-14 * (1.0 + len(self.pieces))
+
+    def _lit(self, points, way):
+        """Light of the fields' nodes: the pattern between each of them and nodes over photosite and spots."""
+        total = np.zeros(len(points))
+        spots = photosites.spots(self.olpf)
+        order = math.ceil(2.6 * photosites.reach(self.photosite) / self.length) + (12, 9)[way]
+        inner, share = photosites.inner_nodes(self.photosite, order)
+        for *ways, weights in self.lights:
+            places, light = ways[way]
+            for k, point in enumerate(points):
+                for node, part in zip((spots[:, None] + inner).reshape(-1, 2), np.tile(share, len(spots)), strict=True):
+                    r = np.hypot(*(places - point - node).T)
+                    seen = sum(w * lens.pattern(r) for w, lens in zip(weights, self.lenses, strict=True) if w != 0.0)
+                    total[k] += part / len(spots) * float(np.sum(light * seen))
+        return total
 
     def cost(self):
         """Integrands evaluated for one photosite, about."""
+        fields = sum(len(ways[0][1]) * np.count_nonzero(weights) for *ways, weights in self.lights)
+        if fields:
+            fields *= 8.0 * len(photosites.spots(self.olpf)) * len(photosites.inner_nodes(self.photosite, 12)[1])
         length = sum(
             math.dist(p.start, p.end) if p.centre is None else p.largest * (p.last - p.first) for p in self.pieces
         )
         length = min(length, 4.0 * self.resolved * len(self.pieces))
         along = NODES * (length / (3.0 * self.length) + 4.0 * len(self.pieces))
         if self.photosite["kind"] == "point":
-            return 2.0 * along * len(photosites.spots(self.olpf))
-        return (
+            return fields + 2.0 * along * len(photosites.spots(self.olpf))
+        return fields + (
             2.0
             * along
             * len(photosites.spots(self.olpf))

@@ -14,7 +14,7 @@ def light_of_picture(samples, *, interpolation, step, centre, rotate_deg, nodes)
     rows, cols = samples.shape
     u, wu = _axis(cols, nodes)
     v, wv = _axis(rows, nodes)
-    field = _spline(rows, v, interpolation) @ samples @ _spline(cols, u, interpolation).T
+    field = spline(rows, v, interpolation) @ samples @ spline(cols, u, interpolation).T
     across, down = step * (u - 0.5 * cols), step * (v - 0.5 * rows)
     c, s = np.cos(np.radians(rotate_deg)), np.sin(np.radians(rotate_deg))
     x = centre[0] + across[None] * c - down[:, None] * s
@@ -69,7 +69,7 @@ def _axis(count, nodes):
     return (begin[:, None] + 0.25 * (1.0 + x)).ravel(), np.tile(0.25 * w, 2 * count)
 
 
-def _spline(count, t, interpolation):
+def spline(count, t, interpolation):
     """Return (places, samples): what each sample, mirrored at both ends for ever, weighs at places."""
     if interpolation == "squares":
         return (np.floor(t)[:, None] == np.arange(count)).astype(float)

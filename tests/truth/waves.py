@@ -31,26 +31,31 @@ class WaveTruth:
 
     pieces  : from ``picture.pieces``;  jumps: (pieces, n) as in ``BoundaryTruth``
     lenses  : (n,) of ``round_lenses``, or objects below
+    lights  : of fields, as in ``BoundaryTruth``
     """
 
-    def __init__(self, pieces, lenses, jumps, photosite, olpf):
+    def __init__(self, pieces, lenses, jumps, photosite, olpf, *, lights=()):
         self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
-        self.rows, kind_of = np.unique(np.asarray(jumps, float), axis=0, return_inverse=True)
+        self.lights = lights
+        weights = np.array([own for *_, own in lights], float).reshape(-1, len(lenses))
+        jumps = np.concatenate([np.asarray(jumps, float).reshape(-1, len(lenses)), weights])
+        self.rows, kind_of = np.unique(jumps, axis=0, return_inverse=True)
         self.kind_of = kind_of.ravel()
         self.cutoff = max(lens.cutoff for lens in lenses)
 
     def values(self, x, y):
         """Light (y, x) of the photosites at every x and y, less the background's, and the error of the worst."""
         x, y = np.asarray(x, float), np.asarray(y, float)
-        if not self.pieces:
+        if not self.pieces and not self.lights:
             return np.zeros((y.size, x.size)), 0.0
-        fine = self._values(x, y, 1.25, 1.0)
-        other = self._values(x, y, 1.0, 1.3)
+        fine = self._values(x, y, 1.25, 1.0, 0)
+        other = self._values(x, y, 1.0, 1.3, 1)
         return fine, float(np.abs(fine - other).max()) + 1e-14 * (1 + len(self.pieces))
 
     def plan(self, x, y, wider):
         """Centre of what is looked at, distance to keep, outer distance, period and points along a side."""
-        boxes = np.array([_box(piece) for piece in self.pieces])
+        lit = [[*places.min(axis=0), *places.max(axis=0)] for ((places, _), *_) in self.lights]
+        boxes = np.array([_box(piece) for piece in self.pieces] + lit)
         low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
         footprint = photosites.reach(self.photosite) + float(np.hypot(*photosites.spots(self.olpf).T).max())
         first, last = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
@@ -66,12 +71,12 @@ class WaveTruth:
 
     def points(self, x, y):
         """Points along a side of the larger of the two lattices."""
-        if not self.pieces:
+        if not self.pieces and not self.lights:
             return 0
         *_, period, _, band = self.plan(np.asarray(x, float), np.asarray(y, float), 1.25)
         return math.ceil(period * band)
 
-    def _values(self, x, y, wider, spare):
+    def _values(self, x, y, wider, spare, way):
         inner, outer, period, taper, band = self.plan(x, y, wider)
         count = fft.next_fast_len(math.ceil(period * band) | 1, real=True)
         count += count % 2
@@ -81,8 +86,12 @@ class WaveTruth:
         transfers = self._transfers(kx, ky, period, count, inner, outer, taper, spare)
         total = np.zeros((ky.size, kx.size), complex)
         for row in range(len(self.rows)):
-            own = [p for p, k in zip(self.pieces, self.kind_of, strict=True) if k == row]
-            total += _scene(own, kx, ky) * transfers[row]
+            own = [p for p, k in zip(self.pieces, self.kind_of[: len(self.pieces)], strict=True) if k == row]
+            seen = _scene(own, kx, ky)
+            for (*ways, _), kind in zip(self.lights, self.kind_of[len(self.pieces) :], strict=True):
+                if kind == row:
+                    seen += _points(*ways[way], kx, ky)
+            total += seen * transfers[row]
         total *= photosites.transfer(self.photosite, kx, ky) * photosites.olpf_transfer(self.olpf, kx, ky)
         total[1:] *= 2.0
         total[count // 2] = 0.0
@@ -242,6 +251,15 @@ def _scene(own, kx, ky):
     square[0, 0] = 1.0
     total *= 1j / (2.0 * np.pi * square)
     total[0, 0] = at_zero
+    return total
+
+
+def _points(places, light, kx, ky):
+    """Σ light · exp(−2πi k·x), (ky, kx)."""
+    total = np.zeros((ky.size, kx.size), complex)
+    for some in np.array_split(np.arange(len(light)), len(light) // 2000 + 1):
+        down = np.exp(-2j * np.pi * np.outer(ky, places[some, 1])) * light[some]
+        total += down @ np.exp(-2j * np.pi * np.outer(places[some, 0], kx))
     return total
 
 

@@ -11,22 +11,23 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.quadrature import gauss_error
+from camsim.rendering.check.crossings import Bounds, bounds_of, crossed
 from camsim.rendering.check.fields import DirectSums
 from camsim.rendering.check.gradient_samples import Cells, SeenGradient
 from camsim.rendering.check.judge import Found, Judge, Windows
 from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
-from camsim.rendering.check.polygons import polygons
-from camsim.rendering.check.scene_samples import LARGEST, Seen, Segments
-from camsim.rendering.check.scenery import pieces_of
+from camsim.rendering.check.scene_samples import LARGEST, Seen
 from camsim.rendering.check.wavelengths import condensed, densities
 from camsim.rendering.engine import Plan
+from camsim.rendering.grid import Grid
 from camsim.scene import Picture, Scene
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, axes_of, flat_of
 from camsim.spectra.component import Component
-from camsim.spectra.curve import Curve, Spectrum
+from camsim.spectra.curve import Spectrum
 
 FEWEST, MOST = 2, 24
+CROSSED = 3  # more photosites where outlines lie in front of pictures
 RIM = 1
 
 
@@ -52,21 +53,36 @@ class PictureJudge:
     fields: Fields
 
     @functools.cached_property
+    def _highest(self) -> float:
+        """The highest frequency that passes the lens, cycles/pitch."""
+        job = self.edges.job
+        seen_nm = job.wavelength_nm[np.any(job.response != 0.0, axis=0)]
+        if not seen_nm.size:
+            seen_nm = job.wavelength_nm[:1]
+        return job.system.highest_per_um(seen_nm) * job.grid.pitch_um
+
+    @functools.cached_property
+    def _bounds(self) -> dict[int, Bounds | None]:
+        """What bounds what is seen of every field, by its number among the shapes; None for all of a picture."""
+        job, longest = self.edges.job, 1.0 / self._highest
+        return {
+            number: bounds_of(self.scene, number, job.grid.pitch_um, longest, job.budget.of_check.tolerance)
+            for number, shape in enumerate(self.scene.shapes)
+            if isinstance(shape, Field)
+        }
+
+    @functools.cached_property
     def _sums(self) -> DirectSums | None:
         job = self.edges.job
         if not DirectSums.can(job.system):
             return None
-        seen_nm = job.wavelength_nm[np.any(job.response != 0.0, axis=0)]
-        if not seen_nm.size:
-            seen_nm = job.wavelength_nm[:1]
         allowed = job.budget.of_check.tolerance
         background = self.scene.background
-        highest = job.system.highest_per_um(seen_nm) * job.grid.pitch_um
         pictures: list[Seen] = []
         spectra: list[Spectrum | Component] = []
         for number, shape in enumerate(self.scene.shapes):
             if isinstance(shape, Field):
-                pictures.append(self._seen(number, shape, highest, allowed))
+                pictures.append(self._seen(number, shape, allowed))
                 assert isinstance(shape, Picture | Gradient)
                 spectra.extend(shape.spectra)
                 if pictures[-1].ones:
@@ -79,14 +95,15 @@ class PictureJudge:
         nodes, moved = condensed(wavelength_nm, density, phase=phase, allowed=allowed)
         return sums(density=moved, wavelength_nm=nodes)
 
-    def _seen(self, number: int, shape: Field, highest: float, allowed: float) -> Seen:
-        """Return what is seen of a picture or gradient; ``highest``: frequency of the lens, cycles/pitch."""
+    def _seen(self, number: int, shape: Field, allowed: float) -> Seen:
+        """Return what is seen of a picture or gradient."""
         assert isinstance(shape, Picture | Gradient)
+        highest, bounds = self._highest, self._bounds[number]
         pitch_um, background = self.edges.job.grid.pitch_um, self.scene.background
         grey = background if isinstance(background, float | int) else None
         flat = None if grey is None else flat_of(shape.spectra)
         less = np.zeros(len(shape.spectra)) if flat is None or grey is None else grey * flat
-        outline = _outline(self.scene, number, pitch_um, 1.0 / highest, allowed)
+        outline = None if bounds is None else (bounds.start, bounds.end)
         raster = Cells.over(shape, pitch_um) if isinstance(shape, Gradient) else shape
         most = shape.cycles_per_um * pitch_um if isinstance(shape, Gradient) else 0.0
         phase = math.pi * (highest + most) * min(raster.step_um / pitch_um, LARGEST)
@@ -107,48 +124,60 @@ class PictureJudge:
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
         grid, sums = self.edges.job.grid, self._sums
-        rows, cols = self.edges.hardest(plan) if len(self.edges.seen[0].left) else (np.empty(0, int), np.empty(0, int))
+        rows, cols = np.empty((2, 0), np.int64)
+        if len(self.edges.seen[0].left):
+            rows, cols = self.edges.hardest(plan)
         if sums is None:
-            own = _windows_of(self._places(2), grid.rows, grid.cols)
-            return (rows, cols) if rows.size else own
-        count = int(np.clip(SHARE_OF_TIME * plan.cost.seconds / sums.seconds_each, FEWEST, MOST))
+            own = _nearest(self._crossed(1), grid) if rows.size else self._places(2)
+            more = _windows_of(own, grid.rows, grid.cols)
+            return np.concatenate([rows, more[0]]), np.concatenate([cols, more[1]])
+        count = int(np.clip(SHARE_OF_TIME * plan.cost.seconds / sums.seconds_each, self._fewest, MOST))
         own = self._places(count)
         some = np.linspace(0, rows.size - 1, min(rows.size, count)).astype(int)
         both = np.concatenate([np.stack([rows[some], cols[some]], axis=1), np.stack(own, axis=1)])
         places = np.unique(both.astype(np.int64), axis=0)
         return places[:, 0], places[:, 1]
 
+    @property
+    def _fewest(self) -> int:
+        """How many photosites are looked at whatever it takes."""
+        return FEWEST + len(self._crossed(CROSSED))
+
     def _places(self, count: int) -> tuple[I64, I64]:
-        """Return photosites at corners of pictures, in their middles, and anywhere."""
+        """Return photosites where outlines lie in front of pictures, at their corners and middles, and anywhere."""
         grid = self.edges.job.grid
         x0, y0 = grid.first_centre
-        places = []
+        in_front, corners = self._crossed(count), []
         for shape in self.scene.shapes:
             if isinstance(shape, Picture | Gradient):
                 middle = np.array(shape.centre_um) / grid.pitch_um
                 half = np.array(shape.half_um) / grid.pitch_um
                 for across, down in ((-1, -1), (0, 0), (1, 1), (1, -1), (-1, 1)):
-                    places.append(middle + np.einsum("a,ax->x", half * [across, down], axes_of(shape.rotate_deg)))
+                    corners.append(middle + np.einsum("a,ax->x", half * [across, down], axes_of(shape.rotate_deg)))
         spots: dict[tuple[int, int], None] = {}
         turn = 0
         while len(spots) < min(count, grid.rows * grid.cols):
             part = (turn * GOLDEN) % 1.0
-            anywhere = x0 + part * (grid.cols - 1), y0 + (part * 37.0 % 1.0) * (grid.rows - 1)
-            for x, y in (*([places[turn % len(places)]] if turn < len(places) else []), anywhere):
-                row = int(np.clip(round(y - y0), 0, grid.rows - 1))
-                spots[(row, int(np.clip(round(x - x0), 0, grid.cols - 1)))] = None
+            anywhere = np.array([x0 + part * (grid.cols - 1), y0 + (part * 37.0 % 1.0) * (grid.rows - 1)])
+            places = np.stack([*in_front[turn : turn + 1], *corners[turn : turn + 1], anywhere])
+            spots |= dict.fromkeys(zip(*(axis.tolist() for axis in _nearest(places, grid)), strict=True))
             turn += 1
             if turn > 40 * count:
                 break
         chosen = np.array(list(spots)[:count], np.int64)
         return chosen[:, 0], chosen[:, 1]
 
+    def _crossed(self, count: int) -> F64:
+        """Return places (n, 2) where outlines lie in front of pictures, the hardest first."""
+        fields = [shape for shape in self.scene.shapes if isinstance(shape, Field)]
+        return crossed(zip(fields, self._bounds.values(), strict=True), self.edges.job.grid, count)
+
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""
         sums = self._sums
         if sums is None:
             return self.edges.seconds(plan)
-        return self.edges.seconds(plan) + FEWEST * sums.seconds_each
+        return self.edges.seconds(plan) + self._fewest * sums.seconds_each
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
         """Compare an image's values at photosites with what they should be."""
@@ -181,15 +210,7 @@ def _windows_of(places: tuple[I64, I64], rows: int, cols: int) -> tuple[I64, I64
     return (row[:, None] + down).ravel(), (col[:, None] + across).ravel()
 
 
-def _outline(scene: Scene, number: int, pitch_um: float, longest: float, allowed: float) -> Segments | None:
-    """Return what bounds what is seen of a picture, by the painter's rule; None for all of it."""
-    field, later = scene.shapes[number], scene.shapes[number + 1 :]
-    if not later and isinstance(field, Picture):
-        return None
-    assert isinstance(field, Field)
-    own = Curve((1.0, 2.0), (0.25, 0.75), name="the picture", outside="hold")
-    covered = Scene(background=0.5, shapes=[field.frame(own), *later]).framed(0.5)
-    pieces, spectra = pieces_of(covered, pitch_um)
-    edges = polygons(pieces, longest, allowed, textured=True)
-    mine = (edges.left == spectra.index(own)) | (edges.right == spectra.index(own))
-    return edges.start[mine], edges.end[mine]
+def _nearest(places: F64, grid: Grid) -> tuple[I64, I64]:
+    """Return rows and columns of the photosites nearest to places (n, 2)."""
+    col, row = np.round(places - np.array(grid.first_centre)).T
+    return np.clip(row, 0, grid.rows - 1).astype(np.int64), np.clip(col, 0, grid.cols - 1).astype(np.int64)

@@ -193,7 +193,7 @@ def _kept(whole: np.ndarray, degree: int) -> np.ndarray:
     for axis in (0, 1):
         total = np.zeros_like(keep)
         for shift in range(-n, n):
-            total |= np.roll(keep, -shift, axis=axis)
+            total |= _shifted(keep, shift, axis)
         keep = total
     return keep
 
@@ -260,8 +260,16 @@ def _patches(values: F64, degree: int) -> F64:
         return values
     n = (degree + 1) // 2
     for axis in (1, 2):
-        values = sum(np.roll(values, -shift, axis=axis) for shift in range(1 - n, n + 1))  # type: ignore[assignment]
+        values = sum(_shifted(values, shift, axis) for shift in range(1 - n, n + 1))  # type: ignore[assignment]
     return values
+
+
+def _shifted(values: np.ndarray, shift: int, axis: int) -> np.ndarray:
+    """Return what lies ``shift`` places further along an axis; nothing lies beyond its ends."""
+    moved = np.roll(values, -shift, axis=axis)
+    ends = slice(-shift, None) if shift > 0 else slice(0, -shift)
+    moved[(slice(None),) * axis + (ends,)] = 0
+    return moved
 
 
 def _composite(pieces: int, order: int) -> tuple[F64, F64]:
