@@ -49,8 +49,8 @@ def markdown() -> str:
         "",
         "Made from the schema by `python -m camsim.config.reference`; do not edit. Every table may also hold `source`,",
         "a text for people. Numbers follow YAML 1.2; anchors, tags and duplicate keys are refused. All of it is",
-        "also there as JSON Schema for editors: `camsim schema scene`, `sensor`, `lens`, `study`, `dataset`. Examples are",
-        "parts of files from their top, but for `shapes`, which stands in `scene`; files that they name are yours.",
+        "also there as JSON Schema for editors: `camsim schema scene`, `sensor`, `lens`, `study`, `dataset`. Examples",
+        "are parts of files from their top, but for `shapes`, which stands in `scene`; files that they name are yours.",
         "",
     ]
     shown = examples()

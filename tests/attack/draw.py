@@ -48,7 +48,31 @@ def draw(seed, number):
     if number % 16 == 9:
         own = np.random.default_rng([seed, number, 3])
         add_fields(own, system, lambda rng: _surface(rng, spectral), lambda rng, size: _curves(rng, size, spectral))
+    if number % 16 == 5:
+        own = np.random.default_rng([seed, number, 4])
+        system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]
     return system
+
+
+def _tiles(rng, size):
+    """Squares side by side at any angle: corners that they share differ in their last bits."""
+    rows, cols = rng.integers(2, 5, 2).tolist()
+    step, centre = float(rng.uniform(0.2, 0.6)) * size, rng.uniform(-0.3, 0.3, 2) * size
+    rotate_deg = float(90.0 * rng.integers(4) + rng.choice([rng.uniform(-1.0, 1.0), rng.uniform(0.0, 90.0)]))
+    turn = np.radians(rotate_deg)
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    return [
+        {
+            "kind": "rectangle",
+            "width": step,
+            "height": step,
+            "centre": (centre + step * np.array([j + 0.5 - cols / 2, i + 0.5 - rows / 2]) @ axes).tolist(),
+            "rotate_deg": rotate_deg,
+            "reflectance": float(rng.random()),
+        }
+        for i in range(rows)
+        for j in range(cols)
+    ]
 
 
 def _shape(rng, blur):
