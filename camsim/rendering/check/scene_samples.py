@@ -22,6 +22,7 @@ from camsim.scene.raster import DEGREES, Raster
 Segments = tuple[F64, F64]
 Zone = tuple[float, tuple[float, float]]
 LARGEST = 3.0  # pitches, of a patch
+ASKED_AT = 0.3137  # of a patch, where it is asked whether it is seen: no picture's own side is there, as in its middle
 NEXT_TO = 1e-9  # of a patch: an outline this near to a side may be on it
 
 
@@ -125,9 +126,9 @@ class Seen:
         for row in range(rows):
             here = np.flatnonzero((high >= row - NEXT_TO) & (low <= row + 1 + NEXT_TO))
             a, b = start[here], end[here]
-            crosses = (np.minimum(a[:, 1], b[:, 1]) <= row + 0.5) & (np.maximum(a[:, 1], b[:, 1]) > row + 0.5)
-            x = _crossing(a[crosses], b[crosses], row + 0.5)
-            turns = np.searchsorted(np.sort(x), np.arange(cols) + 0.5)
+            y = row + ASKED_AT
+            crosses = (np.minimum(a[:, 1], b[:, 1]) <= y) & (np.maximum(a[:, 1], b[:, 1]) > y)
+            turns = np.searchsorted(np.sort(_crossing(a[crosses], b[crosses], y)), np.arange(cols) + ASKED_AT)
             whole[row] = turns % 2 == 1
             flat = np.abs(a[:, 1] - b[:, 1]) < NEXT_TO
             at_top, at_bottom = (
