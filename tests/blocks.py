@@ -26,7 +26,7 @@ _BLOCK = re.compile(
 )
 _NAMED = re.compile(r"# (?P<name>[\w-]+\.(?:yaml|csv|py))\n")
 _NOT_RUN = ("", "text", "eval-rst")  # what a program prints, what the site is built of
-_DIRECTIVE = re.compile(r"\{[\w-]+\}")
+_DIRECTIVE = re.compile(r"\{[\w-]+\}.*")
 
 
 @dataclass(frozen=True)

@@ -88,10 +88,10 @@ class FieldLens:
         try:
             waves = np.asarray(self.waves, float)
         except (TypeError, ValueError):
-            raise refusal(self, "waves", "is no table of numbers whose rows are equally long") from None
+            raise refusal(self, "waves", "must be a table of numbers whose rows are equally long") from None
         if waves.shape != shape:
             named = "wavelengths × heights × Zernikes" if self.turns else "wavelengths × y × x × Zernikes"
-            raise refusal(self, "waves", f"is {_size(waves.shape)}; give {_size(shape)}: {named}")
+            raise refusal(self, "waves", f"must be {_size(shape)}: {named}, not {_size(waves.shape)}")
         if not np.all(np.abs(waves) <= MOST_WAVES):
             raise refusal(self, "waves", f"must be numbers from {-MOST_WAVES:g} to {MOST_WAVES:g}")
         object.__setattr__(self, "waves", _tuples(waves.tolist()))

@@ -11,7 +11,6 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
 from camsim.scene.curves import cross
-from camsim.scene.overlap import common_area
 from camsim.scene.primitives import FillRule
 
 GRID_BITS = (48, 46, 44)  # of the largest coordinate: at 50 GEOS fails to close rings now and then, at 49 it never did
@@ -51,6 +50,8 @@ def without(area: Any, others: Iterable[Any]) -> Any:
 def _less(area: Any, other: Any) -> Any:
     import shapely
 
+    from camsim.scene.overlap import common_area  # Numba is not needed to make a scene
+
     kept = area.area - common_area(area, other)
     return _sure(lambda grid: shapely.difference(area, other, grid_size=grid), kept, [area, other])
 
@@ -58,6 +59,8 @@ def _less(area: Any, other: Any) -> Any:
 def common(area: Any, other: Any) -> Any:
     """Return what two areas have in common; see ``_sure``."""
     import shapely
+
+    from camsim.scene.overlap import common_area
 
     both = common_area(area, other)
     return _sure(lambda grid: shapely.intersection(area, other, grid_size=grid), both, [area, other])

@@ -91,7 +91,7 @@ def test_plots(camsim: Run, folder: Path, kind: str) -> None:
         (["small.yaml", "--sensor", "d40like"], "unknown sensor 'd40like'; did you mean 'd40-like'?"),
         (
             ["small.yaml", "--plot", "mft", "a.png"],
-            "unknown plot 'mft'; did you mean 'mtf'? (known: mtf, noise, psf, qe, spectra)",
+            "unknown plot 'mft'; did you mean 'mtf'? (known: field, mtf, noise, psf, qe, spectra)",
         ),
         (["small.yaml", "--plot", "mtf", "a.jpg"], "a plot is one of .png, .svg, .pdf"),
         (["small.yaml", "--set", "render.metod=auto"], "did you mean 'method'?"),

@@ -124,7 +124,7 @@ def test_drawings_are_files(name: str) -> None:
         (("d40-like", "--draw", "-"), "--draw: 'd40-like' is a sensor; give a scene, such as one that uses it"),
         (("slanted-edge", "--set", "exposure.iso=800"), "--set: changes what is drawn, and nothing is; give --draw"),
         (("slanted-edge", "--draw", "-", "--set", "region.rows=-4"), "--set region.rows: must be"),
-        (("d40", "--draw", "-"), "unknown sensor or scene 'd40'; did you mean 'd40-like'?"),
+        (("d40", "--draw", "-"), "unknown sensor, scene or lens 'd40'; did you mean 'd40-like'?"),
     ],
 )
 def test_what_cannot_be_drawn(words: tuple[str, ...], why: str) -> None:

@@ -43,7 +43,7 @@ def test_version(camsim: Run) -> None:
         (["capture"], "Missing argument 'SCENE'"),
         (["capture", "flat-field", "--isoo", "3"], "No such option: --isoo"),
         (["capture", "flat-field", "--seed", "x"], "--seed"),
-        (["list", "lenses"], "lenses"),
+        (["list", "lanterns"], "lanterns"),
     ],
 )
 def test_typers_own_messages_and_exit_code(camsim: Run, arguments: list[str], said: str) -> None:
@@ -102,7 +102,7 @@ def test_show_a_scene_and_files_of_ones_own(camsim: Run) -> None:
     assert "5000 lx on the scene, 19.53 lx on the sensor" in done.stdout
     done = camsim("show", "d40")
     assert done.returncode == 2
-    assert done.stderr.startswith("unknown sensor or scene 'd40'")
+    assert done.stderr.startswith("unknown sensor, scene or lens 'd40'")
 
 
 def test_a_terminal_without_these_letters_still_shows(camsim: Run) -> None:

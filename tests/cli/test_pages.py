@@ -77,7 +77,8 @@ def test_what_a_page_names_is_there(page):
     for link in re.findall(r"\]\(((?!http)[^)#\s]+)\)", text):
         assert (folder / link).exists() or (ROOT / link).exists(), link
     words = [block.elsewhere for block in blocks_of(text) if block.elsewhere]
-    words += [block.body.strip() for block in blocks_of(text) if block.language in ("", "sh")]
+    printed = [block.body.replace("\\\n", " ") for block in blocks_of(text) if block.language in ("", "sh")]
+    words += [line.strip() for body in printed for line in body.splitlines()]
     words += re.findall(r"`([^`\n]+)`", re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL))
     for said in words:
         for target in re.findall(r"^make ([\w-]+)", said):

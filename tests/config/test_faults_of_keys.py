@@ -64,8 +64,8 @@ FAULTS = {
         "",
         [
             "scene.yaml:1:1: lens: missing; "
-            "a table of kind airy, annular-airy, gaussian, elliptical-gaussian, wavefront, radial-otf, measured-psf or "
-            "measured-otf (the lens)"
+            "a table of kind airy, annular-airy, gaussian, elliptical-gaussian, wavefront, field, radial-otf, "
+            "measured-psf or measured-otf (the lens)"
         ],
     ),
     "missing in a list": (
@@ -88,7 +88,7 @@ FAULTS = {
         "kind: wavefrnt",
         [
             "scene.yaml:3:14: lens.kind: must be airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
-            "radial-otf, measured-psf or measured-otf, not 'wavefrnt'; did you mean 'wavefront'?"
+            "field, radial-otf, measured-psf or measured-otf, not 'wavefrnt'; did you mean 'wavefront'?"
         ],
     ),
     "word for a number": (
@@ -160,7 +160,7 @@ FAULTS = {
         "type: airy",
         [
             "scene.yaml:3:1: lens.kind: missing; airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
-            "radial-otf, measured-psf or measured-otf; write kind in place of 'type'"
+            "field, radial-otf, measured-psf or measured-otf; write kind in place of 'type'"
         ],
     ),
     "a value for its table": (

@@ -115,7 +115,7 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
          "--set scene.shapes.last.radius: no item last in scene.shapes; there are 0 to 2"),
         ("lens=null",
          "--set lens: missing; a table of kind airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
-         "radial-otf, measured-psf or measured-otf (the lens)"),
+         "field, radial-otf, measured-psf or measured-otf (the lens)"),
         ("nose=null", "--set nose: unknown key; did you mean 'noise'? (the noise of this capture)"),
         ("readout.bit_depth=8",
          "--set readout.bit_depth: unknown key; the sensor's begin with 'sensor.': "
