@@ -21,7 +21,7 @@ def same_rows(array: F64) -> tuple[I64, I64]:
     np.unique makes a type of m fields of a row, which takes longer than all else where m are a light's wavelengths.
 
     >>> first, kind = same_rows(np.array([[1.0, 2.0], [3.0, 4.0], [1.0, 2.0]]))
-    >>> kind[0] == kind[2] != kind[1], sorted(first.tolist())
+    >>> bool(kind[0] == kind[2] != kind[1]), sorted(first.tolist())
     (True, [0, 1])
     """
     rows = np.ascontiguousarray(array).view(np.dtype((np.void, array.itemsize * array.shape[1]))).ravel()

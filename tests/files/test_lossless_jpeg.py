@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import rawpy
 import tifffile
-from conftest import X_TRANS
 
 from camsim.errors import OutputError
 from camsim.files import save
 from camsim.files.reading import read_file
 from camsim.frame import Frame
+from tests.files.conftest import X_TRANS
 
 # Around the sizes at which tiles are full: 128 rows, multiples of 32 columns.
 SIZES = [(48, 66), (128, 64), (129, 65), (127, 63), (300, 33), (256, 800)]
