@@ -216,6 +216,7 @@ class Odd:
         ({"extra_optics": [Odd(lambda x, y: 1.0)]}, r"Odd.otf gives shape \(\) for frequencies of shape \(5,\)"),
         ({"extra_optics": [Odd(lambda x, y: 1.0 + np.abs(x))]}, "Odd.otf is 1.11 at some frequency; no blur amplifies"),
         ({"extra_optics": [Odd(lambda x, y: np.exp(1j * np.abs(x)))]}, "must be the conjugate"),
+        ({"extra_optics": [Odd(lambda x, y: np.where(np.abs(y) > 0.1, 1j, 1.0))]}, "must be the conjugate"),
         ({"extra_optics": [Odd(lambda x, y: np.where(x == 0.0, np.nan, 1.0))]}, "Odd.otf is not finite everywhere"),
         ({"extra_optics": [Odd(lambda x, y: x @ 5)]}, r"Odd.otf\(.*\) failed: ValueError"),
     ],

@@ -198,7 +198,10 @@ def test_colours_of_a_wide_frame_keep_the_tolerance_across_tiles():
 REFUSED = {
     "more waves": ({"waves": [[[51.0, 0, 0]] * 4]}, "waves: must be numbers from -50 to 50"),
     "ragged": ({"waves": [[[0.1], [0.1, 0.2]]]}, "waves: must be a table of numbers whose rows are equally long"),
-    "shape": ({"waves": [[[0.0, 0, 0]] * 3]}, "waves: must be 1 × 4 × 3: wavelengths × heights × Zernikes, not 1 × 3 × 3"),
+    "shape": (
+        {"waves": [[[0.0, 0, 0]] * 3]},
+        "waves: must be 1 × 4 × 3: wavelengths × heights × Zernikes, not 1 × 3 × 3",
+    ),
     "unsorted": ({"height_um": (0.0, 6000.0, 2500.0, 1e4)}, "height_um: .*; must increase"),
     "not from the axis": ({"height_um": (1.0, 2500.0, 6000.0, 1e4)}, "height_um: .*; give two or more, the first 0"),
     "wavelengths": ({"wavelength_nm": []}, "wavelength_nm: is empty; give one or more"),

@@ -9,6 +9,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
+from camsim.measure.crossings import limit
 from camsim.measure.find import find_edges
 from camsim.measure.fit import _ordinary
 from camsim.measure.picture import mosaic_planes
@@ -297,3 +298,17 @@ def test_a_defect_is_told_by_the_noise_of_its_own_side():
         keep = _ordinary(distance, lifted, half_width=5.0)
         assert keep[here] == usual
         assert np.delete(keep, here).mean() > 0.99
+
+
+def test_a_curve_that_lingers_above_a_level_does_not_know_where_it_falls():
+    """Half of what two standard errors move the crossing by, and not the error over the slope just there: 0.002."""
+    frequency, mtf = np.array([0.0, 0.4, 0.6, 0.61, 1.0]), np.array([1.0, 0.52, 0.505, 0.4, 0.0])
+    fine = np.linspace(0.0, 1.0, 1001)
+    curve = np.interp(fine, frequency, mtf)
+
+    def at(f):
+        return np.interp(f, frequency, mtf), np.full_like(f, 0.02)
+
+    found, error = limit(fine, curve, np.full_like(fine, 0.02), 0.5, at)
+    assert found == pytest.approx(0.6 + 0.01 * 0.005 / 0.105, abs=1e-4)
+    assert error == pytest.approx(0.5 * (found - 0.4 * (1.0 - 0.54) / 0.48), abs=1e-3)
