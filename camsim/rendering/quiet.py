@@ -50,7 +50,12 @@ class Waves:
         # All in step are that quiet between where the loudest alone is and where each of them is by its share.
         low = float(((loudest_in_step / allowed) ** (1.0 / powers)).max())
         high = float(((len(rings) * loudest_in_step / allowed) ** (1.0 / powers)).max())
-        farthest = high if low == high else optimize.brentq(lambda r: loudest_in_step @ r**-powers - allowed, low, high)
+
+        def louder(distance: float) -> float:
+            return float(loudest_in_step @ distance**-powers) - allowed
+
+        # By rounding an end may lie on the wrong side.
+        farthest = high if louder(low) <= 0.0 or louder(high) >= 0.0 else optimize.brentq(louder, low, high)
         farthest = min(farthest, within)
         if shortest == longest or farthest <= NEAREST * longest:
             return farthest

@@ -85,8 +85,10 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     budget, edges, blur = job.budget, job.edges, job.blur
     waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)
     shortest, longest = float(blur.min()), float(blur.max())
+    # What has died away has done so everywhere on the footprint; powers of the distance average out, as moments say.
+    faded = 0.0 if pattern.rings else footprint.extent
     smooth = max(
-        pattern.quiet(budget.allowed("powers")) * longest,
+        pattern.quiet(budget.allowed("powers")) * longest + faded,
         _moment_distance(pattern.powers[0] * longest, footprint, budget.allowed("moments")),
     )
     ends, lines = budget.allowed("ends"), budget.allowed("lines")
