@@ -27,6 +27,7 @@ ROUNDS = 100  # of easing: as many as there are stretches between the shortest s
 MOST_SIDES = 20_000_000  # of all curves
 GRID_BITS = 46  # of the largest coordinate
 NEARLY = 1e-9  # of a curve's parameter: a corner so near its ends is one of them
+LEAST = 0.3  # of a step between corners on a circle: nearer ones are one
 FINEST = 1e-4  # of a curve's length: the first side at a corner is no shorter
 
 Longest = Callable[[F64, F64, F64], F64]
@@ -221,7 +222,11 @@ def _whole_steps(curves: Curves, found: Stretches, side: F64) -> tuple[I64, F64]
     number = low[whose] + np.arange(whose.size) - np.repeat(np.cumsum(counts) - counts, counts)
     t = (number * step[whose] - begin[whose]) / way[whose]
     inner = (t > NEARLY) & (t < 1.0 - NEARLY)
-    return found.owner[whose[inner]], t[inner]
+    owner, t, least = found.owner[whose[inner]], t[inner], (LEAST * step / np.abs(way))[whose[inner]]
+    # Where steps change two corners may fall together: a side as short as that leaves its ends no room to move.
+    crowded = (np.diff(t) < np.minimum(least[1:], least[:-1])) & (np.diff(owner) == 0)
+    apart = np.append(True, ~crowded) if t.size else crowded
+    return owner[apart], t[apart]
 
 
 def _even_steps(found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, F64]:

@@ -114,3 +114,24 @@ def test_arcs_that_follow_an_ellipse_have_its_area():
     sector = parts.dx * (parts.dx * parts.turn_rad + parts.x * (np.sin(end) - np.sin(begin)))
     area = 0.5 * np.sum(sector - parts.dx * parts.y * (np.cos(end) - np.cos(begin)))
     assert abs(abs(area) - np.pi * long_um * thin_um) <= fine.allowed * fine.longest**2
+
+
+def test_circles_that_cut_one_another_keep_their_areas():
+    """470 times what is allowed was met: where two corners fell together the sides beside them could not make up."""
+    disc = camsim.Disc(radius_um=1.0, centre_um=(0.0, -2.0), reflectance=0.5)
+    ring = camsim.Ring(
+        radius_um=0.7431250212181278, inner_radius_um=0.3715625106090639, centre_um=(-0.5, -1.5), reflectance=0.9
+    )
+    both = [common_circles(np.sqrt(0.5), 1.0, radius) for radius in (ring.radius_um, ring.inner_radius_um)]
+    exact = 0.5 * (np.pi - both[0] + both[1]) + 0.9 * np.pi * (ring.radius_um**2 - ring.inner_radius_um**2)
+    for cut_um2 in (1e-8, 1e-10, 1e-12):
+        limits = SideLimits(20.0, np.sqrt(cut_um2), cut_um2, 5.0 * cut_um2)
+        assert abs(brightness([disc, ring], limits) - exact) <= 2.0 * cut_um2
+
+
+def common_circles(distance, one, two):
+    """Area that two circles have in common."""
+    along = (distance**2 + one**2 - two**2) / (2.0 * distance)
+    high = np.sqrt(max(one**2 - along**2, 0.0))
+    first = one**2 * np.arccos(along / one) - along * high
+    return first + two**2 * np.arccos((distance - along) / two) - (distance - along) * high

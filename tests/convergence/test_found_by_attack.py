@@ -157,3 +157,13 @@ def test_small_circles_far_outside():
     ring = {"kind": "ring", "centre": [9.0, 3.0], "radius": 0.5, "inner": 0.25, "reflectance": 0.0}
     system = system_of([ring], 0.27, rows=3, cols=3) | {"lens": {"kind": "gaussian", "blur": 0.27}}
     keeps(system, 1e-9)
+
+
+@pytest.mark.parametrize("sigma", [0.1, 0.22, 0.5])
+def test_gaussians_narrower_than_the_footprint(sigma):
+    """4.5 of the tolerance was met: an edge's end was far from a photosite's middle, and near one of its spots."""
+    square, plate = {"kind": "square", "side": 0.674}, {"split": 0.0, "split_y": 0.75, "rotate_deg": 90.0}
+    shape = {"kind": "rectangle", "width": 0.5, "height": 1.0, "centre": [0.25, 0.5], "rotate_deg": 0.0}
+    system = system_of([shape | {"reflectance": 0.88}], sigma, photosite=square, olpf=plate, rows=3, cols=4)
+    for tolerance in (1e-2, 1e-3):
+        keeps(system | {"lens": {"kind": "gaussian", "blur": sigma}}, tolerance, "boundary")
