@@ -55,7 +55,8 @@ class Waves:
             return float(loudest_in_step @ distance**-powers) - allowed
 
         # By rounding an end may lie on the wrong side.
-        farthest = high if louder(low) <= 0.0 or louder(high) >= 0.0 else optimize.brentq(louder, low, high)
+        known = low == high or louder(low) <= 0.0 or louder(high) >= 0.0
+        farthest = high if known else optimize.brentq(louder, low, high)
         farthest = min(farthest, within)
         if shortest == longest or farthest <= NEAREST * longest:
             return farthest

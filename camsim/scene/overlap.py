@@ -33,7 +33,7 @@ def _edges(area: Any) -> F64:
     """Return the edges (n, 4) about an area, x, y of both ends, the inside of each on the same side."""
     import shapely
 
-    rings = shapely.get_rings(shapely.orient_polygons(area))
+    rings = shapely.get_rings(shapely.get_parts(shapely.orient_polygons(area)))
     points, ring = shapely.get_coordinates(rings, return_index=True)
     on = ring[1:] == ring[:-1]
     edges: F64 = np.hstack([points[:-1][on], points[1:][on]])

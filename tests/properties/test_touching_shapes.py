@@ -58,3 +58,5 @@ def test_what_areas_have_in_common():
     assert common_area(square, shapely.box(2.0, -1.0, 3.0, 4.0)) == 0.0
     assert common_area(square, square) == 4.0
     assert common_area(square, shapely.Polygon()) == 0.0
+    apart = shapely.MultiPolygon([shapely.box(-1.0, 0.0, 0.5, 1.0), shapely.box(1.0, 1.0, 3.0, 3.0)])
+    assert common_area(apart, square) == common_area(square, apart) == 1.5
