@@ -192,9 +192,10 @@ def measure_colour(
     force: Force = False,
 ) -> None:
     """Measure ΔE2000, white balance and noise of the patches that the file's scene shows."""
-    from camsim.cli.measure_colour import ColourRequest, measure
+    from camsim.cli.measure_colour import measure
+    from camsim.cli.measured import Outputs
 
-    measure(ColourRequest(file=file, as_json=as_json, csv=csv, plot=plot, picture=picture, force=force))
+    measure(file, picture, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
 
 
 @measure_app.command("texture")
@@ -206,9 +207,10 @@ def measure_texture(
     force: Force = False,
 ) -> None:
     """Measure the MTF on any texture, dead leaves say, against the spectrum of the file's own scene."""
-    from camsim.cli.measure_target import TargetRequest, measure
+    from camsim.cli.measure_target import measure
+    from camsim.cli.measured import Outputs
 
-    measure(TargetRequest(file=file, method="texture", as_json=as_json, csv=csv, plot=plot, force=force))
+    measure(file, "texture", Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
 
 
 @measure_app.command("star")
@@ -220,9 +222,10 @@ def measure_star(
     force: Force = False,
 ) -> None:
     """Measure the MTF on the Siemens star of the file's scene, beside theory."""
-    from camsim.cli.measure_target import TargetRequest, measure
+    from camsim.cli.measure_target import measure
+    from camsim.cli.measured import Outputs
 
-    measure(TargetRequest(file=file, method="star", as_json=as_json, csv=csv, plot=plot, force=force))
+    measure(file, "star", Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
 
 
 @measure_app.command("distortion")
@@ -234,9 +237,10 @@ def measure_distortion(
     force: Force = False,
 ) -> None:
     """Measure distortion and lateral colour: where dots or corners are seen, against the places of the scene."""
-    from camsim.cli.measure_distortion import DistortionRequest, measure
+    from camsim.cli.measure_distortion import measure
+    from camsim.cli.measured import Outputs
 
-    measure(DistortionRequest(file=file, as_json=as_json, csv=csv, plot=plot, force=force))
+    measure(file, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
 
 
 @measure_app.command("moire")
@@ -247,9 +251,10 @@ def measure_moire(
     force: Force = False,
 ) -> None:
     """Measure the moiré of a zone plate: how much of its contrast comes back as ghosts, beside theory."""
-    from camsim.cli.measure_moire import MoireRequest, measure
+    from camsim.cli.measure_moire import measure
+    from camsim.cli.measured import Outputs
 
-    measure(MoireRequest(file=file, as_json=as_json, csv=csv, force=force))
+    measure(file, Outputs(as_json=as_json, csv=csv, force=force))
 
 
 @measure_app.command("noise")
@@ -280,6 +285,7 @@ def measure_noise(
 ) -> None:
     """Measure gain, noise, full well, dark current, non-uniformities and linearity after EMVA 1288."""
     from camsim.cli.measure_noise import NoiseRequest, measure
+    from camsim.cli.measured import Outputs
 
     measure(
         NoiseRequest(
@@ -291,10 +297,7 @@ def measure_noise(
             frames=frames,
             iso=iso,
             keep=keep,
-            as_json=as_json,
-            csv=csv,
-            plot=plot,
             xml=xml,
-            force=force,
+            outputs=Outputs(as_json=as_json, csv=csv, plot=plot, force=force),
         )
     )

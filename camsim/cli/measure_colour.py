@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import json
+import functools
 import math
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camsim.cli.tables import check_text_file, csv_text, print_table
-from camsim.errors import InvalidValueError, OutputError, UnsupportedError
+from camsim.cli.measured import Outputs, picture_and_capture
+from camsim.cli.tables import check_text_file, print_table
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
-    from camsim.measure import Picture
     from camsim.measure.colour import ColourReport, PatchColour
 
 _HEADS = (
@@ -27,68 +25,39 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ColourRequest:
-    """What the user asked for."""
+def measure(file: str, picture_file: str | None, outputs: Outputs) -> None:
+    """Measure, print and write; raises CamsimError with one sentence.
 
-    file: str
-    as_json: bool
-    csv: str | None
-    plot: str | None
-    picture: str | None
-    force: bool
-
-
-def measure(request: ColourRequest) -> None:
-    """Measure, print and write; raises CamsimError with one sentence."""
+    picture_file : where a picture of the chart with reference halves goes
+    """
     from camsim.measure.colour import measure_colour
 
-    _check(request)
-    picture, capture = picture_and_capture(request.file)
+    _check(picture_file, outputs)
+    picture, capture = picture_and_capture(file)
     report = measure_colour(picture, capture)
-    if request.csv is not None:
-        write_whole(request.csv, csv_text(_COLUMNS, map(_values, report.patches)).encode("utf-8"))
-    if request.plot is not None:
-        from camsim.cli.plot_colour import draw
-
-        write_whole(request.plot, draw(report, request.plot))
-    if request.picture is not None:
+    outputs.write(_COLUMNS, map(_values, report.patches), functools.partial(_draw, report))
+    if picture_file is not None:
         from camsim.files.png import plain
         from camsim.measure.colour.picture import halves
 
-        write_whole(request.picture, plain(halves(picture, capture, report)))
-    if request.as_json:
-        print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
-        return
-    _print(report)
+        write_whole(picture_file, plain(halves(picture, capture, report)))
+    outputs.tell(report, _print)
 
 
-def picture_and_capture(file: str) -> tuple[Picture, Capture]:
-    """Return a file's picture and what it says it was taken of; raises UnsupportedError where it says nothing."""
-    from camsim.measure import read_picture
-    from camsim.revive import revive_capture
+def _draw(report: ColourReport, file: str) -> bytes:
+    from camsim.cli.plot_colour import draw
 
-    picture = read_picture(file)
-    if picture.description is None:
-        raise UnsupportedError(
-            "does not say what it was taken of; camsim's own files do (.dng, .tiff, .exr, .png:mosaic)", stage=file
-        )
-    return picture, replace(revive_capture(picture.description), scene_name=file)
+    return draw(report, file)
 
 
-def _check(request: ColourRequest) -> None:
+def _check(picture_file: str | None, outputs: Outputs) -> None:
     """Refuse what cannot be written, before any work."""
-    if request.csv is not None:
-        check_text_file(request.csv, force=request.force)
-    if request.plot is not None:
-        from camsim.cli.plot import check_drawing
-
-        check_drawing(request.plot, force=request.force)
-    if request.picture is not None:
-        if Path(request.picture).suffix.lower() != ".png":
-            raise OutputError(f"cannot write {request.picture!r}: the picture is a .png")
-        check_text_file(request.picture, force=request.force)
-    named = [Path(file).resolve() for file in (request.csv, request.plot, request.picture) if file is not None]
+    outputs.check()
+    if picture_file is not None:
+        if Path(picture_file).suffix.lower() != ".png":
+            raise OutputError(f"cannot write {picture_file!r}: the picture is a .png")
+        check_text_file(picture_file, force=outputs.force)
+    named = [Path(file).resolve() for file in (outputs.csv, outputs.plot, picture_file) if file is not None]
     if len(set(named)) < len(named):
         raise InvalidValueError("two of --csv, --plot and --picture name one file", key="--picture")
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
+import functools
 from typing import TYPE_CHECKING
 
-from camsim.cli.measure_colour import picture_and_capture
-from camsim.cli.tables import check_text_file, csv_text, print_table
-from camsim.files.atomic import write_whole
+from camsim.cli.measured import Outputs, picture_and_capture
+from camsim.cli.tables import print_table
 
 if TYPE_CHECKING:
     from camsim.measure.distortion import DistortionReport
@@ -20,39 +18,21 @@ _HEADS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DistortionRequest:
-    """What the user asked for."""
-
-    file: str
-    as_json: bool
-    csv: str | None
-    plot: str | None
-    force: bool
-
-
-def measure(request: DistortionRequest) -> None:
+def measure(file: str, outputs: Outputs) -> None:
     """Measure, print and write; raises CamsimError with one sentence."""
     from camsim.measure.distortion import measure_distortion
 
-    if request.csv is not None:
-        check_text_file(request.csv, force=request.force)
-    if request.plot is not None:
-        from camsim.cli.plot import check_drawing
+    outputs.check()
+    report = measure_distortion(*picture_and_capture(file))
+    rows = [[getattr(mark, name) for name in _COLUMNS] for channel in report.channels for mark in channel.marks]
+    outputs.write(_COLUMNS, rows, functools.partial(_draw, report))
+    outputs.tell(report, _print)
 
-        check_drawing(request.plot, force=request.force)
-    report = measure_distortion(*picture_and_capture(request.file))
-    if request.csv is not None:
-        rows = [[getattr(mark, name) for name in _COLUMNS] for channel in report.channels for mark in channel.marks]
-        write_whole(request.csv, csv_text(_COLUMNS, rows).encode("utf-8"))
-    if request.plot is not None:
-        from camsim.cli.plot_distortion import draw
 
-        write_whole(request.plot, draw(report, request.plot))
-    if request.as_json:
-        print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
-        return
-    _print(report)
+def _draw(report: DistortionReport, file: str) -> bytes:
+    from camsim.cli.plot_distortion import draw
+
+    return draw(report, file)
 
 
 def _print(report: DistortionReport) -> None:

@@ -2,41 +2,31 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, fields
+from dataclasses import fields
+from typing import TYPE_CHECKING
 
-from camsim.cli.measure_colour import picture_and_capture
 from camsim.cli.measure_mtf_table import with_error
-from camsim.cli.tables import check_text_file, csv_text, print_table
-from camsim.files.atomic import write_whole
+from camsim.cli.measured import Outputs, picture_and_capture
+from camsim.cli.tables import print_table
+
+if TYPE_CHECKING:
+    from camsim.measure.target import MoireReport
 
 _HEADS = ("channel", "fx c/px", "fy c/px", "x px", "y px", "contrast", "theory")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MoireRequest:
-    """What the user asked for."""
-
-    file: str
-    as_json: bool
-    csv: str | None
-    force: bool
-
-
-def measure(request: MoireRequest) -> None:
+def measure(file: str, outputs: Outputs) -> None:
     """Measure, print and write; raises CamsimError with one sentence."""
     from camsim.measure.target import Ghost, measure_moire
 
-    if request.csv is not None:
-        check_text_file(request.csv, force=request.force)
-    report = measure_moire(*picture_and_capture(request.file))
-    if request.csv is not None:
-        names = [field.name for field in fields(Ghost)]
-        rows = [[getattr(ghost, name) for name in names] for ghost in report.ghosts]
-        write_whole(request.csv, csv_text(names, rows).encode("utf-8"))
-    if request.as_json:
-        print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
-        return
+    outputs.check()
+    report = measure_moire(*picture_and_capture(file))
+    names = [field.name for field in fields(Ghost)]
+    outputs.write(names, [[getattr(ghost, name) for name in names] for ghost in report.ghosts])
+    outputs.tell(report, _print)
+
+
+def _print(report: MoireReport) -> None:
     rows = [
         [
             g.channel,

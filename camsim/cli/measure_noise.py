@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from camsim.cli.measure_mtf_table import with_error
-from camsim.cli.tables import check_text_file, csv_text, print_table
+from camsim.cli.measured import Outputs
+from camsim.cli.tables import check_text_file, print_table
 from camsim.errors import InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
 
@@ -44,11 +45,8 @@ class NoiseRequest:
     frames: int
     iso: float | None
     keep: str | None
-    as_json: bool
-    csv: str | None
-    plot: str | None
     xml: str | None
-    force: bool
+    outputs: Outputs
 
 
 def measure(request: NoiseRequest) -> None:
@@ -59,34 +57,27 @@ def measure(request: NoiseRequest) -> None:
         raise InvalidValueError(f"{request.side}; must be from {_LEAST_SIDE} to {_LARGEST_SIDE}", key="--side")
     if not 2 <= request.frames <= 1000:
         raise InvalidValueError(f"{request.frames}; must be from 2 to 1000", key="--frames")
-    if request.csv is not None:
-        check_text_file(request.csv, force=request.force)
-    if request.plot is not None:
-        from camsim.cli.plot import check_drawing
-
-        check_drawing(request.plot, force=request.force)
+    request.outputs.check()
     if request.xml is not None:
         if Path(request.xml).suffix.lower() != ".xml":
             raise OutputError(f"cannot write {request.xml!r}: results after EMVA 1288 are an .xml")
-        check_text_file(request.xml, force=request.force)
+        check_text_file(request.xml, force=request.outputs.force)
     report = _report(request)
     if request.xml is not None:
-        _write_xml(report, request.xml, force=request.force)
-    if request.csv is not None:
-        rows = [
-            (channel.channel, *point)
-            for channel in report.channels
-            for point in zip(*(getattr(channel, name).tolist() for name in _POINTS), strict=True)
-        ]
-        write_whole(request.csv, csv_text(("channel", *_POINTS), rows).encode("utf-8"))
-    if request.plot is not None:
-        from camsim.cli.plot_noise import draw
+        _write_xml(report, request.xml, force=request.outputs.force)
+    rows = [
+        (channel.channel, *point)
+        for channel in report.channels
+        for point in zip(*(getattr(channel, name).tolist() for name in _POINTS), strict=True)
+    ]
+    request.outputs.write(("channel", *_POINTS), rows, functools.partial(_draw, report))
+    request.outputs.tell(report, _print)
 
-        write_whole(request.plot, draw(report, request.plot))
-    if request.as_json:
-        print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
-        return
-    _print(report)
+
+def _draw(report: NoiseReport, file: str) -> bytes:
+    from camsim.cli.plot_noise import draw
+
+    return draw(report, file)
 
 
 def _write_xml(report: NoiseReport, file: str, *, force: bool) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
+import functools
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from camsim.cli.measure_colour import picture_and_capture
 from camsim.cli.measure_mtf_table import with_error
-from camsim.cli.tables import check_text_file, csv_text, print_table
-from camsim.files.atomic import write_whole
+from camsim.cli.measured import Outputs, picture_and_capture
+from camsim.cli.tables import print_table
 
 if TYPE_CHECKING:
     from camsim.measure.target import TargetReport
@@ -19,40 +17,21 @@ _HEADS = ("channel", "MTF50 c/px", "theory", "lp/mm", "LW/PH", "channel's Nyquis
 _COLUMNS = ("channel", "frequency_cycles_per_pixel", "mtf", "mtf_error", "theory_mtf")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TargetRequest:
-    """What the user asked for."""
-
-    file: str
-    method: Literal["star", "texture"]
-    as_json: bool
-    csv: str | None
-    plot: str | None
-    force: bool
-
-
-def measure(request: TargetRequest) -> None:
+def measure(file: str, method: Literal["star", "texture"], outputs: Outputs) -> None:
     """Measure, print and write; raises CamsimError with one sentence."""
     from camsim.measure.target import measure_star, measure_texture
 
-    if request.csv is not None:
-        check_text_file(request.csv, force=request.force)
-    if request.plot is not None:
-        from camsim.cli.plot import check_drawing
+    outputs.check()
+    picture, capture = picture_and_capture(file)
+    report = (measure_star if method == "star" else measure_texture)(picture, capture)
+    outputs.write(_COLUMNS, _curves(report), functools.partial(_draw, report))
+    outputs.tell(report, _print)
 
-        check_drawing(request.plot, force=request.force)
-    picture, capture = picture_and_capture(request.file)
-    report = (measure_star if request.method == "star" else measure_texture)(picture, capture)
-    if request.csv is not None:
-        write_whole(request.csv, csv_text(_COLUMNS, _curves(report)).encode("utf-8"))
-    if request.plot is not None:
-        from camsim.cli.plot_target import draw
 
-        write_whole(request.plot, draw(report, request.plot))
-    if request.as_json:
-        print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
-        return
-    _print(report)
+def _draw(report: TargetReport, file: str) -> bytes:
+    from camsim.cli.plot_target import draw
+
+    return draw(report, file)
 
 
 def _curves(report: TargetReport) -> list[tuple[object, ...]]:

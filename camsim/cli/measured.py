@@ -1,0 +1,73 @@
+"""What measuring commands have in common: a file with what it was taken of, and a report printed, as a table, drawn."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from camsim.cli.tables import check_text_file, csv_text
+from camsim.errors import UnsupportedError
+from camsim.files.atomic import write_whole
+
+if TYPE_CHECKING:
+    from camsim.exposing import Capture
+    from camsim.measure import Picture
+
+
+class Told(Protocol):
+    """A report that can be said as JSON."""
+
+    def as_dict(self) -> dict[str, Any]: ...  # noqa: D102 (above)
+
+
+R = TypeVar("R", bound=Told)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outputs:
+    """Where a report goes: ``--json`` in place of text, ``--csv``, ``--plot``, and whether files may be overwritten."""
+
+    as_json: bool
+    csv: str | None
+    plot: str | None = None
+    force: bool
+
+    def check(self) -> None:
+        """Refuse what cannot be written, before any work."""
+        if self.csv is not None:
+            check_text_file(self.csv, force=self.force)
+        if self.plot is not None:
+            from camsim.cli.plot import check_drawing
+
+            check_drawing(self.plot, force=self.force)
+
+    def write(
+        self, heads: Sequence[str], rows: Iterable[Sequence[object]], draw: Callable[[str], bytes] | None = None
+    ) -> None:
+        """Write the files that are asked for; ``draw`` returns the plot's bytes by its file's name."""
+        if self.csv is not None:
+            write_whole(self.csv, csv_text(heads, rows).encode("utf-8"))
+        if self.plot is not None and draw is not None:
+            write_whole(self.plot, draw(self.plot))
+
+    def tell(self, report: R, show: Callable[[R], None]) -> None:
+        """Print a report as JSON, or as people read it."""
+        if self.as_json:
+            print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
+        else:
+            show(report)
+
+
+def picture_and_capture(file: str) -> tuple[Picture, Capture]:
+    """Return a file's picture and what it says it was taken of; raises UnsupportedError where it says nothing."""
+    from camsim.measure import read_picture
+    from camsim.revive import revive_capture
+
+    picture = read_picture(file)
+    if picture.description is None:
+        raise UnsupportedError(
+            "does not say what it was taken of; camsim's own files do (.dng, .tiff, .exr, .png:mosaic)", stage=file
+        )
+    return picture, replace(revive_capture(picture.description), scene_name=file)
