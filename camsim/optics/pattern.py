@@ -64,6 +64,11 @@ class Pattern:
             return float(np.interp(rho, radius, beyond))
         return float(beyond[-1]) * math.sqrt(radius[-1] / rho)
 
+    @property
+    def peak(self) -> float:
+        """The most light per square blur, of either sign: in the middle, but with negative rings anywhere."""
+        return 2.0 * math.pi * self.moment(1) if self.signed else self.core / math.pi
+
     def moment(self, power: int) -> float:
         """Return ∫|OTF|·u^power du: how much there is to follow."""
         x, w = gauss_legendre(MOMENT_NODES)

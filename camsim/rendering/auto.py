@@ -23,7 +23,9 @@ class ByEdges:
 
     def plan(self, job: Job, samples: int | None = None) -> BoundaryPlan | AberratedPlan:
         """Plan with the engine that knows the lens."""
-        return BOUNDARY.plan(job, samples) if job.split is None else ABERRATED.plan(job, samples)
+        return (
+            BOUNDARY.plan(job, samples) if job.split is None or job.footprint is None else ABERRATED.plan(job, samples)
+        )
 
 
 BY_EDGES = ByEdges()

@@ -74,7 +74,7 @@ class Job:
     left_out     : edges that need not be rendered
     pattern, footprint : of lens, and of OLPF ⊗ photosite, as the boundary engine knows them; None where it does not,
                    and ``unknown`` says why
-    split        : the lens as a round one, moved, and the rest, where it is that on a footprint that is known
+    split        : the lens as a round one, moved, and the rest, where it is that
     bending      : how the lens bends edges (those here are bent already); None where it does not
     """
 
@@ -110,10 +110,9 @@ class Job:
         bending: Bending | None = None,
     ) -> Job:
         """Resolve a scene and its arrangement (``outlines.arranged``); the rest as in ``render_channels``."""
-        pattern, footprint, split, unknown = None, None, None, ""
+        pattern, footprint, unknown = None, None, ""
         try:
             footprint = Footprint.of(system, grid.pitch_um)
-            split = system.lens.split() if isinstance(system.lens, Splits) else None
             pattern = _pattern_of(system.lens)
         except UnsupportedError as error:
             unknown = str(error)
@@ -157,7 +156,7 @@ class Job:
             grid=grid,
             pattern=pattern,
             footprint=footprint,
-            split=split,
+            split=_split_of(system),
             unknown=unknown,
             tolerance=tolerance,
             bending=bending,
@@ -169,8 +168,8 @@ class Job:
 
     def behind(self, lens: OpticalStage) -> Job:
         """Return the same edges behind another lens of the same opening."""
-        split = lens.split() if self.footprint is not None and isinstance(lens, Splits) else None
-        return dataclasses.replace(self, system=dataclasses.replace(self.system, lens=lens), split=split)
+        system = dataclasses.replace(self.system, lens=lens)
+        return dataclasses.replace(self, system=system, split=_split_of(system))
 
     def of_edges(self, edges: Edges, *, wavelength_nm: F64, density: F64, base: F64, tolerance: float) -> Job:
         """Return other edges with signals of their own behind the same optics, at another tolerance."""
@@ -270,6 +269,10 @@ def _paired(edges: Edges) -> _Paired:
     """Return the fields of a job that its edges make."""
     sides, pair = edges.pairs()
     return {"edges": edges, "sides": sides, "pair": pair}
+
+
+def _split_of(system: OpticalSystem) -> Split | None:
+    return system.lens.split() if isinstance(system.lens, Splits) and not system.more else None
 
 
 def _pattern_of(lens: OpticalStage) -> Pattern:

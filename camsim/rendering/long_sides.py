@@ -88,7 +88,7 @@ class LongSides:
             pattern=pattern,
             blur=blur_um[1],
             quiet=0.0 if pattern is None else pattern.quiet(quiet) * blur_um[1],
-            densest=math.inf if pattern is None else pattern.core / math.pi / blur_um[0] ** 2,
+            densest=math.inf if pattern is None else pattern.peak / blur_um[0] ** 2,
         )
         if area > 0.0:
             own = dataclasses.replace(own, densest=min(own.densest, 1.0 / area))

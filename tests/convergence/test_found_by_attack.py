@@ -176,3 +176,21 @@ def test_arcs_that_turn_the_other_way(turn_deg):
     system = system_of([sector | {"turn_deg": turn_deg, "reflectance": 0.2}], 0.47, rows=4, cols=3)
     for tolerance in (1e-4, 1e-7):
         keeps(system, tolerance)
+
+
+@pytest.mark.parametrize("blur", [1.0, 10.3])
+def test_a_disc_behind_a_transfer_that_makes_its_middle_dark(blur):
+    """18 times the tolerance was met: a pattern's middle was taken for its brightest place, and it was below 0."""
+    curve = {"kind": "curve", "frequency": [0.0, 0.3, 0.4, 0.8, 1.0], "values": [1.0, 0.55, 0.1, -0.4, 0.0]}
+    disc = {"kind": "disc", "radius": 2.7, "centre": [1.7, 1.74], "reflectance": 0.4}
+    system = system_of([disc], blur, photosite=POINT, rows=1, cols=2) | {"lens": curve | {"blur": blur}}
+    for tolerance in (1e-8, 3e-11):
+        keeps(system, tolerance, "fourier")
+
+
+def test_a_huge_rectangle_behind_a_thin_ellipse():
+    """1.1e-6 was said of a right image: the check took places 5e-4 apart for one, where coordinates are 5e6."""
+    huge = {"kind": "polygon", "points": [[-0.5, -5.5e6], [-0.5, 3.3e6], [5.8e6, 3.3e6], [5.8e6, -5.5e6]]}
+    thin = {"kind": "ellipse", "centre": [-0.67, -0.68], "radii": [1.0, 0.032], "rotate_deg": 30.0, "reflectance": 0.0}
+    system = system_of([huge | {"reflectance": 0.2}, thin], 0.47, rows=2, cols=2)
+    assert systems.rendered(system, tolerance=1e-7, method="boundary").error_estimate <= 1e-7

@@ -25,6 +25,7 @@ from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 JUST_BEYOND = 1.03  # times the distance where a difference is cut off
+DEAR_SECONDS = 0.05  # for one photosite: then windows are asked what they take
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 
 
@@ -109,7 +110,8 @@ class Judge:
     Of the job it takes what came in (scene, optics, grid, light, tolerance) and nothing that was made of it: outlines,
     painter's order, spectra and wavelengths are its own. A round lens on rectangles is integrated (integrals.py).
     Any other is rendered in small windows by Fourier transforms, with another period, taper, band and other nodes, from
-    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for. Of an
+    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for, and a
+    photosite of so many blurs that windows take less. Of an
     aberrated lens the round part is integrated, and what it has besides rendered in windows, to
     ``DIFFERENCE_CHECK_PART`` of the tolerance.
     """
@@ -140,10 +142,17 @@ class Judge:
         background: F64 = self.seen[2][0].sum(axis=1)
         return background
 
-    @property
+    @functools.cached_property
     def integrates(self) -> bool:
-        """Whether photosites are integrated one by one."""
-        return self.job.finest is not None and self.job.tolerance >= self.job.finest
+        """Whether photosites are integrated one by one: where that is known, and not dear beside windows."""
+        job = self.job
+        if job.finest is None or job.tolerance < job.finest:
+            return False
+        each = self.integrals.seconds_each
+        if each <= DEAR_SECONDS:
+            return True
+        middle = _Frame.about(np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2]))
+        return WINDOW**2 * each <= self._taken(self._whole, middle)
 
     @functools.cached_property
     def integrals(self) -> Integrals:
@@ -237,14 +246,23 @@ class Judge:
 
     @functools.cached_property
     def _windows(self) -> Windows:
+        return self._whole if self._difference is None else self._windows_of(self._difference)
+
+    @functools.cached_property
+    def _whole(self) -> Windows:
+        return self._windows_of(self.job)
+
+    def _windows_of(self, job: Job) -> Windows:
+        """Return what renders windows of the job itself, or of its difference."""
         pieces, wavelength_nm, density = self.seen
-        job, base, allowed = self.job, self.base, self.job.budget.of_check.tolerance
-        if self._difference is not None:
-            job, base, allowed = self._difference, np.zeros_like(base), DIFFERENCE_CHECK_PART * job.tolerance
+        base, own = self.base, self.job.budget.of_check.tolerance
+        allowed = own
+        if job is not self.job:
+            base, allowed = np.zeros_like(base), DIFFERENCE_CHECK_PART * self.job.tolerance
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
         return self.transforms.windows(
             job.of_edges(
-                polygons(pieces, 1.0 / highest, min(allowed, self.job.budget.of_check.tolerance)),
+                polygons(pieces, 1.0 / highest, min(allowed, own)),
                 wavelength_nm=wavelength_nm,
                 density=density,
                 base=base,
@@ -257,7 +275,10 @@ class Judge:
         return x0 + frame.col, y0 + frame.row
 
     def _seconds(self, frame: _Frame) -> float:
-        cost = self._windows.expected(self._origin(frame), frame.shape)[0]
+        return self._taken(self._windows, frame)
+
+    def _taken(self, windows: Windows, frame: _Frame) -> float:
+        cost = windows.expected(self._origin(frame), frame.shape)[0]
         return cost.seconds if cost.memory_bytes <= MEMORY_LIMIT_BYTES else math.inf
 
     def _frames(self, rows: I64, cols: I64) -> list[tuple[_Frame, slice]]:

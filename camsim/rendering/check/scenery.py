@@ -20,7 +20,10 @@ from camsim.scene import Scene
 from camsim.scene.arcs import Fineness
 from camsim.spectra.curve import Spectrum
 
-SAME = 1e-10  # pitches, and as a share of the largest coordinate: places this near are one
+SAME, SAME_SHARE = (
+    1e-10,
+    1e-12,
+)  # pitches, and of the largest coordinate, whose last bits differ: so near are places one
 
 
 class Pieces(NamedTuple):
@@ -46,7 +49,7 @@ def pieces_of(
     boxes = _boxes(outlines)
     # An arc's places are its centre's and its radius's numbers.
     size = np.maximum(np.abs(outlines.x) + np.where(outlines.turn_rad == 0.0, 0.0, outlines.dx), np.abs(outlines.y))
-    same = np.maximum(SAME * np.maximum(1.0, np.abs(boxes).max(axis=1)), 1e-14 * size)
+    same = np.maximum(np.maximum(SAME, SAME_SHARE * np.abs(boxes).max(axis=1)), 1e-14 * size)
     whose = owners.primitive
     near = _neighbours(_around(boxes, whose, len(primitives)), 4.0 * BESIDE * float(same.max()))
     piece = pieces_between_cuts(outlines, boxes, same)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+
+import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.airy import AIRY
 from camsim.optics.protocols import KnowsTail
-from camsim.rendering.engine import SET_UP_SECONDS, Cost, Decision, Marks, Progress
+from camsim.rendering.budget import CLOSED_PART
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, SET_UP_SECONDS, Cost, Decision, Marks, Progress
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.fourier.lens import kernel_of
@@ -24,12 +28,40 @@ from camsim.rendering.work import Work
 FEWEST = 2  # photosites that are checked singly: a transform's errors are everywhere, no photosite is a case of its own
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sum:
+    """An image whose parts are transformed one after the other."""
+
+    parts: tuple[FourierImage, ...]
+
+    def rendered(self, origin: tuple[float, float], channel: U8, progress: Progress = lambda done: None) -> F64:
+        """Render every photosite in its own channel; see ``FourierImage.rendered``."""
+        image = np.zeros(channel.shape)
+        for number, part in enumerate(self.parts):
+
+            def report(done: float, number: int = number) -> None:
+                progress((number + done) / len(self.parts))
+
+            image += part.rendered(origin, channel, report)
+        return image
+
+    def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
+        """Return what rows and columns take, and the number of frequencies."""
+        costs, frequencies = zip(*(part.expected(origin, shape) for part in self.parts), strict=True)
+        memory_bytes = max(cost.memory_bytes for cost in costs)
+        return Cost(seconds=sum(cost.seconds for cost in costs), memory_bytes=memory_bytes), sum(frequencies)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FourierPlan:
-    """A job with any lens and any photosite, and the wavelengths that it takes."""
+    """A job with any lens and any photosite, and the wavelengths that it takes.
+
+    parts : a lens's round part and its short difference, where these take less than all of it at once
+    """
 
     job: Job
     nodes: Nodes
+    parts: tuple[FourierPlan, ...] = ()
 
     @property
     def marks(self) -> Marks:
@@ -47,8 +79,13 @@ class FourierPlan:
         return self.nodes.wavelength_nm.size
 
     @functools.cached_property
-    def image(self) -> FourierImage:
+    def image(self) -> FourierImage | Sum:
         """What transforms."""
+        return Sum(parts=tuple(part.whole for part in self.parts)) if self.parts else self.whole
+
+    @functools.cached_property
+    def whole(self) -> FourierImage:
+        """What transforms all of the lens at once."""
         job = self.job
         return FourierImage(
             edges=job.edges,
@@ -87,7 +124,13 @@ class FourierPlan:
         )
 
     def decisions(self) -> Iterator[Decision]:
-        """Yield how many frequencies there are."""
+        """Yield whether the lens is taken apart, and how many frequencies there are."""
+        if self.parts:
+            yield Decision(
+                topic="lens",
+                decision="a round pattern, and what differs from it" if len(self.parts) > 1 else "a round pattern",
+                reason="each by itself takes less: the difference is short" if len(self.parts) > 1 else "plane waves",
+            )
         yield Decision(
             topic="settings",
             decision=f"{self._frequencies:.2g} frequencies",
@@ -96,7 +139,9 @@ class FourierPlan:
 
     def of(self, job: Job) -> FourierPlan:
         """Return the same wavelengths for other edges."""
-        return FourierPlan(job=job, nodes=job.nodes_like(self.nodes))
+        own = [job.round_part(), job.difference_part()] if self.parts else []
+        parts = tuple(part.of(one) for part, one in zip(self.parts, own, strict=False) if one is not None)
+        return FourierPlan(job=job, nodes=job.nodes_like(self.nodes), parts=parts)
 
     def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""
@@ -122,9 +167,14 @@ class Fourier:
         if samples is not None:
             raise UnsupportedError("fourier takes none; only importance takes a number", key="samples")
         check_tolerance(job.tolerance)
-        return FourierPlan(job=job, nodes=_nodes(job))
+        whole = FourierPlan(job=job, nodes=_nodes(job))
+        if job.split is None or not len(job.edges) or min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST:
+            return whole
+        own = (job.round_part(), job.difference_part())
+        apart = dataclasses.replace(whole, parts=tuple(self.plan(one) for one in own if one is not None))
+        return min(whole, apart, key=lambda plan: (plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds))
 
-    def windows(self, job: Job) -> FourierImage:
+    def windows(self, job: Job) -> FourierImage | Sum:
         """Return what renders windows of a job."""
         return self.plan(job).image
 

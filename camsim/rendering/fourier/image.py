@@ -182,7 +182,8 @@ class FourierImage:
         total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
         lens = self.system.lens
         if self.kernel.round and isinstance(lens, Round):
-            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
+            allowed = ErrorBudget(self.tolerance).allowed("curve")
+            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan, allowed)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
