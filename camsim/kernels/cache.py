@@ -14,6 +14,7 @@ from typing import Any
 import numba as nb
 import platformdirs
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.runtime.nrt import rtsys
 
 KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
 _ROOT = Path(__file__).resolve().parents[2]
@@ -65,9 +66,14 @@ class Cache(FunctionCache):
         return Path(self._cache_file._index_path)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was compiled before; None where there is none that can be read."""
+        """Return what was compiled before; None where there is none that can be read.
+
+        Numba's own makes itself ready to compile first: a third of a second, which kernels that are there do not need.
+        What is in place when they run is the part of Numba's run-time that gives and takes memory.
+        """
         try:
-            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            rtsys.initialize(target_context)
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except Exception:  # a pickle that was cut short may raise anything
             with contextlib.suppress(OSError):
                 self.index.unlink()

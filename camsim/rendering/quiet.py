@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from camsim.arrays import C128, F64
 from camsim.optics.pattern import Pattern
@@ -56,7 +56,7 @@ class Waves:
 
         # By rounding an end may lie on the wrong side.
         known = low == high or louder(low) <= 0.0 or louder(high) >= 0.0
-        farthest = high if known else optimize.brentq(louder, low, high)
+        farthest = high if known else scipy.optimize.brentq(louder, low, high)
         farthest = min(farthest, within)
         if shortest == longest or farthest <= NEAREST * longest:
             return farthest

@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern
@@ -215,6 +215,6 @@ def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
     low = max((size / allowed) ** (1.0 / n) for size, n in terms)
     high = max((len(terms) * size / allowed) ** (1.0 / n) for size, n in terms)
     if high > low:
-        low = float(optimize.brentq(lambda r: sum(size * r**-n for size, n in terms) - allowed, low, high))
+        low = float(scipy.optimize.brentq(lambda r: sum(size * r**-n for size, n in terms) - allowed, low, high))
     farther: float = max(low, sixth)
     return farther
