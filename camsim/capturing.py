@@ -122,9 +122,8 @@ def load_camera(
     """Make a camera of a sensor file (a path, or a name as ``camsim list sensors`` has it) and a lens."""
     changes, faults = _parsed(overrides)
     search = _collected(faults, lambda: _search(sensors, Path()))
-    judged = search and _collected(
-        faults, lambda: _sensor(check(sensor, _PATH, "sensor"), changes, search, asked_by="sensor")
-    )
+    path = check(sensor, _PATH, "sensor")
+    judged = search and _collected(faults, lambda: _sensor(path, changes, search, asked_by="sensor"))
     camera = judged and build_sensor.camera(judged, lens)
     faults += judged.faults if judged else []
     if faults or not camera:
@@ -246,8 +245,7 @@ def _parsed(texts: Iterable[str]) -> tuple[list[Override], list[Fault]]:
 
 def _seed(seed: int | None) -> int | None:
     try:
-        kept: int | None = check(seed, Seed | None, "--seed")
-        return kept
+        return None if seed is None else int(check(seed, Seed, "--seed"))
     except InvalidValueError as error:
         raise ConfigError([Fault(error.key, 0, 0, "", error.message)]) from None
 
