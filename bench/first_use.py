@@ -1,8 +1,8 @@
 """How long the first capture on a machine takes, and the next ones: ``python -m bench.first_use`` on an idle machine.
 
 Each capture is a process of its own with its imports; before the first one the folder of caches is empty, as after an
-installation. Python keeps the modules that it has compiled, as an installed package's are. CPU seconds are of all its processes. Of the later ones the quickest counts: other work on the machine
-only ever adds.
+installation. Python keeps the modules that it has compiled, as an installed package's are. CPU seconds are of all
+processes of a capture. Of the later ones the quickest counts: other work on the machine only ever adds.
 """
 
 from __future__ import annotations
