@@ -21,15 +21,11 @@ from camsim.exposing import Capture, Progress
 from camsim.frame import Frame, Products
 from camsim.marks import Before, Called
 from camsim.optics import FieldLens, Lens
-from camsim.typed import Seed, check
+from camsim.typed import Seed, check, text_of_path
 
 PathOrName = str | os.PathLike[str]
 T = TypeVar("T")
 M = TypeVar("M", schema.SceneFile, schema.SensorFile)
-
-
-def _text(given: Any) -> Any:
-    return os.fspath(given) if isinstance(given, os.PathLike) else given
 
 
 def _listed(given: Any) -> Any:
@@ -37,7 +33,7 @@ def _listed(given: Any) -> Any:
     return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str | bytes) else given
 
 
-_PATH = Annotated[str, Before(_text), Called("a path or a name")]
+_PATH = Annotated[str, Before(text_of_path), Called("a path or a name")]
 _FOLDERS = Annotated[tuple[_PATH, ...], Before(_listed), Called("a list of folders")]
 _CHANGES = Annotated[tuple[str, ...], Before(_listed), Called("a list of changes, such as ['exposure.iso=800']")]
 
