@@ -55,6 +55,9 @@ def _try_wheel(wheel: Path, here: Path) -> None:
         ["--version"],
         ["list", "sensors"],
         ["show", "d40-like"],
+        ["show", "double-gauss"],
+        ["new", "scene"],
+        ["validate", "scene.yaml"],
         ["explain", "slanted-edge"],
         ["capture", "slanted-edge", "-q", "-o", "edge.dng", "-o", "edge.png", "-o", "edge.exr"],
         ["info", "edge.dng"],
@@ -73,6 +76,8 @@ def _try_sdist(sdist: Path, here: Path, chosen: list[str]) -> None:
         archive.extractall(here / "unpacked", filter="data")
     (tree,) = (here / "unpacked").iterdir()
     python = _environment(here / "sdist-env", f"{tree}[test,lint]")
+    # Whatever is chosen of them, every one is there with what it needs.
+    _run([python, "-m", "pytest", "-q", "--collect-only"], tree)
     side_by_side = ["-n", "auto", "--maxprocesses", "4", "--dist", "worksteal"]
     _run([python, "-m", "pytest", "-q", *side_by_side, *chosen], tree)
     print("sdist: installed, its tests pass", flush=True)

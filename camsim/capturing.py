@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from camsim.camera import Camera
 from camsim.config import build, build_sensor, coverage, csv_curves, library, memory, overrides, schema, yaml_source
@@ -19,11 +19,23 @@ from camsim.config.tree import MOST_FAULTS
 from camsim.errors import CamsimError, ConfigError, Fault, InvalidValueError
 from camsim.exposing import Capture, Progress
 from camsim.frame import Frame, Products
+from camsim.marks import Before, Called
 from camsim.optics import FieldLens, Lens
+from camsim.typed import Seed, check, text_of_path
 
 PathOrName = str | os.PathLike[str]
 T = TypeVar("T")
 M = TypeVar("M", schema.SceneFile, schema.SensorFile)
+
+
+def _listed(given: Any) -> Any:
+    """Return the items of whatever has some; a text is one thing."""
+    return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str | bytes) else given
+
+
+_PATH = Annotated[str, Before(text_of_path), Called("a path or a name")]
+_FOLDERS = Annotated[tuple[_PATH, ...], Before(_listed), Called("a list of folders")]
+_CHANGES = Annotated[tuple[str, ...], Before(_listed), Called("a list of changes, such as ['exposure.iso=800']")]
 
 
 def capture(
@@ -76,9 +88,9 @@ def load(
     (800.0, 1e-06)
     """
     changes, faults = _parsed(overrides)
-    if seed is not None and not 0 <= seed < 2**63:
-        faults.append(Fault("--seed", 0, 0, "", f"must be a whole number from 0 to 2^63 − 1, not {seed}"))
-    located = _collected(faults, lambda: library.locate("scene", os.fspath(scene)))
+    seed = _collected(faults, lambda: _seed(seed))
+    path = check(scene, _PATH, "scene")
+    located = _collected(faults, lambda: library.locate("scene", path))
     judged = located and _collected(faults, lambda: _read(located, changes, schema.SceneFile))
     if not located or not judged:
         raise ConfigError(_in_order(faults))
@@ -97,7 +109,7 @@ def read_lens(lens: PathOrName) -> FieldLens:
     >>> read_lens("double-gauss").f_number
     5.0
     """
-    return read_lens_file(library.locate("lens", os.fspath(lens)))
+    return read_lens_file(library.locate("lens", check(lens, _PATH, "lens")))
 
 
 def load_camera(
@@ -106,7 +118,8 @@ def load_camera(
     """Make a camera of a sensor file (a path, or a name as ``camsim list sensors`` has it) and a lens."""
     changes, faults = _parsed(overrides)
     search = _collected(faults, lambda: _search(sensors, Path()))
-    judged = search and _collected(faults, lambda: _sensor(os.fspath(sensor), changes, search, asked_by="sensor"))
+    path = check(sensor, _PATH, "sensor")
+    judged = search and _collected(faults, lambda: _sensor(path, changes, search, asked_by="sensor"))
     camera = judged and build_sensor.camera(judged, lens)
     faults += judged.faults if judged else []
     if faults or not camera:
@@ -178,7 +191,7 @@ def _refuse_what_does_not_fit(
 
 def _search(folders: Iterable[PathOrName], beside: Path) -> SensorSearch:
     try:
-        return SensorSearch.of(folders, beside)
+        return SensorSearch.of(check(folders, _FOLDERS, "sensors"), beside)
     except InvalidValueError as error:
         raise ConfigError([Fault(error.key, 0, 0, "", error.message)]) from None
 
@@ -188,7 +201,7 @@ def _sensor_of(
 ) -> SensorDocument | None:
     """Read the sensor of a capture: the flag's, or else the scene's."""
     if sensor is not None:
-        return _sensor(os.fspath(sensor), changes, search, asked_by="--sensor")
+        return _sensor(check(sensor, _PATH, "sensor"), changes, search, asked_by="--sensor")
     name, node = scene.value(("sensor",)), scene.document.find(("sensor",))
     if name is None:
         scene.refuse(("sensor",), "missing; name one (camsim list sensors) or use --sensor")
@@ -223,7 +236,14 @@ def _read(located: library.Located, changes: Iterable[Override], model: type[M])
 
 
 def _parsed(texts: Iterable[str]) -> tuple[list[Override], list[Fault]]:
-    return overrides.parse(texts)
+    return overrides.parse(check(texts, _CHANGES, "overrides"))
+
+
+def _seed(seed: int | None) -> int | None:
+    try:
+        return None if seed is None else int(check(seed, Seed, "--seed"))
+    except InvalidValueError as error:
+        raise ConfigError([Fault(error.key, 0, 0, "", error.message)]) from None
 
 
 def _collected(faults: list[Fault], make: Callable[[], T]) -> T | None:

@@ -13,6 +13,7 @@ from camsim import notebook
 from camsim.arrays import F32, F64, U8, U16
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.colour_matrix import ColourResponse
+from camsim.words import shown
 
 if TYPE_CHECKING:
     from camsim.rendering.cube import SpectralCube
@@ -35,6 +36,8 @@ PRODUCTS: Mapping[Product, str] = {
 
 def check_products(products: Collection[str]) -> None:
     """Refuse the name of a product that does not exist; a bare string is a mistake for a tuple of one."""
+    if not isinstance(products, Collection):
+        raise InvalidValueError(f"must be a list of names, not {shown(products)}", key="products")
     for product in (products,) if isinstance(products, str) else products:
         if product not in PRODUCTS:
             raise UnknownNameError("product", product, PRODUCTS, key="products")

@@ -92,7 +92,8 @@ def _one_of(declared: Any) -> Kind:
                 except Misfit as misfit:
                     if misfit.item:
                         raise
-                    raise Misfit(words, value, hint=misfit.hint) from None
+                    hint = _way_out(members, value) if isinstance(value, str) else misfit.hint
+                    raise Misfit(words, value, hint=hint) from None
         raise Misfit(words, value, hint=_way_out(members, value))
 
     def as_is(value: Any) -> bool:

@@ -6,7 +6,7 @@ import functools
 import math
 
 import numpy as np
-from scipy import special
+import scipy
 
 from camsim.arrays import F64, I64
 
@@ -14,7 +14,7 @@ from camsim.arrays import F64, I64
 @functools.cache
 def gauss_legendre(order: int) -> tuple[F64, F64]:
     """Return nodes on −1 … 1 and weights of the Gauss–Legendre rule, both (order,), read-only."""
-    nodes, weights = special.roots_legendre(order)
+    nodes, weights = scipy.special.roots_legendre(order)
     nodes.flags.writeable = weights.flags.writeable = False
     return nodes, weights
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import inspect
+import os
 import typing
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
@@ -20,7 +21,7 @@ from annotated_types import Ge, Gt, Le
 from camsim.errors import InvalidValueError
 from camsim.kind import Kind
 from camsim.kinds import kind_of
-from camsim.marks import Called
+from camsim.marks import Before, Called
 
 Positive: TypeAlias = Annotated[float, Gt(0)]
 NonNegative: TypeAlias = Annotated[float, Ge(0)]
@@ -29,6 +30,14 @@ Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(1000)]
 Count: TypeAlias = Annotated[int, Ge(1)]
 Index: TypeAlias = Annotated[int, Ge(0)]
 Seed: TypeAlias = Annotated[int, Ge(0), Le(2**63 - 1)]
+
+
+def text_of_path(given: Any) -> Any:
+    """Return a path as text; anything else as it is."""
+    return os.fspath(given) if isinstance(given, os.PathLike) else given
+
+
+FilePath: TypeAlias = Annotated[str, Before(text_of_path), Called("a path")]
 
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])

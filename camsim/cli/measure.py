@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import json
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camsim.cli.tables import check_text_file
+from camsim.cli.measured import Outputs
 from camsim.errors import CamsimError, InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.files.atomic import write_whole
 
 if TYPE_CHECKING:
-    from camsim.measure import CameraOtf, MtfReport, Picture, Roi
+    from camsim.measure import CameraOtf, MtfReport, MtfSeries, Picture, Roi
     from camsim.measure.full_frame import Unit
 
 
@@ -31,16 +30,13 @@ class MtfRequest:
     gamma: str | None
     cfa: str | None
     layer: str | None
-    as_json: bool
-    csv: str | None
-    plot: str | None
     map: str | None
-    force: bool
+    outputs: Outputs
 
 
 def measure(request: MtfRequest) -> None:
     """Measure the edges of files; raises CamsimError with one sentence."""
-    from camsim.cli.measure_mtf_table import csv_of, print_series
+    from camsim.cli.measure_mtf_table import curves_of, print_series
     from camsim.measure import Roi, mtf_series
 
     rois = tuple(Roi.parse(text) for text in request.rois)
@@ -50,21 +46,20 @@ def measure(request: MtfRequest) -> None:
     series = mtf_series([report for report, _, _ in measured], by=request.by)
     _check_unit(series.reports, unit, request.unit)
     stages = next((theory.stages for _, theory, _ in measured if theory is not None), ())
-    if request.csv is not None:
-        write_whole(request.csv, csv_of(series).encode("utf-8"))
-    if request.plot is not None:
-        from camsim.cli.plot_mtf import draw
-
-        write_whole(request.plot, draw(series, request.plot, unit, stages))
+    request.outputs.write(*curves_of(series), functools.partial(_draw, series, unit, stages))
     if request.map is not None:
         from camsim.cli.plot_mtf_map import draw_map
 
         write_whole(request.map, draw_map(series.reports[0], request.map, unit))
-    if request.as_json:
-        tree = series.as_dict() if len(series.reports) > 1 else series.reports[0].as_dict()
-        print(json.dumps(tree, indent=2, ensure_ascii=False))
-        return
-    print_series(series, unit, {report.file: why_not for report, _, why_not in measured if why_not})
+    without = {report.file: why_not for report, _, why_not in measured if why_not}
+    told = series if len(series.reports) > 1 else series.reports[0]
+    request.outputs.tell(told, lambda _: print_series(series, unit, without))
+
+
+def _draw(series: MtfSeries, unit: Unit, stages: Sequence[str], file: str) -> bytes:
+    from camsim.cli.plot_mtf import draw
+
+    return draw(series, file, unit, stages)
 
 
 def _measured(file: str, rois: Sequence[Roi], request: MtfRequest) -> tuple[MtfReport, CameraOtf | None, str]:
@@ -108,17 +103,13 @@ def _check_unit(reports: Sequence[MtfReport], unit: Unit, text: str) -> None:
 
 def _check_outputs(request: MtfRequest) -> None:
     """Refuse outputs that cannot be written, before any work."""
-    if request.csv is not None:
-        check_text_file(request.csv, force=request.force)
-    for option, file in (("--plot", request.plot), ("--map", request.map)):
-        if file is not None:
-            from camsim.cli.plot import check_drawing
+    request.outputs.check({"--map": request.map})
+    if request.map is None:
+        return
+    from camsim.cli.plot import check_drawing
 
-            check_drawing(file, force=request.force, option=option)
-    named = [Path(file).resolve() for file in (request.csv, request.plot, request.map) if file is not None]
-    if len(set(named)) < len(named):
-        raise InvalidValueError("two of --csv, --plot and --map name one file", key="--map")
-    if request.map is not None and len(request.files) > 1:
+    check_drawing(request.map, force=request.outputs.force, option="--map")
+    if len(request.files) > 1:
         raise InvalidValueError("is of one frame; give one FILE, or leave --map out", key="--map")
 
 

@@ -68,6 +68,7 @@ def measure_mtf(
 ) -> None:
     """Measure the MTF on slanted edges, beside what theory gives when the file says what it was taken with."""
     from camsim.cli.measure import MtfRequest, measure
+    from camsim.cli.measured import Outputs
 
     measure(
         MtfRequest(
@@ -80,11 +81,8 @@ def measure_mtf(
             gamma=gamma,
             cfa=cfa,
             layer=layer,
-            as_json=as_json,
-            csv=csv,
-            plot=plot,
             map=map_,
-            force=force,
+            outputs=Outputs(as_json=as_json, csv=csv, plot=plot, force=force),
         )
     )
 
@@ -157,6 +155,7 @@ def measure_demosaic(
 ) -> None:
     """Hold demosaiced pictures against the truth, name what is wrong with them, and rank them."""
     from camsim.cli.measure_demosaic import DemosaicRequest, measure
+    from camsim.cli.measured import Outputs
 
     measure(
         DemosaicRequest(
@@ -170,11 +169,8 @@ def measure_demosaic(
             gamma=gamma,
             cfa=cfa,
             border=border,
-            as_json=as_json,
-            csv=csv,
             html=html,
-            plot=plot,
-            force=force,
+            outputs=Outputs(as_json=as_json, csv=csv, plot=plot, force=force),
         )
     )
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from camsim.cli.measured import Outputs, picture_and_capture
 from camsim.cli.tables import check_text_file, print_table
-from camsim.errors import InvalidValueError, OutputError
+from camsim.errors import OutputError
 from camsim.files.atomic import write_whole
 
 if TYPE_CHECKING:
@@ -52,14 +52,11 @@ def _draw(report: ColourReport, file: str) -> bytes:
 
 def _check(picture_file: str | None, outputs: Outputs) -> None:
     """Refuse what cannot be written, before any work."""
-    outputs.check()
+    outputs.check({"--picture": picture_file})
     if picture_file is not None:
         if Path(picture_file).suffix.lower() != ".png":
             raise OutputError(f"cannot write {picture_file!r}: the picture is a .png")
         check_text_file(picture_file, force=outputs.force)
-    named = [Path(file).resolve() for file in (outputs.csv, outputs.plot, picture_file) if file is not None]
-    if len(set(named)) < len(named):
-        raise InvalidValueError("two of --csv, --plot and --picture name one file", key="--picture")
 
 
 def _values(patch: PatchColour) -> tuple[object, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+import functools
 import math
 import sys
 from collections.abc import Iterator, Sequence
@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from camsim.cli.measure import gamma_of
-from camsim.cli.tables import check_text_file, csv_text, print_table
+from camsim.cli.measured import Outputs
+from camsim.cli.tables import check_text_file, print_table
 from camsim.errors import InputError, InvalidValueError
 from camsim.files.atomic import write_whole
 
@@ -52,11 +53,8 @@ class DemosaicRequest:
     gamma: str | None
     cfa: str | None
     border: int
-    as_json: bool
-    csv: str | None
     html: str | None
-    plot: str | None
-    force: bool
+    outputs: Outputs
 
     @property
     def of_scenes(self) -> bool:
@@ -71,35 +69,32 @@ def measure(request: DemosaicRequest) -> None:
     _check(request)
     page = Page() if request.html is not None else None
     rankings = list((_of_scenes if request.of_scenes else _of_results)(request, page))
-    if request.csv is not None:
-        write_whole(request.csv, csv_text(*_csv(rankings)).encode("utf-8"))
+    request.outputs.write(*_figures(rankings), functools.partial(_draw, rankings))
     if page is not None and request.html is not None:
         write_whole(request.html, page.html(rankings).encode("utf-8"))
-    if request.plot is not None:
-        from camsim.cli.plot_demosaic import draw
+    request.outputs.tell(rankings, _print)
 
-        write_whole(request.plot, draw(rankings, request.plot))
-    if request.as_json:
-        print(json.dumps([ranking.as_dict() for ranking in rankings], indent=2, ensure_ascii=False))
-        return
-    for ranking in rankings:
-        print_table(_title(ranking), HEADS, [row_of(verdict) for verdict in ranking.verdicts])
-        for verdict in ranking.verdicts:
-            for fault in verdict.faults:
-                print(f"{verdict.method}: {fault.name}: {fault.sentence}")
-        for sentence in ranking.left_out:
-            print(f"left out: {sentence}")
+
+def _draw(rankings: Sequence[Ranking], file: str) -> bytes:
+    from camsim.cli.plot_demosaic import draw
+
+    return draw(rankings, file)
+
+
+def _print(ranking: Ranking) -> None:
+    print_table(_title(ranking), HEADS, [row_of(verdict) for verdict in ranking.verdicts])
+    for verdict in ranking.verdicts:
+        for fault in verdict.faults:
+            print(f"{verdict.method}: {fault.name}: {fault.sentence}")
+    for sentence in ranking.left_out:
+        print(f"left out: {sentence}")
 
 
 def _check(request: DemosaicRequest) -> None:
     """Refuse what cannot be done, before any work."""
-    for file in (request.csv, request.html):
-        if file is not None:
-            check_text_file(file, force=request.force)
-    if request.plot is not None:
-        from camsim.cli.plot import check_drawing
-
-        check_drawing(request.plot, force=request.force)
+    request.outputs.check({"--html": request.html})
+    if request.html is not None:
+        check_text_file(request.html, force=request.outputs.force)
     if not request.of_scenes and len(request.files) < 2:
         raise InvalidValueError(
             "give a truth and one result or more, or scenes with --all (published methods) or --run (a program)",
@@ -229,7 +224,8 @@ def _decibels(value: float) -> str:
     return "∞" if math.isinf(value) else f"{value:.2f}"
 
 
-def _csv(rankings: Sequence[Ranking]) -> tuple[list[str], list[list[object]]]:
+def _figures(rankings: Sequence[Ranking]) -> tuple[list[str], list[list[object]]]:
+    """Return heads and one row per ranking and method."""
     rows: list[list[object]] = []
     heads: list[str] = []
     for ranking in rankings:

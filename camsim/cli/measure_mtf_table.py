@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from camsim.cli.tables import csv_text, print_table
+from camsim.cli.tables import print_table
 from camsim.words import percent_range
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ _FREQUENCIES = ("frequency_cycles_per_pixel", "frequency_lp_per_mm", "frequency_
 _SHORT: Mapping[str, str] = {"cycles/px": "c/px", "lp/mm": "lp/mm", "lw/ph": "LW/PH"}
 
 
-def csv_of(series: MtfSeries) -> str:
-    """Return one row per file, edge, channel and frequency."""
+def curves_of(series: MtfSeries) -> tuple[Sequence[str], Sequence[Sequence[object]]]:
+    """Return heads and one row per file, edge, channel and frequency."""
     rows: list[tuple[object, ...]] = []
     for value, report in zip(series.values, series.reports, strict=True):
         for number, edge in enumerate(report.edges):
@@ -33,7 +33,7 @@ def csv_of(series: MtfSeries) -> str:
                 each = ("" if math.isnan(unit) else f"{unit:.6g}" for unit in units)
                 rows.append((*own, *each, f"{edge.mtf[k]:.8g}", f"{edge.mtf_error[k]:.3g}", theory))
     heads = ("file", series.by or "name", *_HEADS, "direction", "radius_pixel", *_FREQUENCIES)
-    return csv_text((*heads, "mtf", "mtf_error", "theory_mtf"), rows)
+    return (*heads, "mtf", "mtf_error", "theory_mtf"), rows
 
 
 def print_series(series: MtfSeries, unit: Unit, why_not: Mapping[str, str]) -> None:

@@ -57,7 +57,7 @@ def measure(request: NoiseRequest) -> None:
         raise InvalidValueError(f"{request.side}; must be from {_LEAST_SIDE} to {_LARGEST_SIDE}", key="--side")
     if not 2 <= request.frames <= 1000:
         raise InvalidValueError(f"{request.frames}; must be from 2 to 1000", key="--frames")
-    request.outputs.check()
+    request.outputs.check({"--xml": request.xml})
     if request.xml is not None:
         if Path(request.xml).suffix.lower() != ".xml":
             raise OutputError(f"cannot write {request.xml!r}: results after EMVA 1288 are an .xml")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camsim.cli.tables import check_text_file, csv_text
-from camsim.errors import UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.files.atomic import write_whole
 
 if TYPE_CHECKING:
@@ -34,8 +36,13 @@ class Outputs:
     plot: str | None = None
     force: bool
 
-    def check(self) -> None:
-        """Refuse what cannot be written, before any work."""
+    def check(self, others: Mapping[str, str | None] = MappingProxyType({})) -> None:
+        """Refuse what cannot be written, before any work; ``others``: more files, by option."""
+        files = {"--csv": self.csv, "--plot": self.plot, **others}
+        named = [Path(file).resolve() for file in files.values() if file is not None]
+        if len(set(named)) < len(named):
+            *first, last = files
+            raise InvalidValueError(f"two of {', '.join(first)} and {last} name one file", key=last)
         if self.csv is not None:
             check_text_file(self.csv, force=self.force)
         if self.plot is not None:
@@ -52,12 +59,14 @@ class Outputs:
         if self.plot is not None and draw is not None:
             write_whole(self.plot, draw(self.plot))
 
-    def tell(self, report: R, show: Callable[[R], None]) -> None:
-        """Print a report as JSON, or as people read it."""
+    def tell(self, report: R | list[R], show: Callable[[R], None]) -> None:
+        """Print a report, or several, as JSON, or as people read it."""
         if self.as_json:
-            print(json.dumps(report.as_dict(), indent=2, ensure_ascii=False))
-        else:
-            show(report)
+            tree = [each.as_dict() for each in report] if isinstance(report, list) else report.as_dict()
+            print(json.dumps(tree, indent=2, ensure_ascii=False))
+            return
+        for each in report if isinstance(report, list) else [report]:
+            show(each)
 
 
 def picture_and_capture(file: str) -> tuple[Picture, Capture]:

@@ -179,21 +179,24 @@ def along(root: Expected, node: Node, path: KeyPath) -> Expected | None:
 
 
 @functools.cache
-def can_contradict(expected: Expected, above: tuple[type[Table], ...] = ()) -> bool:
-    """Whether any table in here has keys that may contradict each other (a long list of shapes has none).
-
-    above : tables that this lies in; some hold others of their own kind
-    """
-    for member in expected.alternatives():
-        items = get_args(member.kind) if get_origin(member.kind) in (list, tuple, dict) else ()
-        if any(can_contradict(Expected.of(item), above) for item in items):
+def can_contradict(expected: Expected) -> bool:
+    """Whether any table in here has keys that may contradict each other (a long list of shapes has none)."""
+    known, waiting = set[type[Table]](), [expected]
+    while waiting:
+        tables = _tables_inside(waiting.pop()) - known
+        if any(table.can_contradict() for table in tables):
             return True
-    return any(
-        table.can_contradict()
-        or any(can_contradict(expected_of_field(field), (*above, table)) for field in table.model_fields.values())
-        for table in expected.tables()
-        if table not in above
-    )
+        known |= tables
+        waiting += [expected_of_field(field) for table in tables for field in table.model_fields.values()]
+    return False
+
+
+@functools.cache
+def _tables_inside(expected: Expected) -> frozenset[type[Table]]:
+    """Return the tables that may stand here, or in lists and tables of the user's own keys here."""
+    several = (a.kind for a in expected.alternatives() if get_origin(a.kind) in (list, tuple, dict))
+    items = (Expected.of(item) for kind in several for item in get_args(kind))
+    return frozenset(expected.tables()).union(*map(_tables_inside, items))
 
 
 @functools.cache

@@ -14,6 +14,7 @@ from camsim.errors import OutputError, did_you_mean
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
 from camsim.frame import PRODUCTS, Frame, Product
+from camsim.typed import FilePath, check
 from camsim.window import Region
 
 
@@ -72,6 +73,8 @@ def save(
     ...     [path.name for path in Path(folder).iterdir()]
     ['flat.tiff']
     """
+    check(frame, Frame, "frame")
+    path = check(path, FilePath, "path")
     chosen = check_output(path, product)
     _refuse_what_exists(path, force=force)
     if (chosen == "truth" and frame.truth is None) or (chosen == "spectral" and frame.spectral is None):

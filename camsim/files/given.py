@@ -21,7 +21,7 @@ from camsim.files.preview import Balance, developed
 from camsim.files.tiff_ifd import Tag, directories, refuse_over_4_gib, undefined
 from camsim.sensor.cfa import BAYER, PATTERNS, Cfa
 from camsim.sensor.colour_matrix import ColourFit, fit_white
-from camsim.typed import check
+from camsim.typed import FilePath, check
 from camsim.words import shown
 
 _LARGEST_CODE = 65535
@@ -75,7 +75,7 @@ def write_dng(
     True
     """
     given = _Given.of(mosaic, cfa, black_level_dn, white_level_dn, colour_matrix, as_shot_neutral)
-    target = Path(path)
+    target = Path(check(path, FilePath, "path"))
     if target.suffix.lower() != ".dng":
         raise OutputError(f"cannot write {str(path)!r}: a DNG's name ends in .dng")
     why = odd_cfa(tuple(given.cfa.pattern))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 
 from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb
@@ -47,12 +48,11 @@ def read_variables(path: Path, begin: bytes, size: int) -> dict[str, npt.NDArray
 
 
 def _version_5(path: Path) -> Variables:
-    from scipy import io
 
-    listed = io.whosmat(str(path))[:_MOST_VARIABLES]
+    listed = scipy.io.whosmat(str(path))[:_MOST_VARIABLES]
 
     def reading(name: str) -> Callable[[], npt.NDArray[Any]]:
-        return lambda: np.asarray(io.loadmat(str(path), variable_names=[name])[name])
+        return lambda: np.asarray(scipy.io.loadmat(str(path), variable_names=[name])[name])
 
     return {name: (tuple(shape), reading(name)) for name, shape, kind in listed if kind in _BYTES or kind[-1:] == "8"}
 

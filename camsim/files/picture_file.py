@@ -18,7 +18,7 @@ from camsim.scene import Picture
 from camsim.scene.raster import Interpolation
 from camsim.spectra.light import Light
 from camsim.spectra.rgb import linear_of_srgb
-from camsim.typed import NonNegative, Positive, check
+from camsim.typed import FilePath, NonNegative, Positive, check
 
 Encoding: TypeAlias = Literal["srgb", "linear"]
 TOLERANCE = 1e-4
@@ -58,6 +58,7 @@ def read_picture(
     >>> picture.width_um, picture.planes.shape[:2]
     (60.0, (1, 4))
     """
+    path = check(path, FilePath, "path")
     scale = check(scale, Positive, "scale")
     tolerance = check(tolerance, NonNegative, "tolerance")
     bands = None if wavelength_nm is None else np.asarray(wavelength_nm, np.float64).tolist()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from camsim.arrays import F32, F64, U8, U16
@@ -83,7 +84,6 @@ def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:
     Bilinear on a Bayer array. On sparser arrays the tent of weights is widened until every photosite has a
     neighbour of every channel. Any array is taken, borders included.
     """
-    from scipy.ndimage import correlate1d
 
     planes = np.empty((channels, *signal.shape), dtype=np.float32)
     for channel in range(channels):
@@ -93,8 +93,8 @@ def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:
             tent = np.minimum(np.arange(1, 2 * reach + 2), np.arange(2 * reach + 1, 0, -1)) / (reach + 1)
 
             def spread(values: F32, tent: F64 = tent) -> F32:
-                across = correlate1d(values, tent, axis=1, mode="constant")
-                down: F32 = correlate1d(across, tent, axis=0, mode="constant")
+                across = scipy.ndimage.correlate1d(values, tent, axis=1, mode="constant")
+                down: F32 = scipy.ndimage.correlate1d(across, tent, axis=0, mode="constant")
                 return down
 
             weight = spread(own)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
+import os
 import re
 import sys
 from collections.abc import Callable
@@ -14,17 +15,18 @@ from typing import Any
 import numba as nb
 import platformdirs
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.runtime.nrt import rtsys
 
 KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
-_ROOT = Path(__file__).resolve().parents[2]
-_IMPORTS = re.compile(r"^[ \t]*(?:from|import) (camsim[\w.]*)", re.MULTILINE)
+_ROOT = str(Path(__file__).resolve().parents[2])
+_IMPORTS = re.compile(rb"^[ \t]*(?:from|import) (camsim[\w.]*)", re.MULTILINE)
 
 
 class _Locator(_CacheLocator):
     """Where a kernel's compiled forms lie, and what names them."""
 
     def __init__(self, function: Callable[..., Any], file: str) -> None:
-        self._key = _key(Path(file))
+        self._key = _key(file)
         self._line = function.__code__.co_firstlineno
 
     def get_cache_path(self) -> str:
@@ -65,9 +67,14 @@ class Cache(FunctionCache):
         return Path(self._cache_file._index_path)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was compiled before; None where there is none that can be read."""
+        """Return what was compiled before; None where there is none that can be read.
+
+        Numba's own makes itself ready to compile first: a third of a second, which kernels that are there do not need.
+        What is in place when they run is the part of Numba's run-time that gives and takes memory.
+        """
         try:
-            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+            rtsys.initialize(target_context)
+            return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         except Exception:  # a pickle that was cut short may raise anything
             with contextlib.suppress(OSError):
                 self.index.unlink()
@@ -88,32 +95,34 @@ class Cache(FunctionCache):
 
 
 @functools.cache
-def _key(file: Path) -> str:
+def _key(file: str) -> str:
     """Return the hash of a module's source and of all that it imports, and of what compiles them."""
     made_by = nb.__version__, sys.version, nb.config.BOUNDSCHECK  # type: ignore[attr-defined]
-    return hashlib.sha256(b"".join([repr(made_by).encode(), *map(_digest, sorted(_sources(file)))])).hexdigest()
+    digests = (_read(name)[0] for name in sorted(_sources(file)))
+    return hashlib.sha256(b"".join([repr(made_by).encode(), *digests])).hexdigest()
 
 
-@functools.cache
-def _digest(file: Path) -> bytes:
-    """Return the hash of one file, which many modules import."""
-    return hashlib.sha256(file.read_bytes()).digest()
-
-
-def _sources(file: Path) -> set[Path]:
+def _sources(file: str) -> set[str]:
     """Return a module's file and those of camsim's modules that it imports, directly or not."""
-    found, waiting = set[Path](), [file.resolve()]
+    found, waiting = set[str](), [os.path.realpath(file)]
     while waiting:
         path = waiting.pop()
         if path not in found:
             found.add(path)
-            waiting += _imported(path)
+            waiting += _read(path)[1]
     return found
 
 
 @functools.cache
-def _imported(file: Path) -> tuple[Path, ...]:
-    names = set(_IMPORTS.findall(file.read_text(encoding="utf-8")))
-    places = [_ROOT.joinpath(*name.split(".")) for name in names]
-    files = [place / "__init__.py" if place.is_dir() else place.with_suffix(".py") for place in places]
-    return tuple(path for path in files if path.is_file())
+def _read(file: str) -> tuple[bytes, list[str]]:
+    """Return the hash of one file, which many modules import, and the files of camsim's modules that it imports."""
+    source = Path(file).read_bytes()
+    files = map(_file_of, set(_IMPORTS.findall(source)))
+    return hashlib.sha256(source).digest(), [path for path in files if path is not None]
+
+
+@functools.cache
+def _file_of(module: bytes) -> str | None:
+    """Return a module's file; None where the name is not one of a module."""
+    place = os.path.join(_ROOT, *module.decode().split("."))
+    return next(filter(os.path.isfile, (os.path.join(place, "__init__.py"), f"{place}.py")), None)

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from camsim.arrays import F64
 from camsim.measure import spline
@@ -53,7 +53,7 @@ def direction(near: Near, line: EdgeLine, model: Model, *, smooth: Model, even: 
     beside = np.abs(d) <= 1.25 * model.half_width
     near, d, s = Near(*(part[beside] for part in near)), d[beside], s[beside]
     freedom = max(d.size - model.columns, 3)
-    few = float(stats.t.isf(stats.norm.sf(_SURE), freedom)) / _SURE
+    few = float(scipy.stats.t.isf(scipy.stats.norm.sf(_SURE), freedom)) / _SURE
     error = few * linear_rad / math.sqrt(max(1.0 - _of_noise(d, s, near.signal, smooth, even), 1e-6))
     if d.size > _FEW or not error > 0.0:
         return Direction(error, 0.0)

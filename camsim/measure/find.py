@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
@@ -56,8 +56,8 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
     if min(picture.shape) < 2 * _LEAST_HALF_WIDTH:
         return ()
     grey, cell = _grey(picture)
-    smooth = ndimage.gaussian_filter(grey, 1.0)
-    gx, gy = ndimage.sobel(smooth, axis=1) / 8.0, ndimage.sobel(smooth, axis=0) / 8.0
+    smooth = scipy.ndimage.gaussian_filter(grey, 1.0)
+    gx, gy = scipy.ndimage.sobel(smooth, axis=1) / 8.0, scipy.ndimage.sobel(smooth, axis=0) / 8.0
     strength = np.hypot(gx, gy)
     noise = 1.4826 * float(np.median(np.abs(strength - np.median(strength)))) + float(np.median(strength))
     low, high = np.percentile(grey[:: max(1, grey.shape[0] // 500), :: max(1, grey.shape[1] // 500)], (1, 99))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
@@ -47,7 +47,7 @@ def locate(samples: npt.NDArray[Any], x: F64, y: F64, *, roi: Roi, what: str) ->
             "8 columns of this channel, 32 or more for good figures",
             stage=what,
         )
-    smooth = ndimage.gaussian_filter(image, _SMOOTH, mode="nearest")
+    smooth = scipy.ndimage.gaussian_filter(image, _SMOOTH, mode="nearest")
     gx, gy = _central(smooth, 1) / (x[1] - x[0]), _central(smooth, 0) / (y[1] - y[0])
     upright = float(np.sum(gx**4)) >= float(np.sum(gy**4))
     if not upright:

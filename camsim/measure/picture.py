@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
@@ -139,7 +139,7 @@ class Channel:
             where = np.ix_((y - roi.row).astype(np.intp), (x - roi.col).astype(np.intp))
             total[where], weight[where] = stored - plane.black, 1.0
         width, every = 0.3 * self.period_pixel, max(1, math.floor(self.pitch_pixel))
-        around, beside = (ndimage.gaussian_filter(part, width, truncate=8.0) for part in (total, weight))
+        around, beside = (scipy.ndimage.gaussian_filter(part, width, truncate=8.0) for part in (total, weight))
         smooth = around / np.maximum(beside, 1e-12)
         x = roi.col + 0.5 + np.arange(0, roi.cols, every, dtype=np.float64)
         y = roi.row + 0.5 + np.arange(0, roi.rows, every, dtype=np.float64)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import linalg
+import scipy
 
 from camsim.arrays import F64
 from camsim.measure import spline
@@ -25,8 +25,8 @@ def solve(d: F64, s: F64, slope: F64, v: F64, model: Model, *, tail: bool = True
     # Where no photosite lies the curve goes on smoothly: a trace of a penalty on its third differences.
     third = np.diff(np.eye(n), 3, axis=0)
     part[:n, :n] += _RIDGE * d.size / n * (third.T @ third)
-    factor = linalg.cho_factor(part + 1e-14 * np.diag(np.diag(part)), lower=True)
+    factor = scipy.linalg.cho_factor(part + 1e-14 * np.diag(np.diag(part)), lower=True)
     coefficients, inverse = np.zeros(n + EXTRAS), np.zeros((n + EXTRAS, n + EXTRAS))
-    coefficients[chosen] = linalg.cho_solve(factor, right[chosen])
-    inverse[np.ix_(chosen, chosen)] = linalg.cho_solve(factor, np.eye(chosen.size))
+    coefficients[chosen] = scipy.linalg.cho_solve(factor, right[chosen])
+    inverse[np.ix_(chosen, chosen)] = scipy.linalg.cho_solve(factor, np.eye(chosen.size))
     return coefficients, inverse

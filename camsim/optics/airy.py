@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy import special
+import scipy
 
 from camsim.arrays import F64
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
@@ -44,7 +44,7 @@ def airy_encircled_energy(r_um: F64, *, f_number: float, wavelength_nm: float) -
     0.8378
     """
     x = np.pi * np.asarray(r_um, float) / (f_number * wavelength_nm / NM_PER_UM)
-    energy: F64 = 1.0 - special.j0(x) ** 2 - special.j1(x) ** 2
+    energy: F64 = 1.0 - scipy.special.j0(x) ** 2 - scipy.special.j1(x) ** 2
     return energy
 
 
@@ -92,7 +92,7 @@ class Airy:
         x = (math.pi / blur_um) * np.asarray(r_um, float)
         near = x < 1e-4
         safe = np.where(near, 1.0, x)
-        jinc = np.where(near, 0.5 - x * x / 16.0, special.j1(safe) / safe)
+        jinc = np.where(near, 0.5 - x * x / 16.0, scipy.special.j1(safe) / safe)
         irradiance: F64 = math.pi / blur_um**2 * jinc * jinc
         return irradiance
 

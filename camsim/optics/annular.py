@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
+import scipy
 from annotated_types import Ge, Le
-from scipy import special
 
 from camsim.arrays import F64
 from camsim.optics.airy import AIRY, NM_PER_UM, airy_otf
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
+from camsim.quadrature import gauss_legendre
 from camsim.spectra.curve import Transmission
 from camsim.typed import Positive, judge
 
@@ -100,9 +101,11 @@ class AnnularAiry:
         """
         e = self.obstruction
         x = (math.pi / self.blur_um(wavelength_nm)) * np.asarray(r_um, float)
-        outside = special.j0(x) ** 2 + special.j1(x) ** 2
+        outside = scipy.special.j0(x) ** 2 + scipy.special.j1(x) ** 2
         if e > 0.0:
-            outside = outside + e * e * (special.j0(e * x) ** 2 + special.j1(e * x) ** 2) - 4.0 * e * _cross(x, e)
+            outside = (
+                outside + e * e * (scipy.special.j0(e * x) ** 2 + scipy.special.j1(e * x) ** 2) - 4.0 * e * _cross(x, e)
+            )
         energy: F64 = np.where(x == 0.0, 0.0, 1.0 - outside / (1.0 - e * e))
         return energy
 
@@ -110,7 +113,7 @@ class AnnularAiry:
 def _jinc(x: F64) -> F64:
     near = x < 1e-4
     safe = np.where(near, 1.0, x)
-    values: F64 = np.where(near, 0.5 - x * x / 16.0, special.j1(safe) / safe)
+    values: F64 = np.where(near, 0.5 - x * x / 16.0, scipy.special.j1(safe) / safe)
     return values
 
 
@@ -137,13 +140,11 @@ def _panels(e: float) -> tuple[F64, F64]:
     return edges, sums
 
 
-_NODES, _WEIGHTS = special.roots_legendre(12)
-
-
 def _gauss_integral(low: F64, high: F64, e: float) -> F64:
+    nodes, weights = gauss_legendre(12)
     half = 0.5 * (high - low)
-    t = (low + half)[:, None] + half[:, None] * _NODES
-    values: F64 = half * ((special.j1(t) * e * _jinc(e * t)) @ _WEIGHTS)
+    t = (low + half)[:, None] + half[:, None] * nodes
+    values: F64 = half * ((scipy.special.j1(t) * e * _jinc(e * t)) @ weights)
     return values
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-from scipy import special
+import scipy
 
 from camsim.arrays import C128, F64
 from camsim.nonuniform import at_points
@@ -188,7 +188,8 @@ def _roll_off(f: F64) -> F64:
 @functools.cache
 def _slope() -> np.polynomial.Chebyshev:
     window = np.polynomial.Chebyshev.interpolate(
-        lambda t: special.i0(SHARPNESS * np.sqrt((1.0 - t) * (1.0 + t))) / special.i0(SHARPNESS), ROLL_OFF_DEGREE
+        lambda t: scipy.special.i0(SHARPNESS * np.sqrt((1.0 - t) * (1.0 + t))) / scipy.special.i0(SHARPNESS),
+        ROLL_OFF_DEGREE,
     )
     total = window.integ(lbnd=-1)
     whole = total / total(1.0)

@@ -7,7 +7,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
@@ -93,8 +93,8 @@ class OfPupil:
         inside = self.pupil.holds(x, y)
         amplitude = np.zeros(inside.shape, complex)
         amplitude[inside] = self._phase_factor(x[inside], y[inside], wavelength_nm)
-        power = np.sum(np.abs(fft.fft(amplitude, 2 * LATTICE, axis=1)) ** 2, axis=0)
-        size = np.abs(fft.ifft(power)[:LATTICE])
+        power = np.sum(np.abs(scipy.fft.fft(amplitude, 2 * LATTICE, axis=1)) ** 2, axis=0)
+        size = np.abs(scipy.fft.ifft(power)[:LATTICE])
         shift = 2.0 * self.blur_um(wavelength_nm) * frequency_per_um
         sizes: F64 = np.interp(shift, np.arange(LATTICE) * (place[1] - place[0]), size / size[0], right=0.0)
         return sizes
@@ -212,16 +212,16 @@ class OfPupil:
             waves = self.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
             # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
             hidden = max(NOTHING, 2.0 * math.pi * ROUNDING * float(np.abs(waves).max()))
-            along = _degree(np.abs(fft.dct(np.exp(2j * np.pi * waves), axis=-1)) / points, hidden)
+            along = _degree(np.abs(scipy.fft.dct(np.exp(2j * np.pi * waves), axis=-1)) / points, hidden)
             angle, edge = self.pupil.rays(np.arange(points) / points if round_rim else cheb)
             rim = inner + shares[:, None, None] * (edge - inner)
             factor = self._phase_factor(rim * np.cos(angle), rim * np.sin(angle), wavelength_nm)
             if round_rim:
-                spectrum = np.abs(fft.fft(factor, axis=-1)) / points
+                spectrum = np.abs(scipy.fft.fft(factor, axis=-1)) / points
                 half = points // 2
                 round_about = _degree(np.maximum(spectrum[..., :half], spectrum[..., ::-1][..., :half]), hidden)
             else:
-                round_about = _degree(np.abs(fft.dct(factor, axis=-1)) / points, hidden)
+                round_about = _degree(np.abs(scipy.fft.dct(factor, axis=-1)) / points, hidden)
             if along is not None and round_about is not None:
                 return along, round_about
             points *= 2

@@ -8,10 +8,11 @@ from itertools import pairwise
 from typing import Annotated, ClassVar
 
 import numpy as np
+import scipy
 from annotated_types import Gt, Le
-from scipy import special
 
 from camsim.arrays import F64
+from camsim.quadrature import gauss_legendre
 from camsim.typed import Corners, NonNegative, Positive, check, judge, refusal
 from camsim.words import brief
 
@@ -129,7 +130,7 @@ class CircularPhotosite:
         z = math.pi * self.diameter_um * np.hypot(fx_per_um, fy_per_um)
         near = z < 1e-4
         safe = np.where(near, 1.0, z)
-        otf: F64 = np.where(near, 1.0 - z * z / 8.0, 2.0 * special.j1(safe) / safe)
+        otf: F64 = np.where(near, 1.0 - z * z / 8.0, 2.0 * scipy.special.j1(safe) / safe)
         return otf
 
 
@@ -177,7 +178,7 @@ class RoundedPhotosite:
         total = width * flat * np.sinc(width * fx) * np.sinc(flat * fy)
         highest = float(np.hypot(fx, fy).max(initial=0.0))
         # Over the quarter turn the phase is within ±π²/2 times radius and frequency: half as many nodes, and some.
-        x, w = special.roots_legendre(math.ceil(2.8 * radius * min(highest, 1000.0 / max(radius, 1e-300))) + 20)
+        x, w = gauss_legendre(math.ceil(2.8 * radius * min(highest, 1000.0 / max(radius, 1e-300))) + 20)
         angle, share = 0.25 * math.pi * (1.0 + x), 0.25 * math.pi * w
         for a, s in zip(angle, share, strict=True):
             row = width - 2.0 * radius + 2.0 * radius * math.cos(a)
@@ -269,7 +270,7 @@ def _by_edges(points: F64, fx: F64, fy: F64) -> F64:
 
 def _triangle_rule(points: F64) -> tuple[F64, F64]:
     """Return nodes (m, 2) and signed weights of a collapsed Gauss rule over the triangles from the first corner."""
-    x, w = special.roots_legendre(12)
+    x, w = gauss_legendre(12)
     x, w = 0.5 * (1.0 + x), 0.5 * w
     u, v = np.meshgrid(x, x, indexing="ij")
     nodes, weights = [], []

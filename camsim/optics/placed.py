@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import scipy
 
 from camsim.arrays import F64
 from camsim.optics.airy import NM_PER_UM
@@ -115,9 +116,8 @@ def along(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
     """Return a cubic spline through values (n, …) at increasing places; of three a parabola, of one a constant."""
     if len(places) == 1:
         return lambda place: np.broadcast_to(values[0], (*np.shape(place), *values.shape[1:]))
-    from scipy.interpolate import CubicSpline  # a tenth of a second that no other lens takes
 
-    spline: Callable[..., F64] = CubicSpline(places, values)
+    spline: Callable[..., F64] = scipy.interpolate.CubicSpline(places, values)
     return spline
 
 

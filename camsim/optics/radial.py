@@ -7,20 +7,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
+import scipy
 from annotated_types import Ge, Le
-from scipy import special
 
 from camsim.arrays import F64
 from camsim.optics.pattern import UNIT_NM, Pattern
 from camsim.spectra.curve import Transmission
 from camsim.typed import NonNegative, Positive, Several, judge, refusal
 from camsim.words import brief
-
-if TYPE_CHECKING:
-    from scipy import interpolate
 
 CHUNK = 2_000_000  # Bessel functions at a time
 
@@ -86,20 +83,19 @@ class RadialOtf:
         otf: F64 = self.curve()(inside)
         return otf
 
-    def curve(self) -> interpolate.PPoly:
+    def curve(self) -> scipy.interpolate.PPoly:
         """Return the transfer over frequency (cycles/µm) as a cubic between every two points."""
-        from scipy import interpolate  # a fifth of a second that most captures can do without
 
-        return interpolate.PchipInterpolator(self.freq_per_um, self.values)
+        return scipy.interpolate.PchipInterpolator(self.freq_per_um, self.values)
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²: 2π ∫ OTF(f)·J0(2πfr)·f df."""
-        return self._integrated(np.asarray(r_um, float), lambda f, r: special.j0(2.0 * np.pi * f * r) * f)
+        return self._integrated(np.asarray(r_um, float), lambda f, r: scipy.special.j0(2.0 * np.pi * f * r) * f)
 
     def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
         """Fraction of the light within ``r_um`` (µm) of the centre: 2πr ∫ OTF(f)·J1(2πfr) df."""
         r = np.asarray(r_um, float)
-        energy: F64 = r * self._integrated(r, lambda f, r: special.j1(2.0 * np.pi * f * r))
+        energy: F64 = r * self._integrated(r, lambda f, r: scipy.special.j1(2.0 * np.pi * f * r))
         return energy
 
     def _integrated(self, r: F64, kernel: Callable[[F64, F64], F64]) -> F64:
@@ -117,7 +113,7 @@ class RadialOtf:
             longest = float(flat[order[stop - 1]])
             nodes, weights = [], []
             for low, high in pairwise(frequency):
-                x, w = special.roots_legendre(math.ceil(0.5 * math.pi * longest * (high - low) * 1.2) + 12)
+                x, w = scipy.special.roots_legendre(math.ceil(0.5 * math.pi * longest * (high - low) * 1.2) + 12)
                 nodes.append(0.5 * (low + high) + 0.5 * (high - low) * x)
                 weights.append(0.5 * (high - low) * w)
             f = np.concatenate(nodes)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from camsim.arrays import F64, I64, same_rows
 from camsim.optics.pattern import Pattern
@@ -76,6 +75,6 @@ def joined_outlines(edges: Edges) -> tuple[I64, int]:
     corners = edges.points.view(np.complex128).ravel()
     points, index = np.unique(corners, return_inverse=True)
     a, b = index[: len(edges)], index[len(edges) :]
-    joined = coo_array((np.ones(len(edges), np.int8), (a, b)), shape=(points.size, points.size))
-    count, label = connected_components(joined, directed=False)
+    joined = scipy.sparse.coo_array((np.ones(len(edges), np.int8), (a, b)), shape=(points.size, points.size))
+    count, label = scipy.sparse.csgraph.connected_components(joined, directed=False)
     return label[a].astype(np.int64), int(count)

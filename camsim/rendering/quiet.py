@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
-from scipy import optimize
 
 from camsim.arrays import C128, F64
 from camsim.optics.pattern import Pattern
+from camsim.rendering.falling import falls_to
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.spectral import multiples
 
@@ -47,17 +47,7 @@ class Waves:
         rings = [_at(front, ring) for ring in self.pattern.rings]
         powers = np.array([power for _, _, power in rings])
         loudest_in_step = np.array([a * np.abs(self._phasors(u, power)).sum(axis=1).max() for u, a, power in rings])
-        # All in step are that quiet between where the loudest alone is and where each of them is by its share.
-        low = float(((loudest_in_step / allowed) ** (1.0 / powers)).max())
-        high = float(((len(rings) * loudest_in_step / allowed) ** (1.0 / powers)).max())
-
-        def louder(distance: float) -> float:
-            return float(loudest_in_step @ distance**-powers) - allowed
-
-        # By rounding an end may lie on the wrong side.
-        known = low == high or louder(low) <= 0.0 or louder(high) >= 0.0
-        farthest = high if known else optimize.brentq(louder, low, high)
-        farthest = min(farthest, within)
+        farthest = min(falls_to(allowed, loudest_in_step, powers), within)
         if shortest == longest or farthest <= NEAREST * longest:
             return farthest
         distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)

@@ -8,9 +8,10 @@ import math
 import operator
 import time
 from collections.abc import Sequence
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
+from annotated_types import MinLen
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
@@ -27,11 +28,13 @@ from camsim.rendering.outlines import arranged
 from camsim.rendering.running import Rendering, Report, Take, carry_out
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
+from camsim.typed import Positive, check
 
 AnyMethod: TypeAlias = Literal[
     "auto", "boundary", "fourier", "area", "uniform-pixel", "uniform", "importance", "strips"
 ]
 LOOSEST = 1.0  # engines refuse less than this in words of their own
+_WAVELENGTHS = Positive | Annotated[tuple[Positive, ...], MinLen(1)]
 
 
 def render(
@@ -66,10 +69,13 @@ def render(
     array([[1., 1.]])
     """
     check_method(method)
+    check(scene, Scene, "scene")
+    check(grid, Grid, "grid")
+    check(samples, int | None, "samples")
+    tolerance = check(tolerance, float, "tolerance")
+    each_nm = np.atleast_1d(np.asarray(check(wavelength_nm, _WAVELENGTHS, "wavelength_nm"), np.float64))
     system = OpticalSystem.of(optics)
     channel = np.zeros((grid.rows, grid.cols), np.uint8)
-    each_nm = np.atleast_1d(np.asarray(wavelength_nm, float))
-    _check(each_nm, tolerance)
     framed, budget = scene.framed(scene.background), ErrorBudget(edges_share(scene) * tolerance)
     arrangement = arranged(framed, system, grid, each_nm, budget, textured=framed is not scene)
     parts = []

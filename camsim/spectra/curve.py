@@ -13,7 +13,7 @@ import numpy as np
 from camsim import notebook
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.marks import After
+from camsim.marks import After, Called
 from camsim.spectra.csv_table import Column, read_points
 from camsim.typed import Count, Fraction, NonNegative, Positive, Several, check, judge
 from camsim.words import brief
@@ -122,11 +122,13 @@ def _held(curve: Curve) -> Curve:
 Filter: TypeAlias = Fraction | Annotated[Curve, After(_of_fractions)]
 """The fraction that passes."""
 
-Reflectance: TypeAlias = Fraction | Annotated[Curve, After(_of_fractions), After(_held)]
-"""The fraction that comes back from a surface; it goes on beyond its table as it ends."""
+Transmission: TypeAlias = Fraction | Annotated[Curve, After(_of_fractions), After(_held)]
+"""The fraction that a lens lets through; it goes on beyond its table as it ends."""
 
-Transmission: TypeAlias = Reflectance
-"""The fraction that a lens lets through."""
+Reflectance: TypeAlias = (
+    Fraction | Annotated[Curve, After(_of_fractions), After(_held), Called("a Curve", "reflectance('orange') is one")]
+)
+"""The fraction that comes back from a surface; it goes on beyond its table as it ends."""
 
 
 class Tabulated(Protocol):

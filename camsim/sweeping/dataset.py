@@ -26,6 +26,7 @@ from camsim.sweeping.manifest import PARQUET, Row
 from camsim.sweeping.names import field_of
 from camsim.sweeping.shards import SPLITS, Crop, ShardTask, Source, read_sample
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_dataset
+from camsim.typed import FilePath, check
 
 _PRODUCTS: tuple[Product, ...] = ("mosaic", "truth")
 
@@ -72,7 +73,8 @@ def dataset(
     """
     began_s = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
-    engine, place, read = engines.engine_of(workers, scheduler), Path(folder), read_dataset(study)
+    place = Path(check(folder, FilePath, "folder"))
+    engine, read = engines.engine_of(workers, scheduler), read_dataset(study)
     tasks = _tasks(read, captures_of(read, _PRODUCTS, report), place)
     with alone(place):
         done = completed(
@@ -115,7 +117,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     """
     import pyarrow.parquet as parquet
 
-    path = Path(folder) / PARQUET
+    path = Path(check(folder, FilePath, "folder")) / PARQUET
     if not path.is_file():
         raise InputError(f"{str(folder)!r} holds no data set: there is no manifest.parquet")
     found = parquet.read_table(path, filters=[("index", "==", index)]).to_pylist()

@@ -18,6 +18,7 @@ from camsim.config.yaml_text import yaml_text
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.sweeping.names import Template
 from camsim.sweeping.values import drawn, is_drawn, listed
+from camsim.typed import FilePath, check
 
 V = TypeVar("V", bound=schema.Varying)
 StudyOrFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
@@ -116,8 +117,8 @@ def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], s
     if isinstance(given, Mapping):
         text = yaml_text({"camsim": f"{kind}/1", **given})
         return Judged.of(yaml_source.parse(text.encode(), kind, Path()), model), kind
-    path = Path(given)
-    return Judged.of(yaml_source.read(path, os.fspath(given)), model), path.stem
+    file = check(given, FilePath, kind)
+    return Judged.of(yaml_source.read(Path(file), file), model), Path(file).stem
 
 
 def _found(judged: Judged[V], stem: str) -> Study[V]:

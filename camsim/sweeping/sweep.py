@@ -19,6 +19,7 @@ from camsim.sweeping.manifest import Row
 from camsim.sweeping.names import Template, field_of
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
 from camsim.sweeping.work import Item, Task
+from camsim.typed import FilePath, check
 
 _TASK = 4e6
 """Photosites of a task: a second or two of one core."""
@@ -95,7 +96,7 @@ def sweep(
     """
     began_s = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
-    engine, place = engines.engine_of(workers, scheduler), Path(folder)
+    engine, place = engines.engine_of(workers, scheduler), Path(check(folder, FilePath, "folder"))
     items = _items(*read_study(study), report)
     of = {item.identity: item for item in items}
     with alone(place):

@@ -10,6 +10,7 @@ import pytest
 from pages import assert_numbers_are_from
 
 from camsim.cli.measure_demosaic import DemosaicRequest, measure
+from camsim.cli.measured import Outputs
 from camsim.errors import CamsimError
 
 RINGS = """\
@@ -40,8 +41,8 @@ tifffile.imwrite(sys.argv[2], np.clip(image * 8, 0, 65535).astype(np.uint16), ph
 
 NOTHING = DemosaicRequest(
     files=(), published=False, programs=(), result=".tiff", sensor=None, sensors=(), gamma=None, cfa=None, border=8,
-    changes=("region={rows: 56, cols: 56}", "render.tolerance=1e-2"), as_json=True, csv=None, html=None, plot=None,
-    force=False,
+    changes=("region={rows: 56, cols: 56}", "render.tolerance=1e-2"), html=None,
+    outputs=Outputs(as_json=True, csv=None, force=False),
 )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from camsim.typed import Count, Fraction, NonNegative, Positive
 class Table(BaseModel):
     """A YAML table: every key is known, every value has its own type, none is NaN or infinite."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     source: str | None = Field(default=None, description="where the numbers come from, for people to read")
 

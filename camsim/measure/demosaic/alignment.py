@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from camsim.arrays import F32, F64
 from camsim.measure.demosaic.subject import Subject, Used
@@ -21,14 +21,14 @@ def best_shift(found: F32, subject: Subject) -> tuple[float, float]:
     """
     rows, cols = (slice(max(0, (size - _LARGEST) // 2), (size + _LARGEST) // 2) for size in subject.shape)
     wanted, blurred = (
-        ndimage.gaussian_filter(image[rows, cols].sum(axis=2, dtype=np.float64), _BLUR)
+        scipy.ndimage.gaussian_filter(image[rows, cols].sum(axis=2, dtype=np.float64), _BLUR)
         for image in (subject.truth, found)
     )
     inner = slice(_EDGE, -_EDGE), slice(_EDGE, -_EDGE)
     used = subject.used[rows, cols][inner]
     shift = np.zeros(2)
     for _ in range(_STEPS):
-        moved = ndimage.shift(blurred, shift, order=3, mode="nearest")[inner]
+        moved = scipy.ndimage.shift(blurred, shift, order=3, mode="nearest")[inner]
         system = _system(moved, used)
         target = wanted[inner][used]
         matrix, right = np.einsum("ni,nj->ij", system, system), np.einsum("ni,n->i", system, target)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from camsim.arrays import F32, F64
 from camsim.measure.demosaic.subject import CHANNELS, Subject
@@ -84,7 +84,7 @@ def _models(subject: Subject) -> tuple[F64, F64]:
 def _smooth(subject: Subject) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return the rows and columns where the truth is as good as even all around: there no method can go wrong."""
     brightness = subject.truth.mean(axis=2)
-    reach = ndimage.maximum_filter(brightness, _WINDOW) - ndimage.minimum_filter(brightness, _WINDOW)
+    reach = scipy.ndimage.maximum_filter(brightness, _WINDOW) - scipy.ndimage.minimum_filter(brightness, _WINDOW)
     rows, cols = np.nonzero(subject.used & (reach <= _EVEN * float(brightness.max())))
     every = max(1, rows.size // _MOST_SAMPLES)
     return rows[::every], cols[::every]

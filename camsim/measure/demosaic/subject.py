@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from camsim.arrays import F32, F64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
@@ -78,7 +78,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
     # Balanced, a diffuser has one level in all channels.
     level = float(balanced(diffuser_e, capture)[order[1]])
     clipped = np.any(truth_e >= full_scale_e(capture), axis=2)
-    used = inside(shape, border) & ~ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
+    used = inside(shape, border) & ~scipy.ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
     if not used.any():
         raise UnsupportedError("nothing is left to judge, all is clipped or border; expose less", stage=name)
     return Subject(

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-from scipy import optimize, special
+import scipy
 
 from camsim.arrays import F64
 from camsim.scene import Scene
@@ -98,7 +98,7 @@ def locate_mark(x: F64, y: F64, signal: F64, marks: Marks, pitch_um: float) -> t
         return model(p) - signal
 
     try:
-        fit = optimize.least_squares(off, start, x_scale="jac", method="lm")
+        fit = scipy.optimize.least_squares(off, start, x_scale="jac", method="lm")
     except ValueError:
         return None
     freedom, slopes = signal.size - start.size, np.asarray(fit.jac)
@@ -120,7 +120,7 @@ def _model(
 
         def dot(p: F64) -> F64:
             rim = (p[2] - np.hypot(x - p[0], y - p[1])) / p[3]
-            light: F64 = p[4] + p[5] * special.ndtr(rim)
+            light: F64 = p[4] + p[5] * scipy.special.ndtr(rim)
             return light
 
         # The centre of what is unlike the surroundings, which a mark may be brighter or darker than.
@@ -133,7 +133,7 @@ def _model(
     def corner(p: F64) -> F64:
         u = math.cos(p[2]) * (x - p[0]) + math.sin(p[2]) * (y - p[1])
         v = math.cos(p[3]) * (y - p[1]) - math.sin(p[3]) * (x - p[0])
-        light: F64 = p[5] + p[6] * special.erf(u / p[4]) * special.erf(v / p[4])
+        light: F64 = p[5] + p[6] * scipy.special.erf(u / p[4]) * scipy.special.erf(v / p[4])
         return light
 
     turn = marks.turn_rad

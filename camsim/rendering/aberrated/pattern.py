@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import C128, F64
 from camsim.nonuniform import at_points
@@ -54,7 +54,7 @@ class ShortPattern:
     def lattice(self) -> tuple[int, int, F64]:
         """Points along a period, points to either side of the middle that the pattern is kept on, and their places."""
         settings = self.settings
-        size = fft.next_fast_len(math.ceil(2.04 * settings.cut * settings.period) + 1)
+        size = scipy.fft.next_fast_len(math.ceil(2.04 * settings.cut * settings.period) + 1)
         step = settings.period / size
         reach = math.floor(settings.outer / step)
         return size, reach, step * np.arange(-reach, reach + 1.0)
@@ -81,7 +81,7 @@ class ShortPattern:
     def transfers(self) -> C128:
         """Half planes i ≥ 0 (b, rows, columns) of the patterns' transfers; rows go round."""
         size = self.lattice[0]
-        return np.stack([fft.rfft2(fold(fold(own, size, 0), size, 1), workers=-1) for own in self.samples])
+        return np.stack([scipy.fft.rfft2(fold(fold(own, size, 0), size, 1), workers=-1) for own in self.samples])
 
     @functools.cached_property
     def _blocks(self) -> dict[Block, F64]:
@@ -122,7 +122,7 @@ class ShortPattern:
         if not len(normals):
             return np.empty((0, len(self.sets[0]), cells, 6))
         farthest = math.sqrt(2.0) * settings.outer + settings.extent
-        count = fft.next_fast_len(math.ceil(2.0 * farthest / settings.step) + 8, real=True)
+        count = scipy.fft.next_fast_len(math.ceil(2.0 * farthest / settings.step) + 8, real=True)
         period = count * settings.step
         f = np.arange(1, min(math.ceil(settings.cut * period), count // 2)) / period
         fx, fy = np.multiply.outer(normals[:, 0], f), np.multiply.outer(normals[:, 1], f)
@@ -136,7 +136,7 @@ class ShortPattern:
             transfer = at_points(phases, own.astype(complex), precision=max(LINE_PRECISION * allowed, 1e-13), sign=-1)
             spectrum = np.zeros((len(normals), count // 2 + 1), complex)
             spectrum[:, 1 : 1 + f.size] = transfer.reshape(fx.shape) * footprint * turn / (2j * np.pi * f * period)
-            running = fft.irfft(spectrum, n=count, axis=1, norm="forward")
+            running = scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward")
             # The side where nothing is seen yet lies half a period back.
             silent = running[:, [(count // 2 + round(settings.near / settings.step)) % count]]
             out[:, b] = quintic_cells((running - silent)[:, index])

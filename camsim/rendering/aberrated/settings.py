@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.optics.airy import AIRY
 from camsim.optics.difference import Difference
@@ -89,7 +89,7 @@ def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Sett
     shortest, cutoff = float(blur.min()), rest.cutoff_per_um(min(ends_nm)) * pitch_um
     least = side + 2.0 * (reach + extent)
     width = max(math.sqrt(margin * least / cutoff), margin * shortest / 8.0)
-    period = fft.next_fast_len(math.ceil(least + width), real=True)
+    period = scipy.fft.next_fast_len(math.ceil(least + width), real=True)
     width = period - least
     turn = (math.pi * 0.5 * budget.allowed("short lines") / SIX_POINTS / AIRY.moment(5)) ** (1.0 / 6.0)
     return Settings(

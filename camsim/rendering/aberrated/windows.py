@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
+import scipy
 
 from camsim.arrays import U8
 
@@ -39,9 +39,9 @@ def windows(marked: U8, grain: int, side: int) -> list[Window]:
     for row in range(len(cells)):
         any_row = marked[row * grain : (row + 1) * grain].any(axis=0)
         cells[row] = np.logical_or.reduceat(any_row, np.arange(0, cols, grain))
-    label, _ = ndimage.label(cells, structure=np.ones((3, 3)))
+    label, _ = scipy.ndimage.label(cells, structure=np.ones((3, 3)))
     found = []
-    for number, (down, across) in enumerate(ndimage.find_objects(label), start=1):
+    for number, (down, across) in enumerate(scipy.ndimage.find_objects(label), start=1):
         patch: Marks = np.equal(label[down, across], number)
         for row, col in _covered(patch, side // grain):
             first_row, first_col = (down.start + row) * grain, (across.start + col) * grain

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
@@ -226,6 +226,6 @@ def _patterns(lenses: list[Placed], wavelength_nm: float) -> F64:
     out = np.empty((len(lenses), size, size))
     for own, lens in zip(out, lenses, strict=True):
         amplitude = np.where(inside, np.exp(2j * np.pi * lens.waves(x, y, wavelength_nm)), 0.0)
-        power = np.abs(fft.fft2(amplitude, (size, size))) ** 2
+        power = np.abs(scipy.fft.fft2(amplitude, (size, size))) ** 2
         own[:] = power / power.sum()
     return out

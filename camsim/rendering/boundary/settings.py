@@ -19,13 +19,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize
 
 from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import gauss_error
 from camsim.rendering.boundary.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, threes
 from camsim.rendering.edges import Edges
+from camsim.rendering.falling import falls_to
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
@@ -209,12 +209,5 @@ def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
     footprint they fall slowly.
     """
     sixth: float = (3.0 * c1 * footprint.m66 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
-    terms = [(size / (2.0 * math.pi * n), n) for n, size in zip(BEYOND, footprint.beyond, strict=True) if size]
-    if not terms:
-        return sixth
-    low = max((size / allowed) ** (1.0 / n) for size, n in terms)
-    high = max((len(terms) * size / allowed) ** (1.0 / n) for size, n in terms)
-    if high > low:
-        low = float(optimize.brentq(lambda r: sum(size * r**-n for size, n in terms) - allowed, low, high))
-    farther: float = max(low, sixth)
-    return farther
+    sizes = [size / (2.0 * math.pi * n) for n, size in zip(BEYOND, footprint.beyond, strict=True)]
+    return max(falls_to(allowed, sizes, BEYOND), sixth)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_legendre
@@ -208,7 +208,7 @@ def _coefficients(samples: F64, degree: int, axis: int) -> F64:
     form = [1, 1, 1]
     form[axis] = count
     passed = (2.0 + np.cos(np.pi * np.arange(count) / count)) / 3.0
-    through: F64 = fft.idct(fft.dct(samples, axis=axis) / passed.reshape(form), axis=axis)
+    through: F64 = scipy.fft.idct(scipy.fft.dct(samples, axis=axis) / passed.reshape(form), axis=axis)
     return through
 
 

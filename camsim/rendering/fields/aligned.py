@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import C128, F64, I64, U8
 from camsim.kernels import shared
@@ -79,7 +79,9 @@ class Aligned:
     @property
     def _counts(self) -> tuple[int, int]:
         """Samples of a period, along x and y."""
-        lengths = (fft.next_fast_len(math.ceil(period / self.lattice.step), real=True) for period in self.tile.periods)
+        lengths = (
+            scipy.fft.next_fast_len(math.ceil(period / self.lattice.step), real=True) for period in self.tile.periods
+        )
         return max(next(lengths), 2), max(next(lengths), 2)
 
     def _transforms(self, light: F64) -> C128:
@@ -89,9 +91,9 @@ class Aligned:
         # A lattice may be longer than the period: what lies a period apart is seen as one.
         for own, whole in zip(out, light, strict=True):
             lattice = _folded(_folded(whole, count_y, 0), count_x, 1)
-            own[:, : len(lattice)] = fft.rfft(lattice, n=count_x, axis=1, workers=-1).T
+            own[:, : len(lattice)] = scipy.fft.rfft(lattice, n=count_x, axis=1, workers=-1).T
             own[:, len(lattice) :] = 0.0
-            own[...] = fft.fft(own, axis=1, overwrite_x=True, workers=-1)
+            own[...] = scipy.fft.fft(own, axis=1, overwrite_x=True, workers=-1)
         return out
 
     def _cells(self, present: U8) -> tuple[list[Cells], list[F64 | None]]:

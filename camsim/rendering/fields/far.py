@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import F64, U8
 from camsim.optics import OpticalSystem
@@ -73,9 +73,7 @@ class Beyond:
             Gathered(layer=layer, mixture=mixture[:, a:b], origin=origin)
             for layer, (a, b) in zip(self.layers, pairwise(first), strict=True)
         ]
-        from scipy import interpolate  # a tenth of a second that most captures can do without
-
-        patterns = [interpolate.CubicSpline(log_radius, own, axis=1) for own, _ in modes]
+        patterns = [scipy.interpolate.CubicSpline(log_radius, own, axis=1) for own, _ in modes]
         for near, far in pairwise(tapers):
             self._shell(near, far, size, gathered, patterns, channel, image)
         return image
@@ -91,8 +89,6 @@ class Beyond:
         image: F64,
     ) -> None:
         """Add the light of the pattern between two tapers; ``patterns``: of each channel's modes, by log r."""
-        from scipy import interpolate  # a tenth of a second that most captures can do without
-
         light = max(self.light * self.inner / near[0], 1.0)
         step = min(near[0], near[1] - near[0]) / (FINENESS * light ** (1.0 / POINTS))
         # A block of side b for its samples: b²/24 times the pattern's second derivative, 12/r² of it.
@@ -102,7 +98,7 @@ class Beyond:
         low = np.minimum(np.maximum(corners.min(axis=0), -far[1]), 0.0) - rim
         high = np.maximum(np.minimum(corners.max(axis=0), size + far[1]), size) + rim
         count = np.ceil((high - low) / step).astype(int)[::-1] + POINTS
-        length = [fft.next_fast_len(int(n + math.ceil(far[1] / step) + 1), real=True) for n in count]
+        length = [scipy.fft.next_fast_len(int(n + math.ceil(far[1] / step) + 1), real=True) for n in count]
         mass = np.zeros((sum(own.c.shape[2] for own in patterns), *length))
         for own in gathered:
             for x, y, given in own.parts(block, low + rim, high - rim):
@@ -114,7 +110,7 @@ class Beyond:
         inside = (distance >= near[0]) & (distance <= far[1])
         radius = np.geomspace(near[0], far[1], RADII)
         first = taper(self.sharpness)
-        shell = interpolate.CubicSpline(radius, tapered(radius, *far, first) - tapered(radius, *near, first))
+        shell = scipy.interpolate.CubicSpline(radius, tapered(radius, *far, first) - tapered(radius, *near, first))
         falls = shell(distance[inside]) / distance[inside] ** 3
         log_distance = np.log(distance[inside])
         lattice = np.zeros((len(patterns), *count))
@@ -124,10 +120,10 @@ class Beyond:
             for own in curves(log_distance):
                 pattern = np.zeros(distance.shape)
                 pattern[inside] = own * falls
-                whole = fft.rfft2(pattern[np.ix_(down, across)], workers=-1)
-                total += np.multiply(whole, fft.rfft2(mass[taken], workers=-1), out=whole)
+                whole = scipy.fft.rfft2(pattern[np.ix_(down, across)], workers=-1)
+                total += np.multiply(whole, scipy.fft.rfft2(mass[taken], workers=-1), out=whole)
                 taken += 1
-            own_lattice[...] = fft.irfft2(total, s=length, workers=-1)[: count[0], : count[1]]
+            own_lattice[...] = scipy.fft.irfft2(total, s=length, workers=-1)[: count[0], : count[1]]
         images = channel.reshape(-1, *channel.shape[-2:])
         read(lattice, step, low, images, image.reshape(images.shape))
 

@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
@@ -65,7 +65,7 @@ def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float) -> Sampled
     if gradient.cycles_per_um:
         taps = _filter()
         for axis in (1, 2):
-            planes = ndimage.correlate1d(planes, taps, axis=axis, mode="nearest")
+            planes = scipy.ndimage.correlate1d(planes, taps, axis=axis, mode="nearest")
     return Sampled(
         planes=planes,
         spectra=gradient.spectra,

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
@@ -214,7 +214,7 @@ class FieldImage:
         high = np.minimum(size + beyond, corners.max(axis=0))
         wide = 3.0 * max(reach_of(layer.degree, self._step(layer)) for layer in self.layers)
         extent = np.maximum(np.maximum(high, size - low), 0.0) + wide
-        periods = [fft.next_fast_len(math.ceil(value), real=True) for value in extent + beyond]
+        periods = [scipy.fft.next_fast_len(math.ceil(value), real=True) for value in extent + beyond]
         width = reach.outer[0] - reach.inner[0]
         tile = Tile(
             row=0,

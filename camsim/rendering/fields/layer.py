@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from camsim.arrays import F64
 from camsim.scene.raster import DEGREES, Raster
@@ -139,12 +140,10 @@ def mirrored(wanted: range, count: int) -> np.ndarray:
 
 def _spline_of(values: F64) -> F64:
     """Return the coefficients (n, m) of cubic splines through values (n, m), mirrored at either end."""
-    from scipy import linalg  # a tenth of a second that most captures can do without
-
     bands = np.tile(np.array([[1.0], [4.0], [1.0]]) / 6.0, (1, len(values)))
     bands[1, 0] += 1.0 / 6.0
     bands[1, -1] += 1.0 / 6.0
-    solved: F64 = linalg.solve_banded((1, 1), bands, np.asarray(values, np.float64))
+    solved: F64 = scipy.linalg.solve_banded((1, 1), bands, np.asarray(values, np.float64))
     return solved
 
 
@@ -158,8 +157,6 @@ def refined(coefficients: F64, degree: int, times: int) -> F64:
     """
     if times == 1:
         return coefficients
-    from scipy import ndimage  # a tenth of a second that most captures can do without
-
     mask = np.ones(1)
     for _ in range(degree + 1):
         mask = np.convolve(mask, np.ones(times))
@@ -171,7 +168,7 @@ def refined(coefficients: F64, degree: int, times: int) -> F64:
         middle = [slice(None)] * 3
         middle[axis] = slice(times // 2, None, times)
         wide[tuple(middle)] = coefficients
-        coefficients = ndimage.correlate1d(wide, mask, axis=axis, mode="constant")
+        coefficients = scipy.ndimage.correlate1d(wide, mask, axis=axis, mode="constant")
     return coefficients
 
 

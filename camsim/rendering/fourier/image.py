@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
@@ -241,9 +241,9 @@ def inverse(values: F64, tile: Tile) -> F64:
     step = max(1, PART // py)
     for first in range(0, values.shape[1], step):
         part = np.ascontiguousarray(values[:, first : first + step])
-        lines[:, first : first + step] = fft.ifft(part, axis=0, overwrite_x=True, workers=-1)[rows]
+        lines[:, first : first + step] = scipy.fft.ifft(part, axis=0, overwrite_x=True, workers=-1)[rows]
     image = np.empty((tile.rows, tile.cols))
     step = max(1, PART // px)
     for first in range(0, tile.rows, step):
-        image[first : first + step] = fft.irfft(lines[first : first + step], n=px, axis=1, workers=-1)[:, cols]
+        image[first : first + step] = scipy.fft.irfft(lines[first : first + step], n=px, axis=1, workers=-1)[:, cols]
     return image

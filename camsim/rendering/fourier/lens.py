@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy import fft
+import scipy
 
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel, shared
@@ -166,10 +166,10 @@ def round_curves(
     samples = math.ceil(outer / step_x) + 1
     line = np.zeros((samples, len(flat)))
     shared(samples, functools.partial(_project, cells, count / outer, outer, step_x, step_y, line))
-    length = fft.next_fast_len(max(1024, math.ceil(_oversampled(kernel, outer, allowed) * samples)), real=True)
+    length = scipy.fft.next_fast_len(max(1024, math.ceil(_oversampled(kernel, outer, allowed) * samples)), real=True)
     padded = np.zeros((len(flat), length + 1))
     padded[:, :samples] = line.T
-    transfer = fft.dct(padded, type=1, axis=1) * step_x
+    transfer = scipy.fft.dct(padded, type=1, axis=1) * step_x
     whole = np.concatenate([transfer[:, 3:0:-1], transfer], axis=1)
     cells_per_frequency = 2.0 * length * step_x
     used = math.ceil(tile.cut * cells_per_frequency) + 1
@@ -221,7 +221,7 @@ def _tapered_transfer(
     steps: list[float] = []
     sizes: list[int] = []
     for period, outer in zip(tile.periods, tile.outer, strict=True):
-        size = fft.next_fast_len(math.ceil(2.04 * tile.cut * period) + 1)
+        size = scipy.fft.next_fast_len(math.ceil(2.04 * tile.cut * period) + 1)
         step = period / size
         reach = math.floor(outer / step)
         axes.append(step * np.arange(-reach, reach + 1.0))
@@ -243,7 +243,7 @@ def _tapered_transfer(
         pattern *= hems[1][some, None]
         folded[np.arange(some.start - reach, some.stop - reach) % sizes[1]] += fold(pattern, sizes[0], 1)
         del pattern
-    transfer: C128 = fft.rfft2(folded, workers=-1)
+    transfer: C128 = scipy.fft.rfft2(folded, workers=-1)
     return transfer
 
 

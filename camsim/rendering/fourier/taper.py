@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import special
+import scipy
 
 from camsim.arrays import F64
 
@@ -25,7 +25,8 @@ def taper_margin(level: float) -> tuple[float, float]:
 def taper(sharpness: float) -> np.polynomial.Chebyshev:
     """Return the taper from 1 at −1 to 0 at 1 as a polynomial: 1 minus the running integral of its window."""
     window = np.polynomial.Chebyshev.interpolate(
-        lambda t: special.i0(sharpness * np.sqrt((1.0 - t) * (1.0 + t))) / special.i0(sharpness), TAPER_DEGREE
+        lambda t: scipy.special.i0(sharpness * np.sqrt((1.0 - t) * (1.0 + t))) / scipy.special.i0(sharpness),
+        TAPER_DEGREE,
     )
     total = window.integ(lbnd=-1)
     return 1.0 - total / total(1.0)

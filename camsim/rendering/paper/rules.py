@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import special
+import scipy
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
@@ -150,7 +150,7 @@ def _weigh_grid(lens: Airy | Gaussian, blur: float, along: F64) -> tuple[F64, F6
         weights = np.exp(-0.5 * rho * rho)
     else:
         x = np.pi * np.where(rho == 0.0, 1.0, rho)
-        weights = np.where(rho == 0.0, 1.0, (2.0 * special.j1(x) / x) ** 2)
+        weights = np.where(rho == 0.0, 1.0, (2.0 * scipy.special.j1(x) / x) ** 2)
     shares: F64 = weights / weights.sum()
     return offsets, shares
 
@@ -159,11 +159,11 @@ def _importance(lens: Airy | Gaussian, blur: float, samples: int | None, cut: fl
     count = IMPORTANCE_SAMPLES if samples is None else samples
     if count < 1:
         raise InvalidValueError(f"{count} samples show nothing; give 1 or more", key="samples")
-    from scipy.stats import qmc  # half a second and 30 MB
 
-    u = qmc.Halton(2, scramble=False).random(count + 1)[1:]  # its first point is the origin, which has no inverse
+    # Its first point is the origin, which has no inverse.
+    u = scipy.stats.qmc.Halton(2, scramble=False).random(count + 1)[1:]
     if isinstance(lens, Gaussian):
-        offsets = blur * special.ndtri(u)
+        offsets = blur * scipy.special.ndtri(u)
     else:
         rho = np.linspace(0.0, cut, 1 << 16)
         energy = lens.pattern().energy(rho)

@@ -15,7 +15,7 @@ from camsim.scene.primitives import Primitive, Shape, counted, flattened
 from camsim.scene.shapes import Group, Rectangle
 from camsim.scene.svg.reader import Reader
 from camsim.spectra.curve import Reflectance, Spectrum
-from camsim.typed import Point, Positive, Several, check, judge
+from camsim.typed import FilePath, Point, Positive, Several, check, judge
 
 __all__ = ["Svg", "read_svg"]
 
@@ -82,7 +82,7 @@ def read_svg(
     ...     len(read_svg(Path(folder) / "flag.svg", width_um=80.0, palette={"red": 0.1}).shapes)
     1
     """
-    name = shown or os.fspath(file)
+    name = shown or check(file, FilePath, "file")
     if (width_um is None) == (height_um is None):
         message = "missing; give it or height_um" if width_um is None else "given together with height_um; one follows"
         raise InvalidValueError(message, key="width_um", stage="read_svg")
