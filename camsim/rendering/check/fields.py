@@ -45,7 +45,7 @@ class DirectSums:
 
     seen          : of every picture, see there
     density       : (planes, channels, n) of all their planes;  wavelength_nm: (n,)
-    allowed       : what a sum may be wrong by;  moved: where the pattern's centre lies, pitches
+    allowed       : what a sum may be wrong by;  moved: (2,) where the pattern's centre lies, pitches
     """
 
     seen: tuple[Seen, ...]
@@ -54,7 +54,7 @@ class DirectSums:
     system: OpticalSystem
     grid: Grid
     allowed: float
-    moved: tuple[float, float] = (0.0, 0.0)
+    moved: F64
 
     @staticmethod
     def can(system: OpticalSystem) -> bool:

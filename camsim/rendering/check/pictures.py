@@ -81,13 +81,17 @@ class PictureJudge:
         }
 
     @functools.cached_property
+    def _moved(self) -> F64:
+        """Where the pattern's centre lies (x, y), pitches: a photosite sees what is as far the other way."""
+        split = self.fields.split
+        return np.zeros(2) if split is None else np.array(split.moved_um) / self.edges.job.grid.pitch_um
+
+    @functools.cached_property
     def _sums(self) -> DirectSums | None:
         """What sums photosites behind a round lens, or behind the round part of one."""
-        job, system, centre = self.edges.job, self.edges.job.system, (0.0, 0.0)
+        job, system = self.edges.job, self.edges.job.system
         if self.fields.split is not None:
             system = dataclasses.replace(system, lens=self.fields.split.core)
-            x, y = self.fields.split.moved_um
-            centre = x / job.grid.pitch_um, y / job.grid.pitch_um
         if not DirectSums.can(system):
             return None
         allowed = job.budget.of_check.tolerance
@@ -104,7 +108,7 @@ class PictureJudge:
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm, full=job.signals.scale)
         blur = system.blurs_um(wavelength_nm) / job.grid.pitch_um
         sums = functools.partial(
-            DirectSums, seen=tuple(pictures), system=system, grid=job.grid, allowed=allowed, moved=centre
+            DirectSums, seen=tuple(pictures), system=system, grid=job.grid, allowed=allowed, moved=self._moved
         )
         radius = sums(density=density, wavelength_nm=wavelength_nm).radius
         phase = 2.0 * math.pi * radius * float(1.0 / blur.min() - 1.0 / blur.max())
@@ -171,7 +175,7 @@ class PictureJudge:
         in_front, corners = self._crossed(count), []
         for shape in self.scene.shapes:
             if isinstance(shape, Picture | Gradient):
-                middle = np.array(shape.centre_um) / grid.pitch_um
+                middle = np.array(shape.centre_um) / grid.pitch_um + self._moved
                 half = np.array(shape.half_um) / grid.pitch_um
                 for across, down in ((-1, -1), (0, 0), (1, 1), (1, -1), (-1, 1)):
                     corners.append(middle + np.einsum("a,ax->x", half * [across, down], axes_of(shape.rotate_deg)))
@@ -191,7 +195,8 @@ class PictureJudge:
     def _crossed(self, count: int) -> F64:
         """Return places (n, 2) where outlines lie in front of pictures, the hardest first."""
         fields = [shape for shape in self.scene.shapes if isinstance(shape, Field)]
-        return crossed(zip(fields, self._bounds.values(), strict=True), self.edges.job.grid, count)
+        found = crossed(zip(fields, self._bounds.values(), strict=True), self.edges.job.grid, count)
+        return found + self._moved
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""

@@ -17,6 +17,7 @@ from camsim.rendering.fields.gradient import sampled
 from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.layer import Layer, Rings
 from camsim.rendering.fields.parts import FieldImages, Part
+from camsim.rendering.fourier.image import FINEST
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
 from camsim.rendering.spectral import Signals, blur_of, fuse, multiplied, wavefront_phase
@@ -95,11 +96,11 @@ class FieldJob:
         if self.split is None:
             return FieldImages(parts=[Part(self._fused(self.system, tolerance), (0.0, 0.0))])
         split, pitch_um = self.split, self.grid.pitch_um
-        round_part = tolerance * (1.0 if split.rest is None else CLOSED_PART)
+        round_part = tolerance if split.rest is None else max(CLOSED_PART * tolerance, FINEST)
         moved = split.moved_um[0] / pitch_um, split.moved_um[1] / pitch_um
         parts = [Part(self._fused(dataclasses.replace(self.system, lens=split.core), round_part), moved)]
         if split.rest is not None:
-            parts.append(self._difference(split.rest, tolerance - round_part))
+            parts.append(self._difference(split.rest, max(tolerance - round_part, FINEST)))
         return FieldImages(parts=parts)
 
     def windows(self, tolerance: float) -> FieldImage | FieldImages:
