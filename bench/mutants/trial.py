@@ -27,7 +27,18 @@ KERNELS = "kernels"
 _GENEROUS = 5.0
 _START_S = 40.0
 _MOST_BYTES = 12 << 30
-_COPIED = ("camsim", "tests", "scenes", "sensors", "lenses", "docs", "bench", "README.md", "CHANGELOG.md", "pyproject.toml")
+_COPIED = (
+    "camsim",
+    "tests",
+    "scenes",
+    "sensors",
+    "lenses",
+    "docs",
+    "bench",
+    "README.md",
+    "CHANGELOG.md",
+    "pyproject.toml",
+)
 _PRELOADED = (
     *("numpy", "scipy.special", "scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.stats", "numba", "shapely"),
     *("finufft", "pydantic", "yaml", "typer", "rich.console", "tifffile", "OpenEXR", "PIL.Image", "rawpy", "colour"),

@@ -140,7 +140,9 @@ def common_circles(distance, one, two):
 @pytest.mark.parametrize("far_um", [0.0, 3.0, 1000.0])
 def test_arcs_end_where_rounding_begins(far_um):
     """Areas that no double tells apart were asked for, and pieces halved until memory was full."""
-    ellipse = camsim.Ellipse(radius_x_um=0.5, radius_y_um=0.25, centre_um=(far_um, 1.7), rotate_deg=45.0, reflectance=0.5)
+    ellipse = camsim.Ellipse(
+        radius_x_um=0.5, radius_y_um=0.25, centre_um=(far_um, 1.7), rotate_deg=45.0, reflectance=0.5
+    )
     (curves,) = (fill.curves for one in flattened([ellipse]) for fill in one.fills)
     parts = arcs_of(curves, Fineness(0.02, 1e-13))
     assert len(parts.owner) < 100_000

@@ -215,6 +215,8 @@ class PictureJudge:
         windows, together = self._windows, 9
         if self._sums is not None:
             value, together = value + self._sums.values(rows, cols, sets), 1
+            # Of a large picture it holds a copy, for which there is no room while a sensor records.
+            self.__dict__.pop("_sums")
         if windows is None:
             return value
         x0, y0 = self.edges.job.grid.first_centre
