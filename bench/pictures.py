@@ -85,11 +85,13 @@ def speed(name: str, rows: int, cols: int, bands: int = 3, of: int = 1) -> None:
             tolerance=1e-4,
         )
         seconds, worked = time.perf_counter() - began, time.process_time() - worked
+        report = frame.report
+        del frame  # or the second would be held on top of the first
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     print(
         f"{name}: {seconds:.1f} s, {worked:.1f} s of all cores "
-        f"({frame.report.seconds['render']:.1f} s rendering and check), {peak:.2f} GB, "
-        f"{len(picture.planes)} planes, error {frame.report.error_estimate:.1e}"
+        f"({report.seconds['render']:.1f} s rendering and check), {peak:.2f} GB, "
+        f"{len(picture.planes)} planes, error {report.error_estimate:.1e}"
     )
 
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.errors import InputError
+from camsim.files.limits import refuse_many
 
 SUFFIXES = (".hdr", ".img", ".dat", ".raw", ".bsq", ".bil", ".bip", "")
 _LONGEST_HEADER = 4 << 20
@@ -59,6 +60,7 @@ def read_cube(path: Path) -> Cube:
             f"it is cut short: its header says {rows} × {cols} × {bands} numbers, {needed} bytes, and {data.name} has "
             f"{size}"
         )
+    refuse_many(math.prod(shape))
     numbers = np.memmap(data, kind, "r", before, shape).transpose(_ORDERS[interleave])
     return Cube(_scaled(numbers, said), _wavelengths(said, bands))
 

@@ -18,3 +18,16 @@ def refuse_bomb(needed_bytes: int, size: int) -> None:
             f"its image takes {needed_bytes / 1e6:.0f} MB unpacked, from {size} bytes: more than "
             f"{MOST_UNPACKED_BYTES >> 20} MiB and {MOST_RATIO} times the file are not believed; store it uncompressed"
         )
+
+
+MOST_NUMBERS = 400_000_000
+"""Of a picture or cube, however large its file is."""
+
+
+def refuse_many(numbers: int) -> None:
+    """Raise InputError when a picture holds more numbers than are read."""
+    if numbers > MOST_NUMBERS:
+        raise InputError(
+            f"it holds {numbers / 1e6:.0f} million numbers, and {MOST_NUMBERS / 1e6:.0f} are the most "
+            "that are read; cut it, or average samples or bands"
+        )

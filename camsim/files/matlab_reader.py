@@ -12,7 +12,7 @@ import numpy.typing as npt
 import scipy
 
 from camsim.errors import InputError, in_brief
-from camsim.files.limits import refuse_bomb
+from camsim.files.limits import refuse_bomb, refuse_many
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 _MOST_VARIABLES = 1000
@@ -41,6 +41,7 @@ def read_variables(path: Path, begin: bytes, size: int) -> dict[str, npt.NDArray
     largest = max((deep or flat).items(), key=lambda item: math.prod(item[1]))[0]
     wanted = [largest, *(name for name, (shape, _) in found.items() if math.prod(shape) in range(1, 4097))]
     refuse_bomb(8 * math.prod(found[largest][0]), size)
+    refuse_many(math.prod(found[largest][0]))
     try:
         return {name: found[name][1]() for name in dict.fromkeys(wanted)}
     except Exception as error:

@@ -18,11 +18,11 @@ from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, png_re
 from camsim.files.envi_reader import SUFFIXES as ENVI_SUFFIXES
 from camsim.files.envi_reader import read_cube
 from camsim.files.icc import profile_name
+from camsim.files.limits import refuse_many
 from camsim.files.matlab_reader import read_variables
 from camsim.files.tiff_image import read_image
 from camsim.files.tiff_reader import read_directory
 
-MOST_NUMBERS = 400_000_000
 _COLOUR_PROFILE_TAG = 34675
 _SPECTRAL = re.compile(r"^(?:.*\.)?(?:w|S0\.|T\.)?(\d+(?:[.,]\d+)?) ?nm$")
 """Channels of Fichet's layout (S0.550,000000nm, T.550,000000nm) and others such as w550nm and 550nm."""
@@ -61,11 +61,7 @@ def read_samples(path: Path, file: BinaryIO, size: int) -> Read:
         raise InputError(f"its samples are {read.samples.dtype}, and real numbers are needed")
     if read.samples.ndim not in (2, 3) or not read.samples.size:
         raise InputError(f"its array has the shape {read.samples.shape}; (rows, cols) or (rows, cols, bands) is needed")
-    if read.samples.size > MOST_NUMBERS:
-        raise InputError(
-            f"it holds {read.samples.size / 1e6:.0f} million numbers, and {MOST_NUMBERS / 1e6:.0f} are the most "
-            "that are read; cut it, or average samples or bands"
-        )
+    refuse_many(read.samples.size)
     return read
 
 
@@ -83,6 +79,8 @@ def _opaque(image: npt.NDArray[Any], colours: int) -> npt.NDArray[Any]:
 def _png(path: Path, file: BinaryIO, size: int) -> Read:
     header = png_reader.read_header(file, size, 1 << 24)
     colours = 3 if header.colour in (2, 6) else 1
+    if header.see_through:
+        raise InputError("one of its colours is transparent (tRNS), and nobody knows what is behind; flatten it first")
     if header.bits == 16 and colours == 3:
         image = png_reader.read_deep_colours(file, size, header)
     else:
@@ -92,7 +90,8 @@ def _png(path: Path, file: BinaryIO, size: int) -> Read:
     named = None if header.coloured or abs(header.gamma - 1.0) < 1e-4 else 1.0 / header.gamma
     # 0.45455 is what writers of sRGB give besides.
     gamma = None if named is None or abs(named - 2.2) < 0.01 else named
-    return Read(_opaque(image, colours), encoded=True, gamma=gamma, profile=profile_name(header.profile))
+    profile = profile_name(header.profile) or (header.space if colours == 3 else "")
+    return Read(_opaque(image, colours), encoded=True, gamma=gamma, profile=profile)
 
 
 def _jpeg(path: Path, file: BinaryIO, size: int) -> Read:
@@ -146,6 +145,7 @@ def _npz(path: Path, file: BinaryIO, size: int) -> Read:
         if not deep:
             raise InputError("it holds no array of (rows, cols, bands)")
         largest = max(deep, key=lambda name: math.prod(shapes[name]))
+        refuse_many(math.prod(shapes[largest]))
         arrays = {name: archive.array(name) for name in shapes if name == largest or math.prod(shapes[name]) <= 4096}
     return Read(arrays[largest], _wavelengths_in(arrays, largest))
 

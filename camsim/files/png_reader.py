@@ -24,6 +24,9 @@ _BITS = {0: (1, 2, 4, 8, 16), 2: (8, 16), _PALETTE: (1, 2, 4, 8), 4: (8, 16), 6:
 _MOST_CHUNKS = 1 << 16
 _LONGEST_OTHER = 64
 _GAMMA_UNIT = 1e-5
+_SRGB_CODES = b"\x01\x0d"  # primaries of BT.709, sRGB's curve
+_SRGB_PRIMARIES = (0.3127, 0.3290, 0.64, 0.33, 0.30, 0.60, 0.15, 0.06)
+_SAME_PRIMARY = 5e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +35,8 @@ class Header:
 
     text     : camsim's, None when there is none
     gamma    : that the pixels were encoded with, 1 where nothing is said
-    coloured : whether a colour space is named;  profile: the ICC profile
+    coloured : whether a colour space is named;  profile: the ICC profile;  space: another than sRGB's, in words
+    see_through : whether one colour is to be transparent
     image    : offset and length of the chunks that Pillow is to see: the header's and the pixels'
     """
 
@@ -45,6 +49,8 @@ class Header:
     coloured: bool
     image: tuple[tuple[int, int], ...]
     profile: bytes = b""
+    space: str = ""
+    see_through: bool = False
 
 
 def read_header(file: BinaryIO, size: int, most: int) -> Header:
@@ -57,6 +63,7 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
         raise InputError("it is no PNG")
     head: bytes | None = None
     text, gamma, coloured, profile = None, 1.0, False, b""
+    code_points, primaries, see_through = b"", b"", False
     image: list[tuple[int, int]] = []
     for _ in range(_MOST_CHUNKS):
         at = file.tell()
@@ -66,8 +73,11 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
         if at + length + 12 > size:
             raise InputError(f"it is cut short: it has {size} bytes and ends within its chunk {kind!r}")
         if kind == b"IEND":
-            return replace(_header(head, text, gamma, coloured, image), profile=profile)
-        if kind not in (b"IHDR", b"IDAT", b"zTXt", b"gAMA", b"sRGB", b"iCCP"):
+            space = _space(code_points, b"" if coloured else primaries)
+            header = _header(head, text, gamma, coloured, image)
+            return replace(header, profile=profile, space=space, see_through=see_through)
+        see_through |= kind == b"tRNS"
+        if kind not in (b"IHDR", b"IDAT", b"zTXt", b"gAMA", b"sRGB", b"iCCP", b"cICP", b"cHRM"):
             file.seek(length + 4, 1)
             continue
         content = _checked(file, kind, length, most if kind in (b"zTXt", b"iCCP") else _LONGEST_OTHER)
@@ -79,6 +89,10 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
             image.append((at, length + 12))
         elif kind == b"gAMA" and length == 4:
             gamma = struct.unpack(">I", content)[0] * _GAMMA_UNIT
+        elif kind == b"cICP":
+            code_points = content
+        elif kind == b"cHRM":
+            primaries = content
         elif kind in (b"sRGB", b"iCCP"):
             coloured = True
             profile = _profile(content, most) if kind == b"iCCP" else profile
@@ -125,6 +139,17 @@ def read_deep_colours(file: BinaryIO, size: int, header: Header) -> npt.NDArray[
         return np.asarray(imagecodecs.png_decode(file.read(size)))
     except (RuntimeError, ValueError) as error:
         raise InputError(f"its pixels are damaged ({in_brief(error)})") from None
+
+
+def _space(code_points: bytes, primaries: bytes) -> str:
+    """Return the colour space that chunks cICP (ITU-T H.273) or cHRM name, in words; empty for sRGB's, or none."""
+    if code_points and code_points[:2] != _SRGB_CODES:
+        return f"cICP {' '.join(map(str, code_points[:4]))}"
+    if len(primaries) == 32:
+        x_y = [value * 1e-5 for value in struct.unpack(">8I", primaries)]
+        if max(abs(own - its) for own, its in zip(x_y, _SRGB_PRIMARIES, strict=True)) > _SAME_PRIMARY:
+            return "cHRM, other primaries or another white"
+    return ""
 
 
 def _profile(content: bytes, most: int) -> bytes:

@@ -12,11 +12,14 @@ from truth import samples as truth
 
 import camsim
 from camsim.optics import OpticalSystem
+from camsim.rendering.check.fitting import Fitting
+from camsim.rendering.engine import Cost
 from camsim.rendering.fields import job
 from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.outlines import arranged
-from camsim.rendering.render import plan_render
+from camsim.rendering.render import plan_render, render_channels
+from camsim.spectra.curve import Curve
 from camsim.spectra.rgb import reflectance_of_rgb
 
 PITCH_UM, NM = 4.0, 500.0
@@ -198,7 +201,8 @@ def large(tolerance):
         tolerance=tolerance,
     )
     image = job.fused()
-    assert image.reach(GRID.first_centre, (GRID.rows, GRID.cols)).far == (tolerance > 1e-5)
+    [reach] = image.reach(GRID.first_centre, (GRID.rows, GRID.cols))
+    assert reach.far == (tolerance > 1e-5)
     return image.rendered(GRID.first_centre, np.zeros((GRID.rows, GRID.cols), np.uint8))
 
 
@@ -216,10 +220,72 @@ def test_any_lens_takes_pictures():
     assert worst(same, rendered(picture, tolerance=1e-8)) <= 1e-5
 
 
-def test_the_check_sees_what_is_wrong(monkeypatch):
+WAVEFRONTS = {
+    "defocus": camsim.Wavefront(f_number=8.0, zernike_waves={4: 0.15}),
+    "coma and a tilt": camsim.Wavefront(f_number=8.0, zernike_waves={1: 0.3, 8: 0.1}),
+    "annular": camsim.Wavefront(f_number=8.0, zernike_waves={12: 0.1}, pupil=camsim.Pupil(obstruction=0.4)),
+    "a tilt alone": camsim.Wavefront(f_number=8.0, zernike_waves={1: 0.3, 2: -0.2}),
+}
+
+
+@pytest.mark.parametrize("name", list(WAVEFRONTS))
+def test_round_part_and_difference_are_the_lens(name):
+    """An aberrated lens as a round one and a short difference, against the transfer of all of it in one transform.
+
+    Black and white at random over 120 pitches: the difference ends within them, and light comes from beyond.
+    """
+    planes = np.random.default_rng(8).integers(0, 2, (60, 60))
+    picture = camsim.Picture(planes=planes.astype(float), width_um=120 * PITCH_UM, rotate_deg=7.0)
+    scene, system = camsim.Scene(background=0.0, shapes=[picture]), OpticalSystem.of([WAVEFRONTS[name], PHOTOSITE])
+    how = {"response": np.ones((1, 1)), "wavelength_nm": np.array([NM]), "scale": np.ones(1)}
+    channel = np.zeros((GRID.rows, GRID.cols), np.uint8)
+    whole = dataclasses.replace(FieldJob.of(scene, system, GRID, tolerance=1e-7, **how), split=None)
+    right = whole.fused().rendered(GRID.first_centre, channel)
+    for tolerance in (1e-3, 1e-5):
+        image = FieldJob.of(scene, system, GRID, tolerance=tolerance, **how).fused()
+        assert len(image.parts) == (1 if "alone" in name else 2)
+        assert worst(image.rendered(GRID.first_centre, channel), right) <= 0.3 * tolerance
+
+
+def test_many_wavelengths_behind_a_wavefront():
+    """Wavelengths fused into as many transfers as there are planes, against each on its own."""
+    planes = np.random.default_rng(9).random((2, 6, 6)) / 2
+    picture = camsim.Picture(planes=planes, spectra=(Curve((400.0, 700.0), (0.0, 1.0)), 0.5), width_um=30.0)
+    scene, lens = camsim.Scene(background=0.2, shapes=[picture]), WAVEFRONTS["coma and a tilt"]
+    nm, grid = np.linspace(450.0, 650.0, 5), camsim.Grid(rows=4, cols=5, pitch_um=PITCH_UM)
+    each = camsim.render(scene, [lens, PHOTOSITE], grid, wavelength_nm=nm, tolerance=1e-6)
+    together = render_channels(
+        scene, OpticalSystem.of([lens, PHOTOSITE]), grid, response=np.full((1, 5), 0.2), wavelength_nm=nm,
+        channel=np.zeros((4, 5), np.uint8), tolerance=1e-5,
+    )  # fmt: skip
+    assert each.error_estimate <= 1e-6
+    assert together.error_estimate <= 1e-5
+    assert worst(together.image, each.image.mean(axis=0)) <= 1e-5
+
+
+def test_the_check_is_coarser_before_it_refuses():
+    """Windows that memory does not hold at the check's tolerance are looked at as finely as it does hold them."""
+
+    class Windows:
+        def __init__(self, tolerance):
+            self.tolerance = tolerance
+
+        def expected(self, origin, shape):
+            return Cost(seconds=1.0, memory_bytes=1e5 / self.tolerance), 1.0
+
+        def rendered(self, origin, channel):
+            return np.full(channel.shape, self.tolerance)
+
+    for coarsest, found in ((1e-3, 6.4e-5), (3e-5, 3e-5), (1e-9, 1e-6)):
+        windows = Fitting(Windows, wanted=1e-6, coarsest=coarsest)
+        assert windows.rendered((0.0, 0.0), np.zeros((2, 2), np.uint8))[0, 0] == pytest.approx(found, rel=1e-12)
+
+
+@pytest.mark.parametrize("lens", [LENS, WAVEFRONTS["coma and a tilt"]], ids=["airy", "wavefront"])
+def test_the_check_sees_what_is_wrong(monkeypatch, lens):
     """Half a pixel of shift, a wrong plane, a missing far part: none of them goes unseen."""
     picture = camsim.Picture(planes=np.random.default_rng(7).random((8, 8)), width_um=30.0)
-    scene = camsim.Scene(background=0.2, shapes=[picture])
+    scene, optics = camsim.Scene(background=0.2, shapes=[picture]), [lens, OLPF, PHOTOSITE]
     honest = FieldImage.rendered
 
     def shifted(self, origin, channel, progress=lambda done: None):
@@ -230,9 +296,9 @@ def test_the_check_sees_what_is_wrong(monkeypatch):
 
     for wrong in (shifted, weighed):
         monkeypatch.setattr(FieldImage, "rendered", wrong)
-        assert camsim.render(scene, OPTICS, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate > 2e-5
+        assert camsim.render(scene, optics, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate > 2e-5
     monkeypatch.setattr(FieldImage, "rendered", honest)
-    assert camsim.render(scene, OPTICS, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate <= 1e-5
+    assert camsim.render(scene, optics, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate <= 1e-5
 
 
 def test_the_check_looks_where_outlines_lie_in_front_of_pictures(monkeypatch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -171,14 +172,40 @@ def envi_of_a_thousand_million(folder: Path) -> Path:
     return folder / "a.img"
 
 
-def png_of_a_thousand_million(folder: Path) -> Path:
-    import zlib
+def envi_of_a_thousand_million_that_are_there(folder: Path) -> Path:
+    """As many numbers as it says, in a file of holes, which a scale would make 8 GB of."""
+    with (folder / "a.img").open("wb") as file:
+        file.truncate(1_000_000_000)
+    (folder / "a.hdr").write_text(
+        "ENVI\nsamples = 40000\nlines = 25000\nbands = 1\ndata type = 1\nreflectance scale factor = 255\n"
+    )
+    return folder / "a.img"
 
+
+def png(path: Path, *chunks: bytes) -> Path:
+    """Write chunks (kind and content) as a PNG."""
+    packed = [struct.pack(">I", len(c) - 4) + c + struct.pack(">I", zlib.crc32(c)) for c in chunks]
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(packed))
+    return path
+
+
+def png_of_a_thousand_million(folder: Path) -> Path:
     head = b"IHDR" + struct.pack(">2I5B", 40_000, 25_000, 8, 2, 0, 0, 0)
-    data = b"IDAT" + zlib.compress(bytes(1000))
-    chunks = [struct.pack(">I", len(c) - 4) + c + struct.pack(">I", zlib.crc32(c)) for c in (head, data, b"IEND")]
-    (folder / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
-    return folder / "a.png"
+    return png(folder / "a.png", head, b"IDAT" + zlib.compress(bytes(1000)), b"IEND")
+
+
+def png_with(*chunks: bytes) -> Callable[[Path], Path]:
+    """Return what writes a picture of one red sample with chunks before its pixels."""
+    head, data = b"IHDR" + struct.pack(">2I5B", 1, 1, 8, 2, 0, 0, 0), b"IDAT" + zlib.compress(b"\0\xff\0\0")
+    return lambda folder: png(folder / "a.png", head, *chunks, data, b"IEND")
+
+
+def primaries(*x_y: float) -> bytes:
+    return b"cHRM" + struct.pack(">8I", *(round(1e5 * value) for value in x_y))
+
+
+SRGB = primaries(0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06)
+ADOBE = primaries(0.3127, 0.329, 0.64, 0.33, 0.21, 0.71, 0.15, 0.06)
 
 
 def hdf5_of_a_thousand_million(folder: Path) -> Path:
@@ -215,6 +242,7 @@ def with_alpha(alpha: int) -> Image.Image:
 
 REFUSED: list[tuple[str, Callable[[Path], Path], str]] = [
     ("ENVI of 10⁹", envi_of_a_thousand_million, "it is cut short: its header says 25000 × 40000 × 1 numbers"),
+    ("ENVI of 10⁹ bytes", envi_of_a_thousand_million_that_are_there, "it holds 1000 million numbers, and 400 are the"),
     ("PNG of 10⁹", png_of_a_thousand_million, "its image takes 3000 MB unpacked, from"),
     ("HDF5 of 10⁹", hdf5_of_a_thousand_million, "its image takes 248000 MB unpacked"),
     ("cube without wavelengths", saved("a.npy", CUBE), "it has 4 bands and says no wavelengths; give wavelength_nm"),
@@ -223,6 +251,9 @@ REFUSED: list[tuple[str, Callable[[Path], Path], str]] = [
     ("complex", saved("a.npy", np.ones((4, 4), complex)), "its array holds no plain numbers"),
     ("CMYK", saved("a.jpg", Image.fromarray(RGB).convert("CMYK")), "it has 4 colours (CMYK, for printing)"),
     ("CMYK TIFF", saved("a.tiff", Image.fromarray(RGB).convert("CMYK")), "its samples mean something else than light"),
+    ("one colour's alpha", png_with(b"tRNS" + bytes(6)), "one of its colours is transparent (tRNS)"),
+    ("BT.2020", png_with(b"cICP\x09\x10\x00\x01"), "its colours are those of the profile 'cICP 9 16 0 1'; convert it"),
+    ("other primaries", png_with(ADOBE), "its colours are those of the profile 'cHRM, other primaries"),
     ("alpha", saved("a.png", with_alpha(200)), "it is transparent in places (alpha)"),
     ("palette", saved("a.png", Image.fromarray(RGB).convert("P")), "it is an image of a colour palette"),
     ("JPEG cut short", truncated("a.jpg", Image.fromarray(RGB)), "its JPEG is damaged"),
@@ -246,6 +277,13 @@ def test_what_cannot_be_read_is_one_sentence(tmp_path: Path, make: Callable[[Pat
 def test_alpha_that_hides_nothing_is_no_matter(tmp_path: Path) -> None:
     with_alpha(255).save(tmp_path / "a.png")
     np.testing.assert_allclose(planes_of(tmp_path / "a.png"), linear(RGB / 255), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "chunks", [[SRGB], [b"cICP\x01\x0d\x00\x01"], [b"sRGB\0", ADOBE]], ids=["cHRM", "cICP", "sRGB goes before"]
+)
+def test_srgb_by_other_names(tmp_path: Path, chunks: list[bytes]) -> None:
+    np.testing.assert_array_equal(planes_of(png_with(*chunks)(tmp_path)).ravel(), [1.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("name", ["a.mat", "a.hdr", "a.exr", "a.npz"])

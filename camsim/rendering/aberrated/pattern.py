@@ -16,7 +16,8 @@ from camsim.optics.difference import Difference
 from camsim.quadrature import quintic_cells
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.fourier.blocks import Block
-from camsim.rendering.fourier.lens import fold, footprint_transfer
+from camsim.rendering.fourier.lens import footprint_transfer
+from camsim.rendering.fourier.sampled_lens import fold
 from camsim.rendering.fourier.taper import taper, tapered
 
 LINE_PRECISION = 0.01  # of a line's response: of what it may be wrong by

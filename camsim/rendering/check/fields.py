@@ -45,7 +45,7 @@ class DirectSums:
 
     seen          : of every picture, see there
     density       : (planes, channels, n) of all their planes;  wavelength_nm: (n,)
-    allowed       : what a sum may be wrong by
+    allowed       : what a sum may be wrong by;  moved: (2,) where the pattern's centre lies, pitches
     """
 
     seen: tuple[Seen, ...]
@@ -54,6 +54,7 @@ class DirectSums:
     system: OpticalSystem
     grid: Grid
     allowed: float
+    moved: F64
 
     @staticmethod
     def can(system: OpticalSystem) -> bool:
@@ -137,7 +138,7 @@ class DirectSums:
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Return what pictures add at photosites, each in its channel of ``sets`` (..., photosites)."""
         x0, y0 = self.grid.first_centre
-        points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
+        points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float) - self.moved
         out = np.zeros(sets.shape)
         for channel in np.unique(sets):
             mine = sets == channel

@@ -14,12 +14,13 @@ from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.bent import bent
+from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities, widest
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Plan
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
 
@@ -47,18 +48,6 @@ class Found:
 
 
 Seen: TypeAlias = tuple[Pieces, F64, F64]
-
-
-class Windows(Protocol):
-    """What renders windows of a scene; ``origin`` is a window's first photosite's centre, pitches."""
-
-    def rendered(self, origin: tuple[float, float], channel: U8) -> F64:
-        """Render every photosite in its own channel (..., rows, cols)."""
-        ...
-
-    def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
-        """Return what rows and columns take, and how many frequencies."""
-        ...
 
 
 class Checks(Protocol):
@@ -260,14 +249,12 @@ class Judge:
         if job is not self.job:
             base, allowed = np.zeros_like(base), DIFFERENCE_CHECK_PART * self.job.tolerance
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
-        return self.transforms.windows(
-            job.of_edges(
-                polygons(pieces, 1.0 / highest, min(allowed, own)),
-                wavelength_nm=wavelength_nm,
-                density=density,
-                base=base,
-                tolerance=max(allowed, self.transforms.finest),
-            )
+        edges = polygons(pieces, 1.0 / highest, min(allowed, own))
+        make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)
+        return Fitting(
+            lambda tolerance: self.transforms.windows(make(tolerance=tolerance)),
+            wanted=max(allowed, self.transforms.finest),
+            coarsest=job.tolerance,
         )
 
     def _origin(self, frame: _Frame) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from dataclasses import dataclass
@@ -10,11 +11,14 @@ from typing import Protocol
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.optics.difference import Split
 from camsim.quadrature import gauss_error
+from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.crossings import Bounds, bounds_of, crossed
 from camsim.rendering.check.fields import DirectSums
+from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.gradient_samples import Cells, SeenGradient
-from camsim.rendering.check.judge import Found, Judge, Windows
+from camsim.rendering.check.judge import Found, Judge
 from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
 from camsim.rendering.check.scene_samples import LARGEST, Seen
 from camsim.rendering.check.wavelengths import condensed, densities
@@ -37,7 +41,12 @@ class Fields(Protocol):
     @property
     def tolerance(self) -> float: ...  # noqa: D102 (of the pictures)
 
+    @property
+    def split(self) -> Split | None: ...  # noqa: D102 (the lens as a round one, moved, and the rest)
+
     def windows(self, tolerance: float) -> Windows: ...  # noqa: D102 (renders windows of the pictures)
+
+    def difference(self, tolerance: float) -> Windows | None: ...  # noqa: D102 (the same behind the rest alone)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,9 +81,18 @@ class PictureJudge:
         }
 
     @functools.cached_property
+    def _moved(self) -> F64:
+        """Where the pattern's centre lies (x, y), pitches: a photosite sees what is as far the other way."""
+        split = self.fields.split
+        return np.zeros(2) if split is None else np.array(split.moved_um) / self.edges.job.grid.pitch_um
+
+    @functools.cached_property
     def _sums(self) -> DirectSums | None:
-        job = self.edges.job
-        if not DirectSums.can(job.system):
+        """What sums photosites behind a round lens, or behind the round part of one."""
+        job, system = self.edges.job, self.edges.job.system
+        if self.fields.split is not None:
+            system = dataclasses.replace(system, lens=self.fields.split.core)
+        if not DirectSums.can(system):
             return None
         allowed = job.budget.of_check.tolerance
         background = self.scene.background
@@ -88,8 +106,10 @@ class PictureJudge:
                 if pictures[-1].ones:
                     spectra.append(Component.less(background))
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm, full=job.signals.scale)
-        blur = job.system.blurs_um(wavelength_nm) / job.grid.pitch_um
-        sums = functools.partial(DirectSums, seen=tuple(pictures), system=job.system, grid=job.grid, allowed=allowed)
+        blur = system.blurs_um(wavelength_nm) / job.grid.pitch_um
+        sums = functools.partial(
+            DirectSums, seen=tuple(pictures), system=system, grid=job.grid, allowed=allowed, moved=self._moved
+        )
         radius = sums(density=density, wavelength_nm=wavelength_nm).radius
         phase = 2.0 * math.pi * radius * float(1.0 / blur.min() - 1.0 / blur.max())
         nodes, moved = condensed(wavelength_nm, density, phase=phase, allowed=allowed)
@@ -118,8 +138,13 @@ class PictureJudge:
         return Seen(picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1)
 
     @functools.cached_property
-    def _windows(self) -> Windows:
-        return self.fields.windows(max(self.edges.job.budget.of_check.tolerance, self.edges.transforms.finest))
+    def _windows(self) -> Windows | None:
+        """What renders windows of what is not summed, None where all is."""
+        finest = self.edges.transforms.finest
+        if self._sums is not None:
+            return self.fields.difference(max(DIFFERENCE_CHECK_PART * self.fields.tolerance, finest))
+        wanted = max(self.edges.job.budget.of_check.tolerance, finest)
+        return Fitting(self.fields.windows, wanted=wanted, coarsest=self.fields.tolerance)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
@@ -150,7 +175,7 @@ class PictureJudge:
         in_front, corners = self._crossed(count), []
         for shape in self.scene.shapes:
             if isinstance(shape, Picture | Gradient):
-                middle = np.array(shape.centre_um) / grid.pitch_um
+                middle = np.array(shape.centre_um) / grid.pitch_um + self._moved
                 half = np.array(shape.half_um) / grid.pitch_um
                 for across, down in ((-1, -1), (0, 0), (1, 1), (1, -1), (-1, 1)):
                     corners.append(middle + np.einsum("a,ax->x", half * [across, down], axes_of(shape.rotate_deg)))
@@ -170,7 +195,8 @@ class PictureJudge:
     def _crossed(self, count: int) -> F64:
         """Return places (n, 2) where outlines lie in front of pictures, the hardest first."""
         fields = [shape for shape in self.scene.shapes if isinstance(shape, Field)]
-        return crossed(zip(fields, self._bounds.values(), strict=True), self.edges.job.grid, count)
+        found = crossed(zip(fields, self._bounds.values(), strict=True), self.edges.job.grid, count)
+        return found + self._moved
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""
@@ -186,18 +212,23 @@ class PictureJudge:
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
         value = self.edges.values(rows, cols, sets)
+        windows, together = self._windows, 9
         if self._sums is not None:
-            return value + self._sums.values(rows, cols, sets)
+            value, together = value + self._sums.values(rows, cols, sets), 1
+            # Of a large picture it holds a copy, for which there is no room while a sensor records.
+            self.__dict__.pop("_sums")
+        if windows is None:
+            return value
         x0, y0 = self.edges.job.grid.first_centre
-        for first in range(0, rows.size, 9):
-            part = slice(first, first + 9)
+        for first in range(0, rows.size, together):
+            part = slice(first, first + together)
             row, col = int(rows[part].min()) - RIM, int(cols[part].min()) - RIM
             shape = int(rows[part].max()) - row + RIM + 1, int(cols[part].max()) - col + RIM + 1
             channel = np.empty((*sets.shape[:-1], *shape), sets.dtype)
             channel[...] = sets[..., part][..., :1, None]
             places = (..., rows[part] - row, cols[part] - col)
             channel[places] = sets[..., part]
-            value[..., part] += self._windows.rendered((x0 + col, y0 + row), channel)[places]
+            value[..., part] += windows.rendered((x0 + col, y0 + row), channel)[places]
         return value
 
 

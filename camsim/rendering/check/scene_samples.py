@@ -89,18 +89,21 @@ class Seen:
     @functools.cached_property
     def values(self) -> F64:
         """Coefficients (planes, rows, cols): a patch takes those from its own place on."""
-        planes = np.asarray(self.picture.planes, np.float64)
+        # One copy, changed in place: of a large picture there is no room for more.
+        planes = np.array(self.picture.planes, np.float64)
         if self.parts > 1:
             # The same splines on finer knots go through what they are there.
             for axis in (1, 2):
                 planes = _between(_coefficients(planes, self.degree, axis), self.degree, self.parts, axis)
         for axis in (1, 2):
             planes = _coefficients(planes, self.degree, axis)
-        planes = planes - self.less[:, None, None]
+        planes -= self.less[:, None, None]
         if self.ones:
             planes = np.concatenate([planes, np.ones((1, *self.shape))])
         # The patch before the first sample lies between it and its own image.
         more = (self.degree + 1) // 2
+        if not more:
+            return np.ascontiguousarray(planes)
         return np.ascontiguousarray(np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric"))
 
     @functools.cached_property

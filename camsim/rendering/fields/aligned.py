@@ -8,6 +8,7 @@ of its own: only that of channels, not of planes, and only at rows and columns w
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,18 +19,18 @@ import scipy
 from camsim.arrays import C128, F64, I64, U8
 from camsim.kernels import shared
 from camsim.nonuniform import lines_at
-from camsim.optics import OpticalSystem
+from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.protocols import Round, Separable
 from camsim.quadrature import chebyshev
 from camsim.rendering.fields.aligned_kernels import Axes, Cells, Columns, lit_columns
-from camsim.rendering.fields.modes import mixed
 from camsim.rendering.fields.samples import Lattice
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.kernels import Curves
 from camsim.rendering.fourier.lens import round_curves
 from camsim.rendering.fourier.plan import Kernel, Sizes
+from camsim.rendering.modes import mixed
 
-COLUMNS = 32  # of frequencies at a time
+COLUMNS = 64  # of frequencies at a time
 ROWS = 64  # of photosites at a time
 CURVES_OFF = 1e-3  # of the tolerance: what polynomials of the transfer may be wrong by, and planes that are left out
 CURVE_POINTS = 8
@@ -159,25 +160,35 @@ class Aligned:
     def _axes(self, i: I64, px: float, py: float) -> Axes:
         """Return what is no function of the lens, on columns i."""
         most = math.floor(py * math.sqrt(max(self.tile.cut**2 - (i[0] / px) ** 2, 0.0)))
-        kx, ky = i / px, np.arange(-most, most + 1) / py
-        x, y = self.lattice.first
-        axes = []
-        for k, at in ((kx, x), (ky, y)):
-            spline = np.sinc(self.lattice.step * k) ** (self.lattice.degree + 1)
-            axes.append(spline * np.exp(-2j * np.pi * ((k * at) % 1.0)))
+        across, down = self._sides
+        middle = down.size // 2
         both = np.empty((0, 0), complex)
-        fx, fy = kx[:, None] / self.pitch_um, ky[None] / self.pitch_um
-        zero = np.zeros((1, 1))
-        for stage in (self.system.olpf, self.system.photosite):
-            if stage is None:
-                continue
-            if isinstance(stage, Separable) and stage.separable:
-                axes[0] = axes[0] * stage.otf(fx, zero, 0.0)[:, 0]
-                axes[1] = axes[1] * stage.otf(zero, fy, 0.0)[0]
-            else:
-                values = np.broadcast_to(stage.otf(fx, fy, 0.0), (kx.size, ky.size))
-                both = both * values if both.size else values.astype(complex)
-        return Axes(axes[0], axes[1], both)
+        fx = i[:, None] / (px * self.pitch_um)
+        fy = np.arange(-most, most + 1)[None] / (py * self.pitch_um)
+        for stage in self._stages(separable=False):
+            values = np.broadcast_to(stage.otf(fx, fy, 0.0), (i.size, fy.size))
+            both = both * values if both.size else values.astype(complex)
+        return Axes(across[i[0] : i[-1] + 1], down[middle - most : middle + most + 1], both)
+
+    @functools.cached_property
+    def _sides(self) -> tuple[C128, C128]:
+        """What is a function of kx times one of ky: on all columns from 0 on, and on j = −most … most."""
+        px, py = (count * self.lattice.step for count in self._counts)
+        columns, most = math.floor(self.tile.cut * px) + 1, math.floor(self.tile.cut * py)
+        zero, sides = np.zeros((1, 1)), []
+        for k, at in zip((np.arange(columns) / px, np.arange(-most, most + 1) / py), self.lattice.first, strict=True):
+            spline = np.sinc(self.lattice.step * k) ** (self.lattice.degree + 1)
+            sides.append(spline * np.exp(-2j * np.pi * ((k * at) % 1.0)))
+            f = k / self.pitch_um
+            for stage in self._stages(separable=True):
+                along = stage.otf(zero, f[:, None], 0.0) if len(sides) > 1 else stage.otf(f[:, None], zero, 0.0)
+                sides[-1] = sides[-1] * along[:, 0]
+        return sides[0], sides[1]
+
+    def _stages(self, *, separable: bool) -> list[OpticalStage]:
+        """Return OLPF and photosite: those whose transfer is a function of fx times one of fy, or the others."""
+        stages = [stage for stage in (self.system.olpf, self.system.photosite) if stage is not None]
+        return [stage for stage in stages if (isinstance(stage, Separable) and stage.separable) == separable]
 
 
 def _folded(values: F64, count: int, axis: int) -> F64:

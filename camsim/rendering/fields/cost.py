@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,12 +11,25 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.plan import (
+    NODES_BYTES,
+    PART_OF_MEMORY,
+    PER_PUPIL_SAMPLE,
+    SAMPLE_BYTES,
+    STRIP_BYTES,
+    STRIP_SAMPLES,
+    TRANSFER_BYTES,
+    Kernel,
+)
 
 STRIP_POINTS = 2_500_000  # frequencies that are spread to at a time
+PREFERRED_BYTES, MOST_OVERHEAD = 4e8, 1.3  # of a tile, where more of them do not take much longer
+OF_ALL = 0.5  # of the memory, that all transfers at once may take: patterns are computed once then
 
 # Seconds of one core, measured.
 PER_POINT_WEIGHT, PER_POINT, PER_SAMPLE, PER_SAMPLE_STRIP = 8e-9, 1.6e-7, 2e-7, 1.2e-7
 PER_LATTICE_SAMPLE, PER_WAVE, PER_POINT_CURVE = 4e-8, 3e-8, 2e-9
+PER_TRANSFORMED, PER_TILE = 4e-8, 5e-3
 
 
 class Taken(NamedTuple):
@@ -24,11 +39,85 @@ class Taken(NamedTuple):
     held_bytes: float
 
 
-def taken(layer: Layer, step: float, box: tuple[F64, F64], tile: Tile, *, weights: int, aligned: bool) -> Taken:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Prices:
+    """What layers behind a lens take, tile by tile.
+
+    steps : of the layers' samples once they are refined
+    shape : planes of all layers, channels, wavelengths
+    """
+
+    layers: Sequence[Layer]
+    steps: Sequence[float]
+    kernel: Kernel
+    shape: tuple[int, int, int]
+    memory_limit_bytes: float
+
+    def fields(self, tile: Tile) -> int:
+        """Return how many transfers of a lens that is not round are held at a time: if they fit, all that there are.
+
+        That is one for each wavelength, or for each plane in each channel; in parts it is wavelengths.
+        """
+        planes, channels, wavelengths = self.shape
+        all_of_them = min(planes * channels, wavelengths)
+        fitting = self.memory_limit_bytes / (TRANSFER_BYTES * _samples(tile))
+        return all_of_them if all_of_them <= OF_ALL * fitting else max(1, int(PART_OF_MEMORY * fitting))
+
+    def of(self, tiles: Iterable[tuple[tuple[F64, F64], Tile, Sequence[bool]]]) -> Taken:
+        """Return what tiles take: the box of each one's samples, and which layers are lattices there."""
+        planes, channels, wavelengths = self.shape
+        seconds, memory, made = 0.0, 0.0, set[tuple[int, int]]()
+        for box, tile, aligned in tiles:
+            transfers, held = 1, 0.0
+            if not self.kernel.round:
+                fields = self.fields(tile) if self.kernel.tapered else wavelengths
+                transfers = fields if fields == min(planes * channels, wavelengths) else wavelengths
+                if self.kernel.tapered:
+                    own = _of_transfers(tile, wavelengths, transfers, fields)
+                    held = own.held_bytes
+                    # Tiles of one size share them.
+                    seconds += own.seconds if tile.periods not in made or fields < transfers else 0.0
+                    made.add(tile.periods)
+            each = [
+                taken(layer, step, box, tile, channels=channels, transfers=transfers, aligned=along)
+                for layer, step, along in zip(self.layers, self.steps, aligned, strict=True)
+            ]
+            seconds += PER_TILE + sum(one.seconds for one in each)
+            memory = max(memory, held + sum(one.held_bytes for one in each))
+        return Taken(seconds, memory)
+
+
+def quickest(each: Sequence[tuple[int, Taken]], memory_limit_bytes: float) -> tuple[int, Taken]:
+    """Return the side of tiles that keeps within the memory, and little of it where that is not much slower."""
+    fitting = [one for one in each if one[1].held_bytes <= memory_limit_bytes]
+    if not fitting:
+        return min(each, key=lambda one: one[1].held_bytes)
+    most = MOST_OVERHEAD * min(taken.seconds for _, taken in fitting)
+    quick = [one for one in fitting if one[1].seconds <= most]
+    return next((one for one in quick if one[1].held_bytes <= PREFERRED_BYTES), quick[0])
+
+
+def _samples(tile: Tile) -> float:
+    """Return the points of a pattern's period, as finely as the band asks for."""
+    return 4.0 * tile.cut**2 * tile.periods[0] * tile.periods[1]
+
+
+def _of_transfers(tile: Tile, wavelengths: int, transfers: int, fields: int) -> Taken:
+    """Return what transfers of a lens that is not round take: ``fields`` of them at a time, of so many in all."""
+    samples = _samples(tile)
+    pattern = min(samples, 16.0 * tile.cut**2 * tile.outer[0] * tile.outer[1])
+    made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
+    held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
+    return Taken(wavelengths * pattern * PER_PUPIL_SAMPLE + transfers * samples * PER_TRANSFORMED, held)
+
+
+def taken(
+    layer: Layer, step: float, box: tuple[F64, F64], tile: Tile, *, channels: int, transfers: int, aligned: bool
+) -> Taken:
     """Return what a layer takes on a window.
 
     step    : of its samples once they are refined;  box: that they lie in
-    weights : channels, times wavelengths where each has a transfer of its own;  aligned: whether they are a lattice
+    transfers : of the lens;  aligned: whether samples are a lattice
     """
     planes = layer.planes
     area = float(np.prod(np.maximum(box[1] - box[0], 0.0)))
@@ -37,12 +126,12 @@ def taken(layer: Layer, step: float, box: tuple[F64, F64], tile: Tile, *, weight
     if aligned:
         frequencies = period / step**2
         seconds = planes * (samples + frequencies) * PER_LATTICE_SAMPLE
-        seconds += weights * tile.points * (PER_WAVE + planes * PER_POINT_CURVE)
+        seconds += channels * tile.points * (PER_WAVE + planes * PER_POINT_CURVE)
         held = planes * (24.0 * samples + 12.0 * frequencies) + 24.0 * tile.cut * tile.periods[0] * tile.rows
         return Taken(seconds, held)
-    seconds = tile.points * planes * (weights * PER_POINT_WEIGHT + PER_POINT)
+    seconds = tile.points * planes * (channels * transfers * PER_POINT_WEIGHT + PER_POINT)
     seconds += samples * (PER_SAMPLE + planes * PER_SAMPLE_STRIP * max(1.0, tile.points / STRIP_POINTS))
-    held = 8.0 * weights * period + samples * (40.0 + 40.0 * planes)
+    held = 8.0 * channels * period + samples * (40.0 + 40.0 * planes)
     return Taken(seconds, held + 16.0 * min(STRIP_POINTS, 2.0 * tile.points) * (planes + 12))
 
 

@@ -8,10 +8,10 @@ interpolated likewise.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -22,8 +22,8 @@ from camsim.optics.protocols import KnowsEnergy
 from camsim.rendering.fields.far_kernels import POINTS, deposit, deposit_rows, read
 from camsim.rendering.fields.gathered import Gathered
 from camsim.rendering.fields.layer import Layer
-from camsim.rendering.fields.modes import mixed
 from camsim.rendering.fourier.taper import taper, tapered
+from camsim.rendering.modes import mixed
 from camsim.rendering.spectral import Signals, fuse
 
 MODES_OFF = 0.02  # planes made fewer, of what may be wrong
@@ -51,12 +51,11 @@ class Beyond:
     sharpness: float
     light: float
 
-    def rendered(self, origin: tuple[float, float], channel: U8) -> F64:
-        """Return the light at every photosite (..., rows, cols) from beyond, shell by shell, each twice as far out.
+    def add(self, origin: tuple[float, float], channel: U8, image: F64) -> None:
+        """Add the light from beyond to every photosite (..., rows, cols), shell by shell, each twice as far out.
 
         origin : x, y of the first photosite's centre, pitches
         """
-        image = np.zeros(channel.shape)
         size = np.array([channel.shape[-1] - 1.0, channel.shape[-2] - 1.0])
         corners = np.concatenate([layer.corners for layer in self.layers]) - np.array(origin)
         span = float(np.hypot(*np.maximum(np.maximum(corners.max(axis=0), size - corners.min(axis=0)), 0.0)))
@@ -65,18 +64,15 @@ class Beyond:
             radius = max(GROWTH * tapers[-1][0], tapers[-1][1])
             tapers.append((radius, GROWTH * radius))
         log_radius = np.linspace(math.log(self.inner), math.log(tapers[-1][1]), RADII * len(tapers))
-        curves = self._averaged(np.exp(log_radius))
-        modes = [_modes(curves[:, k], MODES_OFF / max(self.light, 1.0)) for k in range(curves.shape[1])]
-        mixture = np.concatenate([own for _, own in modes])
+        few = _few(self._averaged(np.exp(log_radius)), MODES_OFF / max(self.light, 1.0))
         first = np.cumsum([0, *(layer.planes for layer in self.layers)]).tolist()
         gathered = [
-            Gathered(layer=layer, mixture=mixture[:, a:b], origin=origin)
+            Gathered(layer=layer, mixture=few.mixture[:, a:b], origin=origin)
             for layer, (a, b) in zip(self.layers, pairwise(first), strict=True)
         ]
-        patterns = [scipy.interpolate.CubicSpline(log_radius, own, axis=1) for own, _ in modes]
+        patterns = scipy.interpolate.CubicSpline(log_radius, few.patterns, axis=1)
         for near, far in pairwise(tapers):
-            self._shell(near, far, size, gathered, patterns, channel, image)
-        return image
+            self._shell(near, far, size, gathered, patterns, few.weights, channel, image)
 
     def _shell(
         self,
@@ -84,11 +80,12 @@ class Beyond:
         far: tuple[float, float],
         size: F64,
         gathered: Sequence[Gathered],
-        patterns: Sequence[Any],
+        patterns: Callable[[F64], F64],
+        weights: F64,
         channel: U8,
         image: F64,
     ) -> None:
-        """Add the light of the pattern between two tapers; ``patterns``: of each channel's modes, by log r."""
+        """Add the light of the pattern between two tapers; ``patterns``, ``weights``: see ``Few``, by log r."""
         light = max(self.light * self.inner / near[0], 1.0)
         step = min(near[0], near[1] - near[0]) / (FINENESS * light ** (1.0 / POINTS))
         # A block of side b for its samples: b²/24 times the pattern's second derivative, 12/r² of it.
@@ -99,7 +96,7 @@ class Beyond:
         high = np.maximum(np.minimum(corners.max(axis=0), size + far[1]), size) + rim
         count = np.ceil((high - low) / step).astype(int)[::-1] + POINTS
         length = [scipy.fft.next_fast_len(int(n + math.ceil(far[1] / step) + 1), real=True) for n in count]
-        mass = np.zeros((sum(own.c.shape[2] for own in patterns), *length))
+        mass = np.zeros((len(weights), *length))
         for own in gathered:
             for x, y, given in own.parts(block, low + rim, high - rim):
                 put = deposit_rows if given.ndim == 3 else deposit
@@ -113,17 +110,23 @@ class Beyond:
         shell = scipy.interpolate.CubicSpline(radius, tapered(radius, *far, first) - tapered(radius, *near, first))
         falls = shell(distance[inside]) / distance[inside] ** 3
         log_distance = np.log(distance[inside])
-        lattice = np.zeros((len(patterns), *count))
-        taken = 0
-        for own_lattice, curves in zip(lattice, patterns, strict=True):
-            total = np.zeros((length[0], length[1] // 2 + 1), complex)
-            for own in curves(log_distance):
-                pattern = np.zeros(distance.shape)
-                pattern[inside] = own * falls
-                whole = scipy.fft.rfft2(pattern[np.ix_(down, across)], workers=-1)
-                total += np.multiply(whole, scipy.fft.rfft2(mass[taken], workers=-1), out=whole)
-                taken += 1
-            own_lattice[...] = scipy.fft.irfft2(total, s=length, workers=-1)[: count[0], : count[1]]
+        light_of = [scipy.fft.rfft2(own, workers=-1) for own in mass]
+        del mass
+        totals = np.zeros((weights.shape[1], *light_of[0].shape), complex)
+        pattern = np.zeros(distance.shape)
+        for m, own in enumerate(patterns(log_distance)):
+            pattern[inside] = own * falls
+            whole = scipy.fft.rfft2(pattern[np.ix_(down, across)], workers=-1)
+            for total, its in zip(totals, weights[..., m].T, strict=True):
+                seen = its[0] * light_of[0]
+                for weight, other in zip(its[1:], light_of[1:], strict=True):
+                    seen += weight * other
+                seen *= whole
+                total += seen
+        del light_of
+        lattice = np.empty((len(totals), *count))
+        for own, total in zip(lattice, totals, strict=True):
+            own[...] = scipy.fft.irfft2(total, s=length, workers=-1)[: count[0], : count[1]]
         images = channel.reshape(-1, *channel.shape[-2:])
         read(lattice, step, low, images, image.reshape(images.shape))
 
@@ -144,6 +147,22 @@ class Beyond:
         return averaged
 
 
-def _modes(curves: F64, off: float) -> tuple[F64, F64]:
-    """Return few curves for those of the planes, and how planes are mixed for them."""
-    return mixed(curves, off * float(np.abs(curves).max()))
+class Few(NamedTuple):
+    """Patterns of all planes in all channels as sums of few: Σ mixture[q, plane]·weights[q, channel, m]·patterns[m]."""
+
+    mixture: F64
+    weights: F64
+    patterns: F64  # (m, radii)
+
+
+def _few(curves: F64, off: float) -> Few:
+    """Return few mixtures of the planes and few patterns for curves (planes, channels, radii), relative to the largest.
+
+    Patterns are of length 1 and at right angles: what weights are wrong by, m of them, curves are by √m times.
+    """
+    planes, channels, radii = curves.shape
+    allowed = 0.5 * off * float(np.abs(curves).max())
+    patterns, shares = mixed(curves.reshape(-1, radii), allowed)
+    by_plane = shares.T.reshape(planes, -1)
+    weights, mixture = mixed(by_plane, allowed / math.sqrt(len(patterns)))
+    return Few(mixture, weights.reshape(-1, channels, len(patterns)), patterns)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,15 +19,15 @@ import scipy
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import KnowsEnergy
-from camsim.rendering.budget import ErrorBudget
+from camsim.optics.protocols import KnowsEnergy, KnowsTail
+from camsim.rendering.budget import ErrorBudget, Source
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fields.aligned import Aligned
-from camsim.rendering.fields.cost import STRIP_POINTS, taken, windows
+from camsim.rendering.fields.cost import STRIP_POINTS, Prices, quickest, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
-from camsim.rendering.fields.quiet import Reach, parted, quiet_distance
+from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_distance
 from camsim.rendering.fields.samples import Lattice, Samples, parts_of, samples_of
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
@@ -35,10 +35,7 @@ from camsim.rendering.fourier.image import FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes, spreading_precision
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
-PREFERRED_BYTES, MOST_OVERHEAD = 4e8, 1.3  # of a tile, where more of them do not take much longer
 MOST_FREQUENCIES = 4.0  # of a lattice of its own, for each sample and each frequency of the band
-
-PER_TILE = 5e-3  # seconds of one core, measured
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,7 +82,7 @@ class FieldImage:
             image[part] += self._window(at, low, high, tile, reach, channel[part])
             progress((done + 1) / len(parts))
         if reach.far:
-            image += self._beyond(reach).rendered(origin, channel)
+            self._beyond(reach).add(origin, channel, image)
         return image
 
     def _window(self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8) -> F64:
@@ -94,15 +91,8 @@ class FieldImage:
         plan = self._sizes(tile, reach)
         rest: dict[int, Samples] = {}
         for k, layer in enumerate(self.layers):
-            samples = samples_of(
-                layer,
-                low,
-                high,
-                cut=tile.cut,
-                allowed=self._precision,
-                origin=at,
-                aligned=self._is_aligned(layer, tile),
-            )
+            along = self._is_aligned(layer, tile)
+            samples = samples_of(layer, low, high, cut=tile.cut, allowed=self._precision, origin=at, aligned=along)
             if samples is None:
                 continue
             if samples.lattice is not None:
@@ -117,11 +107,7 @@ class FieldImage:
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return what rows and columns from ``origin`` on are expected to take, and the number of frequencies."""
         reach, side, cost = self._planned(origin, shape)
-        points = sum(
-            self._tile((origin[0] + col, origin[1] + row), (rows, cols), reach)[2].points
-            for row, col, rows, cols in windows(shape, side)
-        )
-        return cost, points
+        return cost, sum(tile.points for _, tile, _ in self._tiles(origin, shape, side, reach))
 
     def reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
         """Return how the pattern is parted for a window."""
@@ -141,7 +127,8 @@ class FieldImage:
                 quiet_distance, self.layers, self.system, self.wavelength_nm, self.density, self.pitch_um,
                 self._kernel, self._footprint, allowed=0.5 * ErrorBudget(self.tolerance).allowed("reach"),
             )  # fmt: skip
-        return parted(self._kernel, extent, shape, ErrorBudget(self.tolerance).allowed("taper"), quiet)
+        hem: Source = "hem" if isinstance(self.system.lens, KnowsTail) else "taper"
+        return parted(self._kernel, extent, shape, ErrorBudget(self.tolerance).allowed(hem), quiet)
 
     @functools.cached_property
     def _precision(self) -> float:
@@ -149,15 +136,21 @@ class FieldImage:
 
     @functools.cached_property
     def _kernel(self) -> Kernel:
-        return self._optics(range(len(self.layers))).kernel
+        kernel = self._optics(range(len(self.layers))).kernel
+        return for_pictures(kernel, self.system, self.wavelength_nm, self.pitch_um, ErrorBudget(self.tolerance))
 
     def _optics(self, layers: Sequence[int]) -> FourierImage:
-        """Return what multiplies some layers' planes by lens and photosite: they stand for regions on no background."""
+        """Return what multiplies some layers' planes by lens and photosite: they stand for regions on no background.
+
+        One for the same layers: windows of one size share transfers.
+        """
+        if (key := tuple(layers)) in self._of_layers:
+            return self._of_layers[key]
         first = np.cumsum([0, *(layer.planes for layer in self.layers)])
         planes = np.concatenate([np.arange(first[k], first[k + 1]) for k in layers])
         nothing = np.zeros((1, *self.density.shape[1:]))
         none = np.empty(0, np.int64)
-        return FourierImage(
+        self._of_layers[key] = FourierImage(
             edges=Edges(start=np.empty((0, 2)), end=np.empty((0, 2)), left=none, right=none),
             density=np.concatenate([nothing, self.density[planes]]),
             base=np.zeros(self.density.shape[1]),
@@ -166,6 +159,11 @@ class FieldImage:
             pitch_um=self.pitch_um,
             tolerance=self.tolerance,
         )
+        return self._of_layers[key]
+
+    @functools.cached_property
+    def _of_layers(self) -> dict[tuple[int, ...], FourierImage]:
+        return {}
 
     def _is_aligned(self, layer: Layer, tile: Tile) -> bool:
         """Whether a layer's samples lie along the photosites' rows, and not too closely for a lattice of their own."""
@@ -214,6 +212,8 @@ class FieldImage:
         high = np.minimum(size + beyond, corners.max(axis=0))
         wide = 3.0 * max(reach_of(layer.degree, self._step(layer)) for layer in self.layers)
         extent = np.maximum(np.maximum(high, size - low), 0.0) + wide
+        if not self._kernel.round and min(reach.inner) == self._kernel.reach:
+            extent = size + beyond + wide  # wherever a window lies: those of one size share transfers
         periods = [scipy.fft.next_fast_len(math.ceil(value), real=True) for value in extent + beyond]
         width = reach.outer[0] - reach.inner[0]
         tile = Tile(
@@ -236,7 +236,7 @@ class FieldImage:
 
     def _sizes(self, tile: Tile, reach: Reach) -> Sizes:
         kernel, count = self._kernel, len(self.density)
-        fields = 0 if kernel.round else self._fields(tile)
+        fields = 0 if kernel.round else self._prices.fields(tile)
         return Sizes(
             tiles=(tile,),
             margin=reach.margin,
@@ -250,38 +250,40 @@ class FieldImage:
             memory_bytes=0.0,
         )
 
-    def _fields(self, tile: Tile) -> int:
-        """Return at how many wavelengths the transfer of a lens that is not round is held at a time."""
-        samples = 4.0 * tile.cut**2 * tile.periods[0] * tile.periods[1]
-        return max(1, min(self.wavelength_nm.size, int(0.3 * self.memory_limit_bytes / (8.7 * samples))))
+    @functools.cached_property
+    def _prices(self) -> Prices:
+        planes, channels, wavelengths = self.density.shape
+        return Prices(
+            layers=self.layers,
+            steps=[self._step(layer) for layer in self.layers],
+            kernel=self._kernel,
+            shape=(planes, channels, wavelengths),
+            memory_limit_bytes=self.memory_limit_bytes,
+        )
 
     def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Reach, int, Cost]:
-        """Return how the pattern is parted, the side of tiles, and what they take."""
+        """Return how the pattern is parted, the side of tiles, and what they take: priced once, to be rendered."""
+        if (origin, shape) in self._plans:
+            return self._plans[origin, shape]
         reach = self.reach(origin, shape)
         sides = [side for side in TILE_SIDES if side == TILE_SIDES[0] or side < max(shape)]
-        each = [(side, self._cost(origin, shape, side, reach)) for side in sides]
-        least = min(each, key=lambda one: one[1].memory_bytes)
-        for most in (PREFERRED_BYTES, self.memory_limit_bytes):
-            for side, cost in each:
-                if cost.memory_bytes <= most and cost.seconds <= MOST_OVERHEAD * each[0][1].seconds:
-                    return reach, side, cost
-        return reach, *next((one for one in each if one[1].memory_bytes <= self.memory_limit_bytes), least)
+        each = [(side, self._prices.of(self._tiles(origin, shape, side, reach))) for side in sides]
+        side, own = quickest(each, self.memory_limit_bytes)
+        cost = Cost(seconds=own.seconds, memory_bytes=own.held_bytes + 16.0 * shape[0] * shape[1])
+        self._plans[origin, shape] = reach, side, cost
+        return self._plans[origin, shape]
 
-    def _cost(self, origin: tuple[float, float], shape: tuple[int, int], side: int, reach: Reach) -> Cost:
-        channels, wavelengths = self.density.shape[1:]
-        weights = channels * (1 if self._kernel.round else wavelengths)
-        seconds, memory = 0.0, 0.0
+    @functools.cached_property
+    def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Reach, int, Cost]]:
+        return {}
+
+    def _tiles(
+        self, origin: tuple[float, float], shape: tuple[int, int], side: int, reach: Reach
+    ) -> Iterator[tuple[tuple[F64, F64], Tile, list[bool]]]:
+        """Yield each window's box of samples, its tile, and which layers are lattices there."""
         for row, col, rows, cols in windows(shape, side):
             low, high, tile = self._tile((origin[0] + col, origin[1] + row), (rows, cols), reach)
-            each = [
-                taken(
-                    layer, self._step(layer), (low, high), tile, weights=weights, aligned=self._is_aligned(layer, tile)
-                )
-                for layer in self.layers
-            ]
-            seconds += PER_TILE + sum(one.seconds for one in each)
-            memory = max(memory, sum(one.held_bytes for one in each))
-        return Cost(seconds=seconds, memory_bytes=memory + 16.0 * shape[0] * shape[1])
+            yield (low, high), tile, [self._is_aligned(layer, tile) for layer in self.layers]
 
     def _beyond(self, reach: Reach) -> Beyond:
         return Beyond(

@@ -10,13 +10,17 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.rendering.budget import ErrorBudget
+from camsim.optics.difference import Difference, Split
+from camsim.optics.protocols import Splits
+from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.fields.gradient import sampled
 from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.layer import Layer, Rings
+from camsim.rendering.fields.parts import FieldImages, Part
+from camsim.rendering.fourier.image import FINEST
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
-from camsim.rendering.spectral import Signals, blur_of, fuse, multiplied
+from camsim.rendering.spectral import Signals, blur_of, fuse, multiplied, wavefront_phase
 from camsim.scene import Picture, Scene
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, Raster
@@ -34,6 +38,7 @@ class FieldJob:
     layers        : those that can be seen
     wavelength_nm : (n,);  density: (planes, channels, n) of all layers' planes, of full scale
     tolerance     : that they may take
+    split         : the lens as a round one, moved, and the rest, where it is that
     """
 
     layers: tuple[Layer, ...]
@@ -42,6 +47,7 @@ class FieldJob:
     system: OpticalSystem
     grid: Grid
     tolerance: float
+    split: Split | None
 
     @classmethod
     def of(
@@ -81,34 +87,54 @@ class FieldJob:
             system=system,
             grid=grid,
             tolerance=tolerance,
+            split=system.lens.split() if isinstance(system.lens, Splits) and not system.more else None,
         )
 
-    def windows(self, tolerance: float) -> FieldImage:
-        """Return what renders windows at another tolerance, every wavelength on its own."""
-        return dataclasses.replace(self.image(), tolerance=tolerance)
+    def fused(self, tolerance: float | None = None) -> FieldImages:
+        """Return what renders them, wavelengths fused as far as each part's pattern reaches, to a tolerance."""
+        tolerance = self.tolerance if tolerance is None else tolerance
+        if self.split is None:
+            return FieldImages(parts=[Part(self._fused(self.system, tolerance), (0.0, 0.0))])
+        split, pitch_um = self.split, self.grid.pitch_um
+        round_part = tolerance if split.rest is None else max(CLOSED_PART * tolerance, FINEST)
+        moved = split.moved_um[0] / pitch_um, split.moved_um[1] / pitch_um
+        parts = [Part(self._fused(dataclasses.replace(self.system, lens=split.core), round_part), moved)]
+        if split.rest is not None:
+            parts.append(self._difference(split.rest, max(tolerance - round_part, FINEST)))
+        return FieldImages(parts=parts)
 
-    def image(self) -> FieldImage:
-        """Return what renders them."""
-        return self._with(self.wavelength_nm, self.density)
+    def windows(self, tolerance: float) -> FieldImage | FieldImages:
+        """Return what renders windows at another tolerance: of a lens in one part, every wavelength on its own."""
+        return self._of(self.system, tolerance) if self.split is None else self.fused(tolerance)
 
-    def fused(self) -> FieldImage:
-        """Return what renders them, their wavelengths fused as far as the pattern reaches."""
-        grid, image = self.grid, self.image()
+    def difference(self, tolerance: float) -> FieldImages | None:
+        """Return what renders windows of what the lens has besides a round one; None where there is nothing."""
+        if self.split is None or self.split.rest is None:
+            return None
+        return FieldImages(parts=[self._difference(self.split.rest, tolerance)])
+
+    def _difference(self, rest: Difference, tolerance: float) -> Part:
+        return Part(self._fused(dataclasses.replace(self.system, lens=rest), tolerance), (0.0, 0.0))
+
+    def _fused(self, system: OpticalSystem, tolerance: float) -> FieldImage:
+        grid, image = self.grid, self._of(system, tolerance)
         outer = max(image.reach(grid.first_centre, (grid.rows, grid.cols)).outer)
-        blur = blur_of(self.system, self.wavelength_nm, grid.pitch_um)
+        blur = blur_of(system, self.wavelength_nm, grid.pitch_um)
         phase = 2.0 * math.pi * outer * float(1.0 / blur.min() - 1.0 / blur.max())
+        phase += wavefront_phase(system, self.wavelength_nm)
         signals = Signals(wavelength_nm=self.wavelength_nm, density=self.density, scale=np.ones(len(self.density[0])))
-        allowed = ErrorBudget(self.tolerance).allowed("wavelengths")
-        return self._with(*fuse(signals, phase=phase, allowed=allowed))
+        nodes, density = fuse(signals, phase=phase, allowed=ErrorBudget(tolerance).allowed("wavelengths"))
+        return dataclasses.replace(image, wavelength_nm=nodes, density=density)
 
-    def _with(self, wavelength_nm: F64, density: F64) -> FieldImage:
+    def _of(self, system: OpticalSystem, tolerance: float) -> FieldImage:
+        """Return what renders them behind a system, every wavelength on its own."""
         return FieldImage(
             layers=self.layers,
-            density=density,
-            wavelength_nm=wavelength_nm,
-            system=self.system,
+            density=self.density,
+            wavelength_nm=self.wavelength_nm,
+            system=system,
             pitch_um=self.grid.pitch_um,
-            tolerance=self.tolerance,
+            tolerance=tolerance,
         )
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from camsim.arrays import F64, I64, U8
 from camsim.rendering.engine import Cost, Decision, Marks, Plan, Progress
-from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.job import FieldJob
+from camsim.rendering.fields.parts import FieldImages
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
 
@@ -44,14 +44,14 @@ class WithPictures:
         return self.edges.fewest
 
     @functools.cached_property
-    def image(self) -> FieldImage:
+    def image(self) -> FieldImages:
         """What renders the pictures."""
         return self.fields.fused()
 
     @property
     def wavelengths(self) -> int:
         """Number of wavelength nodes, of the one or the other."""
-        return max(self.edges.wavelengths, self.image.wavelength_nm.size)
+        return max(self.edges.wavelengths, self.image.wavelengths)
 
     @functools.cached_property
     def _expected(self) -> tuple[Cost, float]:
@@ -77,14 +77,14 @@ class WithPictures:
             own + edges,
             channels=images,
             photosites=images * grid.rows * grid.cols,
-            wavelength_nodes=self.image.wavelength_nm.size if nothing else edges.wavelength_nodes,
+            wavelength_nodes=self.image.wavelengths if nothing else edges.wavelength_nodes,
         )
 
     def decisions(self) -> Iterator[Decision]:
         """Yield those of the edges, and how pictures are rendered."""
         yield from self.edges.decisions()
         grid = self.fields.grid
-        reach = self.image.reach(grid.first_centre, (grid.rows, grid.cols))
+        reach, *short = self.image.reach(grid.first_centre, (grid.rows, grid.cols))
         for layer in self.fields.layers:
             rows, cols = layer.shape
             turned = f", turned by {layer.picture.rotate_deg:g}°" if layer.picture.rotate_deg % 360.0 else ""
@@ -101,6 +101,12 @@ class WithPictures:
             if reach.far
             else "the whole of the pattern, as far as there is anything",
         )
+        for own in short:
+            yield Decision(
+                topic="pictures",
+                decision=f"what the pattern differs by from a round one, as far as {max(own.inner):.3g} photosites",
+                reason="far away the pattern of a round pupil is that of its rim, whatever the wavefront",
+            )
 
     def of(self, job: Job) -> Plan:
         """Return the same method for other edges, without the pictures."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,6 +11,8 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
+from camsim.optics.protocols import KnowsTail
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fourier.plan import Kernel
 from camsim.rendering.fourier.taper import taper_margin
@@ -17,6 +20,26 @@ from camsim.rendering.fourier.taper import taper_margin
 DIRECTIONS = 64
 STEPS = 1.2  # of the search for the inner radius
 IN_STEP_UP_TO, IN_STEP_PLACES = 1.5, 96  # where rings are listened to beyond it
+
+
+# A tail of r⁻⁵ has 3π/2 times as much light beyond a distance as a straight edge there shows.
+OF_AN_EDGE = 5.0
+
+
+def for_pictures(
+    kernel: Kernel, system: OpticalSystem, wavelength_nm: F64, pitch_um: float, budget: ErrorBudget
+) -> Kernel:
+    """Return what is known of a lens, for pictures: of one that tells what edges hear of its light they hear more."""
+    lens = system.lens
+    if not isinstance(lens, KnowsTail):
+        return kernel
+    lost, heard = budget.allowed("cut") / OF_AN_EDGE, system.ring_share(wavelength_nm)
+    ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
+    return dataclasses.replace(
+        kernel,
+        reach=max(lens.reach_um(lost, nm, heard) for nm in ends_nm) / pitch_um,
+        light=lambda distance: min(1.0, OF_AN_EDGE * kernel.light(distance)),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,19 +120,19 @@ def quiet_distance(
             along = [layer.step * (x * kx + y * ky) for x, y in layer.axes]
             sample = np.abs(np.sinc(along[0]) * np.sinc(along[1]))
             heard = max(heard, float(np.mean(passed * sample)))
+    blur = system.blurs_um(wavelength_nm) / pitch_um
     distance = max(4.0 * footprint, 8.0 / kernel.cutoff, 12.0)
     while distance < within:
         by_edges = sides * sum(a * distance**-n for a, n in kernel.rings) if kernel.rings else math.inf
         loud = max(kernel.light(distance) * heard, by_edges)
-        if loud <= allowed or loud * _in_step(wavelength_nm, density, system, pitch_um, distance) <= allowed:
+        if loud <= allowed or loud * _in_step(blur, density, distance) <= allowed:
             break
         distance *= STEPS
     return distance
 
 
-def _in_step(wavelength_nm: F64, density: F64, system: OpticalSystem, pitch_um: float, distance: float) -> float:
-    """Return how much of the rings' light at all wavelengths adds up from a distance on."""
-    blur = system.blurs_um(wavelength_nm) / pitch_um
+def _in_step(blur: F64, density: F64, distance: float) -> float:
+    """Return how much of the rings' light at all wavelengths adds up from a distance on; ``blur``: (j,) pitches."""
     radius = distance * np.linspace(1.0, IN_STEP_UP_TO, IN_STEP_PLACES)
     turns = np.exp(2j * np.pi * radius[:, None] / blur)
     flat = density.reshape(-1, blur.size)

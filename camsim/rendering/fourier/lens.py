@@ -2,7 +2,7 @@
 
 A round lens is tapered in the plane and projected on a line: by the projection theorem the projection's cosine
 transform is the plane's transform along any direction. Both sums are trapezoidal and as good as exact, because the
-tapered pattern is band-limited. Any other lens is sampled on a lattice and transformed by FFT.
+tapered pattern is band-limited. Any other lens is sampled on a lattice: see sampled_lens.py.
 """
 
 from __future__ import annotations
@@ -22,9 +22,8 @@ from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Curves, Factors
-from camsim.rendering.fourier.plan import STRIP_SAMPLES, Kernel, Sizes
+from camsim.rendering.fourier.plan import Kernel, Sizes
 from camsim.rendering.fourier.taper import taper, tapered
-from camsim.rendering.psf import point_spread_of
 
 SAMPLES, CELLS = 20, 4  # points of a pattern on its own length: 7e-15; it is interpolated on quarters of that:
 PER_CYCLE = 2.0  # cells, at least, of the highest frequency: a taper may be steeper than the pattern
@@ -192,73 +191,6 @@ def _oversampled(kernel: Kernel, outer: float, allowed: float) -> float:
 _THROUGH = np.linalg.inv(np.vander(np.arange(-3.0, 5.0), CURVE_POINTS, increasing=True))
 
 Fields = Callable[[Block], F64]
-
-
-def tapered_fields(
-    system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile, plan: Sizes, *, precision: float
-) -> Fields:
-    """Return what gives the transfer of any lens, tapered to a rectangle: block → (wavelengths, j, i, 2)."""
-    transfers = [_tapered_transfer(system, float(w), pitch_um, tile, plan, precision=precision) for w in wavelength_nm]
-    rows = transfers[0].shape[0]
-
-    def fields(block: Block) -> F64:
-        i = block.first_i + np.arange(block.count_i)
-        j = block.first_j + np.arange(block.count_j)
-        # The half plane i ≥ 0 is there; the rest is its mirror image.
-        mirrored = i < 0
-        place = np.where(mirrored[None], -j[:, None], j[:, None]) % rows, np.abs(i)[None]
-        taken = np.stack([transfer[place] for transfer in transfers])
-        return parts(np.where(mirrored, taken.conj(), taken))
-
-    return fields
-
-
-def _tapered_transfer(
-    system: OpticalSystem, wavelength_nm: float, pitch_um: float, tile: Tile, plan: Sizes, *, precision: float
-) -> C128:
-    """Return the half plane i ≥ 0 of a lens's transfer at one wavelength; rows go round."""
-    axes: list[F64] = []
-    steps: list[float] = []
-    sizes: list[int] = []
-    for period, outer in zip(tile.periods, tile.outer, strict=True):
-        size = scipy.fft.next_fast_len(math.ceil(2.04 * tile.cut * period) + 1)
-        step = period / size
-        reach = math.floor(outer / step)
-        axes.append(step * np.arange(-reach, reach + 1.0))
-        steps.append(step)
-        sizes.append(size)
-    shape = taper(plan.sharpness)
-    hems = [
-        tapered(np.abs(place), inner, outer, shape) * step
-        for place, inner, outer, step in zip(axes, tile.inner, tile.outer, steps, strict=True)
-    ]
-    folded = np.zeros((sizes[1], sizes[0]))
-    reach, rows = axes[1].size // 2, max(1, min(sizes[1], STRIP_SAMPLES // axes[0].size))
-    for first in range(0, axes[1].size, rows):
-        some = slice(first, min(first + rows, axes[1].size))
-        pattern = point_spread_of(
-            system, axes[0] * pitch_um, axes[1][some] * pitch_um, wavelength_nm, precision=precision
-        )
-        pattern *= hems[0] * pitch_um**2
-        pattern *= hems[1][some, None]
-        folded[np.arange(some.start - reach, some.stop - reach) % sizes[1]] += fold(pattern, sizes[0], 1)
-        del pattern
-    transfer: C128 = scipy.fft.rfft2(folded, workers=-1)
-    return transfer
-
-
-def fold(values: F64, size: int, axis: int) -> F64:
-    """Add up samples −n … n modulo ``size``, the one at 0 first."""
-    reach = values.shape[axis] // 2
-    moved = np.moveaxis(values, axis, 0)
-    out = np.zeros((size, *moved.shape[1:]))
-    first = -reach
-    while first <= reach:
-        place = first % size
-        last = min(reach, first + size - 1 - place)
-        out[place : place + last - first + 1] += moved[first + reach : last + reach + 1]
-        first = last + 1
-    return np.moveaxis(out, 0, axis)
 
 
 def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile) -> Fields:

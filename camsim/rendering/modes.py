@@ -7,11 +7,12 @@ import numpy as np
 from camsim.arrays import F64
 
 
-def mixed(curves: F64, allowed: float) -> tuple[F64, F64]:
+def mixed(curves: F64, allowed: float, most: int | None = None) -> tuple[F64, F64]:
     """Return modes (m, n) and mixtures (m, planes) with curves ≈ mixturesᵀ·modes, no more of them than keep the error.
 
     curves  : (planes, n) what a plane of ones gives, anywhere
     allowed : largest difference of any plane's curve
+    most    : when there are so many modes the search ends, whether they keep the error or not
 
     >>> modes, mixture = mixed(np.array([[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]]), 1e-9)
     >>> np.einsum("mp,mn->pn", mixture, modes).round(9).tolist()
@@ -21,7 +22,7 @@ def mixed(curves: F64, allowed: float) -> tuple[F64, F64]:
     """
     rest = curves.copy()
     basis: list[F64] = []
-    while len(basis) < len(curves) and np.abs(rest).max() > allowed:
+    while len(basis) < min(len(curves), most or len(curves)) and np.abs(rest).max() > allowed:
         # The curve that is described worst gives the next direction; no BLAS, whose sums depend on its threads.
         size = np.einsum("pn,pn->p", rest, rest)
         worst = int(np.argmax(size))
