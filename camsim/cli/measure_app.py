@@ -57,9 +57,7 @@ def measure_mtf(
     layer: Annotated[str | None, typer.Option("--layer", metavar="NAME", help="Of an EXR or NPZ with several.")] = None,
     as_json: AsJson = False,
     csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the curves as a table.")] = None,
-    plot: Annotated[
-        str | None, typer.Option("--plot", metavar="FILE.png|svg", help="Draw the curves (needs matplotlib).")
-    ] = None,
+    plot: PlotFile = None,
     map_: Annotated[
         str | None,
         typer.Option("--map", metavar="FILE.png|svg", help="Draw sagittal and tangential MTF50 over the frame."),

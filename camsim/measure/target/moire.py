@@ -120,11 +120,12 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
         if math.hypot(*at) + reach > rim or not whole or np.count_nonzero(near) < _LEAST_PHOTOSITES:
             continue
         phase = np.pi * k * distance[near] ** 2
-        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency.
+        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency: where the transfer
+        # goes through 0, as that of a photosite as wide as the pitch does, it bends too.
         finer = (x[near] * at[0] + y[near] * at[1]) * k / frequency - frequency / k
         waves = np.stack([np.cos(phase), np.sin(phase)])
         third = np.stack([np.cos(3.0 * phase), np.sin(3.0 * phase)])
-        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, third]).T
+        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, waves * finer**2, third]).T
         signal = plane.samples[near].astype(np.float64) - plane.black
         inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
         fitted = np.einsum("ij,nj,n->i", inverse, basis, signal)
