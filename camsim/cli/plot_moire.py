@@ -25,8 +25,8 @@ def draw(report: MoireReport, file: str) -> bytes:
     axes.set_xticks(at, named, fontsize=7)
     axes.set(
         xlabel="channel, and the sampling frequency of the ghost along x and y, cycles per pixel",
-        ylabel="contrast of the ghost, of the rings' own; dashed: theory; bars: two standard errors",
-        title=f"{report.file}: ghosts of the zone plate",
+        ylabel="contrast over that of the plate's rings",
+        title=f"{report.file}: ghosts of the zone plate; dashed: theory; bars: two standard errors",
         ylim=(0.0, None),
     )
     axes.grid(alpha=0.3, axis="y")
