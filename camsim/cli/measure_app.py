@@ -57,9 +57,7 @@ def measure_mtf(
     layer: Annotated[str | None, typer.Option("--layer", metavar="NAME", help="Of an EXR or NPZ with several.")] = None,
     as_json: AsJson = False,
     csv: Annotated[str | None, typer.Option("--csv", metavar="FILE", help="Write the curves as a table.")] = None,
-    plot: Annotated[
-        str | None, typer.Option("--plot", metavar="FILE.png|svg", help="Draw the curves (needs matplotlib).")
-    ] = None,
+    plot: PlotFile = None,
     map_: Annotated[
         str | None,
         typer.Option("--map", metavar="FILE.png|svg", help="Draw sagittal and tangential MTF50 over the frame."),
@@ -141,9 +139,7 @@ def measure_demosaic(
     changes: Changes = None,
     sensors: Sensors = None,
     gamma: GammaOf = None,
-    cfa: Annotated[
-        str | None, typer.Option("--cfa", metavar="RGGB", help="The filters under a truth that does not say them.")
-    ] = None,
+    cfa: Annotated[str | None, typer.Option("--cfa", metavar="RGGB", help="Of a truth that does not say them.")] = None,
     border: Annotated[int, typer.Option("--border", metavar="PX", help="Left out all around.")] = 8,
     as_json: AsJson = False,
     csv: CsvFile = None,
@@ -244,13 +240,14 @@ def measure_moire(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of the chart zone-plate.")],
     as_json: AsJson = False,
     csv: CsvFile = None,
+    plot: PlotFile = None,
     force: Force = False,
 ) -> None:
     """Measure the moiré of a zone plate: how much of its contrast comes back as ghosts, beside theory."""
     from camsim.cli.measure_moire import measure
     from camsim.cli.measured import Outputs
 
-    measure(file, Outputs(as_json=as_json, csv=csv, force=force))
+    measure(file, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
 
 
 @measure_app.command("noise")

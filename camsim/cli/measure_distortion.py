@@ -9,12 +9,14 @@ from camsim.cli.measured import Outputs, picture_and_capture
 from camsim.cli.tables import print_table
 
 if TYPE_CHECKING:
-    from camsim.measure.distortion import DistortionReport
+    from camsim.measure.distortion import Displacement, DistortionReport
 
-_COLUMNS = ("channel", "x_pixel", "y_pixel", "dx_pixel", "dy_pixel", "error_pixel")
+_COLUMNS = (
+    "channel", "x_pixel", "y_pixel", "dx_pixel", "dy_pixel", "error_pixel", "theory_dx_pixel", "theory_dy_pixel",
+)  # fmt: skip
 _HEADS = (
     "channel", "marks", "shift x px", "shift y px", "scale", "k1", "k2", "distortion at the farthest", "left px rms",
-    "lateral px rms", "largest",
+    "lateral px rms", "largest", "off theory px rms",
 )  # fmt: skip
 
 
@@ -38,14 +40,17 @@ def _draw(report: DistortionReport, file: str) -> bytes:
 def _print(report: DistortionReport) -> None:
     rows = []
     for c in report.channels:
-        lateral = (c.lateral_rms_pixel, c.lateral_largest_pixel)
-        rows.append(
-            (
-                c.channel, str(len(c.marks)), f"{c.shift_x_pixel:+.4f}", f"{c.shift_y_pixel:+.4f}", f"{c.scale:.6f}",
-                f"{c.k1:+.4g}", f"{c.k2:+.4g}", f"{100.0 * c.largest_distortion:+.3f} %", f"{c.rms_pixel:.4f}",
-                *("reference" if value is None else f"{value:.4f}" for value in lateral),
-            )
-        )  # fmt: skip
+        rows.append((c.channel, str(len(c.marks)), *_figures(c), f"{c.off_theory_rms_pixel:.4f}"))
+        rows.append(("theory", "", *_figures(c.theory), ""))
     print_table(f"{report.file}: {report.kind}, against the scene's places", _HEADS, rows)
     for sentence in report.left_out:
         print(f"left out: {sentence}")
+
+
+def _figures(found: Displacement) -> tuple[str, ...]:
+    lateral = (found.lateral_rms_pixel, found.lateral_largest_pixel)
+    return (
+        f"{found.shift_x_pixel:+.4f}", f"{found.shift_y_pixel:+.4f}", f"{found.scale:.6f}", f"{found.k1:+.4g}",
+        f"{found.k2:+.4g}", f"{100.0 * found.largest_distortion:+.3f} %", f"{found.rms_pixel:.4f}",
+        *("reference" if value is None else f"{value:.4f}" for value in lateral),
+    )  # fmt: skip

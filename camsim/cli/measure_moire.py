@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
@@ -22,8 +23,15 @@ def measure(file: str, outputs: Outputs) -> None:
     outputs.check()
     report = measure_moire(*picture_and_capture(file))
     names = [field.name for field in fields(Ghost)]
-    outputs.write(names, [[getattr(ghost, name) for name in names] for ghost in report.ghosts])
+    rows = [[getattr(ghost, name) for name in names] for ghost in report.ghosts]
+    outputs.write(names, rows, functools.partial(_draw, report))
     outputs.tell(report, _print)
+
+
+def _draw(report: MoireReport, file: str) -> bytes:
+    from camsim.cli.plot_moire import draw
+
+    return draw(report, file)
 
 
 def _print(report: MoireReport) -> None:

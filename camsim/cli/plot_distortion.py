@@ -28,12 +28,15 @@ def draw(report: DistortionReport, file: str) -> bytes:
         radius = [mark.radius_pixel for mark in marks]
         error = [mark.error_pixel for mark in marks]
         radial = [mark.radial_pixel for mark in marks]
+        order = np.argsort(radius)
+        theory = np.array([mark.theory_radial_pixel for mark in marks])
+        right.plot(np.array(radius)[order], theory[order], "--", lw=1.0, color=colour)
         right.errorbar(radius, radial, error, fmt="o", ms=3, lw=0.8, color=colour, label=channel.channel)
     left.plot([0], [0], "+", color="grey")
     left.invert_yaxis()
     left.set(xlabel="pixels from the optical axis", aspect="equal")
     right.axhline(0.0, color="black", lw=0.8)
-    right.set(xlabel="pixels from the optical axis", ylabel="displacement away from it, pixels")
+    right.set(xlabel="pixels from the optical axis", ylabel="displacement away from it, pixels; dashed: theory")
     right.grid(alpha=0.3)
     right.legend(fontsize=8)
     figure.suptitle(f"{report.file}: {report.kind}")

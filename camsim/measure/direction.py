@@ -12,10 +12,13 @@ from camsim.arrays import F64
 from camsim.measure import spline
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.solve import solve
-from camsim.measure.spline import Model
+from camsim.measure.spline import TURN, Model
 
 _FEW = 4000
 """Photosites near an edge, above which the sum of squares is a parabola as far as it matters."""
+
+_COARSE = 0.4
+"""Of the rise: knots that are as far apart as a Gaussian's sigma follow it to a hundredth."""
 
 _STEPS, _FARTHEST = 24, 8.0
 _SURE = 4.0
@@ -37,44 +40,87 @@ class Direction(NamedTuple):
     better_rad: float
 
 
-def direction(near: Near, line: EdgeLine, model: Model, *, smooth: Model, even: float, linear_rad: float) -> Direction:
+def direction(
+    near: Near,
+    line: EdgeLine,
+    model: Model,
+    *,
+    smooth: Model,
+    rise: float,
+    variance: float,
+    most: float,
+    linear_rad: float,
+) -> Direction:
     """Return what is known of the direction of a line that was fitted.
 
-    smooth     : the model whose slope told the direction;  even: variance of a photosite
+    smooth     : the model whose slope told the direction;  rise: of the edge
+    variance   : of a photosite, the mean;  most: the largest
     linear_rad : standard error of the linear fit
 
     Three things are missing from that. A variance from few photosites is itself uncertain (Student's t). The slope is
-    an estimate, and noise adds its variance to the slope's square, so that the direction seems to be known better than
-    it is: this part of the information is taken off. And of few photosites the sum of squares is no parabola about its
-    least: turned by many standard errors they may fit nearly as well, or better. So the line is turned, all else fitted
-    anew, and whatever raises the sum of squares by less than 4² variances must lie within four standard errors.
+    an estimate, whose noise looks like information about the direction (``_of_noise``). And of few photosites the sum
+    of squares is no parabola about its least: turned by many standard errors they may fit nearly as well, or better.
+    So the line is turned, all else fitted anew, and whatever raises the sum of squares by less than 4² variances must
+    lie within four standard errors.
     """
     d, s = line.across_and_along(near.x, near.y)
     beside = np.abs(d) <= 1.25 * model.half_width
     near, d, s = Near(*(part[beside] for part in near)), d[beside], s[beside]
     freedom = max(d.size - model.columns, 3)
     few = float(scipy.stats.t.isf(scipy.stats.norm.sf(_SURE), freedom)) / _SURE
-    error = few * linear_rad / math.sqrt(max(1.0 - _of_noise(d, s, near.signal, smooth, even), 1e-6))
-    if d.size > _FEW or not error > 0.0:
+    error = few * linear_rad * _of_noise(d, s, near.signal, model, smooth, rise, variance)
+    if d.size > _FEW or not 0.0 < error < math.inf:
         return Direction(error, 0.0)
     turns = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
     squares = np.array([_squares(near, line, model, float(turn)) for turn in turns])
     best = int(np.argmin(squares))
-    better = float(turns[best]) if squares[best] < squares[_STEPS] - even and abs(best - _STEPS) > 1 else 0.0
+    better = float(turns[best]) if squares[best] < squares[_STEPS] - most and abs(best - _STEPS) > 1 else 0.0
     for sure in (0.5 * _SURE, _SURE):
-        likely = np.abs(turns[squares - squares[best] < (few * sure) ** 2 * even])
+        likely = np.abs(turns[squares - squares[best] < (few * sure) ** 2 * most])
         error = max(error, float(likely.max()) / sure)
     return Direction(error, better)
 
 
-def _of_noise(d: F64, s: F64, signal: F64, smooth: Model, even: float) -> float:
-    """Return the part of Σ (slope·s)² that noise alone gives."""
-    zero = np.zeros(d.size)
-    coefficients, inverse = solve(d, s, zero, signal, smooth, tail=False)
-    rows = spline.line_rows(d, smooth)
-    variance = even * np.einsum("ij,ij->i", np.einsum("ij,jk->ik", rows, inverse, optimize=True), rows)
-    squares = float(np.sum((spline.slopes(d, smooth, coefficients) * s) ** 2))
-    return float(np.sum(variance * s**2)) / squares if squares > 0.0 else 1.0
+def _of_noise(d: F64, s: F64, signal: F64, model: Model, smooth: Model, rise: float, variance: float) -> float:
+    """Return by what the linear fit's standard error is too small because noise is in the slope that it takes.
+
+    The direction is told by what of slope·s no other column can follow; I is the sum of its squares. The fit weighs
+    noise of variance σ² by the slope that it has, which gives the direction an error of σ·√I / I₀: I with the noisy
+    slope, I₀ with the true one. The linear fit says σ/√I. A slope of knots as coarse as the rise allows has little
+    noise, whose share of the squares is known and taken off, and stands for the true one.
+    """
+    coarse = Model.of(
+        half_width=model.half_width, spacing=max(smooth.spacing, _COARSE * rise), dark=model.dark, scale=model.scale
+    )
+    noisy, true = (_Slope.of(d, s, signal, model, shape) for shape in (smooth, coarse))
+    told = true.information - (variance * true.noise(d, s) if d.size <= _FEW else 0.0)
+    return max(noisy.information / told, 1.0) if told > 0.0 else math.inf
+
+
+class _Slope(NamedTuple):
+    """The slope by a fit of ``shape``; information: the sum of squares of what other columns leave of slope·s."""
+
+    model: Model
+    shape: Model
+    slopes: F64
+    inverse: F64
+    information: float
+
+    @classmethod
+    def of(cls, d: F64, s: F64, signal: F64, model: Model, shape: Model) -> _Slope:
+        straight, inverse = solve(d, s, np.zeros(d.size), signal, shape, tail=False)
+        slopes = spline.slopes(d, shape, straight)
+        _, whole = solve(d, s, slopes, signal, model, tail=False)
+        variance = float(whole[model.columns + TURN, model.columns + TURN]) / model.scale**2
+        return cls(model, shape, slopes, inverse, 1.0 / variance if variance > 0.0 else 0.0)
+
+    def noise(self, d: F64, s: F64) -> float:
+        """Return the mean of the information, had the fit nothing but noise of variance 1."""
+        others = (spline.spread_rows(d, self.model)[:, : self.model.columns], (self.slopes * s * s)[:, None])
+        columns, _ = np.linalg.qr(np.concatenate(others, axis=1))
+        noise = s[:, None] * spline.line_rows(d, self.shape)
+        left = noise - columns @ (columns.T @ noise)
+        return float(np.einsum("ij,jk,ik->", left, self.inverse, left, optimize=True))
 
 
 def _squares(near: Near, line: EdgeLine, model: Model, turn_rad: float) -> float:

@@ -17,6 +17,7 @@ from camsim.measure.picture import Channel, Samples
 from camsim.measure.sampling import refuse_gap
 from camsim.measure.solve import solve
 from camsim.measure.spline import BEND, TURN, Model
+from camsim.measure.variance import variances
 
 FINEST_SPACING, COARSEST_SPACING = 0.08, 1.0
 SAMPLES_PER_KNOT = 1.5
@@ -126,8 +127,8 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     enough = _enough(d, 2.0 * half_width)
     d, s, v = d[enough], s[enough], v[enough]
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
-    own = s[np.abs(d) <= channel.period_pixel]
-    refuse_gap(gap, line, length, float(np.ptp(own)) + channel.period_pixel if own.size else 0.0, channel, what)
+    along = s[np.abs(d) <= channel.period_pixel]
+    refuse_gap(gap, line, length, float(np.ptp(along)) + channel.period_pixel if along.size else 0.0, channel, what)
     slope = spline.slopes(d, *smooth)
     model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
     coefficients, inverse = solve(d, s, slope, v, model)
@@ -148,8 +149,9 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     variance = float(r @ r) / free
     away = min(2.0 + rise, 0.5 * half_width)
     noise = tuple(float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away))
-    even = max(noise[0] ** 2, variance), max(noise[1] ** 2, variance)
-    covariance = inverse @ spline.scatter(d, s, slope, r, model, inverse, even) @ inverse
+    leverage = spline.leverages(d, s, slope, model, inverse)
+    own = variances(d, v - r, r, leverage, away=away, rise=rise)
+    covariance = inverse @ spline.scatter(d, s, slope, own, model) @ inverse
     n = model.columns
     # For what is flatter than the final fit the profile is too sharp.
     told = direction(
@@ -157,7 +159,9 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         line,
         model,
         smooth=smooth[0],
-        even=max(even),
+        rise=rise,
+        variance=variance,
+        most=float(own.max()),
         linear_rad=math.sqrt(max(float(covariance[n + TURN, n + TURN]), 0.0)) / model.scale,
     )
     return EdgeFit(

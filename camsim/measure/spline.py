@@ -123,27 +123,30 @@ def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F6
 
 
 @kernel()
-def scatter(d: F64, s: F64, slope: F64, r: F64, model: Model, inverse: F64, even: tuple[float, float]) -> F64:
-    """Return the sum of (r² + leverage·σ²)·row·rowᵀ: what the photosites' own scatter does to the right-hand side.
-
-    A photosite pulls the fit towards itself by its leverage row·inverse·rowᵀ, and its residual is smaller for it: for
-    even noise E[r²] = (1 − leverage)·σ². What is missing is filled in from all photosites' variance, ``even`` on the
-    dark and the bright side. Dividing by 1 − leverage is right in the mean too, but where few photosites lie on the
-    rise each is nearly followed, and the quotient of two small numbers says next to nothing.
-    """
-    size = model.columns + EXTRAS
-    matrix = np.zeros((size, size))
+def leverages(d: F64, s: F64, slope: F64, model: Model, inverse: F64) -> F64:
+    """Return row·inverse·rowᵀ of every photosite: by how much it pulls the fit towards itself."""
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
+    out = np.empty(d.size)
     for j in range(d.size):
         count = _row(d[j], s[j], slope[j], model, index, value)
         leverage = 0.0
         for a in range(count):
             for b in range(count):
                 leverage += value[a] * inverse[index[a], index[b]] * value[b]
-        level = 0.5 + math.atan(d[j]) / math.pi
-        r2 = r[j] * r[j] + leverage * (even[0] + (even[1] - even[0]) * level)
+        out[j] = leverage
+    return out
+
+
+@kernel()
+def scatter(d: F64, s: F64, slope: F64, variance: F64, model: Model) -> F64:
+    """Return the sum of variance·row·rowᵀ: what the photosites' scatter does to the right-hand side."""
+    size = model.columns + EXTRAS
+    matrix = np.zeros((size, size))
+    index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
+    for j in range(d.size):
+        count = _row(d[j], s[j], slope[j], model, index, value)
         for a in range(count):
-            ia, va = index[a], value[a] * r2
+            ia, va = index[a], value[a] * variance[j]
             for b in range(a, count):
                 matrix[ia, index[b]] += va * value[b]
     for a in range(size):

@@ -11,6 +11,7 @@ from camsim.arrays import F64
 from camsim.body import Body
 from camsim.exposing import Capture
 from camsim.measure.geometry import EdgeLine
+from camsim.measure.lens_places import scene_place_um, system_at
 from camsim.scene import Scene
 from camsim.scene.outlines import surface_at
 from camsim.spectra.curve import Spectrum, spectrum_at
@@ -30,6 +31,8 @@ class CameraOtf:
     (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc.
 
     region : the window of the frame that the picture shows, None for all of it
+
+    Of a lens that changes over the frame it is that of a place: of an edge's middle.
     """
 
     camera: Body
@@ -49,23 +52,42 @@ class CameraOtf:
 
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge; None for a channel that the camera does not have."""
-        sides = [self._reflectance_beside(line, side) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
+        place_um = self._place_um(line, 0.0)
+        sides = [self._surface(self._place_um(line, side)) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
-        otf = self.at(fx, fy, channel, sides[0], sides[1])
+        otf = self.at(fx, fy, channel, sides[0], sides[1], place_um=place_um)
         # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
         return np.abs(otf) if otf is not None and np.iscomplexobj(otf) else otf
 
     def over_directions(
-        self, frequency_cycles_per_pixel: F64, *, channel: str, dark: Spectrum, bright: Spectrum
+        self,
+        frequency_cycles_per_pixel: F64,
+        *,
+        channel: str,
+        dark: Spectrum,
+        bright: Spectrum,
+        place_um: tuple[float, float] = (0.0, 0.0),
     ) -> F64 | None:
         """Mean over all directions of the transfer function of a contrast between two surfaces; None as above."""
         turn = np.pi * (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
         fx, fy = (np.outer(part, frequency_cycles_per_pixel) for part in (np.cos(turn), np.sin(turn)))
-        otf = self.at(fx, fy, channel, dark, bright)
+        otf = self.at(fx, fy, channel, dark, bright, place_um=place_um)
         return None if otf is None else np.real(otf).mean(axis=0)
 
-    def at(self, fx: F64, fy: F64, channel: str, dark: Spectrum, bright: Spectrum) -> F64 | None:
-        """Transfer function at frequencies in cycles per pixel, of a contrast between two surfaces; None as above."""
+    def at(
+        self,
+        fx: F64,
+        fy: F64,
+        channel: str,
+        dark: Spectrum,
+        bright: Spectrum,
+        *,
+        place_um: tuple[float, float] = (0.0, 0.0),
+    ) -> F64 | None:
+        """Transfer function at frequencies in cycles per pixel, of a contrast between two surfaces; None as above.
+
+        place_um : of the sensor, from the optical axis, where the lens is asked
+        """
         channels = self.camera.cfa.channels
         letter = channel if channel in channels else channel.rstrip("0123456789")
         if letter not in channels:
@@ -78,14 +100,19 @@ class CameraOtf:
         if not used.size or weight.sum() == 0.0:
             return None
         fx, fy = fx / self.camera.pitch_um, fy / self.camera.pitch_um
-        system = self.camera.optics
+        system = system_at(self.camera, *place_um)
         lens = sum(weight[k] * system.point_otf(fx, fy, float(wavelength_nm[k])) for k in used)
         otf: F64 = lens * system.footprint_otf(fx, fy) / weight.sum()
         return otf
 
-    def _reflectance_beside(self, line: EdgeLine, distance_pixel: float) -> Spectrum:
-        """Return the surface at a distance from the edge's point, along its normal."""
+    def _place_um(self, line: EdgeLine, distance_pixel: float) -> tuple[float, float]:
+        """Return the place on the sensor at a distance from the edge's point, along its normal."""
         left, top = self.camera.grid(self.region).first_centre
         x = left - 0.5 + line.x_pixel + distance_pixel * math.cos(line.normal_rad)
         y = top - 0.5 + line.y_pixel + distance_pixel * math.sin(line.normal_rad)
-        return surface_at(self.scene, x * self.camera.pitch_um, y * self.camera.pitch_um)
+        return x * self.camera.pitch_um, y * self.camera.pitch_um
+
+    def _surface(self, place_um: tuple[float, float]) -> Spectrum:
+        """Return the surface that falls on a place of the sensor."""
+        x_um, y_um = scene_place_um(self.camera, np.array([place_um]))[0].tolist()
+        return surface_at(self.scene, x_um, y_um)

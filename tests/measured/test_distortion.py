@@ -1,5 +1,6 @@
 """Distortion and lateral colour of marks that were displaced by a known law, and of captures that displace none."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,7 +9,7 @@ from scipy import special
 
 import camsim
 from camsim.errors import UnsupportedError
-from camsim.measure import Picture, picture_of_frame
+from camsim.measure import Picture, Plane, picture_of_frame
 from camsim.measure.distortion import measure_distortion
 from camsim.measure.picture import mosaic_planes
 
@@ -109,7 +110,46 @@ def test_a_capture_without_distortion_has_none(kind):
     for channel in report.channels:
         assert len(channel.marks) >= 9
         assert all(math.hypot(mark.dx_pixel, mark.dy_pixel) < 0.02 for mark in channel.marks)
+        assert all(mark.theory_dx_pixel == mark.theory_dy_pixel == 0.0 for mark in channel.marks)
         assert channel.scale == pytest.approx(1.0, abs=3e-4)
+
+
+def test_a_field_lens_has_its_own_law_beside_what_is_seen():
+    """Barrel distortion of 3 px in the corners and lateral colour; dots drawn where these put them, not by the lens."""
+    lens = camsim.FieldLens(
+        f_number=5.6,
+        wavelength_nm=[500, 600],
+        zernike=[4],
+        waves=np.zeros((2, 2, 1)).tolist(),
+        height_um=[0, 400],
+        distortion_powers=[-0.12],
+        lateral_colour_um=[[0, 4], [0, -4]],
+    )
+    chart = "{kind: chart, name: dot-grid, spacing: 20, radius: 5, rows: 5, cols: 7}"
+    capture = captured(chart, None, "light={line_nm: 525, illuminance_lux: 2000}")
+    capture = dataclasses.replace(capture, camera=capture.camera.replace(lens=lens))
+    y, x = np.indices((ROWS, COLS)) + 0.5 - 0.5 * np.array([ROWS, COLS])[:, None, None]
+    image, falls = np.full((ROWS, COLS), 900.0), {}
+    for v in np.arange(-2, 2.1) * SPACING:
+        for u in np.arange(-3, 3.1) * SPACING:
+            # A quarter of the way from 500 to 600 nm: half of 4 µm at 400 µm, outwards.
+            factor = (1.0 - 0.12 * ((u * u + v * v) * (3.45 / 400.0) ** 2)) * (1.0 + 2.0 / 400.0)
+            falls[u, v] = np.array([u, v]) * (factor - 1.0)
+            away = np.hypot(x - u * factor, y - v * factor)
+            near = away < 16
+            image[near] -= 800.0 * blurred_disc(away[near], 5.0, 0.8)
+    report = measure_distortion(
+        Picture(name="grid", shape=(ROWS, COLS), planes=(Plane(name="Y", samples=image),)), capture
+    )
+    (grey,) = report.channels
+    assert len(grey.marks) == 35
+    assert grey.off_theory_rms_pixel < 0.01
+    for mark in grey.marks:
+        at = falls[round(mark.x_pixel, 6), round(mark.y_pixel, 6)]
+        assert (mark.theory_dx_pixel, mark.theory_dy_pixel) == pytest.approx(tuple(at), abs=2e-3)
+        assert (mark.dx_pixel, mark.dy_pixel) == pytest.approx(tuple(at), abs=0.02)
+    assert max(abs(mark.dx_pixel) for mark in grey.marks) > 2.0
+    assert grey.k1 == pytest.approx(grey.theory.k1, rel=0.02)
 
 
 def test_a_scene_without_marks_is_refused():

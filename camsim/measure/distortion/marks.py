@@ -20,6 +20,7 @@ from camsim.arrays import F64
 from camsim.scene import Scene
 from camsim.scene.charts import Chart
 from camsim.scene.charts.chart import Card
+from camsim.spectra.curve import Spectrum
 
 Kind: TypeAlias = Literal["dot-grid", "checkerboard"]
 
@@ -38,6 +39,7 @@ class Marks:
     reach_um  : how far from there photosites belong to a mark
     size_um   : a dot's radius, or nothing
     turn_rad  : of the chart
+    surfaces  : the two that it shows
     """
 
     kind: Kind
@@ -45,17 +47,20 @@ class Marks:
     reach_um: float
     size_um: float
     turn_rad: float
+    surfaces: tuple[Spectrum, Spectrum]
 
 
 def marks_of(scene: Scene) -> Marks | None:
     """Return the marks of the last dot grid or checkerboard of a scene; None without one."""
     for shape in reversed(scene.shapes):
         if isinstance(shape, Chart) and shape.name in KINDS:
-            return _dots(shape.parameters) if shape.name == "dot-grid" else _corners(shape.parameters)
+            given = shape.parameters
+            surfaces = given["dark"], scene.background if given["light"] is None else given["light"]
+            return (_dots if shape.name == "dot-grid" else _corners)(given, surfaces)
     return None
 
 
-def _dots(given: Any) -> Marks:
+def _dots(given: Any, surfaces: tuple[Spectrum, Spectrum]) -> Marks:
     places = _grid(int(given["rows"]), int(given["cols"]), given["spacing_um"])
     return Marks(
         kind="dot-grid",
@@ -63,10 +68,11 @@ def _dots(given: Any) -> Marks:
         reach_um=0.5 * given["spacing_um"],
         size_um=given["radius_um"],
         turn_rad=math.radians(given["rotate_deg"]),
+        surfaces=surfaces,
     )
 
 
-def _corners(given: Any) -> Marks:
+def _corners(given: Any, surfaces: tuple[Spectrum, Spectrum]) -> Marks:
     places = _grid(int(given["rows"]) - 1, int(given["cols"]) - 1, given["side_um"])
     return Marks(
         kind="checkerboard",
@@ -74,6 +80,7 @@ def _corners(given: Any) -> Marks:
         reach_um=_CORNER_SHARE * given["side_um"],
         size_um=0.0,
         turn_rad=math.radians(given["rotate_deg"]),
+        surfaces=surfaces,
     )
 
 

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 
 import numpy as np
 
+from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.measure.distortion.marks import Marks, locate_mark, marks_of
 from camsim.measure.distortion.result import (
     ChannelDistortion,
+    Displacement,
     DistortionReport,
     MarkPlace,
     half_diagonal_pixel,
     radial_fit,
 )
+from camsim.measure.distortion.theory import expected_um
 from camsim.measure.geometry import Roi
 from camsim.measure.picture import Channel, Picture
 
@@ -25,16 +29,21 @@ _LEAST_MARKS = 4
 def measure_distortion(picture: Picture, capture: Capture) -> DistortionReport:
     """Measure where the marks of the capture's chart are seen, in every channel.
 
-    A mark is looked for within half a dot's spacing, or 0.7 of a square, of its place. Raises UnsupportedError for a
-    scene without a dot grid or a checkerboard, and where fewer than four marks are found.
+    A mark is looked for within half a dot's spacing, or 0.7 of a square, of where the capture's lens puts it. Raises
+    UnsupportedError for a scene without a dot grid or a checkerboard, and where fewer than four marks are found.
     """
     marks = marks_of(capture.scene)
     if marks is None:
         raise UnsupportedError("the scene has no chart dot-grid or checkerboard", stage=picture.name)
+    expected = expected_um(capture, marks)
     found: dict[str, dict[int, MarkPlace]] = {}
     left_out = []
     for channel in picture.select("all"):
-        placed, missed = _places(channel, picture, capture, marks)
+        letter = channel.name if channel.name in expected else channel.name.rstrip("0123456789")
+        if letter not in expected:
+            left_out.append(f"{channel.name}: the camera has no such channel")
+            continue
+        placed, missed = _places(channel, picture, capture, marks, expected[letter] / capture.camera.pitch_um)
         if len(placed) < _LEAST_MARKS:
             left_out.append(f"{channel.name}: {len(placed)} marks found; {_LEAST_MARKS} are the least")
             continue
@@ -58,15 +67,18 @@ def measure_distortion(picture: Picture, capture: Capture) -> DistortionReport:
     )
 
 
-def _places(channel: Channel, picture: Picture, capture: Capture, marks: Marks) -> tuple[dict[int, MarkPlace], int]:
+def _places(
+    channel: Channel, picture: Picture, capture: Capture, marks: Marks, expected_pixel: F64
+) -> tuple[dict[int, MarkPlace], int]:
     """Return the marks found, by number, and how many that lie whole in the picture were not."""
     left, top = capture.grid.first_centre
     pitch_um = capture.camera.pitch_um
     reach = marks.reach_um / pitch_um
     found, missed = {}, 0
     for number, (x_um, y_um) in enumerate(marks.places_um.tolist()):
-        # In pixels of the picture.
-        x, y = x_um / pitch_um - left + 0.5, y_um / pitch_um - top + 0.5
+        # In pixels of the picture, where the lens puts it.
+        dx, dy = expected_pixel[number].tolist()
+        x, y = x_um / pitch_um + dx - left + 0.5, y_um / pitch_um + dy - top + 0.5
         row, col = math.floor(y - reach), math.floor(x - reach)
         size = math.ceil(2.0 * reach) + 1
         if row < 0 or col < 0 or row + size > picture.shape[0] or col + size > picture.shape[1]:
@@ -81,27 +93,44 @@ def _places(channel: Channel, picture: Picture, capture: Capture, marks: Marks) 
             channel=channel.name,
             x_pixel=x_um / pitch_um,
             y_pixel=y_um / pitch_um,
-            dx_pixel=place[0],
-            dy_pixel=place[1],
+            dx_pixel=dx + place[0],
+            dy_pixel=dy + place[1],
             error_pixel=place[2],
+            theory_dx_pixel=dx,
+            theory_dy_pixel=dy,
         )
     return found, missed
 
 
 def _channel(name: str, found: dict[str, dict[int, MarkPlace]], reference: str, picture: Picture) -> ChannelDistortion:
-    marks = tuple(found[name].values())
+    marks = found[name]
     half = half_diagonal_pixel(picture.full_frame)
-    (shift_x, shift_y, scale, k1, k2), left = radial_fit(marks, half)
-    farthest = max(mark.radius_pixel for mark in marks) / half
-    away = [
-        math.hypot(mark.dx_pixel - other.dx_pixel, mark.dy_pixel - other.dy_pixel)
-        for number, mark in found[name].items()
-        if (other := found[reference].get(number)) is not None
-    ]
-    lateral = None if name == reference or not away else np.array(away)
+    measured, theory = (_displacement(found, name, reference, kind, half) for kind in ("", "theory_"))
+    off = [m.dx_pixel - m.theory_dx_pixel + 1j * (m.dy_pixel - m.theory_dy_pixel) for m in marks.values()]
     return ChannelDistortion(
         channel=name,
-        marks=marks,
+        marks=tuple(marks.values()),
+        theory=theory,
+        off_theory_rms_pixel=float(np.sqrt(np.mean(np.abs(off) ** 2))),
+        **{each.name: getattr(measured, each.name) for each in fields(measured)},
+    )
+
+
+def _displacement(
+    found: dict[str, dict[int, MarkPlace]], name: str, reference: str, kind: str, half: float
+) -> Displacement:
+    """Return the figures of a channel, as measured or by theory."""
+
+    def move(mark: MarkPlace) -> tuple[float, float]:
+        return getattr(mark, f"{kind}dx_pixel"), getattr(mark, f"{kind}dy_pixel")
+
+    marks = list(found[name].values())
+    places = np.array([(mark.x_pixel, mark.y_pixel) for mark in marks])
+    (shift_x, shift_y, scale, k1, k2), left = radial_fit(places, np.array([move(mark) for mark in marks]), half)
+    farthest = max(mark.radius_pixel for mark in marks) / half
+    away = [math.dist(move(found[name][n]), move(found[reference][n])) for n in found[name] if n in found[reference]]
+    lateral = None if name == reference or not away else np.array(away)
+    return Displacement(
         shift_x_pixel=float(shift_x),
         shift_y_pixel=float(shift_y),
         scale=1.0 + float(scale),

@@ -19,6 +19,7 @@ class MarkPlace:
     x_pixel, y_pixel               : where the scene has it
     dx_pixel, dy_pixel             : by how much it is seen farther to the right and farther down
     error_pixel                    : standard error of each of the two
+    theory_dx_pixel, theory_dy_pixel : dx and dy by the lens that the picture was taken with
     """
 
     channel: str
@@ -27,6 +28,8 @@ class MarkPlace:
     dx_pixel: float
     dy_pixel: float
     error_pixel: float
+    theory_dx_pixel: float
+    theory_dy_pixel: float
 
     @property
     def radius_pixel(self) -> float:
@@ -36,13 +39,21 @@ class MarkPlace:
     @property
     def radial_pixel(self) -> float:
         """The displacement away from the axis."""
+        return self._outwards(self.dx_pixel, self.dy_pixel)
+
+    @property
+    def theory_radial_pixel(self) -> float:
+        """The same by theory."""
+        return self._outwards(self.theory_dx_pixel, self.theory_dy_pixel)
+
+    def _outwards(self, dx: float, dy: float) -> float:
         radius = self.radius_pixel
-        return (self.dx_pixel * self.x_pixel + self.dy_pixel * self.y_pixel) / radius if radius else 0.0
+        return (dx * self.x_pixel + dy * self.y_pixel) / radius if radius else 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelDistortion:
-    """One channel's displacements, and the polynomial through them.
+class Displacement:
+    """Displacements of marks, and the polynomial through them.
 
     A mark at (x, y) is displaced by shift + (x, y)·(scale − 1 + k1·r² + k2·r⁴), r in half diagonals of the full frame.
 
@@ -54,8 +65,6 @@ class ChannelDistortion:
     lateral_rms_pixel, lateral_largest_pixel : distance to the same marks in the reference channel; None in that one
     """
 
-    channel: str
-    marks: tuple[MarkPlace, ...]
     shift_x_pixel: float
     shift_y_pixel: float
     scale: float
@@ -65,6 +74,20 @@ class ChannelDistortion:
     rms_pixel: float
     lateral_rms_pixel: float | None
     lateral_largest_pixel: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelDistortion(Displacement):
+    """What is measured in one channel.
+
+    theory               : the same figures of the same marks, by the lens that the picture was taken with
+    off_theory_rms_pixel : distance of the marks to where that puts them
+    """
+
+    channel: str
+    marks: tuple[MarkPlace, ...]
+    theory: Displacement
+    off_theory_rms_pixel: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,10 +124,9 @@ def half_diagonal_pixel(frame: FullFrame) -> float:
     return 0.5 * math.hypot(frame.rows, frame.cols)
 
 
-def radial_fit(marks: tuple[MarkPlace, ...], half_diagonal: float) -> tuple[F64, F64]:
-    """Return shift x, shift y, scale − 1, k1, k2 of displacements by least squares, and what is left (n, 2)."""
-    x, y = (np.array([getattr(mark, name) for mark in marks]) for name in ("x_pixel", "y_pixel"))
-    dx, dy = (np.array([getattr(mark, name) for mark in marks]) for name in ("dx_pixel", "dy_pixel"))
+def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64]:
+    """Return shift x, shift y, scale − 1, k1, k2 of displacements (n, 2) by least squares, and what is left (n, 2)."""
+    x, y, dx, dy = *places.T, *moves.T
     r2 = (x * x + y * y) / half_diagonal**2
     one, none = np.ones_like(x), np.zeros_like(x)
     system = np.concatenate(

@@ -19,6 +19,7 @@ import numpy as np
 
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
+from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
 from camsim.measure.target.star import FUNDAMENTAL, surface_contrast
 from camsim.measure.theory import CameraOtf
@@ -79,6 +80,7 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
     plates = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "zone-plate"]
     if not plates:
         raise UnsupportedError("the scene has no chart zone-plate", stage=picture.name)
+    refuse_distortion(capture, picture.name, "a zone plate is")
     plate = plates[-1].parameters
     # A channel on several lattices has no one sampling frequency.
     lattices = [channel.planes[0] for channel in picture.select("all") if len(channel.planes) == 1]
@@ -118,18 +120,21 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
         if math.hypot(*at) + reach > rim or not whole or np.count_nonzero(near) < _LEAST_PHOTOSITES:
             continue
         phase = np.pi * k * distance[near] ** 2
-        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency.
+        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency: where the transfer
+        # goes through 0, as that of a photosite as wide as the pitch does, it bends too.
         finer = (x[near] * at[0] + y[near] * at[1]) * k / frequency - frequency / k
         waves = np.stack([np.cos(phase), np.sin(phase)])
         third = np.stack([np.cos(3.0 * phase), np.sin(3.0 * phase)])
-        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, third]).T
+        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, waves * finer**2, third]).T
         signal = plane.samples[near].astype(np.float64) - plane.black
         inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
         fitted = np.einsum("ij,nj,n->i", inverse, basis, signal)
         rest = signal - np.einsum("ni,i->n", basis, fitted)
         variance = float(np.einsum("n,n->", rest, rest)) / (signal.size - basis.shape[1])
         sigma = math.sqrt(0.5 * variance * float(inverse[1, 1] + inverse[2, 2]))
-        otf = theory.at(np.array([ghost[0]]), np.array([ghost[1]]), plane.name, plate["dark"], plate["light"])
+        place_um = (x0 + at[0]) * pitch_um, (y0 + at[1]) * pitch_um
+        frequencies = np.array([ghost[0]]), np.array([ghost[1]])
+        otf = theory.at(*frequencies, plane.name, plate["dark"], plate["light"], place_um=place_um)
         one = abs(contrast) * FUNDAMENTAL * float(fitted[0])
         yield Ghost(
             channel=plane.name,

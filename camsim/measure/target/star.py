@@ -11,6 +11,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
+from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Channel, Picture
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
@@ -39,6 +40,7 @@ def measure_star(picture: Picture, capture: Capture) -> TargetReport:
         raise UnsupportedError(
             "the scene has no chart siemens-star; any other scene can be measured as a texture", stage=picture.name
         )
+    refuse_distortion(capture, picture.name, "a star is")
     star = stars[-1].parameters
     light = capture.scene.background if star["light"] is None else star["light"]
     channels = []
@@ -71,7 +73,9 @@ def _channel(
     # The cosine is largest in the middle of dark sectors.
     frequency, mtf = frequency[known], -rings[known, 0] / (FUNDAMENTAL * contrast)
     error = rings[known, 1] / (FUNDAMENTAL * abs(contrast))
-    theory = CameraOtf.of(capture).over_directions(frequency, channel=channel.name, dark=star["dark"], bright=light)
+    theory = CameraOtf.of(capture).over_directions(
+        frequency, channel=channel.name, dark=star["dark"], bright=light, place_um=star["centre_um"]
+    )
     return curve(channel.name, frequency, mtf, error, channel.nyquist_cycles_per_pixel, theory)
 
 

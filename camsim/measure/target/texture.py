@@ -20,6 +20,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
+from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
@@ -49,6 +50,7 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
             f"{picture.shape[0]} × {picture.shape[1]} photosites are too few for a texture; give {_LEAST} a side",
             stage=picture.name,
         )
+    refuse_distortion(capture, picture.name, "a texture is")
     size = [min(n, _LARGEST) // _WHOLE * _WHOLE for n in picture.shape]
     first = [(n - s) // 2 // _WHOLE * _WHOLE for n, s in zip(picture.shape, size, strict=True)]
     reference = sharp(capture, (first[0], first[1]), (size[0], size[1]))
@@ -129,7 +131,10 @@ def _channel(
         # Each frequency is there twice, f and −f.
         error.append(math.sqrt(2.0 * _HANN_SPREAD * float(np.sum(rest.real**2))) / power)
     f = np.array(frequency)
-    theory = CameraOtf.of(capture).over_directions(f, channel=plane.name, dark=0.0, bright=1.0)
+    left, top = capture.grid.first_centre
+    middle = (left + first[1] + 0.5 * (size[1] - 1), top + first[0] + 0.5 * (size[0] - 1))
+    place_um = middle[0] * capture.camera.pitch_um, middle[1] * capture.camera.pitch_um
+    theory = CameraOtf.of(capture).over_directions(f, channel=plane.name, dark=0.0, bright=1.0, place_um=place_um)
     return curve(plane.name, f, np.array(mtf), np.array(error), nyquist, theory)
 
 
