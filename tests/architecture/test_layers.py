@@ -14,6 +14,7 @@ LAYERS = (
     "version",
     "errors",
     "arrays",
+    "repeated",
     "cores",
     "words",
     "notebook",

@@ -33,6 +33,23 @@ RADII = 512  # of a shell's table
 GROWTH = 2.0  # from one shell to the next
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shell:
+    """What a ring of the pattern throws on a window, on a lattice.
+
+    lattice : (channels, …);  step: between its points;  first: x, y of the first, from the window's first photosite
+    """
+
+    lattice: F64
+    step: float
+    first: F64
+
+    def add(self, row: int, channel: U8, image: F64) -> None:
+        """Add it to photosites (..., rows, cols) from a row of the window on."""
+        images = channel.reshape(-1, *channel.shape[-2:])
+        read(self.lattice, self.step, self.first, row, images, image.reshape(images.shape))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Beyond:
     """The pattern beyond a taper, and what it falls on.
@@ -51,13 +68,12 @@ class Beyond:
     sharpness: float
     light: float
 
-    def rendered(self, origin: tuple[float, float], channel: U8) -> F64:
-        """Return the light at every photosite (..., rows, cols) from beyond, shell by shell, each twice as far out.
+    def shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> list[Shell]:
+        """Return the light from beyond at photosites (rows, cols), shell by shell, each twice as far out.
 
         origin : x, y of the first photosite's centre, pitches
         """
-        image = np.zeros(channel.shape)
-        size = np.array([channel.shape[-1] - 1.0, channel.shape[-2] - 1.0])
+        size = np.array([shape[1] - 1.0, shape[0] - 1.0])
         corners = np.concatenate([layer.corners for layer in self.layers]) - np.array(origin)
         span = float(np.hypot(*np.maximum(np.maximum(corners.max(axis=0), size - corners.min(axis=0)), 0.0)))
         tapers = [(self.inner, self.outer)]
@@ -76,9 +92,7 @@ class Beyond:
         from scipy import interpolate  # a tenth of a second that most captures can do without
 
         patterns = [interpolate.CubicSpline(log_radius, own, axis=1) for own, _ in modes]
-        for near, far in pairwise(tapers):
-            self._shell(near, far, size, gathered, patterns, channel, image)
-        return image
+        return [self._shell(near, far, size, gathered, patterns) for near, far in pairwise(tapers)]
 
     def _shell(
         self,
@@ -87,10 +101,8 @@ class Beyond:
         size: F64,
         gathered: Sequence[Gathered],
         patterns: Sequence[Any],
-        channel: U8,
-        image: F64,
-    ) -> None:
-        """Add the light of the pattern between two tapers; ``patterns``: of each channel's modes, by log r."""
+    ) -> Shell:
+        """Return the light of the pattern between two tapers; ``patterns``: of each channel's modes, by log r."""
         from scipy import interpolate  # a tenth of a second that most captures can do without
 
         light = max(self.light * self.inner / near[0], 1.0)
@@ -128,8 +140,7 @@ class Beyond:
                 total += np.multiply(whole, fft.rfft2(mass[taken], workers=-1), out=whole)
                 taken += 1
             own_lattice[...] = fft.irfft2(total, s=length, workers=-1)[: count[0], : count[1]]
-        images = channel.reshape(-1, *channel.shape[-2:])
-        read(lattice, step, low, images, image.reshape(images.shape))
+        return Shell(lattice=lattice, step=step, first=low)
 
     def _averaged(self, radius: F64) -> F64:
         """Return r³ times the pattern's mean over a ring, (planes, channels, radii): all but constant far out.

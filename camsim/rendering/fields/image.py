@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,7 @@ from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes, spreading_precision
+from camsim.repeated import Channels
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
 PREFERRED_BYTES, MOST_OVERHEAD = 4e8, 1.3  # of a tile, where more of them do not take much longer
@@ -67,8 +68,19 @@ class FieldImage:
         origin  : x, y of the first photosite's centre, pitches
         channel : (..., rows, cols) index of each photosite's channel
         """
+        image, row = np.zeros(channel.shape), 0
+        for band in self.bands(origin, channel, progress):
+            if band.shape == image.shape:
+                return band
+            image[..., row : row + band.shape[-2], :] = band
+            row += band.shape[-2]
+        return image
+
+    def bands(
+        self, origin: tuple[float, float], channel: Channels, progress: Callable[[float], None] = lambda done: None
+    ) -> Iterator[F64]:
+        """Yield the same from the top, a row of tiles at a time."""
         check_tolerance(self.tolerance)
-        image = np.zeros(channel.shape)
         shape = channel.shape[-2], channel.shape[-1]
         reach, side, cost = self._planned(origin, shape)
         if cost.memory_bytes > self.memory_limit_bytes:
@@ -78,15 +90,23 @@ class FieldImage:
                 key="method",
             )
         parts = windows(shape, side)
+        shells = self._beyond(reach).shells(origin, shape) if reach.far else []
         for done, (row, col, rows, cols) in enumerate(parts):
-            part = (..., slice(row, row + rows), slice(col, col + cols))
+            if col == 0:
+                here = channel[..., row : row + rows, :]
+                band = np.zeros(here.shape)
+            part = (..., slice(col, col + cols))
             at = origin[0] + col, origin[1] + row
             low, high, tile = self._tile(at, (rows, cols), reach)
-            image[part] += self._window(at, low, high, tile, reach, channel[part])
+            band[part] += self._window(at, low, high, tile, reach, here[part])
             progress((done + 1) / len(parts))
-        if reach.far:
-            image += self._beyond(reach).rendered(origin, channel)
-        return image
+            if col + cols == shape[1]:
+                if shells:
+                    beyond = np.zeros(here.shape)
+                    for shell in shells:
+                        shell.add(row, here, beyond)
+                    band += beyond
+                yield band
 
     def _window(self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8) -> F64:
         """Return what a window's photosites see within the reach: lattices along their rows, then the rest."""
@@ -281,7 +301,7 @@ class FieldImage:
             ]
             seconds += PER_TILE + sum(one.seconds for one in each)
             memory = max(memory, sum(one.held_bytes for one in each))
-        return Cost(seconds=seconds, memory_bytes=memory + 16.0 * shape[0] * shape[1])
+        return Cost(seconds=seconds, memory_bytes=memory + 16.0 * min(side, shape[0]) * shape[1])
 
     def _beyond(self, reach: Reach) -> Beyond:
         return Beyond(

@@ -20,6 +20,7 @@ from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 FEWEST = 2  # photosites that are checked singly: a transform's errors are everywhere, no photosite is a case of its own
 
@@ -98,9 +99,9 @@ class FourierPlan:
         """Return the same wavelengths for other edges."""
         return FourierPlan(job=job, nodes=job.nodes_like(self.nodes))
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""
-        yield self.image.rendered(self.job.grid.first_centre, channel, progress)
+        yield self.image.rendered(self.job.grid.first_centre, channel[:], progress)
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield several images, each as one band: edges and lens are transformed once for all."""
