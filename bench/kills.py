@@ -91,7 +91,7 @@ def _killed(kind: str, study: Path, folder: Path, drawn: random.Random, files: i
     again = _sweep(study, folder, "--workers", "0")
     result, _ = again.communicate()
     figures = json.loads(result)
-    why = f" ({said.strip().splitlines()[-1]})" if said.strip() else ""
+    why = f" ({said.strip().splitlines()[-1]})" if sweep.returncode > 0 else ""
     return f"{told}, ended with {sweep.returncode}{why}, resumed: {figures['found']} found, {figures['taken']} taken"
 
 

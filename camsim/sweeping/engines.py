@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import threading
 import time
@@ -148,7 +149,7 @@ def cluster(address: str) -> Engine:
             of: dict[Any, Task] = {}
 
             def hand_out(count: int) -> None:
-                for task, _ in zip(left, range(count), strict=False):
+                for task in itertools.islice(left, count):
                     future = client.submit(_done, task, pure=False, retries=ATTEMPTS)
                     of[future.key] = task
                     flying.add(future)
