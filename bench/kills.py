@@ -12,7 +12,6 @@ import argparse
 import contextlib
 import csv
 import hashlib
-import json
 import random
 import socket
 import subprocess
@@ -23,6 +22,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
+
+import camsim
 
 KINDS = ("a worker", "the sweep", "sweep and workers", "a cluster's worker", "a cluster's scheduler")
 WORKERS = 2
@@ -50,7 +51,7 @@ def main() -> None:
         study = Path(place) / "study.yaml"
         study.write_text(STUDY.format(captures=options.captures), encoding="utf-8")
         alone = Path(place) / "alone"
-        _sweep(study, alone, "--workers", "0").communicate()
+        camsim.sweep(study, alone, workers=0)
         wanted = _files(alone)
         for number in range(options.kills):
             kind, folder = KINDS[number % len(KINDS)], Path(place) / f"kill{number}"
@@ -84,15 +85,13 @@ def _killed(kind: str, study: Path, folder: Path, drawn: random.Random, files: i
         for victim in victims:
             with contextlib.suppress(psutil.NoSuchProcess):
                 victim.kill()
-        _, said = sweep.communicate(timeout=600)
+        _, said = sweep.communicate()  # until no worker is left either
     told = f"after {there:2} files" if victims else "after the end"
     if sweep.returncode == 0:
         return f"{told}, went on to the end"
-    again = _sweep(study, folder, "--workers", "0")
-    result, _ = again.communicate()
-    figures = json.loads(result)
+    again = camsim.sweep(study, folder, workers=0)
     why = f" ({said.strip().splitlines()[-1]})" if sweep.returncode > 0 else ""
-    return f"{told}, ended with {sweep.returncode}{why}, resumed: {figures['found']} found, {figures['taken']} taken"
+    return f"{told}, ended with {sweep.returncode}{why}, resumed: {again.found} found, {again.taken} taken"
 
 
 def _victims(kind: str, sweep: subprocess.Popen[str], cluster: list[int], drawn: random.Random) -> list[psutil.Process]:
