@@ -27,7 +27,7 @@ KERNELS = "kernels"
 _GENEROUS = 5.0
 _START_S = 40.0
 _MOST_BYTES = 12 << 30
-_COPIED = ("camsim", "tests", "scenes", "sensors", "docs", "bench", "README.md", "CHANGELOG.md", "pyproject.toml")
+_COPIED = ("camsim", "tests", "scenes", "sensors", "lenses", "docs", "bench", "README.md", "CHANGELOG.md", "pyproject.toml")
 _PRELOADED = (
     *("numpy", "scipy.special", "scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.stats", "numba", "shapely"),
     *("finufft", "pydantic", "yaml", "typer", "rich.console", "tifffile", "OpenEXR", "PIL.Image", "rawpy", "colour"),
@@ -36,7 +36,7 @@ _PRELOADED = (
 
 def copy_tree(to: Path) -> Path:
     """Copy what tests need, and the kernels that were compiled."""
-    for name in (*_COPIED, "Makefile", "LICENSE", "DATA_LICENSES.md"):
+    for name in (*_COPIED, "Makefile", "LICENSE", "DATA_LICENSES.md", "CONTRIBUTING.md", "CITATION.cff"):
         if (ROOT / name).is_dir():
             shutil.copytree(ROOT / name, to / name)
         else:

@@ -19,6 +19,7 @@ HALVINGS = 40
 BESIDE = 0.02  # of an arc's length
 LOOKED_AT = (0.15, 0.3, 0.5, 0.7, 0.85)  # of a piece: where the distance is measured
 MOST_BEND = 0.5  # of a piece, radians
+ROUNDING = 1e-15  # of the largest coordinate: so far off places may be, and areas by that times their length
 STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far as numbers go
 
 
@@ -50,13 +51,15 @@ def arcs_of(curves: Curves, fine: Fineness) -> Arcs:
     owner = np.repeat(np.arange(len(curves.kind)), 4)
     t0 = np.tile(np.arange(4) / 4.0, len(curves.kind))
     t1 = t0 + 0.25
+    extent = np.abs(curves.points).max(axis=(1, 2), initial=0.0)
     done: list[tuple[I64, F64, Arcs]] = []
     for turn in range(HALVINGS):
         pairs, off, bend, length = _fitted(curves, owner, t0, t1)
         most_off = fine.longest * math.sqrt(fine.allowed / math.pi)
         gained = np.abs(_areas(pairs) - curves.some(owner).areas(t0, t1))
         good = (off <= most_off) & (off * length**2 <= fine.allowed * fine.longest**3) & (length <= 0.35 * fine.longest)
-        good &= gained <= 0.25 * fine.allowed * fine.longest**2 * (t1 - t0)
+        rounding = ROUNDING * extent[owner] * length
+        good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (t1 - t0), rounding)
         good |= off <= 0.5 * fine.allowed * fine.longest
         good &= bend <= MOST_BEND
         if turn == HALVINGS - 1:

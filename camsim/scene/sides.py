@@ -223,6 +223,8 @@ def _whole_steps(curves: Curves, found: Stretches, side: F64) -> tuple[I64, F64]
     t = (number * step[whose] - begin[whose]) / way[whose]
     inner = (t > NEARLY) & (t < 1.0 - NEARLY)
     owner, t, least = found.owner[whose[inner]], t[inner], (LEAST * step / np.abs(way))[whose[inner]]
+    order = np.lexsort((t, owner))  # arcs that turn the other way meet their corners backwards
+    owner, t, least = owner[order], t[order], least[order]
     # Where steps change two corners may fall together: a side as short as that leaves its ends no room to move.
     crowded = (np.diff(t) < np.minimum(least[1:], least[:-1])) & (np.diff(owner) == 0)
     apart = np.append(True, ~crowded) if t.size else crowded

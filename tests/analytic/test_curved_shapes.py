@@ -6,7 +6,7 @@ from scipy import integrate, special
 
 import camsim
 from camsim.rendering.check.outlines import outlines_of
-from camsim.scene.arcs import Fineness
+from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.arrange import arrange
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import flattened
@@ -135,3 +135,13 @@ def common_circles(distance, one, two):
     high = np.sqrt(max(one**2 - along**2, 0.0))
     first = one**2 * np.arccos(along / one) - along * high
     return first + two**2 * np.arccos((distance - along) / two) - (distance - along) * high
+
+
+@pytest.mark.parametrize("far_um", [0.0, 3.0, 1000.0])
+def test_arcs_end_where_rounding_begins(far_um):
+    """Areas that no double tells apart were asked for, and pieces halved until memory was full."""
+    ellipse = camsim.Ellipse(radius_x_um=0.5, radius_y_um=0.25, centre_um=(far_um, 1.7), rotate_deg=45.0, reflectance=0.5)
+    (curves,) = (fill.curves for one in flattened([ellipse]) for fill in one.fills)
+    parts = arcs_of(curves, Fineness(0.02, 1e-13))
+    assert len(parts.owner) < 100_000
+    assert abs(np.abs(parts.bend_rad.sum()) - 2.0 * np.pi) < 1e-6

@@ -167,3 +167,12 @@ def test_gaussians_narrower_than_the_footprint(sigma):
     system = system_of([shape | {"reflectance": 0.88}], sigma, photosite=square, olpf=plate, rows=3, cols=4)
     for tolerance in (1e-2, 1e-3):
         keeps(system | {"lens": {"kind": "gaussian", "blur": sigma}}, tolerance, "boundary")
+
+
+@pytest.mark.parametrize("turn_deg", [90.0, 250.0])
+def test_arcs_that_turn_the_other_way(turn_deg):
+    """300 times the tolerance was met: an inner arc, whose corners come backwards, had lost them all."""
+    sector = {"kind": "sector", "centre": [-0.5, -1.0], "radius": 2.5, "inner": 1.9, "from_deg": 38.0}
+    system = system_of([sector | {"turn_deg": turn_deg, "reflectance": 0.2}], 0.47, rows=4, cols=3)
+    for tolerance in (1e-4, 1e-7):
+        keeps(system, tolerance)
