@@ -1,14 +1,19 @@
-"""What a sweep gains: against a process for each capture, and with more workers. ``python -m bench.sweep``."""
+"""What a sweep gains: against a process for each capture, and with more workers; what it costs against a loop.
+
+``python -m bench.sweep`` on an idle machine takes four minutes.
+"""
 
 from __future__ import annotations
 
 import argparse
-import os
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+
+import numpy as np
+import psutil
 
 import camsim
 
@@ -20,11 +25,12 @@ def main() -> None:
     """Print seconds and ratios; everything is warm, and medians of a few."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=200, help="captures of 256² that differ in seed and ISO")
-    parser.add_argument("--large", type=int, default=40, help="captures of 1024²")
+    parser.add_argument("--large", type=int, default=200, help="captures of 1024²")
     parser.add_argument("--processes", type=int, default=5, help="camsim capture processes that are timed")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         _alike(Path(folder), options.count, options.processes)
+        _engine(Path(folder), min(options.large, 40))
         _workers(Path(folder), options.large)
 
 
@@ -44,17 +50,48 @@ def _alike(folder: Path, count: int, processes: int) -> None:
     print(f"256², seed and ISO: {one:.2f} s a process, {1e3 * swept:.1f} ms in a sweep of {count}: {one / swept:.1f} ×")
 
 
+def _engine(folder: Path, count: int) -> None:
+    """Print CPU seconds of captures in a loop of one's own, and in a sweep in the same process."""
+    numbers = np.linspace(4.0, 16.0, count + 1).tolist()
+    began_s = 0.0
+    for number, f_number in enumerate(numbers):  # the first one warms up
+        began_s = time.process_time() if number == 1 else began_s
+        overrides = [f"region.{key}={value}" for key, value in LARGE.items()] + [f"lens.f_number={f_number}"]
+        frame = camsim.capture("slanted-edge", overrides=overrides)
+        camsim.save(frame, folder / f"loop{number}.dng")
+    loop = (time.process_time() - began_s) / count
+    began_s = time.process_time()
+    camsim.sweep(
+        {"scene": "slanted-edge", "set": {"region": LARGE}, "vary": {"lens.f_number": numbers[1:]}},
+        folder / "engine",
+        workers=0,
+    )
+    swept = (time.process_time() - began_s) / count
+    print(f"1024², CPU s a capture: {loop:.3f} in a loop, {swept:.3f} in a sweep: {100 * (swept / loop - 1):+.1f} %")
+
+
 def _workers(folder: Path, count: int) -> None:
+    """Print what two workers gain; CPU seconds tell on a busy machine too whether they hinder one another."""
     study = {"scene": "slanted-edge", "set": {"region": LARGE}, "vary": {"lens.f_number": {"linear": [4, 16, count]}}}
     seconds = {}
-    for workers in (1, min(2, os.cpu_count() or 1)):
-        begin = time.perf_counter()
+    for workers in (1, 2):
+        begin, begin_cpu_s = time.perf_counter(), _of_workers_s()
         swept = camsim.sweep(study, folder / f"by{workers}", workers=workers)
         seconds[workers] = time.perf_counter() - begin
-        print(f"1024², {count} f-numbers, {workers} workers: {seconds[workers]:.1f} s")
         alone = sum(row["seconds"] for row in swept.rows)
-        print(f"  in captures {alone:.1f} s: overhead {100 * (seconds[workers] * workers / alone - 1):.1f} %")
-    print(f"two workers: {seconds[1] / seconds[max(seconds)]:.2f} × one")
+        rest = seconds[workers] - alone / workers
+        print(
+            f"1024², {count} f-numbers, {workers} workers: {seconds[workers]:.1f} s, {rest:.1f} s of it around captures"
+        )
+        cpu_s = (_of_workers_s() - begin_cpu_s) / count
+        print(f"  CPU s a capture: {cpu_s:.3f}, the start of the workers among it")
+    print(f"two workers: {seconds[1] / seconds[2]:.2f} × one (asked: 1.8 on two idle cores, for 200 captures)")
+
+
+def _of_workers_s() -> float:
+    """Return the CPU seconds of all processes that were begun here and have ended."""
+    times = psutil.Process().cpu_times()
+    return float(times.children_user + times.children_system)
 
 
 if __name__ == "__main__":

@@ -185,7 +185,7 @@ class Capture:
         choice = self.plan()
         rendering = carry_out(
             choice,
-            self.window.channel(self.window.wide),
+            self.window.channels_of_all(),
             every_channel="truth" in products,
             strict=self.strict,
             progress=progress,
@@ -267,7 +267,7 @@ class Capture:
         together = self.grid.rows if self.camera.needs_whole_window else BLOCK_ROWS
         regrouped = Regrouped(record_rows, together=together, overlap=self.window.wide.rows - self.grid.rows)
         rendering = carry_out(
-            choice, self.window.channel(self.window.wide), take=regrouped.add, strict=self.strict, progress=progress
+            choice, self.window.channels_of_all(), take=regrouped.add, strict=self.strict, progress=progress
         )
         regrouped.finish()
         none = np.empty((0, self.grid.cols))

@@ -10,6 +10,7 @@ from camsim.arrays import F32, F64, U8
 from camsim.body import Body
 from camsim.optics.protocols import Illuminates
 from camsim.rendering import Grid
+from camsim.repeated import Repeated
 from camsim.sensor.chain import mixed
 from camsim.sensor.falloff import falloff_at
 from camsim.window import rows_of, widened
@@ -46,6 +47,11 @@ class Window:
     def channel(self, grid: Grid) -> U8:
         """Return each photosite's channel."""
         return self.camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)
+
+    def channels_of_all(self) -> Repeated:
+        """Return the channel of each photosite that is rendered; no array of a large frame is made."""
+        grid = self.wide
+        return self.camera.cfa.repeated_index(grid.rows, grid.cols, grid.origin)
 
     def lit(self, image: F64, rows_before: int) -> Lit:
         """Return rows as they are lit: of the rendered image, from a row of the window on."""

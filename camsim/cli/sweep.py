@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import gc
 import json
+import statistics
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,11 +16,14 @@ from camsim.cli.options import Scheduler, Workers
 from camsim.errors import InvalidValueError
 
 _MOST = 20
+_NOT_SHOWN = ("index", "frame", "seed", "frame_number", "bytes", "rows", "cols")
 
 
 def sweep(
     study: Annotated[str, typer.Argument(metavar="STUDY.yaml", help="A study file (camsim new study).")],
-    output: Annotated[str, typer.Option("-o", "--output", metavar="FOLDER", help="Where files and manifest go.")],
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", metavar="FOLDER", help="Where files and manifest go.")
+    ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what it would take, and take nothing.")] = False,
@@ -51,6 +55,8 @@ def sweep(
             expected = forecast(study, bar.update)
         say_figures(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
         return
+    if output is None:
+        raise InvalidValueError("missing; name a folder, or look with --dry-run", key="-o")
     with Bar(shown=not quiet) as bar:
         done = carry_out(study, output, workers=workers, scheduler=scheduler, progress=bar.update)
     summary = {
@@ -69,7 +75,24 @@ def sweep(
                 raise InvalidValueError(f"no column {name!r}; there are {', '.join(columns)}", key="--plot")
         draw_columns(done.rows, x, y, Path(file))
     say_figures(summary, as_json=as_json, quiet=quiet, title=f"{output}/manifest.csv, .parquet")
+    if not (quiet or as_json):
+        _say_columns(done.rows)
     say_failures(done.rows)
+
+
+def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Print the least, median and largest value of each column of numbers that differ, indices and sizes left out."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("column", "least", "median", "most", box=None)
+    for name in dict.fromkeys(key for row in rows for key in row if key not in _NOT_SHOWN):
+        values = [row.get(name) for row in rows]
+        numbers = sorted(v for v in values if isinstance(v, int | float) and not isinstance(v, bool))
+        if numbers and numbers[0] < numbers[-1]:
+            table.add_row(name, *(f"{v:.6g}" for v in (numbers[0], statistics.median(numbers), numbers[-1])))
+    if table.row_count:
+        Console().print(table)
 
 
 def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:

@@ -16,9 +16,9 @@ _BYTES_PER_TRUTH = 16
 _BYTES_PER_PREVIEW = 70
 
 
-# Measured on frames of 6 to 150 million photosites, rounded up: the filter of each photosite, and a band.
-_BYTES_PER_PASSING_PHOTOSITE = 4
-_BYTES_PER_BAND = 100_000_000
+# Measured on frames of 6 to 150 million photosites, rounded up: a band is all but the same whatever the frame.
+_BYTES_PER_PASSING_PHOTOSITE = 0.2
+_BYTES_PER_BAND = 200_000_000
 
 
 def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str], *, held: bool = True) -> int:
@@ -27,7 +27,7 @@ def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str],
     held : False when its codes go to the file as they are finished
     """
     if not held:
-        return _BYTES_PER_BAND + rows * cols * _BYTES_PER_PASSING_PHOTOSITE
+        return _BYTES_PER_BAND + int(rows * cols * _BYTES_PER_PASSING_PHOTOSITE)
     truth = _BYTES_PER_TRUTH * channels if "truth" in products else 0
     preview = _BYTES_PER_PREVIEW if "preview" in products else 0
     return rows * cols * (_BYTES_PER_PHOTOSITE + truth + preview)

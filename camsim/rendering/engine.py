@@ -10,6 +10,7 @@ from typing import Protocol
 from camsim.arrays import F64, I64, U8
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
 SET_UP_SECONDS = 5e-3
@@ -103,7 +104,7 @@ class Plan(Protocol):
         """Return the same method with the same settings, for other edges of the same scene."""
         ...
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image, each photosite in its own channel, from the top down in bands of rows."""
         ...
 

@@ -9,6 +9,7 @@ from camsim.arrays import F64, I64, U8
 from camsim.rendering.engine import Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 ROWS = 256
 
@@ -52,7 +53,7 @@ class FlatPlan:
         """Return the background of another job."""
         return FlatPlan(job=job)
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the background of each photosite's channel, some rows at a time."""
         for row in range(0, len(channel), ROWS):
             yield self.job.base[channel[row : row + ROWS]]

@@ -16,6 +16,7 @@ from camsim.rendering.auto import Choice, choose
 from camsim.rendering.check.judge import Found
 from camsim.rendering.engine import Plan, Progress, share
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 TAKEN_PHOTOSITES = 2_000_000
 Report = Callable[[str, float], None]
@@ -68,7 +69,7 @@ class Rendering:
 
 def carry_out(
     choice: Choice,
-    channel: U8,
+    channel: Channels,
     *,
     every_channel: bool = False,
     prune: bool = True,
@@ -86,7 +87,7 @@ def carry_out(
     sets = channel[rows, cols]
     planes, planes_found, images = None, None, 1
     if every_channel or not prune:
-        images = scale.size
+        images, channel = scale.size, channel[:]
         planes = np.empty((images, *channel.shape))
         values = np.empty((images, rows.size))
         each = np.arange(images, dtype=channel.dtype)[:, None]
@@ -101,8 +102,9 @@ def carry_out(
         found = judge.compare(plan, values[own_channel], right[own_channel], rows, cols)
     else:
         image = np.empty((0 if take is not None else channel.shape[0], channel.shape[1]))
-        (bands,) = _images(plans, channel[None], _part(report, 0.0, 0.9))
-        one = _passed(bands, channel, scale, (rows, cols), take or _Into(image).take)
+        one = _passed(
+            plan.bands(channel, _part(report, 0.0, 0.9)), channel, scale, (rows, cols), take or _Into(image).take
+        )
         found = judge.compare(plan, one, judge.values(rows, cols, sets), rows, cols)
     if strict:
         for judged in (found, planes_found):
@@ -137,7 +139,7 @@ class _Into:
         self._row += len(band)
 
 
-def _passed(bands: Iterator[F64], channel: U8, scale: F64, places: tuple[I64, I64], take: Take) -> F64:
+def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I64, I64], take: Take) -> F64:
     """Hand an image on in the unit of the response, and return what it is at places, of full scale."""
     rows, cols = places
     values, first = np.empty(rows.size), 0

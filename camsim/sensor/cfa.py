@@ -12,6 +12,7 @@ from annotated_types import Ge, Le
 from camsim.arrays import U8
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.marks import Called
+from camsim.repeated import Repeated
 from camsim.typed import Several, check, judge, refusal
 from camsim.words import brief
 
@@ -105,11 +106,13 @@ class Cfa:
 
     def channel_index(self, rows: int, cols: int, origin: tuple[int, int] = (0, 0)) -> U8:
         """Return (rows, cols) indices into ``channels`` of the window that begins at photosite ``origin``."""
+        return self.repeated_index(rows, cols, origin)[:]
+
+    def repeated_index(self, rows: int, cols: int, origin: tuple[int, int] = (0, 0)) -> Repeated:
+        """Return the same, of which no array is made before it is asked for."""
         channels = self.channels
-        codes = np.array([[channels.index(c) for c in row] for row in self.pattern], dtype=np.uint8)
-        row = (np.arange(rows) + origin[0]) % self.period[0]
-        col = (np.arange(cols) + origin[1]) % self.period[1]
-        return codes[row[:, None], col[None, :]]
+        codes = np.array([[channels.index(c) for c in row] for row in self.window_pattern(origin)], dtype=np.uint8)
+        return Repeated(codes, (rows, cols))
 
     def window_pattern(self, origin: tuple[int, int]) -> tuple[str, ...]:
         """Return the pattern as seen from photosite ``origin``: the window's own (0,0) (0,1) …

@@ -47,15 +47,18 @@ _CONTEXT = {
 _TYPES = {bool: "sc:Boolean", int: "sc:Integer", float: "sc:Float", str: "sc:Text"}
 
 
-def write_card(folder: Path, study: Study[schema.DatasetFile], rows: Sequence[Row]) -> None:
-    """Write README.md and croissant.json."""
+def write_card(folder: Path, study: Study[schema.DatasetFile], rows: Sequence[Row], *, pictures: bool) -> None:
+    """Write README.md and croissant.json; ``pictures``: whether any scene shows one."""
     good = [row for row in rows if row["status"] == DONE]
-    write_whole(folder / "README.md", _page(study, good).encode())
-    text = json.dumps(_croissant(folder, study, good), indent=1, ensure_ascii=False)
+    sources = [_SPECTRA, *study.model.sources]
+    if pictures and not study.model.sources:
+        sources.append("Whose the pictures are that scenes show is not stated (key sources of the data set's file).")
+    write_whole(folder / "README.md", _page(study, good, sources).encode())
+    text = json.dumps(_croissant(folder, study, good, sources), indent=1, ensure_ascii=False)
     write_whole(folder / "croissant.json", (text + "\n").encode())
 
 
-def _page(study: Study[schema.DatasetFile], rows: Sequence[Row]) -> str:
+def _page(study: Study[schema.DatasetFile], rows: Sequence[Row], sources: Sequence[str]) -> str:
     model = study.model
     count = {split: sum(row["split"] == split for row in rows) for split in ("train", "val", "test")}
     lines = [
@@ -80,7 +83,9 @@ def _page(study: Study[schema.DatasetFile], rows: Sequence[Row]) -> str:
         "",
         _layout(model.shards),
         "",
-        f"Licence of the data set: {model.licence}. {_SPECTRA}",
+        f"Licence of the data set: {model.licence}.",
+        "",
+        *(f"* {source}" for source in sources),
     ]
     return "\n".join(lines) + "\n"
 
@@ -93,7 +98,9 @@ def _layout(form: str) -> str:
     )
 
 
-def _croissant(folder: Path, study: Study[schema.DatasetFile], rows: Sequence[Row]) -> dict[str, Any]:
+def _croissant(
+    folder: Path, study: Study[schema.DatasetFile], rows: Sequence[Row], sources: Sequence[str]
+) -> dict[str, Any]:
     """Return Croissant 1.0 metadata: the index as a record set, the shards as a set of files."""
     names = list(dict.fromkeys(name for row in rows for name in row if name not in ("status", "message", "frame")))
     fields = [
@@ -114,6 +121,7 @@ def _croissant(folder: Path, study: Study[schema.DatasetFile], rows: Sequence[Ro
         "name": study.name,
         "description": study.model.description or f"Raw captures with their truth, simulated by {software()}.",
         "license": study.model.licence,
+        "creditText": " ".join(sources),
         "url": "https://localhost/",
         "version": "1.0.0",
         "datePublished": "2000-01-01",

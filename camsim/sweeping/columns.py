@@ -14,10 +14,12 @@ from camsim.measure import measure_mtf, picture_of_frame
 
 
 def measured(frame: Frame, what: Sequence[str]) -> dict[str, Any]:
-    """Return the columns of a frame: ``mtf`` of its edges, ``signal`` of its channels."""
+    """Return the columns of a frame: ``mtf`` of its edges, ``noise`` and ``signal`` of its channels."""
     columns: dict[str, Any] = {}
     if "signal" in what:
         columns |= _signal(frame)
+    if "noise" in what:
+        columns |= _noise(frame)
     if "mtf" in what:
         columns |= _mtf(frame)
     return columns
@@ -35,6 +37,25 @@ def _signal(frame: Frame) -> dict[str, Any]:
             f"std_{signal.name}_dn": float(np.std(own)) if own.size else None,
             f"clipped_{signal.name}": signal.clipped_photosites / max(signal.photosites, 1),
         }
+    return columns
+
+
+def _noise(frame: Frame) -> dict[str, Any]:
+    """Scatter of each channel's codes about what a noise-free sensor would give, in electrons, and the mean over it.
+
+    Photosites at either end of the codes are left out. Fixed patterns count as noise: one frame cannot tell them.
+    """
+    offsets = np.array(frame.black_offsets_dn)
+    repeats = [-(-size // own) for size, own in zip(frame.shape, offsets.shape, strict=True)]
+    black = frame.black_level_dn + np.tile(offsets, repeats)[: frame.shape[0], : frame.shape[1]]
+    off = (frame.mosaic.astype(float) - black) * frame.electrons_per_dn - frame.mean_electrons
+    whole = (frame.mosaic > 0) & (frame.mosaic < frame.white_level_dn)
+    columns: dict[str, Any] = {}
+    for number, name in enumerate(frame.channels):
+        own = whole & (frame.channel_index == number)
+        noise = float(np.std(off[own])) if np.any(own) else math.nan
+        columns[f"noise_{name}_e"] = noise if math.isfinite(noise) else None
+        columns[f"snr_{name}"] = float(np.mean(frame.mean_electrons[own])) / noise if noise > 0.0 else None
     return columns
 
 

@@ -18,6 +18,7 @@ from camsim.errors import InputError, InvalidValueError
 from camsim.exposing import Capture
 from camsim.files.describe import software
 from camsim.frame import Product
+from camsim.scene.raster import Raster
 from camsim.sweeping import engines
 from camsim.sweeping.captures import Progress, captures_of, identity_of
 from camsim.sweeping.card import write_card
@@ -75,7 +76,8 @@ def dataset(
     report = progress or (lambda stage, fraction: None)
     place = Path(check(folder, FilePath, "folder"))
     engine, read = engines.engine_of(workers, scheduler), read_dataset(study)
-    tasks = _tasks(read, captures_of(read, _PRODUCTS, report), place)
+    captures = captures_of(read, _PRODUCTS, report)
+    tasks = _tasks(read, captures, place)
     with alone(place):
         done = completed(
             place,
@@ -84,7 +86,8 @@ def dataset(
             lambda there: [task for task in tasks if task.identity not in there],
             report,
         )
-        write_card(place, read, done.rows)
+        pictures = any(isinstance(shape, Raster) for _, capture in captures for shape in capture.scene.shapes)
+        write_card(place, read, done.rows, pictures=pictures)
     return Made(
         folder=place,
         rows=done.rows,

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Protocol, TypeAlias
+
+import psutil
 
 from camsim.cores import cores
 from camsim.errors import CamsimError, InvalidValueError
@@ -30,6 +35,9 @@ ATTEMPTS = 3
 
 _AHEAD = 2
 """Tasks for each worker that wait: more would only take memory."""
+
+_LOOK_S = 0.5
+"""How often a worker looks whether the process that has begun it is there."""
 
 _THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -65,7 +73,7 @@ def processes(workers: int) -> Engine:
         waiting = [(task, 1) for task in tasks]
         waiting.reverse()
         while waiting:
-            pool = ProcessPoolExecutor(workers, initializer=_on_one_core, env=dict.fromkeys(_THREADS, "1"))
+            pool = ProcessPoolExecutor(workers, initializer=_begin_worker, env=dict.fromkeys(_THREADS, "1"))
             try:
                 yield from _through(pool, waiting, _AHEAD * workers)
             finally:
@@ -101,6 +109,19 @@ def _through(pool: Any, waiting: list[tuple[Task, int]], most: int) -> Iterator[
                 yield task.given_up("its worker died, three times")
 
 
+def _begin_worker() -> None:
+    """Let a worker use one core, and end with the process that has begun it, however that ends."""
+    threading.Thread(target=_end_after, args=(os.getppid(),), daemon=True).start()
+    _on_one_core()
+
+
+def _end_after(process: int) -> None:
+    """Wait for the end of a process, and end this one: nobody would, and it would keep its memory for ever."""
+    while os.getppid() == process and psutil.pid_exists(process):  # the one where orphans are adopted, or the other
+        time.sleep(_LOOK_S)
+    os._exit(1)
+
+
 def _on_one_core() -> None:
     """Let a worker use one core, in turn: every library then finds one and starts no threads beside it."""
     if not hasattr(os, "sched_setaffinity"):
@@ -128,7 +149,7 @@ def cluster(address: str) -> Engine:
             of: dict[Any, Task] = {}
 
             def hand_out(count: int) -> None:
-                for task, _ in zip(left, range(count), strict=False):
+                for task in itertools.islice(left, count):
                     future = client.submit(_done, task, pure=False, retries=ATTEMPTS)
                     of[future.key] = task
                     flying.add(future)
@@ -136,6 +157,10 @@ def cluster(address: str) -> Engine:
             hand_out(most)
             for future in flying:
                 task = of.pop(future.key)
+                if future.cancelled():  # nobody else does
+                    raise ConnectionError(
+                        f"the scheduler at {address} is lost; what is finished is kept, sweep again to go on"
+                    )
                 failure = future.exception()
                 if failure is None:
                     yield future.result()

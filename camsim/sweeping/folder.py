@@ -76,5 +76,7 @@ def completed(
         every = in_order(row for own in (*old, *new) for row in own)
         if every:
             write_manifest(folder, every)
+    if lost := len(wanted) - len(old) - len(new):
+        raise RuntimeError(f"{lost} of {len(wanted)} tasks came back from nobody")
     failed = sum(own[0]["status"] == FAILED for own in new)
     return Outcome(rows=tuple(every), made=len(new) - failed, found=len(old), failed=failed)

@@ -16,10 +16,10 @@ def is_drawn(values: list[Any] | Values) -> bool:
 
 
 def listed(values: list[Any] | Values) -> list[Any]:
-    """Return those that are not random, in their order.
+    """Return those that are not random, in their order; whole numbers where all are.
 
-    >>> listed(Values(linear=(4.0, 16.0, 5))), listed(Values(log=(100.0, 1600.0, 5)))
-    ([4.0, 7.0, 10.0, 13.0, 16.0], [100.0, 200.0, 400.0, 800.0, 1600.0])
+    >>> listed(Values(linear=(4.0, 16.0, 5))), listed(Values(log=(0.1, 10.0, 3)))
+    ([4, 7, 10, 13, 16], [0.1, 1.0, 10.0])
     """
     if isinstance(values, list):
         return values
@@ -46,6 +46,8 @@ def drawn(values: Values, *, seed: int, key: str, index: int) -> Any:
     return float(rng.uniform(*values.uniform))
 
 
-def _tidy(values: np.ndarray) -> list[float]:
+def _tidy(values: np.ndarray) -> list[float] | list[int]:
     """Return numbers without what rounding has left of a decimal fraction: 0.3, not 0.30000000000000004."""
-    return [float(f"{value:.14g}") for value in values.tolist()]
+    tidy = [float(f"{value:.14g}") for value in values.tolist()]
+    # Seeds, rows and counts take no 1.0.
+    return [int(value) for value in tidy] if all(map(float.is_integer, tidy)) else tidy

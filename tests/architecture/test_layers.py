@@ -14,6 +14,7 @@ LAYERS = (
     "version",
     "errors",
     "arrays",
+    "repeated",
     "cores",
     "words",
     "notebook",
@@ -79,7 +80,7 @@ LIBRARIES = {
     "rich": ("camsim.cli",),
     "platformdirs": ("camsim.kernels", "camsim.spectra.kept"),
     "lazy_loader": ("camsim",),
-    "psutil": ("camsim.config", "camsim.bench"),
+    "psutil": ("camsim.config", "camsim.bench", "camsim.sweeping"),
     "optiland": ("camsim.config.lens_import",),
 }
 COLOUR_DATA = ("camsim.spectra", "camsim.sensor.colour_matrix", "camsim.measure")

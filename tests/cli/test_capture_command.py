@@ -142,7 +142,7 @@ def test_a_frame_that_does_not_fit_is_refused_with_the_figure(camsim: Run, folde
     done = camsim("capture", "small.yaml", "--set", "region=null", "--set", "sensor.frame.rows=10000000",
                   "--set", "sensor.frame.cols=10000000")  # fmt: skip
     assert done.returncode == 2
-    assert "10000000 × 10000000 photosites need about 400 TB of memory, " in done.stderr
+    assert "10000000 × 10000000 photosites need about 20 TB of memory, " in done.stderr
     assert files_in(folder) == {"small.yaml"}
 
 

@@ -1,11 +1,13 @@
 """A dask scheduler and workers started by hand: the files of a sweep are those of one process."""
 
+import contextlib
 import hashlib
 import os
 import signal
 import socket
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -27,7 +29,7 @@ def sums(folder):
 
 
 @pytest.fixture
-def address(tmp_path):
+def cluster(tmp_path):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -37,17 +39,36 @@ def address(tmp_path):
     words = [[*dask, "--no-dashboard"], worker, worker]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path, "env": dict(os.environ)}
     programs = [subprocess.Popen(one, start_new_session=True, **quiet) for one in words]
-    yield place
+    yield SimpleNamespace(address=place, scheduler=programs[0])
     for program in programs:
-        os.killpg(program.pid, signal.SIGKILL)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(program.pid, signal.SIGKILL)
         program.wait()
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_scheduler_that_dies_is_said_and_what_was_finished_is_kept(cluster, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys.modules["camsim.sweeping.sweep"], "_TASK", 0.0)
+
+    def kill(stage, fraction):
+        if stage == "capture":
+            os.killpg(cluster.scheduler.pid, signal.SIGKILL)
+
+    with pytest.raises(ConnectionError, match="is lost; what is finished is kept, sweep again to go on"):
+        camsim.sweep(STUDY, tmp_path, scheduler=cluster.address, progress=kill)
+    again = camsim.sweep(STUDY, tmp_path, workers=0)
+    assert again.found > 0
+    assert again.found + again.taken == 8
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")  # sockets of the cluster's own
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_cluster_takes_the_same_files(address, tmp_path):
+def test_a_cluster_takes_the_same_files(cluster, tmp_path, monkeypatch):
+    """As many tasks as captures: more than are handed out at first."""
+    monkeypatch.setattr(sys.modules["camsim.sweeping.sweep"], "_TASK", 0.0)
     camsim.sweep(STUDY, tmp_path / "here", workers=0)
-    done = camsim.sweep(STUDY, tmp_path / "there", scheduler=address)
+    done = camsim.sweep(STUDY, tmp_path / "there", scheduler=cluster.address)
     assert (done.taken, done.failed) == (8, 0)
     assert sums(tmp_path / "there") == sums(tmp_path / "here")
 

@@ -19,6 +19,7 @@ MADE_OF = {
     "crops": {"rows": 8, "cols": 10, "each": 3},
     "splits": {"train": 0.5, "val": 0.25, "test": 0.25},
     "samples_per_shard": 10,
+    "sources": ["Greys: nobody's."],
 }
 
 
@@ -58,6 +59,11 @@ def test_no_scene_is_in_two_splits_and_none_is_empty(made):
     assert all(len(own) == 1 for own in splits.values())
     count = [sum(own == {name} for own in splits.values()) for name in ("train", "val", "test")]
     assert count == [2, 1, 1]
+
+
+def test_the_card_says_whose_the_sources_are(made):
+    assert "* Greys: nobody's." in (made.folder / "README.md").read_text(encoding="utf-8")
+    assert "Greys: nobody's." in json.loads((made.folder / "croissant.json").read_text(encoding="utf-8"))["creditText"]
 
 
 def test_shard_and_key_are_functions_of_the_index(made):

@@ -35,6 +35,10 @@ def test_ranges():
     assert [(own[A], own[B]) for own in found] == [(100.0, 4.0), (400.0, 4.5), (1600.0, 5.0)]
 
 
+def test_ranges_of_whole_numbers_are_whole():
+    assert [type(own[A]) for own in settings(vary={A: {"linear": [1, 5, 3]}})] == [int] * 3
+
+
 def test_scenes_are_outermost_and_without_vary_there_is_one_capture_each():
     scenes = ["slanted-edge", "flat-field"]
     assert [point.scene for point in study(scene=scenes, vary={A: [1, 2]}).points()] == [

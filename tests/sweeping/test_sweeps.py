@@ -11,12 +11,13 @@ import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from filelock import FileLock
 
 import camsim
 from camsim.errors import CamsimError, ConfigError, OutputError
-from camsim.sweeping import forecast, work
+from camsim.sweeping import engines, forecast, work
 
 SMALL = {
     "scene": "slanted-edge",
@@ -123,12 +124,14 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(swept, tmp_path):
     study = tmp_path / "study.yaml"
     study.write_text(_yaml(STUDY), encoding="utf-8")
     out = tmp_path / "out"
-    words = [sys.executable, "-m", "camsim", "sweep", str(study), "-o", str(out), "--workers", "0", "-q"]
+    words = [sys.executable, "-m", "camsim", "sweep", str(study), "-o", str(out), "--workers", "1", "-q"]
     process = subprocess.Popen(words)
     while not list(out.rglob("*.dng")) and process.poll() is None:
         time.sleep(0.01)
+    workers = psutil.Process(process.pid).children()
     process.send_signal(signal.SIGKILL)
     process.wait()
+    assert not psutil.wait_procs(workers, timeout=60)[1]  # they end with it
     assert camsim.sweep(STUDY, out, workers=0).failed == 0
     assert sums(out) == sums(swept.folder)
 
@@ -181,6 +184,29 @@ def test_columns_are_measured(tmp_path):
     wide, narrow = rows
     assert wide["mtf50_cycles_per_pixel_G1"] > 1.3 * narrow["mtf50_cycles_per_pixel_G1"]
     assert wide["mean_G_e"] == pytest.approx(16.0 * narrow["mean_G_e"], rel=0.01)
+
+
+def test_noise_is_that_of_the_sensor(tmp_path):
+    study = {"scene": "flat-field", "sensor": "mono-345", "set": {"region": {"rows": 60, "cols": 60}}}
+    study |= {"vary": {"exposure.time_s": [1e-3, 4e-3]}, "measure": ["signal", "noise"]}
+    for row in camsim.sweep(study, tmp_path, workers=0).rows:
+        mean = row["mean_Y_e"]
+        gain = row["electrons_per_dn"]
+        # The profile's PRNU of 0.5 %, DSNU of 0.6 and read noise of 2.4 e⁻, and rounding.
+        wanted = (mean + (0.005 * mean) ** 2 + 0.6**2 + 2.4**2 + gain**2 / 12.0) ** 0.5
+        assert row["noise_Y_e"] == pytest.approx(wanted, rel=4.0 / (2.0 * 3600) ** 0.5)
+        assert row["snr_Y"] == pytest.approx(mean / wanted, rel=4.0 / (2.0 * 3600) ** 0.5)
+
+
+def test_a_worker_of_another_version_is_refused():
+    with pytest.raises(CamsimError, match=r"the work was begun by camsim 0\.0\.0; install that one"):
+        work.refuse_other_software("camsim 0.0.0")
+
+
+def test_what_nobody_brought_back_is_no_success(tmp_path, monkeypatch):
+    monkeypatch.setattr(engines, "here", lambda tasks: iter(()))
+    with pytest.raises(RuntimeError, match="4 of 4 tasks came back from nobody"):
+        camsim.sweep(STUDY, tmp_path, workers=0)
 
 
 def test_what_it_would_take_is_told(tmp_path):

@@ -95,8 +95,9 @@ class StudyFile(Varying):
         default="{index:05d}.dng",
         description="of each capture, FILE[:PRODUCT], with {index}, {frame}, {scene} and varied keys as {exposure_iso}",
     )
-    measure: list[Literal["mtf", "signal"]] = Field(
-        default=[], description="columns to measure: mtf of slanted edges, signal of each channel"
+    measure: list[Literal["mtf", "noise", "signal"]] = Field(
+        default=[],
+        description="columns to measure: mtf of slanted edges, noise (and signal over it) and signal of each channel",
     )
 
 
@@ -139,4 +140,8 @@ class DatasetFile(Varying):
     )
     samples_per_shard: int = Field(default=500, ge=1, le=MOST, description="of all splits together")
     licence: Name = Field(default="CC-BY-4.0", description="of the data set, for its card")
+    sources: list[Name] = Field(
+        default=[],
+        description="whose its pictures and its own spectra are, and their licences, a sentence each, for its card",
+    )
     description: str = Field(default="", description="a sentence for its card")

@@ -22,6 +22,7 @@ from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 SIDES = (2.0, 5.0, 12.0)  # of windows, in reaches: one corner, an outline, a crowd
 FEW = 16  # windows: larger ones would hardly be fewer
@@ -122,13 +123,13 @@ class AberratedPlan:
             short = dataclasses.replace(short, job=rest, nodes=rest.nodes_like(short.nodes))
         return AberratedPlan(job=job, closed=self.closed.of(closed), short=short)
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image band by band."""
         if self.short is None:
             yield from self.closed.bands(channel, progress)
             return
         half = 0.5
-        short = self.short.rendered(channel, lambda done: progress(half * done))
+        short = self.short.rendered(channel[:], lambda done: progress(half * done))
         row = 0
         for band in self.closed.bands(channel, lambda done: progress(half + half * done)):
             band += short[row : row + len(band)]

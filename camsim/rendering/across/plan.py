@@ -24,6 +24,7 @@ from camsim.rendering.engine import Cost, Decision, Engine, Marks, Plan, Progres
 from camsim.rendering.flat import FlatPlan
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 FEWEST = 6  # photosites checked, each with a pattern of its own
 
@@ -119,7 +120,7 @@ class AcrossPlan:
         """Return the same tiles and places for other edges."""
         return dataclasses.replace(self, job=job)
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image, one row of tiles after the other."""
         tiles, cols = self.lattice.tiles, channel.shape[1]
         for number, tile in enumerate(tiles):

@@ -21,6 +21,7 @@ from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,7 +121,7 @@ class BoundaryPlan:
         """Return the same settings and wavelengths for other edges."""
         return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes))
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image band by band; raises InvalidValueError where the tables would take too much memory."""
         row, table_bytes = 0, 8.0 * self.counts.table_values
         if table_bytes > MEMORY_LIMIT_BYTES:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64, U8
+from camsim.arrays import C128, F64, I64
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import chebyshev, gauss_by_length, interpolation
 from camsim.rendering.boundary.crowd import gather
@@ -23,9 +23,11 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
+from camsim.repeated import Channels
 
 NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
 BAND_PHOTOSITES = 2_000_000
+MOST_IN_BAND = 1 << 22  # photosites: 34 MB
 LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
 MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
 RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, relative to no footprint
@@ -33,9 +35,12 @@ CELL_NODES = 1  # more along a cell than along a tile: every part of a cell coun
 
 
 def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
-    """Return how many photosites the largest tiles of a grid of ``shape`` have along a side."""
+    """Return how many photosites the largest tiles of a grid of ``shape`` have along a side.
+
+    A band is a row of tiles: those of large frames are more, so that a band's memory does not grow with the frame.
+    """
     root = settings.leaf
-    while -(-shape[0] // root) * -(-shape[1] // root) > MOST_TILES:
+    while -(-shape[0] // root) * -(-shape[1] // root) > MOST_TILES and 2 * root * shape[1] <= MOST_IN_BAND:
         root *= 2
     return root
 
@@ -83,7 +88,7 @@ def boundary_bands(
     footprint: Footprint,
     nodes: Nodes,
     settings: Settings,
-    channel: U8,
+    channel: Channels,
 ) -> Iterator[F64]:
     """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
 

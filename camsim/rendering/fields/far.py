@@ -33,6 +33,23 @@ RADII = 512  # of a shell's table
 GROWTH = 2.0  # from one shell to the next
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Shell:
+    """What a ring of the pattern throws on a window, on a lattice.
+
+    lattice : (channels, …);  step: between its points;  first: x, y of the first, from the window's first photosite
+    """
+
+    lattice: F64
+    step: float
+    first: F64
+
+    def add(self, row: int, channel: U8, image: F64) -> None:
+        """Add it to photosites (..., rows, cols) from a row of the window on."""
+        images = channel.reshape(-1, *channel.shape[-2:])
+        read(self.lattice, self.step, self.first, row, images, image.reshape(images.shape))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Beyond:
     """The pattern beyond a taper, and what it falls on.
@@ -51,12 +68,12 @@ class Beyond:
     sharpness: float
     light: float
 
-    def add(self, origin: tuple[float, float], channel: U8, image: F64) -> None:
-        """Add the light from beyond to every photosite (..., rows, cols), shell by shell, each twice as far out.
+    def shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> list[Shell]:
+        """Return the light from beyond at photosites (rows, cols), shell by shell, each twice as far out.
 
         origin : x, y of the first photosite's centre, pitches
         """
-        size = np.array([channel.shape[-1] - 1.0, channel.shape[-2] - 1.0])
+        size = np.array([shape[1] - 1.0, shape[0] - 1.0])
         corners = np.concatenate([layer.corners for layer in self.layers]) - np.array(origin)
         span = float(np.hypot(*np.maximum(np.maximum(corners.max(axis=0), size - corners.min(axis=0)), 0.0)))
         tapers = [(self.inner, self.outer)]
@@ -71,8 +88,7 @@ class Beyond:
             for layer, (a, b) in zip(self.layers, pairwise(first), strict=True)
         ]
         patterns = scipy.interpolate.CubicSpline(log_radius, few.patterns, axis=1)
-        for near, far in pairwise(tapers):
-            self._shell(near, far, size, gathered, patterns, few.weights, channel, image)
+        return [self._shell(near, far, size, gathered, patterns, few.weights) for near, far in pairwise(tapers)]
 
     def _shell(
         self,
@@ -82,10 +98,8 @@ class Beyond:
         gathered: Sequence[Gathered],
         patterns: Callable[[F64], F64],
         weights: F64,
-        channel: U8,
-        image: F64,
-    ) -> None:
-        """Add the light of the pattern between two tapers; ``patterns``, ``weights``: see ``Few``, by log r."""
+    ) -> Shell:
+        """Return the light of the pattern between two tapers; ``patterns``, ``weights``: see ``Few``, by log r."""
         light = max(self.light * self.inner / near[0], 1.0)
         step = min(near[0], near[1] - near[0]) / (FINENESS * light ** (1.0 / POINTS))
         # A block of side b for its samples: b²/24 times the pattern's second derivative, 12/r² of it.
@@ -127,8 +141,7 @@ class Beyond:
         lattice = np.empty((len(totals), *count))
         for own, total in zip(lattice, totals, strict=True):
             own[...] = scipy.fft.irfft2(total, s=length, workers=-1)[: count[0], : count[1]]
-        images = channel.reshape(-1, *channel.shape[-2:])
-        read(lattice, step, low, images, image.reshape(images.shape))
+        return Shell(lattice=lattice, step=step, first=low)
 
     def _averaged(self, radius: F64) -> F64:
         """Return r³ times the pattern's mean over a ring, (planes, channels, radii): all but constant far out.

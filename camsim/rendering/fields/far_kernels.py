@@ -27,11 +27,11 @@ def deposit_rows(x: F64, y: F64, light: F64, lattice: F64) -> None:
         shared(len(its), functools.partial(_add_lines, top, down, lines, its))
 
 
-def read(lattice: F64, step: float, first: F64, channel: U8, image: F64) -> None:
-    """Add lattices (channels, …), the first point at ``first``, to photosites (images, rows, cols) at whole places."""
+def read(lattice: F64, step: float, first: F64, row: int, channel: U8, image: F64) -> None:
+    """Add lattices (channels, …), the first point at ``first``, to photosites (images, rows, cols) from a row on."""
     rows, cols = channel.shape[1:]
     left, across = _weighed((np.arange(cols) - first[0]) / step)
-    top, down = _weighed((np.arange(rows) - first[1]) / step)
+    top, down = _weighed((np.arange(row, row + rows) - first[1]) / step)
     shared(rows, functools.partial(_read, lattice, left, across, top, down, channel, image))
 
 

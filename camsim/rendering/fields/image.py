@@ -24,7 +24,7 @@ from camsim.rendering.budget import ErrorBudget, Source
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fields.aligned import Aligned
-from camsim.rendering.fields.cost import STRIP_POINTS, Prices, quickest, windows
+from camsim.rendering.fields.cost import Prices, quickest, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_distance
@@ -32,7 +32,8 @@ from camsim.rendering.fields.samples import Lattice, Samples, parts_of, samples_
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
-from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes, spreading_precision
+from camsim.rendering.fourier.plan import Kernel, Sizes, spreading_precision
+from camsim.repeated import Channels
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
 MOST_FREQUENCIES = 4.0  # of a lattice of its own, for each sample and each frequency of the band
@@ -64,8 +65,19 @@ class FieldImage:
         origin  : x, y of the first photosite's centre, pitches
         channel : (..., rows, cols) index of each photosite's channel
         """
+        image, row = np.zeros(channel.shape), 0
+        for band in self.bands(origin, channel, progress):
+            if band.shape == image.shape:
+                return band
+            image[..., row : row + band.shape[-2], :] = band
+            row += band.shape[-2]
+        return image
+
+    def bands(
+        self, origin: tuple[float, float], channel: Channels, progress: Callable[[float], None] = lambda done: None
+    ) -> Iterator[F64]:
+        """Yield the same from the top, a row of tiles at a time."""
         check_tolerance(self.tolerance)
-        image = np.zeros(channel.shape)
         shape = channel.shape[-2], channel.shape[-1]
         reach, side, cost = self._planned(origin, shape)
         if cost.memory_bytes > self.memory_limit_bytes:
@@ -75,20 +87,29 @@ class FieldImage:
                 key="method",
             )
         parts = windows(shape, side)
+        shells = self._beyond(reach).shells(origin, shape) if reach.far else []
         for done, (row, col, rows, cols) in enumerate(parts):
-            part = (..., slice(row, row + rows), slice(col, col + cols))
+            if col == 0:
+                here = channel[..., row : row + rows, :]
+                band = np.zeros(here.shape)
+            part = (..., slice(col, col + cols))
             at = origin[0] + col, origin[1] + row
             low, high, tile = self._tile(at, (rows, cols), reach)
-            image[part] += self._window(at, low, high, tile, reach, channel[part])
+            band[part] += self._window(at, low, high, tile, reach, here[part])
             progress((done + 1) / len(parts))
-        if reach.far:
-            self._beyond(reach).add(origin, channel, image)
-        return image
+            if col + cols == shape[1]:
+                if shells:
+                    beyond = np.zeros(here.shape)
+                    for shell in shells:
+                        shell.add(row, here, beyond)
+                    band += beyond
+                yield band
 
     def _window(self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8) -> F64:
         """Return what a window's photosites see within the reach: lattices along their rows, then the rest."""
         image = np.zeros(channel.shape)
-        plan = self._sizes(tile, reach)
+        fields = 0 if self._kernel.round else self._prices.fields(tile)
+        plan = reach.sizes(tile, self.density.shape[0], self.density.shape[1], fields)
         rest: dict[int, Samples] = {}
         for k, layer in enumerate(self.layers):
             along = self._is_aligned(layer, tile)
@@ -216,39 +237,17 @@ class FieldImage:
             extent = size + beyond + wide  # wherever a window lies: those of one size share transfers
         periods = [scipy.fft.next_fast_len(math.ceil(value), real=True) for value in extent + beyond]
         width = reach.outer[0] - reach.inner[0]
+        cut = self._kernel.cutoff + (reach.margin / width if width else 0.0)
         tile = Tile(
-            row=0,
-            col=0,
-            rows=shape[0],
-            cols=shape[1],
-            inner=reach.inner,
-            outer=reach.outer,
-            periods=(max(periods[0], 2), max(periods[1], 2)),
-            cut=self._kernel.cutoff + (reach.margin / width if width else 0.0),
-            low=(float(low[0]), float(low[1])),
-            high=(float(high[0]), float(high[1])),
-        )
+            row=0, col=0, rows=shape[0], cols=shape[1], inner=reach.inner, outer=reach.outer,
+            periods=(max(periods[0], 2), max(periods[1], 2)), cut=cut,
+            low=(float(low[0]), float(low[1])), high=(float(high[0]), float(high[1])),
+        )  # fmt: skip
         return low, high, tile
 
     def _step(self, layer: Layer) -> float:
         """Return the distance of a layer's samples once they are refined."""
         return layer.step / parts_of(layer, self._kernel.cutoff)
-
-    def _sizes(self, tile: Tile, reach: Reach) -> Sizes:
-        kernel, count = self._kernel, len(self.density)
-        fields = 0 if kernel.round else self._prices.fields(tile)
-        return Sizes(
-            tiles=(tile,),
-            margin=reach.margin,
-            sharpness=reach.sharpness,
-            spread=True,
-            channels=self.density.shape[1],
-            fields=fields,
-            block_points=max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + count + fields)),
-            strip_points=STRIP_POINTS,
-            seconds=0.0,
-            memory_bytes=0.0,
-        )
 
     @functools.cached_property
     def _prices(self) -> Prices:
@@ -269,7 +268,7 @@ class FieldImage:
         sides = [side for side in TILE_SIDES if side == TILE_SIDES[0] or side < max(shape)]
         each = [(side, self._prices.of(self._tiles(origin, shape, side, reach))) for side in sides]
         side, own = quickest(each, self.memory_limit_bytes)
-        cost = Cost(seconds=own.seconds, memory_bytes=own.held_bytes + 16.0 * shape[0] * shape[1])
+        cost = Cost(seconds=own.seconds, memory_bytes=own.held_bytes + 16.0 * min(side, shape[0]) * shape[1])
         self._plans[origin, shape] = reach, side, cost
         return self._plans[origin, shape]
 

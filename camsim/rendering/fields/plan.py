@@ -7,12 +7,15 @@ import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from camsim.arrays import F64, I64, U8
 from camsim.rendering.engine import Cost, Decision, Marks, Plan, Progress
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.parts import FieldImages
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 OF_EDGES = 0.3  # of the progress
 
@@ -112,10 +115,18 @@ class WithPictures:
         """Return the same method for other edges, without the pictures."""
         return self.edges.of(job)
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
-        """Yield the image from the top."""
-        (bands,) = self.images(channel[None], progress)
-        yield from bands
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
+        """Yield the image from the top, band by band of the pictures, the edges' rows added as they come."""
+        edges, rest = self.edges.bands(channel, lambda done: None), np.empty((0, channel.shape[1]))
+        for band in self.image.bands(self.fields.grid.first_centre, channel, progress):
+            row = 0
+            while row < len(band):
+                rest = rest if len(rest) else next(edges)
+                count = min(len(rest), len(band) - row)
+                band[row : row + count] += rest[:count]
+                rest, row = rest[count:], row + count
+            yield band
+            del band  # or it would stay until the next one is finished
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield the bands of several images in turn; pictures are transformed once for all."""

@@ -13,8 +13,10 @@ from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fields.cost import STRIP_POINTS
 from camsim.rendering.fields.layer import Layer
-from camsim.rendering.fourier.plan import Kernel
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes
 from camsim.rendering.fourier.taper import taper_margin
 
 DIRECTIONS = 64
@@ -51,6 +53,21 @@ class Reach:
     margin: float
     sharpness: float
     far: bool
+
+    def sizes(self, tile: Tile, planes: int, channels: int, fields: int) -> Sizes:
+        """Return the settings of one window's transforms; ``fields``: transfers that are held for a block."""
+        return Sizes(
+            tiles=(tile,),
+            margin=self.margin,
+            sharpness=self.sharpness,
+            spread=True,
+            channels=channels,
+            fields=fields,
+            block_points=max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + planes + fields)),
+            strip_points=STRIP_POINTS,
+            seconds=0.0,
+            memory_bytes=0.0,
+        )
 
 
 def parted(

@@ -16,7 +16,7 @@ from camsim.optics import OpticalSystem
 from camsim.optics.airy import AIRY
 from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import CLOSED_PART
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, SET_UP_SECONDS, Cost, Decision, Marks, Progress
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, SET_UP_SECONDS, Cost, Decision, Marks, Progress, share
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.fourier.lens import kernel_of
@@ -24,6 +24,7 @@ from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 FEWEST = 2  # photosites that are checked singly: a transform's errors are everywhere, no photosite is a case of its own
 
@@ -37,12 +38,9 @@ class Sum:
     def rendered(self, origin: tuple[float, float], channel: U8, progress: Progress = lambda done: None) -> F64:
         """Render every photosite in its own channel; see ``FourierImage.rendered``."""
         image = np.zeros(channel.shape)
+        count = len(self.parts)
         for number, part in enumerate(self.parts):
-
-            def report(done: float, number: int = number) -> None:
-                progress((number + done) / len(self.parts))
-
-            image += part.rendered(origin, channel, report)
+            image += part.rendered(origin, channel, functools.partial(share, progress, number, count))
         return image
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
@@ -143,9 +141,9 @@ class FourierPlan:
         parts = tuple(part.of(one) for part, one in zip(self.parts, own, strict=False) if one is not None)
         return FourierPlan(job=job, nodes=job.nodes_like(self.nodes), parts=parts)
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""
-        yield self.image.rendered(self.job.grid.first_centre, channel, progress)
+        yield self.image.rendered(self.job.grid.first_centre, channel[:], progress)
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield several images, each as one band: edges and lens are transformed once for all."""

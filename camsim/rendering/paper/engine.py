@@ -17,6 +17,7 @@ from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.work import Work
+from camsim.repeated import Channels
 
 SECONDS_PER_CLIP = 4e-9  # of one square against one edge
 
@@ -69,7 +70,7 @@ class PaperPlan:
         """Return the same samples for other edges."""
         return dataclasses.replace(self, job=job)
 
-    def bands(self, channel: U8, progress: Progress) -> Iterator[F64]:
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band."""
         job = self.job
         yield self.rule.image(

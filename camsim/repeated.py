@@ -1,0 +1,41 @@
+"""Arrays that repeat a small one, of which large frames need not hold all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from camsim.arrays import U8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Repeated:
+    """A small array (p, q) repeated over (rows, cols), of which only what is asked for is ever made.
+
+    >>> index = Repeated(np.array([[0, 1], [1, 2]], np.uint8), (3, 5))
+    >>> index[1:]
+    array([[1, 2, 1, 2, 1],
+           [0, 1, 0, 1, 0]], dtype=uint8)
+    >>> index[np.array([0, 2]), np.array([1, 2])], len(index)
+    (array([1, 0], dtype=uint8), 3)
+    """
+
+    period: U8
+    shape: tuple[int, int]
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, place: Any) -> U8:
+        rows, cols = place[-2:] if isinstance(place, tuple) else (place, slice(None))
+        row = np.arange(self.shape[0])[rows] % self.period.shape[0]
+        col = np.arange(self.shape[1])[cols] % self.period.shape[1]
+        whole = isinstance(rows, slice) and isinstance(cols, slice)
+        found: U8 = self.period[row[:, None] if whole else row, col]
+        return found
+
+
+Channels: TypeAlias = U8 | Repeated
+"""The channel of each photosite, (rows, cols); ``[:]`` makes it an array."""
