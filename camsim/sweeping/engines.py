@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -119,7 +120,7 @@ def _end_after(process: int) -> None:
     """Wait for the end of a process, and end this one: nobody would, and it would keep its memory for ever."""
     while os.getppid() == process and psutil.pid_exists(process):  # the one where orphans are adopted, or the other
         time.sleep(_LOOK_S)
-    os._exit(1)
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _on_one_core() -> None:
