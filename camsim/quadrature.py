@@ -54,25 +54,18 @@ def gauss_pieces(phase: F64, allowed: float, most: int) -> tuple[I64, I64]:
 
 
 @functools.cache
-def gauss_by_length(phase: float, order: int, longest: float, steps: int) -> tuple[F64, F64, I64]:
-    """Return rules for pieces of 1/steps, 2/steps … 1 of ``longest``, each as exact as ``order`` nodes are for a phase.
+def gauss_rules(counts: tuple[int, ...]) -> tuple[F64, F64, I64]:
+    """Return rules of so many nodes each: nodes and weights (rules, most), of which the first counts are used.
 
-    phase   : half of what a piece of length 1 spans, radians
-    returns : nodes and weights (steps, most), of which the first count (steps,) are used; read-only
+    returns : and the counts as an array; all read-only
     """
-    allowed = gauss_error(order, phase)
-    counts = np.empty(steps, np.int64)
-    count = 1
-    for k in range(steps):
-        while gauss_error(count, phase * longest * (k + 1) / steps) > allowed:
-            count += 1
-        counts[k] = count
-    nodes, weights = np.zeros((steps, count)), np.zeros((steps, count))
+    nodes, weights = np.zeros((len(counts), max(counts))), np.zeros((len(counts), max(counts)))
     for k, n in enumerate(counts):
-        nodes[k, :n], weights[k, :n] = gauss_legendre(int(n))
-    for array in (nodes, weights, counts):
+        nodes[k, :n], weights[k, :n] = gauss_legendre(n)
+    of_each = np.array(counts, np.int64)
+    for array in (nodes, weights, of_each):
         array.flags.writeable = False
-    return nodes, weights, counts
+    return nodes, weights, of_each
 
 
 def chebyshev(order: int) -> F64:

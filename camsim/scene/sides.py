@@ -25,7 +25,7 @@ SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
 HALVINGS = 40
 ROUNDS = 100  # of easing: as many as there are stretches between the shortest sides and the longest
 MOST_SIDES = 20_000_000  # of all curves
-GRID_BITS = 46  # of the largest coordinate
+GRID_BITS = 46  # of the largest coordinate of a curve
 NEARLY = 1e-9  # of a curve's parameter: a corner so near its ends is one of them
 LEAST = 0.3  # of a step between corners on a circle: nearer ones are one
 FINEST = 1e-4  # of a curve's length: the first side at a corner is no shorter
@@ -129,8 +129,9 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     free = np.ones(owner.size, bool)
     free[begin] = through
     moved = _with_areas(corners, own.areas(t0, t1), free, first)
-    # Corners that shapes have in common differ by rounding; on a grid they are the same.
-    grid = math.ldexp(1.0, math.frexp(float(np.abs(moved).max()))[1] - GRID_BITS)
+    # Corners that curves have in common differ by rounding; on a grid they are the same.
+    largest = float(np.abs(moved[(curves.kind != STRAIGHT)[owner]]).max())
+    grid = math.ldexp(1.0, math.frexp(largest)[1] - GRID_BITS)
     begins_straight = np.zeros(owner.size, bool)
     begins_straight[begin] = ~through
     return Polygons(np.where(begins_straight[:, None], moved, np.round(moved / grid) * grid), first)

@@ -194,3 +194,11 @@ def test_a_huge_rectangle_behind_a_thin_ellipse():
     thin = {"kind": "ellipse", "centre": [-0.67, -0.68], "radii": [1.0, 0.032], "rotate_deg": 30.0, "reflectance": 0.0}
     system = system_of([huge | {"reflectance": 0.2}, thin], 0.47, rows=2, cols=2)
     assert systems.rendered(system, tolerance=1e-7, method="boundary").error_estimate <= 1e-7
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 4e-6, 1e-7])
+def test_a_disc_within_a_wide_gaussian(tolerance):
+    """1.8 of the tolerance was met: rules for short sides followed high frequencies, and lost to low ones alike."""
+    disc = {"kind": "disc", "radius": 4.3, "centre": [2.7, -0.6], "reflectance": 0.2}
+    system = system_of([disc], 6.3, photosite=POINT, rows=8, cols=2) | {"lens": {"kind": "gaussian", "blur": 6.3}}
+    keeps(system, tolerance, "boundary")

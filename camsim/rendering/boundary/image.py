@@ -9,13 +9,13 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64
 from camsim.optics.pattern import Pattern
-from camsim.quadrature import chebyshev, gauss_by_length, interpolation
+from camsim.quadrature import chebyshev, gauss_rules, interpolation
 from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.focus import ZONE, touching
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 from camsim.rendering.boundary.rings import airy_rings
-from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
+from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import edge_responses, field_tables
 from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
@@ -28,7 +28,6 @@ from camsim.repeated import Channels
 NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
 BAND_PHOTOSITES = 2_000_000
 MOST_IN_BAND = 1 << 22  # photosites: 34 MB
-LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
 MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
 RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, relative to no footprint
 CELL_NODES = 1  # more along a cell than along a tile: every part of a cell counts, few photosites lie at a tile's rim
@@ -49,8 +48,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
     """Return the settings as the kernels read them, for a grid of ``shape``."""
     root = largest_tile(settings, shape)
     nodes = chebyshev(settings.tile_nodes)
-    longest = LONGEST_PIECE / PANEL_BLURS
-    gauss_x, gauss_w, gauss_count = gauss_by_length(math.pi * PANEL_BLURS, settings.panel_nodes, longest, LENGTHS)
+    gauss_x, gauss_w, gauss_count = gauss_rules(settings.piece_nodes)
     levels = int(math.log2(root // settings.leaf)) + 1
     to_photosites = np.zeros((levels, root, nodes.size))
     for level in range(levels):
@@ -63,7 +61,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         quiet_line=settings.quiet_line,
         field_step=settings.field_step,
         response_step=settings.response_step,
-        piece=longest * settings.panel,
+        piece=LONGEST_PIECE / PANEL_BLURS * settings.panel,
         gauss_x=gauss_x,
         gauss_w=gauss_w,
         gauss_count=gauss_count,

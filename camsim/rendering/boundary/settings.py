@@ -36,6 +36,8 @@ SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is in
 FEW = 4  # corners, or lines, that the shares below were set for
 SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
 PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
+LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
+OF_PIECES = 16.0  # times what is allowed: as much as a bound for pieces may be over it
 # What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
 EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # steps, blurs: as far as these first terms hold (to a tenth)
@@ -63,6 +65,7 @@ class Settings:
     response_step: float
     panel: float
     panel_nodes: int
+    piece_nodes: tuple[int, ...]
     tile_nodes: int
     foci: Foci
     separation: float = SEPARATION
@@ -110,6 +113,7 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
     if pattern.airy and (quiet_end > RINGS_FROM * blur.size * longest or table_bytes > TABLE_BYTES):
         near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
+    panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
         near=near,
@@ -119,7 +123,8 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
         field_step=field_step,
         response_step=response_step,
         panel=shortest * PANEL_BLURS,
-        panel_nodes=_panel_nodes(pattern, budget.allowed("panels")),
+        panel_nodes=panel_nodes,
+        piece_nodes=_piece_nodes(pattern, budget.allowed("panels"), panel_nodes),
         tile_nodes=_tile_nodes(budget.allowed("tiles")),
         foci=loud,
     )
@@ -186,11 +191,34 @@ def _panel_nodes(pattern: Pattern, allowed: float) -> int:
     add up: at most 0.15 of it was measured.
     """
     order = 2
-    while True:
-        lost = math.exp(gauss_error(order, math.pi * PANEL_BLURS)) * pattern.moment(2 * order)
-        if PANEL_BLURS * lost / (math.pi * (2 * order + 1)) <= allowed:
-            return order
+    while _lost(pattern, order, PANEL_BLURS) > allowed:
         order += 1
+    return order
+
+
+def _lost(pattern: Pattern, order: int, length: float) -> float:
+    """Return what nodes lose on pieces of a length (blurs) that make up a panel."""
+    each = math.exp(gauss_error(order, math.pi * length)) * pattern.moment(2 * order)
+    return PANEL_BLURS * each / (math.pi * (2 * order + 1))
+
+
+def _piece_nodes(pattern: Pattern, allowed: float, order: int) -> tuple[int, ...]:
+    """Nodes of the rules for pieces of 1/LENGTHS, 2/LENGTHS … 1 of the longest.
+
+    As many as follow the highest frequency as well as ``order`` nodes do on a panel. That is too few where what passes
+    is mostly low: two nodes lose to f⁴ what four lose to f⁸, and the pieces of one outline lose it alike. A round
+    outline behind a Gaussian lens lost a hundredth of the bound, 37 times what is allowed: OF_PIECES is well below.
+    """
+    counts, count = [], 1
+    for k in range(LENGTHS):
+        length = LONGEST_PIECE * (k + 1) / LENGTHS
+        while (
+            gauss_error(count, math.pi * length) > gauss_error(order, math.pi * PANEL_BLURS)
+            or _lost(pattern, count, length) > OF_PIECES * allowed
+        ):
+            count += 1
+        counts.append(count)
+    return tuple(counts)
 
 
 def _tile_nodes(allowed: float) -> int:
