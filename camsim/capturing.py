@@ -33,8 +33,13 @@ def _listed(given: Any) -> Any:
     return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str | bytes) else given
 
 
+def _folders(given: Any) -> Any:
+    """Return folders: one alone may be given bare."""
+    return (given,) if isinstance(given, str | os.PathLike) else _listed(given)
+
+
 _PATH = Annotated[str, Before(text_of_path), Called("a path or a name")]
-_FOLDERS = Annotated[tuple[_PATH, ...], Before(_listed), Called("a list of folders")]
+_FOLDERS = Annotated[tuple[_PATH, ...], Before(_folders), Called("a list of folders")]
 _CHANGES = Annotated[tuple[str, ...], Before(_listed), Called("a list of changes, such as ['exposure.iso=800']")]
 
 

@@ -286,7 +286,7 @@ def test_the_check_sees_what_is_wrong(monkeypatch, lens):
     """Half a pixel of shift, a wrong plane, a missing far part: none of them goes unseen."""
     picture = camsim.Picture(planes=np.random.default_rng(7).random((8, 8)), width_um=30.0)
     scene, optics = camsim.Scene(background=0.2, shapes=[picture]), [lens, OLPF, PHOTOSITE]
-    honest = FieldImage.rendered
+    honest = FieldImage.bands
 
     def shifted(self, origin, channel, progress=lambda done: None):
         return honest(self, (origin[0] + 0.01, origin[1]), channel, progress)
@@ -295,9 +295,9 @@ def test_the_check_sees_what_is_wrong(monkeypatch, lens):
         return honest(dataclasses.replace(self, density=1.001 * self.density), origin, channel, progress)
 
     for wrong in (shifted, weighed):
-        monkeypatch.setattr(FieldImage, "rendered", wrong)
+        monkeypatch.setattr(FieldImage, "bands", wrong)
         assert camsim.render(scene, optics, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate > 2e-5
-    monkeypatch.setattr(FieldImage, "rendered", honest)
+    monkeypatch.setattr(FieldImage, "bands", honest)
     assert camsim.render(scene, optics, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate <= 1e-5
 
 

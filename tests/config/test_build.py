@@ -107,9 +107,8 @@ def test_a_frame_that_does_not_fit_in_memory(edited: Callable[..., None], folder
 
 def test_a_frame_that_passes_through_takes_more_the_larger_it_is_and_less_than_one_that_is_held() -> None:
     small, large = (memory.needed_bytes(rows, 9000, 3, ("mosaic",), held=False) for rows in (6000, 12_000))
-    # Each photosite's filter at least, and a band.
-    assert small > 1e8 + 6000 * 9000
-    assert 6000 * 9000 <= large - small < memory.needed_bytes(6000, 9000, 3, ("mosaic",))
+    assert small > 1e8  # a band
+    assert 0 < large - small < 0.01 * memory.needed_bytes(6000, 9000, 3, ("mosaic",))
 
 
 def test_every_product_takes_memory() -> None:

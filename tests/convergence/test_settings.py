@@ -13,7 +13,7 @@ import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import budget
 from camsim.rendering.boundary.engine import Boundary
-from camsim.rendering.boundary.settings import _panel_nodes, _step
+from camsim.rendering.boundary.settings import _panel_nodes, _piece_nodes, _step
 from camsim.rendering.render import plan_render
 
 PAGES = runpy.run_path(str(Path(__file__).parents[2] / "bench" / "budget_pages.py"))
@@ -78,6 +78,8 @@ def test_look_ups_keep_what_their_steps_were_chosen_for(rendered, allowed):
 
 @pytest.mark.parametrize("allowed", [1e-7, 1e-5, 1e-3])
 def test_panels_keep_what_their_nodes_were_chosen_for(rendered, allowed):
-    nodes = _panel_nodes(rendered.plan.pattern, allowed)
-    assert rendered.error(panel_nodes=nodes) < 0.5 * allowed
-    assert rendered.error(panel_nodes=nodes - 1) > rendered.error(panel_nodes=nodes)
+    pattern = rendered.plan.pattern
+    nodes = _panel_nodes(pattern, allowed)
+    found = rendered.error(piece_nodes=_piece_nodes(pattern, allowed, nodes))
+    assert found < 0.5 * allowed
+    assert rendered.error(piece_nodes=_piece_nodes(pattern, math.inf, nodes - 1)) > found

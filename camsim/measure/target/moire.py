@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.measure.lens_places import refuse_distortion
@@ -94,6 +95,12 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
     return MoireReport(file=picture.name, ghosts=ghosts)
 
 
+def _least_squares(basis: F64, signal: F64) -> tuple[F64, F64]:
+    """Return coefficients, and the inverse of their normal equations."""
+    inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
+    return np.einsum("ij,nj,n->i", inverse, basis, signal), inverse
+
+
 def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterator[Ghost]:
     pitch_um = capture.camera.pitch_um
     contrast = surface_contrast(plane.name, capture, plate["dark"], plate["light"])
@@ -120,15 +127,17 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
         if math.hypot(*at) + reach > rim or not whole or np.count_nonzero(near) < _LEAST_PHOTOSITES:
             continue
         phase = np.pi * k * distance[near] ** 2
-        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency: where the transfer
-        # goes through 0, as that of a photosite as wide as the pitch does, it bends too.
+        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency.
         finer = (x[near] * at[0] + y[near] * at[1]) * k / frequency - frequency / k
         waves = np.stack([np.cos(phase), np.sin(phase)])
         third = np.stack([np.cos(3.0 * phase), np.sin(3.0 * phase)])
-        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, waves * finer**2, third]).T
+        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, third]).T
         signal = plane.samples[near].astype(np.float64) - plane.black
-        inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
-        fitted = np.einsum("ij,nj,n->i", inverse, basis, signal)
+        fitted, inverse = _least_squares(basis, signal)
+        if np.hypot(*fitted[1:3]) < np.hypot(*fitted[3:5]) * np.abs(finer).max():
+            # Where the transfer goes through 0, as of a photosite as wide as the pitch, how it bends is heard.
+            basis = np.concatenate([basis, (waves * finer**2).T], axis=1)
+            fitted, inverse = _least_squares(basis, signal)
         rest = signal - np.einsum("ni,i->n", basis, fitted)
         variance = float(np.einsum("n,n->", rest, rest)) / (signal.size - basis.shape[1])
         sigma = math.sqrt(0.5 * variance * float(inverse[1, 1] + inverse[2, 2]))
