@@ -95,7 +95,7 @@ def test_a_scene_from_elsewhere_cannot_read_the_disk(tmp_path_factory: pytest.Te
 def test_a_folder_that_is_none() -> None:
     put("one/alone.yaml", "Alone")
     assert load_camera("alone", lens=Airy(f_number=8.0), sensors="one").name == "Alone"
-    with pytest.raises(CamsimError, match=r"^--sensors: must be a list of folders, not 5$"):
+    with pytest.raises(CamsimError, match=r"^sensors: must be a list of folders, not 5$"):
         load("slanted-edge", sensors=5)  # type: ignore[arg-type]
     for wrong in ("gone", "scenes/a.yaml"):
         with pytest.raises(CamsimError, match=f"^--sensors: '{wrong}' is no folder; name one that holds sensor files$"):
