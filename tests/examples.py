@@ -71,3 +71,28 @@ def worst(a, b):
     """Largest difference of two images; a NaN is never small."""
     difference = np.abs(np.asarray(a) - np.asarray(b)).max()
     return np.inf if np.isnan(difference) else difference
+
+
+def tile_centres(shape, step, centre, rotate_deg):
+    """Centres (rows, cols, 2) of squares side by side about ``centre``; corners that they share differ by rounding."""
+    turn = np.radians(rotate_deg)
+    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    places = [
+        [[col + 0.5 - shape[1] / 2, row + 0.5 - shape[0] / 2] for col in range(shape[1])] for row in range(shape[0])
+    ]
+    return np.array([[centre + step * np.array(place) @ axes for place in row] for row in places])
+
+
+def tiles(reflectance, step_um, centre_um, rotate_deg):
+    """Squares side by side, each of its own grey (rows, cols)."""
+    centres = tile_centres(reflectance.shape, step_um, np.asarray(centre_um), rotate_deg)
+    return [
+        camsim.Rectangle(
+            width_um=step_um,
+            height_um=step_um,
+            centre_um=tuple(centres[place]),
+            rotate_deg=rotate_deg,
+            reflectance=float(reflectance[place]),
+        )
+        for place in np.ndindex(reflectance.shape)
+    ]

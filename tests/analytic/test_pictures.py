@@ -7,7 +7,7 @@ import functools
 
 import numpy as np
 import pytest
-from examples import worst
+from examples import tiles, worst
 from truth import samples as truth
 
 import camsim
@@ -139,24 +139,6 @@ def test_a_window_beside_a_picture_is_that_of_the_frame(origin):
     assert worst(part, whole[rows, cols]) <= 2e-6
 
 
-def squares(planes, step_um, centre_um, rotate_deg):
-    """Return every sample as a rectangle."""
-    turn = np.radians(rotate_deg)
-    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    rows, cols = planes.shape
-    return [
-        camsim.Rectangle(
-            width_um=step_um,
-            height_um=step_um,
-            centre_um=tuple(centre_um + step_um * np.array([col + 0.5 - cols / 2, row + 0.5 - rows / 2]) @ axes),
-            rotate_deg=rotate_deg,
-            reflectance=float(planes[row, col]),
-        )
-        for row in range(rows)
-        for col in range(cols)
-    ]
-
-
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
 def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes(tolerance):
     """The same behind a disc and a polygon, over another shape: what lies in front hides it exactly."""
@@ -167,7 +149,7 @@ def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes(tolerance):
         camsim.Polygon(points_um=[(-30, -20), (-5, -12), (-22, 6)], reflectance=0.1),
     ]
     picture = camsim.Picture(planes=planes, width_um=63.0, centre_um=(2.0, -1.0), rotate_deg=23.0)
-    drawn = squares(planes, 9.0, np.array([2.0, -1.0]), 23.0)
+    drawn = tiles(planes, 9.0, np.array([2.0, -1.0]), 23.0)
     shown = rendered(under, picture, *above, tolerance=tolerance, background=0.3, method="fourier")
     right = rendered(under, *drawn, *above, tolerance=1e-8, background=0.3, method="fourier")
     assert worst(shown, right) <= tolerance
@@ -363,7 +345,7 @@ def test_what_checks_pictures_is_right_where_a_shape_cuts_their_samples(cover):
     """At every photosite, not only those that it looks at: sides of its own that samples cut, and nodes that slide."""
     planes = np.random.default_rng(3).random((5, 7))
     picture = camsim.Picture(planes=planes, width_um=63.0, centre_um=(2.0, -1.0), rotate_deg=23.0)
-    drawn = squares(planes, 9.0, np.array([2.0, -1.0]), 23.0)
+    drawn = tiles(planes, 9.0, np.array([2.0, -1.0]), 23.0)
     right = rendered(*drawn, cover, tolerance=1e-9, background=0.3, method="boundary")
     choice = plan_render(
         camsim.Scene(background=0.3, shapes=[picture, cover]),

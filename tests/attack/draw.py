@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from tests.attack.fields import add_fields
+from tests.examples import tile_centres
 
 REFERENCE_NM = 550.0
 PITCHES_UM = (1.0, 4.0, 4.88, 2.4)  # two of them keep multiples of a quarter exact
@@ -59,19 +60,17 @@ def _tiles(rng, size):
     rows, cols = rng.integers(2, 5, 2).tolist()
     step, centre = float(rng.uniform(0.2, 0.6)) * size, rng.uniform(-0.3, 0.3, 2) * size
     rotate_deg = float(90.0 * rng.integers(4) + rng.choice([rng.uniform(-1.0, 1.0), rng.uniform(0.0, 90.0)]))
-    turn = np.radians(rotate_deg)
-    axes = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     return [
         {
             "kind": "rectangle",
             "width": step,
             "height": step,
-            "centre": (centre + step * np.array([j + 0.5 - cols / 2, i + 0.5 - rows / 2]) @ axes).tolist(),
+            "centre": place.tolist(),
             "rotate_deg": rotate_deg,
             "reflectance": float(rng.random()),
         }
-        for i in range(rows)
-        for j in range(cols)
+        for row in tile_centres((rows, cols), step, centre, rotate_deg)
+        for place in row
     ]
 
 
