@@ -30,6 +30,7 @@ def alone(folder: Path) -> Iterator[None]:
     try:
         remove_halves(folder)
         yield
+        remove_halves(folder)  # of a worker that died, whose task another has done
     finally:
         lock.release()
 

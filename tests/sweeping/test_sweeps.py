@@ -82,21 +82,23 @@ def test_nothing_is_rendered_twice(monkeypatch, tmp_path):
 
 
 def test_processes_take_the_same_and_one_that_dies_is_replaced(swept, tmp_path, monkeypatch):
-    """The first worker that meets the mark kills itself; its captures are taken by the next."""
-    mark = tmp_path / "mark"
+    """The first worker that meets the mark kills itself; its captures are taken by the next, and no half file stays."""
+    mark, half = tmp_path / "mark", tmp_path / "out" / ".00001-0.dng.0a1b2c3d.part"
     mark.touch()
     (tmp_path / "sitecustomize.py").write_text(
         "import os, signal, sys\n"
         "class Once:\n"
         "    def find_spec(self, name, path=None, target=None):\n"
         f"        if name == 'camsim.files.dng' and os.path.exists({str(mark)!r}):\n"
-        f"            os.remove({str(mark)!r}); os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"            os.remove({str(mark)!r}); open({str(half)!r}, 'w').close()\n"
+        "            os.kill(os.getpid(), signal.SIGKILL)\n"
         "sys.meta_path.insert(0, Once())\n"
     )
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{Path(camsim.__file__).parents[1]}")
     out = tmp_path / "out"
     done = camsim.sweep(STUDY, out, workers=2)
     assert not mark.exists()
+    assert not half.exists()
     assert (done.taken, done.failed) == (4, 0)
     assert sums(out) == sums(swept.folder)
 
