@@ -23,9 +23,8 @@ class ByEdges:
 
     def plan(self, job: Job, samples: int | None = None) -> BoundaryPlan | AberratedPlan:
         """Plan with the engine that knows the lens."""
-        return (
-            BOUNDARY.plan(job, samples) if job.split is None or job.footprint is None else ABERRATED.plan(job, samples)
-        )
+        knows_all = job.split is None or job.footprint is None
+        return BOUNDARY.plan(job, samples) if knows_all else ABERRATED.plan(job, samples)
 
 
 BY_EDGES = ByEdges()

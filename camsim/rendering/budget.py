@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple, TypeAlias
 Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
-    "rings", "taper", "reach", "spreading", "pupil", "curve",
+    "rings", "taper", "reach", "spreading", "pupil",
     "cut", "hem", "short pupil", "short lines", "between places", "bent edges",
     "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
@@ -56,10 +56,7 @@ FOURIER: dict[Source, Share] = {
     "spreading": Share(
         0.02, "edges by non-uniform transforms: for 1000 outlines half of their precision, rising as √n"
     ),
-    "pupil": Share(0.01, "a pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
-    "curve": Share(
-        0.01, "eight-point look-up in a round lens's transfer, q cells a cycle: 2.4e-9·(16/q)⁸ of the light far out"
-    ),
+    "pupil": Share(0.02, "a pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
 }
 DIFFERENCE: dict[Source, Share] = {
     "cut": Share(0.62, "an aberrated pattern's difference from a round one past its reach, as of the lines in sight"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -121,6 +121,31 @@ def one_by_one(plan: Plan, channels: U8, progress: Progress) -> Iterator[Iterato
     """Yield the bands of several images of a plan that gains nothing by making them together."""
     for k, channel in enumerate(channels):
         yield plan.bands(channel, functools.partial(share, progress, k, len(channels)))
+
+
+def in_turn(costs: Sequence[Cost]) -> Cost:
+    """Return what parts take that are done one after the other."""
+    return Cost(seconds=sum(cost.seconds for cost in costs), memory_bytes=max(cost.memory_bytes for cost in costs))
+
+
+def added(each: Sequence[Iterator[F64]]) -> Iterator[F64]:
+    """Yield the sum of images that come in bands, each of its own height; those of the first are written to."""
+    rest: list[F64 | None] = [None] * len(each)
+    while True:
+        for k, bands in enumerate(each):
+            if rest[k] is None:
+                rest[k] = next(bands, None)
+        held = [band for band in rest if band is not None]
+        if len(held) < len(each):
+            return
+        rows = min(band.shape[-2] for band in held)
+        total = held[0][..., :rows, :]
+        for k in range(1, len(held)):
+            total += held[k][..., :rows, :]
+        rest = [band[..., rows:, :] if band.shape[-2] > rows else None for band in held]
+        del held  # or bands would stay until the next ones are finished
+        yield total
+        del total
 
 
 def share(progress: Progress, number: int, count: int, done: float) -> None:

@@ -17,7 +17,7 @@ from camsim.rendering.aberrated.settings import settings_of
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.boundary.settings import check_tolerance
 from camsim.rendering.budget import CLOSED_PART
-from camsim.rendering.engine import Cost, Decision, Marks, Progress, one_by_one
+from camsim.rendering.engine import Cost, Decision, Marks, Progress, added, one_by_one
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import wavefront_phase
@@ -130,12 +130,8 @@ class AberratedPlan:
             return
         half = 0.5
         short = self.short.rendered(channel[:], lambda done: progress(half * done))
-        row = 0
-        for band in self.closed.bands(channel, lambda done: progress(half + half * done)):
-            band += short[row : row + len(band)]
-            row += len(band)
-            yield band
-            del band  # or it would stay until the next one is finished
+        closed = self.closed.bands(channel, lambda done: progress(half + half * done))
+        yield from added([closed, iter((short,))])
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield the bands of several images in turn."""

@@ -102,14 +102,7 @@ class Aligned:
         lens, allowed = self.system.lens, CURVES_OFF * self.tolerance
         assert isinstance(lens, Round)
         curves = round_curves(
-            lens,
-            self.wavelength_nm,
-            self.density[:, present],
-            self.pitch_um,
-            self.kernel,
-            self.tile,
-            self.plan,
-            allowed,
+            lens, self.wavelength_nm, self.density[:, present], self.pitch_um, self.kernel, self.tile, self.plan
         )
         # The pattern at r turns by 2πr over a cycle/pitch: Chebyshev's 8 points leave 2·(πrw/2)⁸/8! on cells of w.
         light = min(1.0, self.kernel.light(0.5 * self.tile.outer[0]))

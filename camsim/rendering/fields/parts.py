@@ -11,10 +11,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
 from camsim.arrays import F64, U8
-from camsim.rendering.engine import Cost, share
+from camsim.rendering.engine import Cost, added, in_turn, share
 from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.quiet import Reach
 from camsim.repeated import Channels
@@ -60,36 +58,16 @@ class FieldImages:
             part.image.bands(_seen_from(origin, part), channel, functools.partial(share, progress, k, count))
             for k, part in enumerate(self.parts)
         ]
-        return each[0] if count == 1 else _added(each)
+        return added(each)
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return what rows and columns from ``origin`` on are expected to take, and the number of frequencies."""
         each = [part.image.expected(_seen_from(origin, part), shape) for part in self.parts]
-        seconds = sum(cost.seconds for cost, _ in each)
-        memory = max(cost.memory_bytes for cost, _ in each)
-        return Cost(seconds=seconds, memory_bytes=memory), sum(points for _, points in each)
+        return in_turn([cost for cost, _ in each]), sum(points for _, points in each)
 
     def reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> list[Reach]:
         """Return how each part's pattern is parted for a window."""
         return [part.image.reach(_seen_from(origin, part), shape) for part in self.parts]
-
-
-def _added(each: Sequence[Iterator[F64]]) -> Iterator[F64]:
-    """Yield the sum of images whose bands may differ in height."""
-    rest = [np.empty((0, 0))] * len(each)
-    while True:
-        for k, bands in enumerate(each):
-            if not rest[k].size:
-                band = next(bands, None)
-                if band is None:
-                    return
-                rest[k] = band
-        rows = min(band.shape[-2] for band in rest)
-        total = rest[0][..., :rows, :].copy()
-        for band in rest[1:]:
-            total += band[..., :rows, :]
-        rest = [band[..., rows:, :] for band in rest]
-        yield total
 
 
 def _seen_from(origin: tuple[float, float], part: Part) -> tuple[float, float]:

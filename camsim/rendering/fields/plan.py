@@ -7,10 +7,8 @@ import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from camsim.arrays import F64, I64, U8
-from camsim.rendering.engine import Cost, Decision, Marks, Plan, Progress
+from camsim.rendering.engine import Cost, Decision, Marks, Plan, Progress, added
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.parts import FieldImages
 from camsim.rendering.job import Job
@@ -116,17 +114,9 @@ class WithPictures:
         return self.edges.of(job)
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
-        """Yield the image from the top, band by band of the pictures, the edges' rows added as they come."""
-        edges, rest = self.edges.bands(channel, lambda done: None), np.empty((0, channel.shape[1]))
-        for band in self.image.bands(self.fields.grid.first_centre, channel, progress):
-            row = 0
-            while row < len(band):
-                rest = rest if len(rest) else next(edges)
-                count = min(len(rest), len(band) - row)
-                band[row : row + count] += rest[:count]
-                rest, row = rest[count:], row + count
-            yield band
-            del band  # or it would stay until the next one is finished
+        """Yield the image from the top, pictures and edges added as they come."""
+        pictures = self.image.bands(self.fields.grid.first_centre, channel, progress)
+        return added([pictures, self.edges.bands(channel, lambda done: None)])
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield the bands of several images in turn; pictures are transformed once for all."""
@@ -134,18 +124,8 @@ class WithPictures:
         pictures = self.image.rendered(grid.first_centre, channels, lambda done: progress((1.0 - OF_EDGES) * done))
         edges = self.edges.images(channels, lambda done: progress(1.0 - OF_EDGES + OF_EDGES * done))
         for own, bands in zip(pictures, edges, strict=True):
-            yield _added(own, bands)
+            yield added([iter((own,)), bands])
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return that of the edges."""
         return self.edges.standard_error(rows, cols)
-
-
-def _added(image: F64, bands: Iterator[F64]) -> Iterator[F64]:
-    """Yield an image with bands added to it, in its own memory."""
-    first = 0
-    for band in bands:
-        part = image[first : first + len(band)]
-        part += band
-        first += len(band)
-        yield part

@@ -16,7 +16,7 @@ from camsim.optics import OpticalSystem
 from camsim.optics.airy import AIRY
 from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import CLOSED_PART
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, SET_UP_SECONDS, Cost, Decision, Marks, Progress, share
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, SET_UP_SECONDS, Cost, Decision, Marks, Progress, in_turn, share
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.fourier.lens import kernel_of
@@ -45,9 +45,8 @@ class Sum:
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return what rows and columns take, and the number of frequencies."""
-        costs, frequencies = zip(*(part.expected(origin, shape) for part in self.parts), strict=True)
-        memory_bytes = max(cost.memory_bytes for cost in costs)
-        return Cost(seconds=sum(cost.seconds for cost in costs), memory_bytes=memory_bytes), sum(frequencies)
+        each = [part.expected(origin, shape) for part in self.parts]
+        return in_turn([cost for cost, _ in each]), sum(frequencies for _, frequencies in each)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

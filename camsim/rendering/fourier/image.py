@@ -34,7 +34,7 @@ from camsim.rendering.fourier.lens import (
 )
 from camsim.rendering.fourier.plan import PART, Kernel, Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions, clamped
-from camsim.rendering.fourier.sampled_lens import tapered_fields
+from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
 from camsim.rendering.modes import mixed
 
 FINEST, COARSEST = 1e-11, 1e-2
@@ -183,8 +183,7 @@ class FourierImage:
         total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
         lens = self.system.lens
         if self.kernel.round and isinstance(lens, Round):
-            allowed = ErrorBudget(self.tolerance).allowed("curve")
-            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan, allowed)
+            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
@@ -222,8 +221,11 @@ class FourierImage:
             key = tile.periods, tile.inner, tile.outer, tile.cut, plan.sharpness, first, own.tobytes()
             if key not in self._made:
                 self._made.clear()
-                self._made[key] = tapered_fields(
-                    self.system, wavelength_nm[some], own, self.pitch_um, tile, plan, precision=budget.allowed("pupil")
+                precision = budget.allowed("pupil")
+                self._made[key] = fields_of(
+                    tapered_transfers(
+                        self.system, wavelength_nm[some], own, self.pitch_um, tile, plan, precision=precision
+                    )
                 )
             yield self._made[key], np.ascontiguousarray(weights[:, :, some])
 

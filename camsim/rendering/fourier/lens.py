@@ -26,10 +26,9 @@ from camsim.rendering.fourier.plan import Kernel, Sizes
 from camsim.rendering.fourier.taper import taper, tapered
 
 SAMPLES, CELLS = 20, 4  # points of a pattern on its own length: 7e-15; it is interpolated on quarters of that:
-PER_CYCLE = 2.0  # cells, at least, of the highest frequency: a taper may be steeper than the pattern
 DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
-OVERSAMPLED = 16  # of the transfer's curve, at least; with 8 points that leaves CURVE_OFF of what oscillates fastest
-CURVE_POINTS, CURVE_OFF = 8, 2.4e-9
+OVERSAMPLED = 16  # of the transfer's curve; with 8 points 2.4e-9 of what oscillates fastest, which is the faintest
+CURVE_POINTS = 8
 
 
 def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolerance: float) -> Kernel:
@@ -135,18 +134,15 @@ def round_curves(
     kernel: Kernel,
     tile: Tile,
     plan: Sizes,
-    allowed: float,
 ) -> Curves:
     """Return the transfer of a round lens over |k|: coefficients of t⁰ … t⁷ on 0 ≤ t < 1 in every cell.
 
     weights : (spectra, channels, j)
-    allowed : what the look-up in it may leave, of the light
     """
     inner, outer = tile.inner[0], tile.outer[0]
     flat = weights.reshape(-1, wavelength_nm.size)
     lengths = math.ceil(outer / kernel.blur)
-    each = max(CELLS, math.ceil(PER_CYCLE * tile.cut * outer / lengths))
-    count = each * lengths
+    count = CELLS * lengths
     sampled = chebyshev(SAMPLES)
     radius = (np.arange(lengths)[:, None] + 0.5 * (1.0 + sampled)) * (outer / lengths)
     values = np.zeros((lengths, SAMPLES, len(flat)))
@@ -154,7 +150,7 @@ def round_curves(
         pattern = lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
         values += pattern[..., None] * flat[:, j]
     x = chebyshev(DEGREE + 1)
-    within = (2.0 * np.arange(each)[:, None] + 1.0 + x).ravel() / each - 1.0
+    within = (2.0 * np.arange(CELLS)[:, None] + 1.0 + x).ravel() / CELLS - 1.0
     values = np.einsum("fx,lxq->lfq", interpolation(sampled, within), values).reshape(count, DEGREE + 1, len(flat))
     radius = (np.arange(count)[:, None] + 0.5 * (1.0 + x)) * (outer / count)
     values *= tapered(radius, inner, outer, taper(plan.sharpness))[..., None]
@@ -165,7 +161,7 @@ def round_curves(
     samples = math.ceil(outer / step_x) + 1
     line = np.zeros((samples, len(flat)))
     shared(samples, functools.partial(_project, cells, count / outer, outer, step_x, step_y, line))
-    length = scipy.fft.next_fast_len(max(1024, math.ceil(_oversampled(kernel, outer, allowed) * samples)), real=True)
+    length = scipy.fft.next_fast_len(max(1024, OVERSAMPLED * samples), real=True)
     padded = np.zeros((len(flat), length + 1))
     padded[:, :samples] = line.T
     transfer = scipy.fft.dct(padded, type=1, axis=1) * step_x
@@ -175,16 +171,6 @@ def round_curves(
     window = np.lib.stride_tricks.sliding_window_view(whole[:, : used + CURVE_POINTS - 1], CURVE_POINTS, axis=1)
     curves = np.einsum("qcx,dx->cqd", window, _THROUGH)
     return Curves(curves.reshape(-1, *weights.shape[:2], CURVE_POINTS), cells_per_frequency)
-
-
-def _oversampled(kernel: Kernel, outer: float, allowed: float) -> float:
-    """Return how many cells of the curve there are to a cycle of what the light at ``outer`` makes of it.
-
-    That light counts whole, what lies nearer than half as far 256 times less; a pattern wider than the frame has most
-    of its light out there.
-    """
-    heard = min(1.0, kernel.light(0.5 * outer)) + 0.5**CURVE_POINTS
-    return OVERSAMPLED * max(1.0, math.pow(CURVE_OFF * heard / allowed, 1.0 / CURVE_POINTS))
 
 
 # Rows: coefficients of t^0 … t^7 of the polynomial through values at −3 … 4.

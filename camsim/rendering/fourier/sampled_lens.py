@@ -20,21 +20,8 @@ from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.psf import point_spread_of
 
 
-def tapered_fields(
-    system: OpticalSystem,
-    wavelength_nm: F64,
-    weights: F64,
-    pitch_um: float,
-    tile: Tile,
-    plan: Sizes,
-    *,
-    precision: float,
-) -> Fields:
-    """Return what gives transfers of any lens, tapered to a rectangle: block → (transfers, j, i, 2).
-
-    weights : (transfers, n) what each takes of the pattern at every wavelength
-    """
-    transfers = _tapered_transfers(system, wavelength_nm, weights, pitch_um, tile, plan, precision=precision)
+def fields_of(transfers: list[C128]) -> Fields:
+    """Return what gives transfers, half planes as of ``tapered_transfers``: block → (transfers, j, i, 2)."""
     rows = transfers[0].shape[0]
 
     def fields(block: Block) -> F64:
@@ -49,7 +36,7 @@ def tapered_fields(
     return fields
 
 
-def _tapered_transfers(
+def tapered_transfers(
     system: OpticalSystem,
     wavelength_nm: F64,
     weights: F64,
@@ -59,7 +46,10 @@ def _tapered_transfers(
     *,
     precision: float,
 ) -> list[C128]:
-    """Return the half planes i ≥ 0 of sums of a lens's transfers over its wavelengths; rows go round."""
+    """Return half planes i ≥ 0 of sums of a lens's transfers, tapered to a rectangle; rows go round.
+
+    weights : (transfers, n) what each takes of the pattern at every wavelength
+    """
     axes: list[F64] = []
     steps: list[float] = []
     sizes: list[int] = []
