@@ -215,7 +215,7 @@ def row_of(verdict: Verdict) -> tuple[str, ...]:
         f"{verdict.delta_e_95:.2f}",
         f"{100.0 * verdict.zipper:.1f}",
         f"{verdict.false_colour:.2f}",
-        f"{verdict.shift_x_px:+.2f} {verdict.shift_y_px:+.2f}",
+        " ".join(f"{round(shift, 2) + 0.0:+.2f}" for shift in (verdict.shift_x_px, verdict.shift_y_px)),
         ", ".join(fault.name for fault in verdict.faults) or "none",
     )
 

@@ -99,7 +99,7 @@ def test_truth_and_results(rings, camsim):
         ({"files": ("truth.npy", "grey.npy")}, "a demosaiced picture has R, G and B at every photosite"),
         ({"files": ("truth.npy", "nan.npy")}, "1 of its values are no numbers"),
         ({"files": ("truth.npy",)}, "give a truth and one result or more"),
-        ({"files": ("truth.npy", "truth.npy"), "border": 30}, "too few"),
+        ({"files": ("truth.npy", "truth.npy"), "border": 30}, "truth.npy: 60 × 64 photosites less a border of 30"),
         ({"files": ("s.yaml",), "programs": ("mine {in}",)}, "lacks {in} or {out}"),
         ({"files": ("s.yaml",), "programs": ("mine {dng} {out}",)}, "{dng} is not known"),
         ({"files": ("small.yaml",), "programs": ("no-such-program {in} {out}",)}, "there is no program"),

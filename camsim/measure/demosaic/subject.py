@@ -78,7 +78,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
     # Balanced, a diffuser has one level in all channels.
     level = float(balanced(diffuser_e, capture)[order[1]])
     clipped = np.any(truth_e >= full_scale_e(capture), axis=2)
-    used = inside(shape, border) & ~scipy.ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
+    used = inside(shape, border, name) & ~scipy.ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
     if not used.any():
         raise UnsupportedError("nothing is left to judge, all is clipped or border; expose less", stage=name)
     return Subject(
@@ -101,7 +101,7 @@ def subject_of_picture(picture: Picture, *, cfa: tuple[str, ...] | None, border:
     return Subject(
         name=picture.name,
         truth=truth / np.float32(peak),
-        used=inside(truth.shape[:2], border),
+        used=inside(truth.shape[:2], border, picture.name),
         neutral=np.ones(3),
         to_xyz=matrix * (XYZ_D50 / matrix.sum(axis=1))[:, None],
         cfa=cfa,
@@ -127,12 +127,12 @@ def planes_of(picture: Picture) -> F32:
     return image
 
 
-def inside(shape: tuple[int, ...], border: int) -> Used:
+def inside(shape: tuple[int, ...], border: int, name: str) -> Used:
     """Return (rows, cols) true but for a border; raises UnsupportedError when little is left."""
     if border < 0 or min(shape[:2]) - 2 * border < _LEAST:
         raise UnsupportedError(
             f"{shape[0]} × {shape[1]} photosites less a border of {border} leave too few; {_LEAST} a side are needed",
-            key="border",
+            stage=name,
         )
     used = np.zeros(shape[:2], bool)
     used[border : shape[0] - border, border : shape[1] - border] = True
