@@ -27,7 +27,8 @@ from camsim.rendering.fields.samples import Lattice
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.kernels import Curves
 from camsim.rendering.fourier.lens import round_curves
-from camsim.rendering.fourier.plan import Kernel, Sizes
+from camsim.rendering.fourier.plan import Sizes
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.modes import mixed
 
 COLUMNS = 64  # of frequencies at a time

@@ -19,8 +19,8 @@ from camsim.rendering.fourier.plan import (
     STRIP_BYTES,
     STRIP_SAMPLES,
     TRANSFER_BYTES,
-    Kernel,
 )
+from camsim.rendering.fourier.spread import Kernel
 
 STRIP_POINTS = 2_500_000  # frequencies that are spread to at a time
 PREFERRED_BYTES, MOST_OVERHEAD = 4e8, 1.3  # of a tile, where more of them do not take much longer

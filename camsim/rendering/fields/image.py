@@ -32,7 +32,8 @@ from camsim.rendering.fields.samples import Lattice, Samples, parts_of, samples_
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
-from camsim.rendering.fourier.plan import Kernel, Sizes, spreading_precision
+from camsim.rendering.fourier.plan import Sizes, spreading_precision
+from camsim.rendering.fourier.spread import Kernel
 from camsim.repeated import Channels
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
