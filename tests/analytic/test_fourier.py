@@ -13,7 +13,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering import auto, render_channels
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier import image as fourier_image
+from camsim.rendering.fourier import inverse
 from camsim.rendering.fourier import plan as fourier_plan
 from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.render import plan_render
@@ -291,7 +291,7 @@ def test_tiles_make_the_same_image(monkeypatch):
     lens = [camsim.Gaussian(sigma_um=1.5), SQUARE]
     whole = polygon_image(lens, 1e-9, outline=outline, shape=(200, 900))
     monkeypatch.setattr(fourier_plan, "BLOCK_POINTS", 20_000)
-    monkeypatch.setattr(fourier_image, "PART", 20_000)
+    monkeypatch.setattr(inverse, "PART", 20_000)
     assert fourier_plan.FEWEST_IN_BLOCK <= 20_000
     limit = 1.2e7
     cut = polygon_image(lens, 1e-9, outline=outline, shape=(200, 900), memory_limit_bytes=limit)
