@@ -58,9 +58,10 @@ def far_outlines(
     if pattern.signed:
         lost = lost * np.maximum(0.5 * np.bincount(outline, minlength=count), 1.0)
     # A side's contrast to the outside is no more than the sum over the kinds of edges that lie between.
-    kinds = np.unique(np.stack([outline, edges.left, edges.right], axis=1), axis=0)
-    step = np.abs(density[kinds[:, 1]] - density[kinds[:, 2]]).sum(axis=2).max(axis=1)
-    contrast = np.bincount(kinds[:, 0], weights=step, minlength=count)
+    sides, pair = edges.pairs()
+    own, kind = np.divmod(np.unique(outline * len(sides) + pair), len(sides))
+    step = np.abs(density[sides[:, 0]] - density[sides[:, 1]]).sum(axis=2).max(axis=1)
+    contrast = np.bincount(own, weights=step[kind], minlength=count)
     bound = contrast * angle / (2.0 * np.pi) * lost
     order = np.argsort(bound, kind="stable")
     total = np.cumsum(bound[order])
@@ -72,9 +73,7 @@ def far_outlines(
 
 def joined_outlines(edges: Edges) -> tuple[I64, int]:
     """Return the number of the outline that each edge belongs to: edges that share an end belong together."""
-    corners = edges.points.view(np.complex128).ravel()
-    points, index = np.unique(corners, return_inverse=True)
-    a, b = index[: len(edges)], index[len(edges) :]
-    joined = scipy.sparse.coo_array((np.ones(len(edges), np.int8), (a, b)), shape=(points.size, points.size))
+    points, a, b = edges.corners
+    joined = scipy.sparse.coo_array((np.ones(len(edges), np.int8), (a, b)), shape=(len(points), len(points)))
     count, label = scipy.sparse.csgraph.connected_components(joined, directed=False)
     return label[a].astype(np.int64), int(count)
