@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba as nb
 import platformdirs
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
@@ -51,6 +52,17 @@ class _Locator(_CacheLocator):
 
 class _Kept(CompileResultCacheImpl):
     _locator_classes = [_Locator]  # noqa: RUF012 (as Numba has it)
+
+    def reduce(self, cres: Any) -> Any:
+        """Return what is kept: machine code, and for Numba's own code only the names of what Python calls.
+
+        Numba keeps its own code too, for kernels that take this one in; ours take it from its source. To read it would
+        take longer than all else of a kernel.
+        """
+        (name, kind, (machine_code, _)), *rest = super().reduce(cres)  # type: ignore[no-untyped-call]
+        called = cres.fndesc.llvm_func_name, cres.fndesc.llvm_cpython_wrapper_name
+        names = "\n".join(f'define void @"{entry}"() {{ ret void }}' for entry in called)
+        return (name, kind, (machine_code, llvm.parse_assembly(names).as_bitcode())), *rest
 
 
 class Cache(FunctionCache):
