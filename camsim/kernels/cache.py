@@ -20,7 +20,7 @@ from numba.core.runtime.nrt import rtsys
 
 KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
 _ROOT = str(Path(__file__).resolve().parents[2])
-_IMPORTS = re.compile(rb"^[ \t]*(?:from|import) (camsim[\w.]*)", re.MULTILINE)
+_IMPORTS = re.compile(rb"\n[ \t]*(?:from|import) (camsim[\w.]*)")
 
 
 class _Locator(_CacheLocator):
@@ -129,7 +129,7 @@ def _sources(file: str) -> set[str]:
 def _read(file: str) -> tuple[bytes, list[str]]:
     """Return the hash of one file, which many modules import, and the files of camsim's modules that it imports."""
     source = Path(file).read_bytes()
-    files = map(_file_of, set(_IMPORTS.findall(source)))
+    files = map(_file_of, set(_IMPORTS.findall(b"\n" + source)))
     return hashlib.sha256(source).digest(), [path for path in files if path is not None]
 
 

@@ -17,7 +17,6 @@ from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.protocols import Varies
-from camsim.rendering.across.choose import choose_across
 from camsim.rendering.auto import Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.share import edges_share
@@ -189,6 +188,8 @@ def plan_render(
                 "take a wavefront lens, or leave them out",
                 key="lens",
             )
+        from camsim.rendering.across.choose import choose_across
+
         return choose_across(
             scene, arrangement, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance,
             method=method,
