@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64, I64, same_rows
 from camsim.optics.pattern import Pattern
@@ -74,6 +73,11 @@ def far_outlines(
 def joined_outlines(edges: Edges) -> tuple[I64, int]:
     """Return the number of the outline that each edge belongs to: edges that share an end belong together."""
     points, a, b = edges.corners
-    joined = scipy.sparse.coo_array((np.ones(len(edges), np.int8), (a, b)), shape=(len(points), len(points)))
-    count, label = scipy.sparse.csgraph.connected_components(joined, directed=False)
-    return label[a].astype(np.int64), int(count)
+    outline = np.arange(len(points))  # of each point: the first that it is known to hang together with
+    while (outline[a] != outline[b]).any():
+        ends = np.sort(np.stack([outline[a], outline[b]]), axis=0)
+        np.minimum.at(outline, ends[1], ends[0])
+        while (outline[outline] != outline).any():
+            outline = outline[outline]
+    known, label = np.unique(outline, return_inverse=True)
+    return label[a].astype(np.int64), known.size

@@ -22,6 +22,7 @@ from camsim.nonuniform import lines_at
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.protocols import Round, Separable
 from camsim.quadrature import chebyshev
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned_kernels import Axes, Cells, Columns, lit_columns
 from camsim.rendering.fields.samples import Lattice
 from camsim.rendering.fourier.blocks import Tile
@@ -81,9 +82,7 @@ class Aligned:
     @property
     def _counts(self) -> tuple[int, int]:
         """Samples of a period, along x and y."""
-        lengths = (
-            scipy.fft.next_fast_len(math.ceil(period / self.lattice.step), real=True) for period in self.tile.periods
-        )
+        lengths = (fast_length(math.ceil(period / self.lattice.step), real=True) for period in self.tile.periods)
         return max(next(lengths), 2), max(next(lengths), 2)
 
     def _transforms(self, light: F64) -> C128:

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
@@ -23,6 +22,7 @@ from camsim.optics.protocols import KnowsEnergy, KnowsTail
 from camsim.rendering.budget import ErrorBudget, Source
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned import Aligned
 from camsim.rendering.fields.cost import Prices, quickest, windows
 from camsim.rendering.fields.far import Beyond
@@ -236,7 +236,7 @@ class FieldImage:
         extent = np.maximum(np.maximum(high, size - low), 0.0) + wide
         if not self._kernel.round and min(reach.inner) == self._kernel.reach:
             extent = size + beyond + wide  # wherever a window lies: those of one size share transfers
-        periods = [scipy.fft.next_fast_len(math.ceil(value), real=True) for value in extent + beyond]
+        periods = [fast_length(math.ceil(value), real=True) for value in extent + beyond]
         width = reach.outer[0] - reach.inner[0]
         cut = self._kernel.cutoff + (reach.margin / width if width else 0.0)
         tile = Tile(

@@ -19,6 +19,7 @@ from camsim.kernels import kernel, shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round, Separable
 from camsim.quadrature import chebyshev, interpolation
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Curves, Factors
 from camsim.rendering.fourier.plan import Sizes
@@ -90,7 +91,7 @@ def round_curves(
     samples = math.ceil(outer / step_x) + 1
     line = np.zeros((samples, len(flat)))
     shared(samples, functools.partial(_project, cells, count / outer, outer, step_x, step_y, line))
-    length = scipy.fft.next_fast_len(max(1024, OVERSAMPLED * samples), real=True)
+    length = fast_length(max(1024, OVERSAMPLED * samples), real=True)
     padded = np.zeros((len(flat), length + 1))
     padded[:, :samples] = line.T
     transfer = scipy.fft.dct(padded, type=1, axis=1) * step_x

@@ -12,11 +12,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile, count_blocks, count_strips
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
@@ -253,7 +253,7 @@ def _tile(task: Task, window: tuple[int, int, int, int]) -> tuple[Tile, float, f
         # The width w makes (cutoff + margin/w)·(extent + inner + w) smallest.
         width = max(math.sqrt(margin * shortest / kernel.cutoff), margin * kernel.blur / 8.0)
     outer = inner + width
-    wanted = [scipy.fft.next_fast_len(math.ceil(value), real=True) for value in extent + outer]
+    wanted = [fast_length(math.ceil(value), real=True) for value in extent + outer]
     if kernel.tapered and not kernel.round:
         # What is left of the period widens the taper for nothing.
         outer = np.maximum(outer, np.array(wanted) - extent)
