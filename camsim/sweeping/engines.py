@@ -16,6 +16,7 @@ import psutil
 
 from camsim.cores import cores
 from camsim.errors import CamsimError, InvalidValueError
+from camsim.files.describe import software
 from camsim.sweeping.manifest import Results
 
 
@@ -131,6 +132,15 @@ def _on_one_core() -> None:
     os.sched_setaffinity(0, {mine[os.getpid() % len(mine)]})
 
 
+def _refuse_others(client: Any) -> None:
+    """Raise CamsimError where a worker has another camsim: it could not even read what it is to do."""
+    client.wait_for_workers(1)
+    for address, its in sorted(client.run(software, on_error="return").items()):
+        if its != software():
+            has = f"has {its}" if isinstance(its, str) else f"cannot import camsim ({its})"
+            raise CamsimError(f"the worker {address} {has}; install {software()} there")
+
+
 def cluster(address: str) -> Engine:
     """Return an engine of the workers of a dask scheduler, such as tcp://192.168.0.1:8786."""
     try:
@@ -144,6 +154,7 @@ def cluster(address: str) -> Engine:
         except (OSError, ValueError, TimeoutError) as error:
             raise InvalidValueError(f"no scheduler at {address!r}: {error}", key="--scheduler") from None
         with client:
+            _refuse_others(client)
             most = _AHEAD * max(1, sum(client.ncores().values()))
             left = iter(tasks)
             flying = as_completed(with_results=False)
