@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Protocol, TypeAlias
 
@@ -159,8 +159,12 @@ def cluster(address: str) -> Engine:
             left = iter(tasks)
             flying = as_completed(with_results=False)
             of: dict[Any, Task] = {}
+            what = f"the scheduler at {address} is lost; what is finished is kept, sweep again to go on"
+            lost = ConnectionError(what)
 
             def hand_out(count: int) -> None:
+                if client.status == "closed":
+                    raise lost
                 for task in itertools.islice(left, count):
                     future = client.submit(_done, task, pure=False, retries=ATTEMPTS)
                     of[future.key] = task
@@ -170,12 +174,14 @@ def cluster(address: str) -> Engine:
             for future in flying:
                 task = of.pop(future.key)
                 if future.cancelled():  # nobody else does
-                    raise ConnectionError(
-                        f"the scheduler at {address} is lost; what is finished is kept, sweep again to go on"
-                    )
+                    raise lost
                 failure = future.exception()
                 if failure is None:
-                    yield future.result()
+                    try:
+                        results = future.result()  # asks the scheduler for it
+                    except (OSError, CancelledError) as error:
+                        raise lost from error
+                    yield results
                 elif isinstance(failure, CamsimError):
                     raise failure
                 else:
