@@ -132,6 +132,16 @@ def _on_one_core() -> None:
     os.sched_setaffinity(0, {mine[os.getpid() % len(mine)]})
 
 
+def _done_on_one_core(task: Task) -> Results:
+    """Carry out a task in a worker of a cluster, which has a core for each of its threads."""
+    import numba
+    from threadpoolctl import threadpool_limits
+
+    numba.config.NUMBA_NUM_THREADS = 1  # type: ignore[attr-defined]  # what kernels are shared out by
+    with threadpool_limits(1):
+        return _done(task)
+
+
 def _refuse_others(client: Any) -> None:
     """Raise CamsimError where a worker has another camsim: it could not even read what it is to do."""
     client.wait_for_workers(1)
@@ -166,7 +176,7 @@ def cluster(address: str) -> Engine:
                 if client.status == "closed":
                     raise lost
                 for task in itertools.islice(left, count):
-                    future = client.submit(_done, task, pure=False, retries=ATTEMPTS)
+                    future = client.submit(_done_on_one_core, task, pure=False, retries=ATTEMPTS)
                     of[future.key] = task
                     flying.add(future)
 

@@ -13,10 +13,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.files.atomic import replacing
 from camsim.frame import Frame, Product
-from camsim.sensor.colour_matrix import as_shot_neutral
+from camsim.sensor.colour_matrix import as_shot_neutral, fit
 from camsim.sweeping.manifest import DONE, FAILED, Results, Row, sha256_of
 from camsim.sweeping.work import FAILURES, Shared, refuse_other_software, said
 
@@ -126,7 +127,7 @@ def _stored(window: np.ndarray) -> np.ndarray:
 
 
 def noise_model(frame: Frame) -> dict[str, Any]:
-    """Return what a denoiser needs to know of a frame's codes.
+    """Return what a denoiser needs to know of a frame's codes, and what a developer does of its colours.
 
     In codes above black: variance = shot_dn · mean + read_dn2, shot noise and all that does not grow with the light.
     """
@@ -149,6 +150,9 @@ def noise_model(frame: Frame) -> dict[str, Any]:
     if len(frame.channels) > 1:
         neutral = as_shot_neutral(frame.colour)
         told |= {f"neutral_{name}": float(value) for name, value in zip(frame.channels, neutral, strict=True)}
+        with contextlib.suppress(UnsupportedError):  # of filters that are too much alike there is no matrix
+            matrix = fit(frame.colour, "D65").xyz_to_camera
+            told["xyz_to_camera_d65"] = [[round(float(value), 6) for value in row] for row in matrix]
     return told
 
 

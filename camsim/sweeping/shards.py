@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import itertools
 import json
 import os
 import tarfile
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from camsim.files.atomic import replacing
+from camsim.files.atomic import replacing, write_whole
 from camsim.files.describe import software
 from camsim.sweeping.batches import batches
 from camsim.sweeping.captures import Progress
@@ -25,6 +26,7 @@ from camsim.sweeping.samples import Cuts, Source, Write, arrays_in, facts, into_
 from camsim.sweeping.work import FAILURES, said
 
 SPLITS = ("train", "val", "test")
+PARTS = ("noisy", "clean", "truth")
 CAPTURES = "captures"
 """The hidden folder of what is cut and not packed yet."""
 
@@ -37,7 +39,7 @@ class Shard:
     number: int
     sources: tuple[Source, ...]
     hold: tuple[str, ...]
-    form: Literal["tar", "npy"]
+    form: str
 
     def packed(self, cut: Mapping[str, Sequence[Row]], parts: Path, folder: Path) -> Results:
         """Write it. ``cut``: rows of every source, whose files lie in ``parts``. What failed are rows that say why."""
@@ -55,23 +57,20 @@ class Shard:
         stems = {split: f"{split}-{self.number:05d}" for split in by_split}
         with contextlib.ExitStack() as stack:
             writers = {
-                split: stack.enter_context(
-                    into_tar(folder / f"{stems[split]}.tar")
-                    if self.form == "tar"
-                    else _into_npy(folder / stems[split], len(own))
-                )
+                split: stack.enter_context(_FORMS[self.form](folder / stems[split], len(own)))
                 for split, own in by_split.items()
             }
             for part, cut in itertools.groupby(rows, lambda row: str(row["file"])):
                 with tarfile.open(parts / part) as tar:
                     for row in cut:
                         writers[row["split"]](row, arrays_in(tar, row["key"]))
+        checksum = functools.cache(lambda file: sha256_of(folder / file))
         done: list[Row] = []
         for split, own in by_split.items():
-            files = _files(stems[split], self.form, self.hold)
-            sums = {file: sha256_of(folder / file) for file in files}
-            about = {"file": files[0], "sha256": sums.pop(files[0]), **({"also": sums} if sums else {})}
-            done += [{**row, **about, "place": place} for place, row in enumerate(own)]
+            for place, row in enumerate(own):
+                file, *also = _files(stems[split], self.form, self.hold, row["key"])
+                about = {"also": {other: checksum(other) for other in also}} if also else {}
+                done.append({**row, "file": file, "sha256": checksum(file), **about, "place": place})
         return done
 
 
@@ -122,8 +121,31 @@ def _tasks(sources: Iterable[Source], shards: Sequence[Shard], size: tuple[int, 
     ]
 
 
-def _files(stem: str, form: str, hold: tuple[str, ...]) -> list[str]:
-    return [f"{stem}.tar"] if form == "tar" else [f"{stem}.jsonl", *(f"{stem}-{part}.npy" for part in hold)]
+def _files(stem: str, form: str, hold: tuple[str, ...], key: str) -> list[str]:
+    """Return all files that hold something of a sample."""
+    if form == "tar":
+        return [f"{stem}.tar"]
+    if form == "npy":
+        return [f"{stem}.jsonl", *(f"{stem}-{part}.npy" for part in hold)]
+    return [f"{stem}/{key}.json", *(f"{stem}/{key}.{part}.npy" for part in hold)]
+
+
+def _into_shard(stem: Path, count: int) -> contextlib.AbstractContextManager[Write]:
+    return into_tar(stem.with_name(f"{stem.name}.tar"))
+
+
+@contextlib.contextmanager
+def _into_files(stem: Path, count: int) -> Iterator[Write]:
+    """Write each sample into files of its own, in a folder."""
+    stem.mkdir(exist_ok=True)
+
+    def write(row: Row, arrays: Mapping[str, Any]) -> None:
+        for part, array in arrays.items():
+            with replacing(stem / f"{row['key']}.{part}.npy") as beside, beside.open("wb") as file:
+                np.save(file, array, allow_pickle=False)
+        write_whole(stem / f"{row['key']}.json", json.dumps(facts(row), sort_keys=True).encode())
+
+    yield write
 
 
 @contextlib.contextmanager
@@ -154,15 +176,23 @@ def _into_npy(stem: Path, count: int) -> Iterator[Write]:
         stacks.clear()
 
 
+_FORMS: Mapping[str, Callable[[Path, int], contextlib.AbstractContextManager[Write]]] = {
+    "tar": _into_shard,
+    "npy": _into_npy,
+    "files": _into_files,
+}
+
+
 def read_sample(folder: Path, row: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the arrays of a sample and its facts, by its row of the index."""
     if str(row["file"]).endswith(".tar"):
         with tarfile.open(folder / row["file"]) as tar:
             return arrays_in(tar, row["key"]), dict(row)
-    stem = str(row["file"]).removesuffix(".jsonl")
+    stem, suffix = os.path.splitext(str(row["file"]))
+    between, place = ("-", int(row["place"])) if suffix == ".jsonl" else (".", ...)
     arrays = {}
-    for part in ("noisy", "clean", "truth"):
-        path = folder / f"{stem}-{part}.npy"
+    for part in PARTS:
+        path = folder / f"{stem}{between}{part}.npy"
         if path.exists():
-            arrays[part] = np.array(np.load(path, mmap_mode="r", allow_pickle=False)[int(row["place"])])
+            arrays[part] = np.array(np.load(path, mmap_mode="r", allow_pickle=False)[place])
     return arrays, dict(row)

@@ -50,6 +50,8 @@ def test_samples_are_windows_of_captures(made):
         np.testing.assert_array_equal(array, np.asarray(whole)[window].astype(array.dtype))
     assert (row["row"] % 2, row["col"] % 2) == (0, 0)  # the filters of a sample are those that it says
     assert facts["cfa"] == "/".join(frame.cfa_pattern)
+    d65 = [0.9505, 1.0, 1.0890]
+    assert max(np.array(facts["xyz_to_camera_d65"]) @ d65) == pytest.approx(1.0, abs=2e-3)
 
 
 def test_no_scene_is_in_two_splits_and_none_is_empty(made):
@@ -74,8 +76,9 @@ def test_shard_and_key_are_functions_of_the_index(made):
     assert len(set(places)) == len(places)
 
 
-def test_npy_shards_hold_the_same_and_are_made_again_when_one_is_not_whole(made, tmp_path):
-    study = {**MADE_OF, "shards": "npy"}
+@pytest.mark.parametrize(("form", "some"), [("npy", "train-*-noisy.npy"), ("files", "train-*/00000000.noisy.npy")])
+def test_other_shards_hold_the_same_and_are_made_again_when_one_is_not_whole(made, tmp_path, form, some):
+    study = {**MADE_OF, "shards": form}
     first = dataset(study, tmp_path, workers=0)
     for index in (0, 9, 10, 23):
         arrays, row = read_pair(tmp_path, index)
@@ -85,7 +88,7 @@ def test_npy_shards_hold_the_same_and_are_made_again_when_one_is_not_whole(made,
             np.testing.assert_array_equal(array, others[part])
         assert row["split"] == made.rows[index]["split"]
     assert dataset(study, tmp_path, workers=0).found == first.made == 3
-    file = sorted(tmp_path.glob("train-*-noisy.npy"))[0]
+    file = next(path for pattern in (some, some.replace("train", "*")) for path in sorted(tmp_path.glob(pattern)))
     whole = file.read_bytes()
     file.write_bytes(whole[:-3])
     again = dataset(study, tmp_path, workers=0)
