@@ -134,10 +134,11 @@ def _on_one_core() -> None:
 
 def _done_on_one_core(task: Task) -> Results:
     """Carry out a task in a worker of a cluster, which has a core for each of its threads."""
-    import numba
     from threadpoolctl import threadpool_limits
 
-    numba.config.NUMBA_NUM_THREADS = 1  # type: ignore[attr-defined]  # what kernels are shared out by
+    from camsim.kernels import use_one_thread
+
+    use_one_thread()
     with threadpool_limits(1):
         return _done(task)
 
