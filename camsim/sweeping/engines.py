@@ -17,6 +17,7 @@ import psutil
 from camsim.cores import cores
 from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.describe import software
+from camsim.kernels import use_one_thread
 from camsim.sweeping.manifest import Results
 
 
@@ -133,14 +134,9 @@ def _on_one_core() -> None:
 
 
 def _done_on_one_core(task: Task) -> Results:
-    """Carry out a task in a worker of a cluster, which has a core for each of its threads."""
-    from threadpoolctl import threadpool_limits
-
-    from camsim.kernels import use_one_thread
-
+    """Carry out a task in a worker of a cluster, which has a core for each of its threads; dask sees to BLAS itself."""
     use_one_thread()
-    with threadpool_limits(1):
-        return _done(task)
+    return _done(task)
 
 
 def _refuse_others(client: Any) -> None:
