@@ -238,8 +238,7 @@ class FieldImage:
         if not self._kernel.round and min(reach.inner) == self._kernel.reach:
             extent = size + beyond + wide  # wherever a window lies: those of one size share transfers
         periods = [fast_length(math.ceil(value), real=True) for value in extent + beyond]
-        width = reach.outer[0] - reach.inner[0]
-        cut = self._kernel.cutoff + (reach.margin / width if width else 0.0)
+        cut = self._kernel.cutoff + reach.band
         tile = Tile(
             row=0, col=0, rows=shape[0], cols=shape[1], inner=reach.inner, outer=reach.outer,
             periods=(max(periods[0], 2), max(periods[1], 2)), cut=cut,
