@@ -78,7 +78,9 @@ def save(
     chosen = check_output(path, product)
     _refuse_what_exists(path, force=force)
     if (chosen == "truth" and frame.truth is None) or (chosen == "spectral" and frame.spectral is None):
-        raise OutputError(f"cannot write {str(path)!r}: the capture holds no {chosen}; ask for products=({chosen!r},)")
+        held = "; it holds electrons, product='electrons'" if product is None and not frame.passed_rows else ""
+        message = f"the capture holds no {chosen}; ask for products=({chosen!r},){held}"
+        raise OutputError(f"cannot write {str(path)!r}: {message}")
     target = Path(path)
     writer = SUFFIXES[target.suffix.lower()].writers[chosen]
     if writer is dng.write_dng:

@@ -24,7 +24,7 @@ from camsim.rendering.budget import ErrorBudget, Source
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fields.aligned import Aligned
-from camsim.rendering.fields.cost import Prices, quickest, windows
+from camsim.rendering.fields.cost import Prices, quickest, unknown_reach, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_distance
@@ -33,6 +33,7 @@ from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import Kernel, Sizes, spreading_precision
+from camsim.rendering.psf import is_summed
 from camsim.repeated import Channels
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
@@ -81,9 +82,10 @@ class FieldImage:
         shape = channel.shape[-2], channel.shape[-1]
         reach, side, cost = self._planned(origin, shape)
         if cost.memory_bytes > self.memory_limit_bytes:
+            why = unknown_reach(self.system, self._extent(origin, shape))
             raise InvalidValueError(
                 f"pictures would take {cost.memory_bytes / 1e9:.1f} GB for this frame and lens, and the limit is "
-                f"{self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, or allow a larger tolerance",
+                f"{self.memory_limit_bytes / 1e9:.1f} GB{why}; render a smaller region, or allow a larger tolerance",
                 key="method",
             )
         parts = windows(shape, side)
@@ -258,6 +260,7 @@ class FieldImage:
             kernel=self._kernel,
             shape=(planes, channels, wavelengths),
             memory_limit_bytes=self.memory_limit_bytes,
+            summed=is_summed(self.system),
         )
 
     def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Reach, int, Cost]:
