@@ -109,8 +109,8 @@ def _of_the_optics(camera: Body) -> Iterator[str]:
 
 def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:
     """Yield why it takes long, where that is an optical stage of one's own whose pattern nobody knows."""
-    lens, *more = (camera.lens, *camera.extra_optics)
-    slow = [stage for stage in more or [lens] if is_own(stage) and not isinstance(stage, Round | OnLattice)]
+    more = tuple(camera.extra_optics)
+    slow = [stage for stage in more or (camera.lens,) if is_own(stage) and not isinstance(stage, Round | OnLattice)]
     if not slow or choice.cost.seconds < _WORTH_WAITING:
         return
     way_out = "with a lens that is all of it and has" if more else "with"

@@ -36,7 +36,8 @@ def check_described(stage: Any, key: str) -> None:
     name = type(stage).__name__
     if not dataclasses.is_dataclass(stage):
         raise refused(key, f"{name} is no dataclass; files describe a camera by the fields of its stages")
-    if not type(stage).__dataclass_params__.frozen:  # type: ignore[attr-defined]
+    kind: Any = type(stage)
+    if not kind.__dataclass_params__.frozen:
         raise refused(key, f"{name} could change after files have described it; write @dataclass(frozen=True)")
     for place, value in _fields(stage, name):
         for where, part in _unheld(value, place):

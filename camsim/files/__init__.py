@@ -57,6 +57,7 @@ def save(
 ) -> None:
     """Write one product of the frame; the suffix of ``path`` chooses the format.
 
+    product       : None: the mosaic in .dng .tiff .npy, the truth in .exr, the preview in .png, the frame in .npz
     force         : overwrite a file that is there
     allow_odd_cfa : write a DNG even of a colour filter array that raw developers misread (`odd_cfa` names them)
     compress      : write a DNG as lossless JPEG; needs the package imagecodecs

@@ -56,7 +56,7 @@ class Electronics:
 
     def __post_init__(self) -> None:
         judge(self)
-        check_own(self.extra_stages)
+        check_own(tuple(self.extra_stages))
         stages = self.stages
         for stage in stages:
             if missing := stage.lacks(stages):

@@ -114,12 +114,9 @@ class Context:
             return
         name = type(stage).__name__
         if stream not in streams_of(stage):
-            way_out = (
-                f"declare stream: ClassVar = {stream}" if stage.stream is None else "declare each that it draws from"
-            )
-            raise refused(
-                "extra_stages", f"{name} draws from stream {stream}, and its stream is {stage.stream}; {way_out}"
-            )
+            way_out = f"stream: ClassVar = {stream}" if stage.stream is None else "each that it draws from"
+            message = f"{name} draws from stream {stream}, and its stream is {stage.stream}; declare {way_out}"
+            raise refused("extra_stages", message)
         if temporal and not stage.temporal:
             way_out = "declare temporal: ClassVar = True, or take context.normals for a pattern of the sensor"
             raise refused("extra_stages", f"{name} draws anew in each frame, and its temporal is False; {way_out}")

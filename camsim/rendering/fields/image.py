@@ -171,8 +171,7 @@ class FieldImage:
             return self._of_layers[key]
         first = np.cumsum([0, *(layer.planes for layer in self.layers)])
         planes = np.concatenate([np.arange(first[k], first[k + 1]) for k in layers])
-        nothing = np.zeros((1, *self.density.shape[1:]))
-        none = np.empty(0, np.int64)
+        nothing, none = np.zeros((1, *self.density.shape[1:])), np.empty(0, np.int64)
         self._of_layers[key] = FourierImage(
             edges=Edges(start=np.empty((0, 2)), end=np.empty((0, 2)), left=none, right=none),
             density=np.concatenate([nothing, self.density[planes]]),
