@@ -188,7 +188,7 @@ def test_what_it_keeps_stays_as_it_is():
     """What came in, or an array that it gives again, is not written over by the stages after it."""
     kept = np.full((12, 10), 7.0)
     for gives in (kept, None):
-        stage = own(apply=lambda self, electrons, context: electrons if gives is None else gives, whole_window=True)
+        stage = own(apply=lambda self, e, context, gives=gives: e if gives is None else gives, whole_window=True)
         frame = camera_with(stage, read_noise=camsim.ReadNoise(3.0)).expose(GREY, **SMALL)
         assert (kept == 7.0).all()
         assert np.ptp(frame.mean_electrons) < 1e-3 * frame.mean_electrons.max()
