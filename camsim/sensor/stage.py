@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import ClassVar, Protocol, TypeVar, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -144,7 +144,7 @@ class ElectronicStage(Protocol):
 
     name: ClassVar[str]
     phases: ClassVar[tuple[Phase, ...]] = (Phase.READ,)
-    stream: ClassVar[int | tuple[int, ...] | None] = None
+    stream: ClassVar[Any] = None  # a number, a tuple of them or None, each stage with its own type
     temporal: ClassVar[bool] = False
     without_noise: ClassVar[bool] = False
     margin: ClassVar[int] = 0

@@ -1,7 +1,9 @@
 """A stage of one's own joins a camera: it acts where it says, is told, counted and refused in words."""
 
 import json
+import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +13,11 @@ from own_optics import Blurred, Diamond, Motion, SixSpotOlpf
 from tolerances import STATISTICAL
 
 import camsim
+from camsim.cli.info import text_of_file
 from camsim.errors import InputError, InvalidValueError
+from camsim.optics import OpticalSystem
+from camsim.rendering.fields.cost import unknown_reach
+from camsim.rendering.fourier.lens import kernel_of
 from camsim.revive import revive_capture
 
 TELEGRAPH = Telegraph(probability=0.1, step_e=50.0)
@@ -138,9 +144,8 @@ def test_fields_are_what_a_record_can_hold(value, message, tmp_path):
     ]
     for join in joins:
         if message is None:
-            camera = join()
-            camera.expose(GREY, **SMALL).save(tmp_path / "own.npz", force=True)
-            assert camera == join()
+            join().expose(GREY, **SMALL).save(tmp_path / "own.npz", force=True)
+            assert "stages of someone's own: Own" in text_of_file(str(tmp_path / "own.npz"))
         else:
             with pytest.raises(InvalidValueError, match=message):
                 join()
@@ -291,8 +296,6 @@ def test_the_f_number_of_a_lens_of_ones_own_grows_with_the_magnification():
 
 
 def test_a_file_of_it_says_so(tmp_path):
-    from camsim.cli.info import text_of_file
-
     own_optics().replace(extra_stages=[TELEGRAPH]).expose(EDGE, **SMALL).save(tmp_path / "a.tiff")
     told = text_of_file(str(tmp_path / "a.tiff"))
     assert "stages of someone's own: Blurred, Motion, SixSpotOlpf, Diamond, Telegraph" in told
@@ -338,3 +341,41 @@ def Odd(transfer):
 def test_what_is_no_optical_stage_is_refused(changes, message):
     with pytest.raises(InvalidValueError, match=message):
         camera_with().replace(**changes)
+
+
+def test_the_page_names_what_is_there():
+    page = Path(__file__).parents[2] / "docs" / "howto" / "own-noise.md"
+    named = set(re.findall(r"context\.(\w+)", page.read_text(encoding="utf-8")))
+    assert {"iso", "first", "generator", "normals"} <= named
+    assert all(hasattr(camsim.Context, name) for name in named)
+
+
+def test_what_a_blur_takes_is_foretold():
+    """From some tens of seconds on; what makes it quicker is a lens that knows its pattern."""
+    how = SMALL | {"light": camsim.Light("D55", illuminance_lux=500.0), "region": None, "tolerance": 1e-5}
+    notes = []
+    for more in ((), (Motion(length_um=3.0),)):
+        capture = camsim.Capture(camera=camera_with().replace(extra_optics=more), scene=EDGE, **how)
+        notes.append(" ".join(capture.notes(capture.plan())))
+    assert "the transfer of Motion at each wavelength; it is quicker with a lens that is all of it" in notes[1]
+    assert "at each wavelength" not in notes[0]
+
+
+@dataclass(frozen=True)
+class Short(Motion):
+    def reach_um(self, lost_fraction, wavelength_nm):
+        return 0.5 * self.length_um
+
+
+def test_how_far_blurs_go_is_added_up():
+    photosite, nm = camsim.SquarePhotosite(side_um=4.0), np.array([550.0])
+    known, unknown = (
+        OpticalSystem.of([camsim.Airy(f_number=8.0), photosite, *blurs])
+        for blurs in ([Short(length_um=80.0)], [Short(length_um=80.0), Motion(length_um=3.0)])
+    )
+    alone = camsim.Airy(f_number=8.0).reach_um
+    far = kernel_of(known, nm, 4.0, 1e-3).reach * 4.0 - 40.0
+    assert alone(1e-3, 550.0) < far < alone(1e-5, 550.0)
+    assert kernel_of(unknown, nm, 4.0, 1e-3).reach == np.inf
+    assert unknown_reach(known, np.ones(2)) == ""
+    assert "how far Motion spreads light is not known (reach_um(" in unknown_reach(unknown, np.array([900.0, 40.0]))

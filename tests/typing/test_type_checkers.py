@@ -67,9 +67,7 @@ def by_pyright(files: list[Path]) -> Iterator[tuple[str, int]]:
 
 
 @pytest.mark.parametrize(("checker", "refused"), [("mypy", by_mypy), ("basedpyright", by_pyright)])
-def test_right_uses_are_taken_and_wrong_ones_refused(
-    checker: str, refused: Refused, tmp_path: Path
-) -> None:
+def test_right_uses_are_taken_and_wrong_ones_refused(checker: str, refused: Refused, tmp_path: Path) -> None:
     pytest.importorskip(checker)
     found = set(refused([RIGHT, WRONG, *pages(tmp_path)]))
     assert {(name, line) for name, line in found if name != WRONG.name} == set()
