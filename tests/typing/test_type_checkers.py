@@ -36,7 +36,10 @@ def pages(folder: Path) -> list[Path]:
     for page in ("howto/own-noise", "howto/own-lens", "developers"):
         blocks = blocks_of((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8"))
         files.append(folder / f"{Path(page).name.replace('-', '_')}.py")
-        files[-1].write_text("\n".join(block.body for block in blocks if block.language == "python"), encoding="utf-8")
+        lines = "\n".join(block.body for block in blocks if block.language == "python").splitlines()
+        # Blocks further down a page import again what is there.
+        again = {n for n, line in enumerate(lines) if line.startswith(("import ", "from ")) and line in lines[:n]}
+        files[-1].write_text("\n".join(line for n, line in enumerate(lines) if n not in again), encoding="utf-8")
     return files
 
 
