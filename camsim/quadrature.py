@@ -6,17 +6,41 @@ import functools
 import math
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64, I64
 
 
 @functools.cache
 def gauss_legendre(order: int) -> tuple[F64, F64]:
-    """Return nodes on −1 … 1 and weights of the Gauss–Legendre rule, both (order,), read-only."""
-    nodes, weights = scipy.special.roots_legendre(order)
+    """Return nodes on −1 … 1 and weights of the Gauss–Legendre rule, both (order,), read-only.
+
+    Zeros of P_n by Newton's steps, of which the fifth changes nothing more; weights 2/((1 − x²)·P_n′²). Half of them
+    are computed, the others are their mirror images. (SciPy's rules take as long to import as half a capture.)
+
+    >>> [values.round(9).tolist() for values in gauss_legendre(3)]
+    [[-0.774596669, 0.0, 0.774596669], [0.555555556, 0.888888889, 0.555555556]]
+    """
+    x = np.cos(np.pi * (np.arange((order + 1) // 2) + 0.75) / (order + 0.5))
+    for _ in range(5):
+        value, slope = _legendre(order, x)
+        x = x - value / slope
+    slope = _legendre(order, x)[1]
+    half, half_weights = x, 2.0 / ((1.0 - x * x) * slope * slope)
+    if order % 2:
+        half[-1] = 0.0
+    own = slice(order % 2, None)
+    nodes = np.concatenate([-half, half[::-1][own]])
+    weights = np.concatenate([half_weights, half_weights[::-1][own]])
     nodes.flags.writeable = weights.flags.writeable = False
     return nodes, weights
+
+
+def _legendre(order: int, x: F64) -> tuple[F64, F64]:
+    """Return P_n and P_n′ within −1 … 1 by Bonnet's recurrence."""
+    before, value = np.ones_like(x), x
+    for n in range(2, order + 1):
+        before, value = value, ((2 * n - 1) * x * value - (n - 1) * before) / n
+    return value, order * (before - x * value) / (1.0 - x * x)
 
 
 def gauss_error(order: int, phase: float) -> float:

@@ -205,13 +205,17 @@ def enter(tree: Path, interpreted: bool, compiled_anew: Set[str] = frozenset()) 
     key_of = cache._key
     cache.KEPT = 1_000_000  # or the unchanged kernels would be forgotten after eight mutants
 
-    def key(file: Path) -> str:
+    def key(file: str) -> str:
         """Kernels that do not hold the mutant are those of the unchanged project, whatever their modules import."""
-        if not file.is_relative_to(tree):
+        if not Path(file).is_relative_to(tree):
             return key_of(file)
-        name = file.relative_to(tree)
-        cache._ROOT = tree if name.as_posix() in compiled_anew else ROOT
-        return key_of(cache._ROOT / name)
+        name = Path(file).relative_to(tree)
+        root = str(tree if name.as_posix() in compiled_anew else ROOT)
+        if root != cache._ROOT:
+            cache._ROOT = root
+            for kept in (cache._file_of, cache._read):  # they know the imports of the other one
+                kept.cache_clear()
+        return key_of(os.path.join(root, name))
 
     cache._key = key
 

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
+from types import MappingProxyType
 from typing import Any
 
 
@@ -68,24 +69,40 @@ def shown(value: float) -> str:
     return f"{mantissa}e{int(power)}"
 
 
-def cell(value: Any, *, mark: str = "") -> str:
-    """Return one cell: numbers carry their own value, words are words, nothing stays empty."""
+def cell(value: Any, *, mark: str = "", decimals: int | None = None) -> str:
+    """Return one cell: numbers carry their own value, words are words, nothing stays empty.
+
+    decimals : so many digits after the point, and infinity is a value; None: ``shown``
+
+    >>> cell(-0.001, decimals=2), cell(math.inf, decimals=2), cell(math.inf)
+    ('<td data-v="-0.001">0.00</td>', '<td data-v="Infinity">∞</td>', '<td></td>')
+    """
+    if decimals is not None and value == math.inf:
+        return '<td data-v="Infinity">∞</td>'
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return f'<td class="{mark}"></td>' if mark else "<td></td>"
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return f'<td data-v="{value!r}">{shown(float(value))}</td>'
+        # Rounded first: there is no −0.00.
+        told = shown(float(value)) if decimals is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
+        return f'<td data-v="{value!r}">{told}</td>'
     return f'<td class="{mark or "words"}">{escape(str(value))}</td>'
 
 
 def table(
-    caption: str, heads: Sequence[str], rows: Sequence[Sequence[Any]], *, tall: bool = False, wide: Sequence[int] = ()
+    caption: str,
+    heads: Sequence[str],
+    rows: Sequence[Sequence[Any]],
+    *,
+    tall: bool = False,
+    wide: Sequence[int] = (),
+    decimals: Mapping[int, int] = MappingProxyType({}),
 ) -> str:
-    """Return a sortable table in a box of its own that scrolls when it must."""
+    """Return a sortable table in a box of its own that scrolls when it must; ``decimals``: by column."""
     head = "".join(f'<th scope="col"><button type="button">{escape(h)}</button></th>' for h in heads)
-    body = "".join(
-        "<tr>" + "".join(cell(v, mark="wide" if k in wide else "") for k, v in enumerate(row)) + "</tr>\n"
-        for row in rows
+    cells = (
+        [cell(v, mark="wide" if k in wide else "", decimals=decimals.get(k)) for k, v in enumerate(row)] for row in rows
     )
+    body = "".join(f"<tr>{''.join(row)}</tr>\n" for row in cells)
     box = "table tall" if tall else "table"
     return (
         f'<div class="{box}" tabindex="0"><table class="sortable"><caption>{escape(caption)}</caption>'

@@ -6,8 +6,7 @@ import errno
 import gc
 import sys
 import time
-from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
@@ -19,7 +18,7 @@ from camsim.cli.lens_app import lens_app
 from camsim.cli.measure_app import measure_app
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
 from camsim.cli.sweep import sweep
-from camsim.errors import AccuracyError, CamsimError, InvalidValueError
+from camsim.errors import AccuracyError, CamsimError, InvalidValueError, UnknownNameError
 
 _BEGAN_S = time.perf_counter()
 _MOST_LINES = 200
@@ -65,34 +64,20 @@ app = typer.Typer(
 )
 
 
-class Listed(StrEnum):
-    """What ``camsim list`` can list."""
+def _one_of(known: tuple[str, ...], kind: str) -> Any:
+    """Return an argument that is one of a few names; any other is refused as files and Python refuse it."""
 
-    sensors = "sensors"
-    scenes = "scenes"
-    lenses = "lenses"
-    illuminants = "illuminants"
-    reflectances = "reflectances"
-    sensitivities = "sensitivities"
+    def judged(name: str) -> str:
+        if name not in known:
+            raise UnknownNameError(kind, name, known)
+        return name
 
-
-class Begun(StrEnum):
-    """What ``camsim new`` can write."""
-
-    scene = "scene"
-    sensor = "sensor"
-    study = "study"
-    dataset = "dataset"
+    return typer.Argument(metavar="WHAT", help=f"One of {', '.join(known)}.", callback=judged)
 
 
-class SchemaOf(StrEnum):
-    """What ``camsim schema`` can print."""
-
-    scene = "scene"
-    sensor = "sensor"
-    lens = "lens"
-    study = "study"
-    dataset = "dataset"
+LISTS = ("sensors", "scenes", "lenses", "illuminants", "reflectances", "sensitivities")
+TEMPLATES = ("scene", "sensor", "study", "dataset")
+SCHEMAS = ("scene", "sensor", "lens", "study", "dataset")
 
 
 def run() -> None:
@@ -257,11 +242,11 @@ app.command()(dataset)
 
 
 @app.command("list")
-def list_names(what: Annotated[Listed, typer.Argument(help="Which names.")], sensors: Sensors = None) -> None:
+def list_names(what: Annotated[str, _one_of(LISTS, "list")], sensors: Sensors = None) -> None:
     """List the names that files and options can use; sensors also of your own, each with its place."""
     from camsim.cli.show import lines_of_list
 
-    for line in lines_of_list(what.value, sensors or ()):
+    for line in lines_of_list(what, sensors or ()):
         print(line)
 
 
@@ -286,13 +271,13 @@ def show(
 
 
 @app.command()
-def schema(what: Annotated[SchemaOf, typer.Argument(help="Which file.")]) -> None:
+def schema(what: Annotated[str, _one_of(SCHEMAS, "kind of file")]) -> None:
     """Print the JSON Schema of scenes, sensors, lenses, studies or data sets, for editors that complete and check."""
     import json
 
-    from camsim.config.reference import json_schema
+    from camsim.config.reference import Kind, json_schema
 
-    print(json.dumps(json_schema(what.value), indent=2, ensure_ascii=False))
+    print(json.dumps(json_schema(cast(Kind, what)), indent=2, ensure_ascii=False))
 
 
 @app.command()
@@ -323,7 +308,7 @@ def validate(
 
 @app.command()
 def new(
-    what: Annotated[Begun, typer.Argument(help="Which file.")],
+    what: Annotated[str, _one_of(TEMPLATES, "kind of file")],
     output: Annotated[
         str | None, typer.Option("-o", "--output", metavar="FILE", help="scene.yaml or sensor.yaml when left out.")
     ] = None,
@@ -332,4 +317,4 @@ def new(
     """Write a scene, a sensor, a study or a data set to start from, with a comment to every line."""
     from camsim.cli.new import write_template
 
-    print(write_template(what.value, output or f"{what.value}.yaml", force=force))
+    print(write_template(what, output or f"{what}.yaml", force=force))

@@ -140,6 +140,10 @@ def measure_demosaic(
     sensors: Sensors = None,
     gamma: GammaOf = None,
     cfa: Annotated[str | None, typer.Option("--cfa", metavar="RGGB", help="Of a truth that does not say them.")] = None,
+    white: Annotated[
+        float | None,
+        typer.Option("--white", metavar="N", help="A perfect diffuser's number in a truth; 1, or the type's largest."),
+    ] = None,
     border: Annotated[int, typer.Option("--border", metavar="PX", help="Left out all around.")] = 8,
     as_json: AsJson = False,
     csv: CsvFile = None,
@@ -164,6 +168,7 @@ def measure_demosaic(
             changes=tuple(changes or ()),
             gamma=gamma,
             cfa=cfa,
+            white=white,
             border=border,
             html=html,
             outputs=Outputs(as_json=as_json, csv=csv, plot=plot, force=force),
@@ -252,10 +257,7 @@ def measure_moire(
 
 @measure_app.command("noise")
 def measure_noise(
-    folder: Annotated[
-        str | None,
-        typer.Argument(metavar="FOLDER", help="Flats and darks with an index.csv."),
-    ] = None,
+    folder: Annotated[str | None, typer.Argument(metavar="FOLDER", help="Flats and darks with an index.csv.")] = None,
     sensor: Annotated[
         str | None, typer.Option("--sensor", metavar="NAME", help="Take flats and darks of this sensor instead.")
     ] = None,

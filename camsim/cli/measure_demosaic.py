@@ -52,6 +52,7 @@ class DemosaicRequest:
     changes: tuple[str, ...]
     gamma: str | None
     cfa: str | None
+    white: float | None
     border: int
     html: str | None
     outputs: Outputs
@@ -100,12 +101,23 @@ def _check(request: DemosaicRequest) -> None:
             "give a truth and one result or more, or scenes with --all (published methods) or --run (a program)",
             key="FILE",
         )
+    _check_options(request)
     from camsim.measure.demosaic.program import check_command
     from camsim.measure.demosaic.similarity import scikit_metrics
 
     for template in request.programs:
         check_command(template, request.result)
     scikit_metrics()
+
+
+def _check_options(request: DemosaicRequest) -> None:
+    """Refuse what would be of no effect: options of scenes beside files, options of a truth beside scenes."""
+    of_files = {"--cfa": request.cfa is not None, "--white": request.white is not None}
+    of_scenes = {"--sensor": request.sensor, "--set": request.changes, "--sensors": request.sensors}
+    for option, given in (of_files if request.of_scenes else of_scenes).items():
+        if given:
+            what = "a truth in a file" if request.of_scenes else "scenes, with --all or --run"
+            raise InvalidValueError(f"is for {what}; leave it out", key=option)
 
 
 def _of_scenes(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]:
@@ -169,14 +181,16 @@ def _subject(file: str, request: DemosaicRequest) -> Subject:
 
     from camsim.measure.demosaic import subject_of_picture
     from camsim.measure.demosaic.subject import subject_of_capture
-    from camsim.measure.reading import read_picture
+    from camsim.measure.reading import filter_rows, read_picture
     from camsim.revive import revive_capture
 
     picture = read_picture(file)
     if picture.description is None:
-        cfa = request.cfa
-        pattern = (cfa.upper()[:2], cfa.upper()[2:]) if cfa is not None and len(cfa) == 4 else None
-        return subject_of_picture(picture, cfa=pattern, border=request.border)
+        pattern = None if request.cfa is None else filter_rows(request.cfa)
+        return subject_of_picture(picture, cfa=pattern, border=request.border, white=request.white)
+    for option, given in (("--cfa", request.cfa), ("--white", request.white)):
+        if given is not None:
+            raise InvalidValueError(f"{file} says it itself; leave it out", key=option)
     capture: Capture = replace(revive_capture(picture.description), scene_name=file)
     channels = capture.camera.cfa.channels
     planes = {plane.name: plane.samples for plane in picture.planes}
@@ -215,7 +229,7 @@ def row_of(verdict: Verdict) -> tuple[str, ...]:
         f"{verdict.delta_e_95:.2f}",
         f"{100.0 * verdict.zipper:.1f}",
         f"{verdict.false_colour:.2f}",
-        f"{verdict.shift_x_px:+.2f} {verdict.shift_y_px:+.2f}",
+        " ".join(f"{round(shift, 2) + 0.0:+.2f}" for shift in (verdict.shift_x_px, verdict.shift_y_px)),
         ", ".join(fault.name for fault in verdict.faults) or "none",
     )
 

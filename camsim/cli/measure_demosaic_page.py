@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -32,8 +31,10 @@ _TEMPLATES = Path(__file__).parent / "templates"
 
 _HEADS = (
     "method", "CPSNR dB", *(f"{name} dB" for name in CHANNELS), "developed dB", "SSIM", "MS-SSIM", "ΔE2000",
-    "ΔE2000 95 %", "zipper", "false colour ΔC", "shift x px", "shift y px", "faults",
+    "ΔE2000 95\N{NO-BREAK SPACE}%", "zipper", "false colour ΔC", "shift x px", "shift y px", "faults",
 )  # fmt: skip
+
+_DECIMALS = dict(enumerate((2, 2, 2, 2, 2, 4, 4, 2, 2, 4, 2, 2, 2), start=1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +99,9 @@ def _table(ranking: Ranking) -> str:
     rows = [
         [
             v.method,
-            "identical" if v.identical else v.cpsnr_db,
-            *("∞" if math.isinf(value) else value for value in (*v.psnr_db, v.cpsnr_developed_db)),
+            v.cpsnr_db,
+            *v.psnr_db,
+            v.cpsnr_developed_db,
             v.ssim,
             v.ms_ssim,
             v.delta_e_mean,
@@ -108,12 +110,12 @@ def _table(ranking: Ranking) -> str:
             v.false_colour,
             v.shift_x_px,
             v.shift_y_px,
-            ", ".join(fault.name for fault in v.faults) or "none",
+            "identical" if v.identical else ", ".join(fault.name for fault in v.faults) or "none",
         ]
         for v in ranking.verdicts
     ]
     left = f", {ranking.clipped} clipped" if ranking.clipped else ""
-    return table(f"{ranking.judged} photosites judged{left}; press a head to sort", _HEADS, rows)
+    return table(f"{ranking.judged} photosites judged{left}; press a head to sort", _HEADS, rows, decimals=_DECIMALS)
 
 
 def _faults(ranking: Ranking) -> str:

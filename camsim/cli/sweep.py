@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import gc
 import json
-import statistics
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -82,6 +81,8 @@ def sweep(
 
 def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
     """Print the least, median and largest value of each column of numbers that differ, indices and sizes left out."""
+    import statistics
+
     from rich.console import Console
     from rich.table import Table
 

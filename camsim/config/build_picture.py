@@ -7,7 +7,6 @@ from pathlib import Path
 from camsim.config import library, schema
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
-from camsim.files.picture_file import read_picture
 from camsim.scene import Picture
 
 
@@ -20,6 +19,8 @@ def picture(scene: Judged[schema.SceneFile], path: KeyPath, unit_um: float) -> P
 
 
 def _read(table: schema.Picture, folder: Path, unit_um: float) -> Picture:
+    from camsim.files.picture_file import read_picture
+
     return read_picture(
         library.beside(folder, table.file),
         encoding=table.encoding,

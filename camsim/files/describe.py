@@ -18,6 +18,9 @@ from camsim.frame import Frame
 RECORD_FORMAT = "frame/1"
 """Names the format of the record; another number is another format."""
 
+XMP_NAMESPACE = "urn:camsim:frame/1/"
+"""XML namespace of our own properties in XMP."""
+
 
 def description_json(frame: Frame) -> str:
     """Return the whole description as compact ASCII JSON, keys sorted: equal captures give equal text."""

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 from camsim.arrays import F64
 from camsim.errors import OutputError
-from camsim.files.describe import ascii_text, software
-from camsim.files.reading import XMP_NAMESPACE
+from camsim.files.describe import XMP_NAMESPACE, ascii_text, software
 from camsim.files.tiff_ifd import Tag, ascii_string, byte, double, long, rational, short, srational
 
 CFA_CODES = {"R": 0, "G": 1, "B": 2, "C": 3, "M": 4, "Y": 5, "W": 6}

@@ -16,11 +16,9 @@ from xml.parsers import expat
 
 from camsim.errors import InputError, in_brief
 from camsim.files import exr_reader, npz_reader, png_reader, tiff_reader
+from camsim.files.describe import XMP_NAMESPACE
 from camsim.files.npz import RECORD_NAME
 from camsim.files.record import LONGEST_RECORD, Record, is_record, parse_record
-
-XMP_NAMESPACE = "urn:camsim:frame/1/"
-"""XML namespace of our own properties in XMP."""
 
 _ANY_NAMESPACE = b"urn:camsim:"
 

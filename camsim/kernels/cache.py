@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba as nb
 import platformdirs
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
@@ -19,7 +20,7 @@ from numba.core.runtime.nrt import rtsys
 
 KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
 _ROOT = str(Path(__file__).resolve().parents[2])
-_IMPORTS = re.compile(rb"^[ \t]*(?:from|import) (camsim[\w.]*)", re.MULTILINE)
+_IMPORTS = re.compile(rb"\n[ \t]*(?:from|import) (camsim[\w.]*)")
 
 
 class _Locator(_CacheLocator):
@@ -51,6 +52,17 @@ class _Locator(_CacheLocator):
 
 class _Kept(CompileResultCacheImpl):
     _locator_classes = [_Locator]  # noqa: RUF012 (as Numba has it)
+
+    def reduce(self, cres: Any) -> Any:
+        """Return what is kept: machine code, and for Numba's own code only the names of what Python calls.
+
+        Numba keeps its own code too, for kernels that take this one in; ours take it from its source. To read it would
+        take longer than all else of a kernel.
+        """
+        (name, kind, (machine_code, _)), *rest = super().reduce(cres)  # type: ignore[no-untyped-call]
+        called = cres.fndesc.llvm_func_name, cres.fndesc.llvm_cpython_wrapper_name
+        names = "\n".join(f'define void @"{entry}"() {{ ret void }}' for entry in called)
+        return (name, kind, (machine_code, llvm.parse_assembly(names).as_bitcode())), *rest
 
 
 class Cache(FunctionCache):
@@ -117,7 +129,7 @@ def _sources(file: str) -> set[str]:
 def _read(file: str) -> tuple[bytes, list[str]]:
     """Return the hash of one file, which many modules import, and the files of camsim's modules that it imports."""
     source = Path(file).read_bytes()
-    files = map(_file_of, set(_IMPORTS.findall(source)))
+    files = map(_file_of, set(_IMPORTS.findall(b"\n" + source)))
     return hashlib.sha256(source).digest(), [path for path in files if path is not None]
 
 

@@ -95,6 +95,9 @@ class _Kernel(CPUDispatcher):
         """What lies on the disk of this kernel; None for one that was typed in. Few kernels are ever asked for it."""
         return Cache(self.py_func) if Path(self.py_func.__code__.co_filename).is_file() else None
 
+    def _compilation_chain_init_hook(self) -> None:
+        """Look for no extensions of Numba's: none of our types is theirs, and every installed package is asked."""
+
     def compile(self, sig: Any) -> Any:
         """Compile for types, or load what was compiled; Python calls it."""
         if self.cache is not None:

@@ -1,7 +1,12 @@
-"""A lens that changes over the frame: what a place of the picture sees through, and where the scene's places fall."""
+"""A lens that changes over the frame: what a place of the picture sees through, and where the scene's places fall.
+
+With x̄ the middle of a pattern's light the transfer begins 1 − 2πi f·x̄, so that x̄ is told by the transfer near 0:
+lateral colour and coma are in it. A channel sees the mean over its wavelengths.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,10 +17,14 @@ from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Varies
+from camsim.spectra.curve import Spectrum, spectrum_at
 
 _PASSES = 50
 _SETTLED_UM = 1e-6
 _STAYS_PIXEL = 0.1
+_WAVELENGTHS = 9
+_NEAR_ZERO = 1e-3
+"""Of the cut-off: where a transfer's phase is asked."""
 
 
 def system_at(camera: Body, x_um: float, y_um: float) -> OpticalSystem:
@@ -39,6 +48,37 @@ def scene_place_um(camera: Body, points_um: F64) -> F64:
             break
         found = found - off
     return found
+
+
+def middles_um(capture: Capture, places_um: F64, surfaces: tuple[Spectrum, Spectrum]) -> dict[str, F64]:
+    """Return how far (n, 2) from places of the sensor each channel sees the middle of the light of their patterns.
+
+    surfaces : what meets at the edges that are looked at; their difference weighs the wavelengths
+    """
+    camera = capture.camera
+    samples = camera.samples(capture.light, surfaces)
+    dark, light = (spectrum_at(surface, samples.wavelength_nm) for surface in surfaces)
+    weight = camera.electrons_per_reflectance(samples, 1.0) * np.abs(light - dark)
+    seen = samples.wavelength_nm[weight.max(axis=0) > 0.0]
+    if not seen.size:
+        return dict.fromkeys(camera.cfa.channels, np.zeros_like(places_um))
+    nm = np.unique(np.linspace(float(seen.min()), float(seen.max()), _WAVELENGTHS))
+    places = places_um if isinstance(camera.lens, Varies) else np.zeros((1, 2))
+    centres = np.array([[_middle_um(camera, place, float(each)) for each in nm] for place in places.tolist()])
+    share = np.array([np.interp(samples.wavelength_nm, nm, row) for row in np.eye(nm.size)])  # (wavelengths, samples)
+    found = {}
+    for name, own in zip(camera.cfa.channels, weight, strict=True):
+        part = np.einsum("kn,n->k", share, own) / max(float(own.sum()), 1e-300)
+        found[name] = np.broadcast_to(np.einsum("k,mkx->mx", part, centres), places_um.shape)
+    return found
+
+
+def _middle_um(camera: Body, place_um: Sequence[float], wavelength_nm: float) -> list[float]:
+    system = system_at(camera, *place_um)
+    f = _NEAR_ZERO * system.cutoff_per_um(wavelength_nm)
+    otf = system.point_otf(np.array([f, 0.0]), np.array([0.0, f]), wavelength_nm)
+    middle: list[float] = (-np.imag(otf) / (2.0 * np.pi * f)).tolist()
+    return middle
 
 
 def refuse_distortion(capture: Capture, stage: str, what: str) -> None:

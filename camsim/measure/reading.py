@@ -147,9 +147,17 @@ def _picture(source: _Source, planes: Sequence[Plane], shape: Sequence[int]) -> 
 
 def _pattern(source: _Source) -> tuple[str, ...]:
     """Return the rows of a colour filter array: the user's, or else the record's."""
-    cfa = source.cfa
-    if cfa is None:
-        return ("Y",) if source.record is None else source.record.cfa_pattern
+    if source.cfa is not None:
+        return filter_rows(source.cfa)
+    return ("Y",) if source.record is None else source.record.cfa_pattern
+
+
+def filter_rows(cfa: str) -> tuple[str, ...]:
+    """Return the rows of a colour filter array by its name, its letters, or rows of letters.
+
+    >>> filter_rows("rggb"), filter_rows("RRGG/RRGG/GGBB/GGBB")[0]
+    (('RG', 'GB'), 'RRGG')
+    """
     if cfa.lower() in PATTERNS:
         return PATTERNS[cfa.lower()]
     rows = tuple(cfa.upper().split("/"))

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64
+from camsim.optics.bessel import bessel_j0_j1
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
 from camsim.spectra.curve import Transmission
 from camsim.typed import Positive, judge
@@ -44,7 +44,8 @@ def airy_encircled_energy(r_um: F64, *, f_number: float, wavelength_nm: float) -
     0.8378
     """
     x = np.pi * np.asarray(r_um, float) / (f_number * wavelength_nm / NM_PER_UM)
-    energy: F64 = 1.0 - scipy.special.j0(x) ** 2 - scipy.special.j1(x) ** 2
+    j0, j1 = bessel_j0_j1(x)
+    energy: F64 = 1.0 - j0**2 - j1**2
     return energy
 
 
@@ -92,7 +93,7 @@ class Airy:
         x = (math.pi / blur_um) * np.asarray(r_um, float)
         near = x < 1e-4
         safe = np.where(near, 1.0, x)
-        jinc = np.where(near, 0.5 - x * x / 16.0, scipy.special.j1(safe) / safe)
+        jinc = np.where(near, 0.5 - x * x / 16.0, bessel_j0_j1(safe)[1] / safe)
         irradiance: F64 = math.pi / blur_um**2 * jinc * jinc
         return irradiance
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from camsim.errors import UnknownNameError
-from camsim.rendering.aberrated.engine import Aberrated, AberratedPlan
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.check.judge import Checks, Judge
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
@@ -15,7 +15,10 @@ from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
 
-BOUNDARY, ABERRATED, FOURIER = Boundary(), Aberrated(), Fourier()
+if TYPE_CHECKING:
+    from camsim.rendering.aberrated.engine import AberratedPlan
+
+BOUNDARY, FOURIER = Boundary(), Fourier()
 
 
 class ByEdges:
@@ -23,8 +26,11 @@ class ByEdges:
 
     def plan(self, job: Job, samples: int | None = None) -> BoundaryPlan | AberratedPlan:
         """Plan with the engine that knows the lens."""
-        knows_all = job.split is None or job.footprint is None
-        return BOUNDARY.plan(job, samples) if knows_all else ABERRATED.plan(job, samples)
+        if job.split is None or job.footprint is None:
+            return BOUNDARY.plan(job, samples)
+        from camsim.rendering.aberrated.engine import Aberrated
+
+        return Aberrated().plan(job, samples)
 
 
 BY_EDGES = ByEdges()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Edges:
     """Edges in pitches.
 
@@ -34,7 +35,7 @@ class Edges:
         """Return the same edges with a point (x, y) as the origin."""
         return Edges(start=self.start - point, end=self.end - point, left=self.left, right=self.right)
 
-    @property
+    @functools.cached_property
     def length(self) -> F64:
         """Length of each (n,)."""
         along = self.end - self.start
@@ -46,10 +47,17 @@ class Edges:
         """Both ends of all (2n, 2): first the starts."""
         return np.concatenate([self.start, self.end])
 
+    @functools.cached_property
+    def corners(self) -> tuple[F64, I64, I64]:
+        """The distinct ends (m, 2), and which of them each edge starts from and goes to (n,)."""
+        places, index = np.unique(self.points.view(np.complex128).ravel(), return_inverse=True)
+        return places.view(np.float64).reshape(-1, 2), index[: len(self)], index[len(self) :]
+
     def pairs(self) -> tuple[I64, I64]:
         """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""
-        sides, pair = np.unique(np.stack([self.left, self.right], axis=1), axis=0, return_inverse=True)
-        return sides, pair.ravel()
+        spectra = int(self.right.max(initial=0)) + 1
+        both, pair = np.unique(self.left * spectra + self.right, return_inverse=True)
+        return np.stack(np.divmod(both, spectra), axis=1), pair
 
 
 def shares_within(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from dataclasses import dataclass
 from typing import TypedDict
 
@@ -223,7 +224,7 @@ class Job:
         """The lens's own length at every wavelength of ``signals``, pitches; round lenses only."""
         return self.blur_at(self.signals.wavelength_nm)
 
-    @property
+    @functools.cached_property
     def span(self) -> float:
         """Largest distance of a photosite from an edge's end, pitches."""
         first = np.array(self.grid.first_centre)
@@ -232,7 +233,7 @@ class Job:
         gap = np.maximum(np.abs(points - first), np.abs(points - last))
         return float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0))
 
-    @property
+    @functools.cached_property
     def shares(self) -> F64:
         """Weights (pairs · channels, n) of every pair at every wavelength of ``signals``."""
         count = self.signals.wavelength_nm.size

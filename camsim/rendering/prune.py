@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64, I64, same_rows
 from camsim.optics.pattern import Pattern
@@ -58,9 +57,10 @@ def far_outlines(
     if pattern.signed:
         lost = lost * np.maximum(0.5 * np.bincount(outline, minlength=count), 1.0)
     # A side's contrast to the outside is no more than the sum over the kinds of edges that lie between.
-    kinds = np.unique(np.stack([outline, edges.left, edges.right], axis=1), axis=0)
-    step = np.abs(density[kinds[:, 1]] - density[kinds[:, 2]]).sum(axis=2).max(axis=1)
-    contrast = np.bincount(kinds[:, 0], weights=step, minlength=count)
+    sides, pair = edges.pairs()
+    own, kind = np.divmod(np.unique(outline * len(sides) + pair), len(sides))
+    step = np.abs(density[sides[:, 0]] - density[sides[:, 1]]).sum(axis=2).max(axis=1)
+    contrast = np.bincount(own, weights=step[kind], minlength=count)
     bound = contrast * angle / (2.0 * np.pi) * lost
     order = np.argsort(bound, kind="stable")
     total = np.cumsum(bound[order])
@@ -72,9 +72,12 @@ def far_outlines(
 
 def joined_outlines(edges: Edges) -> tuple[I64, int]:
     """Return the number of the outline that each edge belongs to: edges that share an end belong together."""
-    corners = edges.points.view(np.complex128).ravel()
-    points, index = np.unique(corners, return_inverse=True)
-    a, b = index[: len(edges)], index[len(edges) :]
-    joined = scipy.sparse.coo_array((np.ones(len(edges), np.int8), (a, b)), shape=(points.size, points.size))
-    count, label = scipy.sparse.csgraph.connected_components(joined, directed=False)
-    return label[a].astype(np.int64), int(count)
+    points, a, b = edges.corners
+    outline = np.arange(len(points))  # of each point: the first that it is known to hang together with
+    while (outline[a] != outline[b]).any():
+        ends = np.sort(np.stack([outline[a], outline[b]]), axis=0)
+        np.minimum.at(outline, ends[1], ends[0])
+        while (outline[outline] != outline).any():
+            outline = outline[outline]
+    known, label = np.unique(outline, return_inverse=True)
+    return label[a].astype(np.int64), known.size

@@ -17,11 +17,9 @@ from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.protocols import Varies
-from camsim.rendering.across.choose import choose_across
 from camsim.rendering.auto import Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fields.job import edges_share
-from camsim.rendering.fields.joined import with_pictures
+from camsim.rendering.fields.share import edges_share
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.outlines import arranged
@@ -190,6 +188,8 @@ def plan_render(
                 "take a wavefront lens, or leave them out",
                 key="lens",
             )
+        from camsim.rendering.across.choose import choose_across
+
         return choose_across(
             scene, arrangement, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance,
             method=method,
@@ -206,6 +206,8 @@ def plan_render(
     choice = choose(method, job, samples)
     if edges is scene:
         return choice
+    from camsim.rendering.fields.joined import with_pictures
+
     return with_pictures(choice, scene, tolerance) or plan_render(
         edges, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance, method=method,
         samples=samples,

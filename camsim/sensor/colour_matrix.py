@@ -202,7 +202,8 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
     white = lumps.sum(axis=1)
     scale = np.repeat([white[:count].max() or 1.0, white[count + 1] or 1.0], [count, 3])
     neutral, white_xyz = np.split(white / scale, [count])
-    reflectance = np.array([curve.at(wavelength_nm) for curve in _surfaces()])
+    measured_nm, surfaces = _surfaces()
+    reflectance = np.array([np.interp(wavelength_nm, measured_nm, surface) for surface in surfaces])
     # Not as a matrix product: a BLAS adds up in another order on another number of cores, and a file shows it.
     camera, xyz = np.split(np.einsum("rn,kn->rk", reflectance, lumps) / scale, [count], axis=1)
 
@@ -223,10 +224,10 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
 
 
 @functools.cache
-def _surfaces() -> tuple[Curve, ...]:
-    """Return the 190 reflectances that are fitted to; one holds −2e-18."""
-    wavelength_nm, values = _training()
-    return tuple(Curve(wavelength_nm, curve, outside="hold") for curve in np.maximum(values, 0.0))
+def _surfaces() -> tuple[F64, F64]:
+    """Return wavelengths (n,) and the reflectances (190, n) that are fitted to; one holds −2e-18."""
+    wavelength_nm, values = map(np.array, _training())
+    return wavelength_nm, np.maximum(values, 0.0)
 
 
 @functools.cache

@@ -16,6 +16,7 @@ from typing import TypeVar
 import platformdirs
 
 T = TypeVar("T")
+_version = functools.cache(metadata.version)  # which reads all that a package says of itself
 
 
 def kept(make: Callable[[], T]) -> Callable[[], T]:
@@ -28,7 +29,7 @@ def kept(make: Callable[[], T]) -> Callable[[], T]:
     @functools.cache
     def known() -> T:
         source = Path(make.__code__.co_filename).read_bytes()
-        of = f"{make.__qualname__} {metadata.version('colour-science')} {hashlib.sha256(source).hexdigest()}"
+        of = f"{make.__qualname__} {_version('colour-science')} {hashlib.sha256(source).hexdigest()}"
         key = hashlib.sha256(of.encode()).hexdigest()[:16]
         file = platformdirs.user_cache_path("camsim") / "curves" / f"{make.__name__.strip('_')}-{key}.json"
         with contextlib.suppress(OSError, ValueError):

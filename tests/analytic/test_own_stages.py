@@ -17,7 +17,7 @@ from camsim.cli.info import text_of_file
 from camsim.errors import InputError, InvalidValueError
 from camsim.optics import OpticalSystem
 from camsim.rendering.fields.cost import unknown_reach
-from camsim.rendering.fourier.lens import kernel_of
+from camsim.rendering.fourier.spread import kernel_of
 from camsim.revive import revive_capture
 
 TELEGRAPH = Telegraph(probability=0.1, step_e=50.0)

@@ -40,10 +40,13 @@ tifffile.imwrite(sys.argv[2], np.clip(image * 8, 0, 65535).astype(np.uint16), ph
 """
 
 NOTHING = DemosaicRequest(
-    files=(), published=False, programs=(), result=".tiff", sensor=None, sensors=(), gamma=None, cfa=None, border=8,
-    changes=("region={rows: 56, cols: 56}", "render.tolerance=1e-2"), html=None,
+    files=(), published=False, programs=(), result=".tiff", sensor=None, sensors=(), gamma=None, cfa=None,
+    white=None, border=8, changes=(), html=None,
     outputs=Outputs(as_json=True, csv=None, force=False),
 )  # fmt: skip
+
+
+SMALL = {"changes": ("region={rows: 56, cols: 56}", "render.tolerance=1e-2")}
 
 
 @pytest.fixture
@@ -99,11 +102,21 @@ def test_truth_and_results(rings, camsim):
         ({"files": ("truth.npy", "grey.npy")}, "a demosaiced picture has R, G and B at every photosite"),
         ({"files": ("truth.npy", "nan.npy")}, "1 of its values are no numbers"),
         ({"files": ("truth.npy",)}, "give a truth and one result or more"),
-        ({"files": ("truth.npy", "truth.npy"), "border": 30}, "too few"),
+        ({"files": ("truth.npy", "truth.npy"), "border": 30}, "truth.npy: 60 × 64 photosites less a border of 30"),
+        ({"files": ("truth.npy", "truth.npy"), "cfa": "XYZW"}, "'XYZW'; give one of RGGB"),
+        ({"files": ("truth.npy", "truth.npy"), "cfa": "rgbw"}, "demosaicing is judged in R, G and B"),
+        ({"files": ("truth.npy", "truth.npy"), "white": -1.0}, "-1; must be above 0"),
+        ({"files": ("truth.npy", "truth.npy"), "sensor": "d40-like"}, "--sensor: is for scenes, with --all or --run"),
+        ({"files": ("s.yaml",), "published": True, "cfa": "RGGB"}, "--cfa: is for a truth in a file"),
+        (
+            {"files": ("electrons.npy", "truth.npy")},
+            "electrons.npy: its numbers go up to 2e+04, and of a truth 1 is white",
+        ),
+        ({"files": ("twelve.npy", "truth.npy")}, "its numbers end at 4095, and whole ones of its type at 6.554e+04"),
         ({"files": ("s.yaml",), "programs": ("mine {in}",)}, "lacks {in} or {out}"),
         ({"files": ("s.yaml",), "programs": ("mine {dng} {out}",)}, "{dng} is not known"),
-        ({"files": ("small.yaml",), "programs": ("no-such-program {in} {out}",)}, "there is no program"),
-        ({"files": ("siemens-star",), "published": True}, "demosaicing is judged in R, G and B"),
+        ({"files": ("leaves-in-colour",), "programs": ("no-such-program {in} {out}",), **SMALL}, "there is no program"),
+        ({"files": ("siemens-star",), "published": True, **SMALL}, "demosaicing is judged in R, G and B"),
     ],
 )
 def test_what_cannot_be_judged_is_one_sentence(folder, monkeypatch, changes, sentence):
@@ -112,6 +125,8 @@ def test_what_cannot_be_judged_is_one_sentence(folder, monkeypatch, changes, sen
     np.save("truth.npy", truth)
     np.save("eight.npy", np.rint(255 * truth).astype(np.uint8))
     np.save("grey.npy", truth[..., 0])
+    np.save("electrons.npy", 2e4 * truth / truth.max())
+    np.save("twelve.npy", np.rint(4095 * truth / truth.max()).astype(np.uint16))
     truth[30, 30, 1] = np.nan
     np.save("nan.npy", truth)
     with pytest.raises(CamsimError) as caught:

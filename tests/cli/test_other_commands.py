@@ -43,13 +43,26 @@ def test_version(camsim: Run) -> None:
         (["capture"], "Missing argument 'SCENE'"),
         (["capture", "flat-field", "--isoo", "3"], "No such option: --isoo"),
         (["capture", "flat-field", "--seed", "x"], "--seed"),
-        (["list", "lanterns"], "lanterns"),
     ],
 )
 def test_typers_own_messages_and_exit_code(camsim: Run, arguments: list[str], said: str) -> None:
     done = camsim(*arguments)
     assert (done.returncode, done.stdout) == (2, "")
     assert said in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["list", "lens"], "unknown list 'lens'; did you mean 'lenses'? (known: illuminants, lenses, "),
+        (["new", "scen"], "unknown kind of file 'scen'; did you mean 'scene'? (known: dataset, scene, sensor, study)"),
+        (["schema", "lenses"], "unknown kind of file 'lenses'; did you mean 'lens'? (known: dataset, lens, "),
+    ],
+)
+def test_names_of_lists_and_files_are_refused_in_camsims_words(camsim: Run, arguments: list[str], said: str) -> None:
+    done = camsim(*arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(said)
 
 
 def test_no_arguments_is_a_call_for_help(camsim: Run) -> None:

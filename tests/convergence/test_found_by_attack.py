@@ -202,3 +202,26 @@ def test_a_disc_within_a_wide_gaussian(tolerance):
     disc = {"kind": "disc", "radius": 4.3, "centre": [2.7, -0.6], "reflectance": 0.2}
     system = system_of([disc], 6.3, photosite=POINT, rows=8, cols=2) | {"lens": {"kind": "gaussian", "blur": 6.3}}
     keeps(system, tolerance, "boundary")
+
+
+@pytest.mark.parametrize("size", [400.0, 4e4])
+@pytest.mark.parametrize("lens", [{"kind": "airy", "blur": 0.3}, {"kind": "annular", "blur": 0.5, "obstruction": 0.4}])
+@pytest.mark.parametrize("photosite", ["rounded", "polygon"])
+def test_scenery_far_away_of_photosites_of_any_shape(size, lens, photosite):
+    """Minutes for four photosites: one lattice, fine enough for the pattern's middle, as far as the scene went."""
+    shapes = {
+        "rounded": {"kind": "rounded", "width": 0.8, "height": 0.9, "radius": 0.2},
+        "polygon": {"kind": "polygon", "points": [[-0.5, -0.5], [0.5, -0.5], [0.1, 0.5]]},
+    }
+    corner = [[0.4, 0.3], [size, 0.1 * size], [0.8 * size, size], [-0.3 * size, 0.9 * size]]
+    quad = {"kind": "polygon", "points": corner, "reflectance": 0.0}
+    system = system_of([quad], 1.0, photosite=shapes[photosite], rows=3, cols=2) | {"lens": lens}
+    truth = systems.Truth(system)
+    places = np.stack(np.meshgrid(truth.x, truth.y), axis=-1).reshape(-1, 2)[[0, 3, 5]]
+    exact, unsure = truth.boundary(0, 1e-9).values(places)
+    assert unsure.max() < 1e-8
+    for tolerance in (1e-2, 1e-3, 1e-5):
+        rendering = systems.rendered(system, tolerance=tolerance, method="fourier")
+        assert np.abs(rendering.image.ravel()[[0, 3, 5]] - truth.base[0] - exact).max() <= 0.3 * tolerance
+        assert rendering.error_estimate <= tolerance
+        assert systems.expected_seconds(system, tolerance=tolerance, method="fourier") < 2.0

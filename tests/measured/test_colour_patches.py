@@ -8,9 +8,10 @@ from scipy import ndimage
 
 import camsim
 from camsim.errors import UnsupportedError
-from camsim.measure import picture_of_frame
+from camsim.measure import Picture, picture_of_frame
 from camsim.measure.colour import measure_colour
 from camsim.measure.colour.picture import halves
+from camsim.measure.picture import mosaic_planes
 from camsim.sensor.colour_matrix import as_shot_neutral, fit_for_development
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.named import reflectance_names
@@ -110,6 +111,45 @@ def test_halves_show_what_is_measured_and_what_should_be():
         assert np.abs(left - right).max() < 30
         wanted = colour.XYZ_to_sRGB(colour.Lab_to_XYZ(patch.reference_lab, white), white)
         assert right / 255 == pytest.approx(np.clip(wanted, 0, 1), abs=0.01)
+
+
+def test_patches_are_found_where_a_distorting_lens_puts_them():
+    """Greys looked up where each photosite's light comes from: one photosite of another's would be noise."""
+    greys = {0.05: (-82, -62), 0.2: (82, -62), 0.4: (-82, 62), 0.8: (82, 62)}
+    shapes = ", ".join(
+        f"{{kind: rectangle, width: 130, height: 100, centre: [{x}, {y}], reflectance: {grey}}}"
+        for grey, (x, y) in greys.items()
+    )
+    capture = captured(f"scene={{unit: um, background: {{reflectance: 0.5}}, shapes: [{shapes}]}}")
+    lens = camsim.FieldLens(
+        f_number=2.0,
+        wavelength_nm=[550],
+        zernike=[4],
+        waves=[[[0.0], [0.0]]],
+        height_um=[0, 230],
+        distortion_powers=[-0.2],
+        lateral_colour_um=[[0, 1.0]],
+    )
+    capture = replace(capture, camera=capture.camera.replace(lens=lens))
+    rows, cols, pitch_um = 56, 72, 4.88
+    y, x = (np.indices((rows, cols)) + 0.5 - 0.5 * np.array([rows, cols])[:, None, None]) * pitch_um
+    u, v = x.copy(), y.copy()
+    for _ in range(60):
+        shrunk = 1.0 - 0.2 * (u**2 + v**2) / 230.0**2
+        u, v = x / shrunk, y / shrunk
+    seen = np.full((rows, cols), 0.5)
+    for grey, (at_x, at_y) in greys.items():
+        seen[(np.abs(u - at_x) < 65) & (np.abs(v - at_y) < 50)] = grey
+    index = np.array([[0, 1], [1, 2]])[np.indices((rows, cols))[0] % 2, np.indices((rows, cols))[1] % 2]
+    diffuser_e = capture.camera.diffuser_electrons(capture.light, capture.time_s)
+    planes = mosaic_planes(seen * diffuser_e[index], ("RG", "GB"))
+    report = measure_colour(Picture(name="greys", shape=(rows, cols), planes=planes), capture)
+    assert {float(patch.name) for patch in report.patches} == set(greys)
+    for patch in report.patches:
+        assert patch.lab == pytest.approx((116.0 * np.cbrt(float(patch.name)) - 16.0, 0.0, 0.0), abs=1e-3)
+        assert max(patch.noise_lab) < 1e-3
+        # All but 4.1 px along the outline, of at least 10 rows and 15 columns.
+        assert patch.photosites > 150
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from camsim.errors import UnsupportedError
 from camsim.measure import Picture, Plane, picture_of_frame
 from camsim.measure.distortion import measure_distortion
 from camsim.measure.picture import mosaic_planes
+from tests.colour_data import aligned
 
 ROWS, COLS, SPACING, HALF = 120, 160, 20.0, 0.5 * math.hypot(120, 160)
 LAW = {"R": (1.001, -0.03, 0.01), "G": (1.0, -0.03, 0.01), "B": (0.999, -0.03, 0.01)}
@@ -150,6 +151,55 @@ def test_a_field_lens_has_its_own_law_beside_what_is_seen():
         assert (mark.dx_pixel, mark.dy_pixel) == pytest.approx(tuple(at), abs=0.02)
     assert max(abs(mark.dx_pixel) for mark in grey.marks) > 2.0
     assert grey.k1 == pytest.approx(grey.theory.k1, rel=0.02)
+
+
+def test_lateral_colour_in_daylight_is_what_the_lens_states():
+    """Every wavelength's dots drawn where the lens puts them, weighed by D55 and the channels' own triangles."""
+    nm = np.arange(380.0, 781.0, 20.0)
+    seen = {
+        letter: np.maximum(1.0 - abs(nm - peak) / 80.0, 0.0)
+        for letter, peak in zip("RGB", (620, 540, 460), strict=True)
+    }
+    weight = {letter: curve * aligned("light", "D55")[::4] for letter, curve in seen.items()}
+    lens = camsim.FieldLens(
+        f_number=5.6,
+        wavelength_nm=[380, 550, 780],
+        zernike=[4],
+        waves=np.zeros((3, 2, 1)).tolist(),
+        height_um=[0, 600],
+        lateral_colour_um=[[0, 0.06 * (550 - at)] for at in (380, 550, 780)],  # 1e-4 of the height for each nm
+    )
+    capture = captured("{kind: chart, name: dot-grid, spacing: 20, radius: 5, rows: 3, cols: 7}")
+    curves = [(letter, camsim.Curve(nm, curve, outside="zero")) for letter, curve in seen.items()]
+    efficiency = camsim.QuantumEfficiency(curves, per="energy", peak=0.5)
+    camera = capture.camera.replace(lens=lens, quantum_efficiency=efficiency, filters=())
+    capture = dataclasses.replace(capture, camera=camera, light=camsim.Light("D55", illuminance_lux=2000.0))
+    y, x = np.indices((ROWS, COLS)) + 0.5 - 0.5 * np.array([ROWS, COLS])[:, None, None]
+    index = np.array([[0, 1], [1, 2]])[np.indices((ROWS, COLS))[0] % 2, np.indices((ROWS, COLS))[1] % 2]
+    mosaic = np.full((ROWS, COLS), 900.0)
+    for k, letter in enumerate("RGB"):
+        for v in (-20.0, 0.0, 20.0):
+            for u in np.arange(-3, 3.1) * SPACING:
+                near = (np.hypot(x - u, y - v) < 16) & (index == k)
+                for at, share in zip(nm, weight[letter] / weight[letter].sum(), strict=True):
+                    if share:
+                        away = np.hypot(
+                            *(np.array([x[near], y[near]]) - np.array([[u], [v]]) * (1 + 1e-4 * (550 - at)))
+                        )
+                        mosaic[near] -= 800.0 * share * blurred_disc(away, 5.0, 0.8)
+    planes = mosaic_planes(mosaic, ("RG", "GB"))
+    report = measure_distortion(Picture(name="grid", shape=(ROWS, COLS), planes=planes), capture)
+    mean_nm = {letter: (nm * own).sum() / own.sum() for letter, own in weight.items()}
+    for channel in report.channels:
+        letter = channel.channel[0]
+        assert len(channel.marks) == 21
+        assert channel.theory.scale == pytest.approx(1 + 1e-4 * (550 - mean_nm[letter]), abs=1e-4)
+        assert channel.scale == pytest.approx(channel.theory.scale, abs=2e-4)
+        assert channel.off_theory_rms_pixel < 0.02
+        if letter != "G":
+            away = 1e-4 * abs(mean_nm[letter] - mean_nm["G"]) * math.hypot(60, 20)
+            assert away > 0.4
+            assert channel.lateral_largest_pixel == pytest.approx(away, abs=0.03)
 
 
 def test_a_scene_without_marks_is_refused():

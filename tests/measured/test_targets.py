@@ -1,6 +1,7 @@
 """The MTF of stars and textures, and acutance, against the optics that made them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +9,10 @@ from scipy import integrate
 
 import camsim
 from camsim.errors import UnsupportedError
-from camsim.measure import picture_of_frame
+from camsim.measure import Picture, Plane, picture_of_frame
 from camsim.measure.acutance import acutance
-from camsim.measure.target import measure_star, measure_texture
+from camsim.measure.lens_places import refuse_distortion
+from camsim.measure.target import measure_moire, measure_star, measure_texture
 
 LEAVES = (
     "scene.shapes=[{kind: chart, name: dead-leaves, width: 90, height: 90, least_radius: 1.5, "
@@ -67,6 +69,28 @@ def test_acutance_is_the_integral_over_what_the_eye_sees():
 
     seen = integrate.quad(lambda nu: csf(nu) * math.exp(-5.0 * nu / per_degree), 0.0, per_degree, epsrel=1e-10)[0]
     assert got == pytest.approx(seen / integrate.quad(csf, 0.0, 300.0, epsrel=1e-10)[0], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("measure", "scene", "what"),
+    [
+        (measure_star, "siemens-star", "a star"),
+        (measure_texture, "dead-leaves", "a texture"),
+        (measure_moire, "zone-plate", "a zone plate"),
+    ],
+)
+def test_what_a_lens_bends_is_refused(measure, scene, what):
+    """Distortion by 2 % at 85 px, and by as much as is let through."""
+    capture = camsim.load(scene, overrides=["region={rows: 120, cols: 120}"])
+    picture = Picture(name="bent.dng", shape=(120, 120), planes=(Plane(name="Y", samples=np.zeros((120, 120))),))
+    lens = {"f_number": 4.0, "wavelength_nm": [550], "zernike": [4], "waves": [[[0.0], [0.0]]], "height_um": [0, 300]}
+    bent = capture.camera.replace(lens=camsim.FieldLens(**lens, distortion_powers=[-0.02]))
+    with pytest.raises(
+        UnsupportedError, match=rf"bent\.dng: the lens moves the scene by up to 1\.\d+ px here, and {what} is"
+    ):
+        measure(picture, replace(capture, camera=bent))
+    straight = capture.camera.replace(lens=camsim.FieldLens(**lens, distortion_powers=[-0.001]))
+    refuse_distortion(replace(capture, camera=straight), "straight.dng", "a star is")
 
 
 def test_what_shows_no_star_or_no_structure_is_refused():

@@ -46,11 +46,10 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
             stage=picture.name,
         )
     areas, small = patch_areas(capture)
-    margin = margin_pixel(capture)
     if not areas:
         raise UnsupportedError(
             f"the scene shows no patch: an even area in one piece, without holes, of 64 photosites or more that lie "
-            f"{margin:.0f} px from its outline; capture a chart such as colorchecker, larger",
+            f"{margin_pixel(capture):.0f} px from its outline; capture a chart such as colorchecker, larger",
             stage=picture.name,
         )
     light, order = linear_light(picture, capture), [camera.cfa.channels.index(letter) for letter in CHANNELS]

@@ -12,6 +12,8 @@ SHIFTED_PX = 0.1
 """From here on a result is called shifted; methods that put colours where they belong stay below 0.05."""
 
 _BLUR, _STEPS, _LARGEST, _EDGE = 1.5, 8, 1024, 12
+_DIGITS = 4
+"""After the point: the last step is smaller than that."""
 
 
 def best_shift(found: F32, subject: Subject) -> tuple[float, float]:
@@ -39,9 +41,10 @@ def best_shift(found: F32, subject: Subject) -> tuple[float, float]:
             return 0.0, 0.0
         step = np.clip(solved[:2] / solved[2], -1.0, 1.0)
         shift += step
-        if np.abs(step).max() < 1e-4:
+        if np.abs(step).max() < 10.0**-_DIGITS:
             break
-    return float(-shift[1]), float(-shift[0])
+    down, right = (round(-float(way), _DIGITS) + 0.0 for way in shift)
+    return right, down
 
 
 def _system(moved: F64, used: Used) -> F64:

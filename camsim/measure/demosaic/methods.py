@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from camsim.arrays import F32
-from camsim.errors import CamsimError, UnsupportedError
+from camsim.errors import CamsimError, UnsupportedError, in_brief
 from camsim.files import save
 from camsim.files.preview import demosaic
 from camsim.frame import Frame
@@ -26,7 +26,10 @@ from camsim.sensor.colour_matrix import as_shot_neutral
 
 _RGB = 3
 _LEAST_FOR_LIBRAW = 22
+_LEAST_FOR_PASSES = 512
+"""Photosites a side of LibRaw's own interpolation of X-Trans: it works in tiles of so many, and fails on less."""
 _X_TRANS = {"linear": "LINEAR", "VNG": "VNG", "X-Trans, one pass": "PPG", "X-Trans, three passes": "AHD"}
+_PASSES = ("PPG", "AHD")
 _BAYER = {"linear": "LINEAR", "VNG": "VNG", "PPG": "PPG", "AHD": "AHD", "DCB": "DCB", "DHT": "DHT", "AAHD": "AAHD"}
 _COLOUR_DEMOSAICING = {
     "bilinear": "demosaicing_CFA_Bayer_bilinear",
@@ -104,12 +107,17 @@ def _by_libraw(frame: Frame) -> Iterator[Method]:
     )
     if pattern not in BAYER and not x_trans:
         raise UnsupportedError("knows Bayer and X-Trans arrays only", stage="LibRaw")
-    if min(frame.shape) < _LEAST_FOR_LIBRAW:
-        raise UnsupportedError(f"refuses less than {_LEAST_FOR_LIBRAW} photosites a side", stage="LibRaw")
     _refuse_missing("rawpy", "rawpy")
 
     def method(algorithm: str) -> Callable[[Frame], F32]:
-        return lambda frame: _developed_by_libraw(frame, algorithm)
+        least = _LEAST_FOR_PASSES if x_trans and algorithm in _PASSES else _LEAST_FOR_LIBRAW
+
+        def run(frame: Frame) -> F32:
+            if min(frame.shape) < least:
+                raise UnsupportedError(f"needs {least} photosites a side, and the picture has {min(frame.shape)}")
+            return _developed_by_libraw(frame, algorithm)
+
+        return run
 
     named = _X_TRANS if x_trans else _BAYER
     return (Method(f"LibRaw: {name}", method(algorithm)) for name, algorithm in named.items())
@@ -134,10 +142,13 @@ def _developed_by_libraw(frame: Frame, algorithm: str) -> F32:
             "adjust_maximum_thr": 0.0,
             "user_flip": 0,
         }
-        with rawpy.imread(str(file)) as raw:
-            image = raw.postprocess(**options)
+        try:
+            with rawpy.imread(str(file)) as raw:
+                image = raw.postprocess(**options)
+        except rawpy.LibRawError as error:
+            raise UnsupportedError(f"failed: {in_brief(error)}") from None
     if image.shape[:2] != frame.shape:
-        raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}", stage=f"LibRaw: {algorithm}")
+        raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}")
     scaled: F32 = image.astype(np.float32) / np.float32(65535.0)
     return scaled
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,8 @@ CHANNELS = ("R", "G", "B")
 BORDER = 8
 _BESIDE_CLIPPED = 3
 _LEAST = 32
+_UNUSED = 0.25
+"""Two bits that nothing uses: numbers of 10, 12 or 14 bits where 16 fit."""
 
 Used = npt.NDArray[np.bool_]
 
@@ -78,7 +81,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
     # Balanced, a diffuser has one level in all channels.
     level = float(balanced(diffuser_e, capture)[order[1]])
     clipped = np.any(truth_e >= full_scale_e(capture), axis=2)
-    used = inside(shape, border) & ~scipy.ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
+    used = inside(shape, border, name) & ~scipy.ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
     if not used.any():
         raise UnsupportedError("nothing is left to judge, all is clipped or border; expose less", stage=name)
     return Subject(
@@ -93,19 +96,43 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
     )
 
 
-def subject_of_picture(picture: Picture, *, cfa: tuple[str, ...] | None, border: int = BORDER) -> Subject:
-    """Return the subject of anybody's linear picture, whose channels are taken for linear sRGB's."""
+def subject_of_picture(
+    picture: Picture, *, cfa: tuple[str, ...] | None, border: int = BORDER, white: float | None = None
+) -> Subject:
+    """Return the subject of anybody's linear picture, whose channels are taken for linear sRGB's.
+
+    white : its number for a perfect diffuser; None: 1, of whole numbers the largest that their type holds
+
+    Raises UnsupportedError where its numbers show that this is not so, and for filters other than R, G and B.
+    """
     truth = planes_of(picture)
-    peak = picture.planes[0].white or 1.0
+    if cfa is not None and set("".join(cfa)) != set(CHANNELS):
+        raise InvalidValueError(f"{'/'.join(cfa)}; demosaicing is judged in R, G and B", key="cfa")
+    if white is not None and not 0.0 < white < math.inf:
+        raise InvalidValueError(f"{white:g}; must be above 0", key="white")
+    peak = white or _peak(picture, truth)
     matrix = adaptation(fit_white("D65"), XYZ_D50) @ np.linalg.inv(XYZ_TO_SRGB)
     return Subject(
         name=picture.name,
         truth=truth / np.float32(peak),
-        used=inside(truth.shape[:2], border),
+        used=inside(truth.shape[:2], border, picture.name),
         neutral=np.ones(3),
         to_xyz=matrix * (XYZ_D50 / matrix.sum(axis=1))[:, None],
         cfa=cfa,
     )
+
+
+def _peak(picture: Picture, truth: F32) -> float:
+    """Return what counts as white, refused where it is electrons, or codes of fewer bits than their numbers have."""
+    largest = float(truth.max())
+    whole = picture.planes[0].white
+    if whole is None and float(truth.mean()) > 1.0:
+        why = f"its numbers go up to {largest:.4g}, and of a truth 1 is white"
+    elif whole is not None and largest <= _UNUSED * whole:
+        why = f"its numbers end at {largest:.4g}, and whole ones of its type at {whole:.4g}, which would be white"
+    else:
+        return whole or 1.0
+    raise UnsupportedError(f"{why}; say with --white what a perfect diffuser has", stage=picture.name)
 
 
 def planes_of(picture: Picture) -> F32:
@@ -127,12 +154,12 @@ def planes_of(picture: Picture) -> F32:
     return image
 
 
-def inside(shape: tuple[int, ...], border: int) -> Used:
+def inside(shape: tuple[int, ...], border: int, name: str) -> Used:
     """Return (rows, cols) true but for a border; raises UnsupportedError when little is left."""
     if border < 0 or min(shape[:2]) - 2 * border < _LEAST:
         raise UnsupportedError(
             f"{shape[0]} × {shape[1]} photosites less a border of {border} leave too few; {_LEAST} a side are needed",
-            key="border",
+            stage=name,
         )
     used = np.zeros(shape[:2], bool)
     used[border : shape[0] - border, border : shape[1] - border] = True

@@ -18,7 +18,7 @@ from camsim.rendering.aberrated.windows import Window, windows
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Progress
 from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.image import inverse
+from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
 from camsim.rendering.fourier.regions import Regions, clamped
 from camsim.rendering.job import Job, Nodes
@@ -145,10 +145,10 @@ class ShortImage:
         regions = Regions.of(own, tile, sizes, spectra.size, self.job.tolerance)
         present = np.unique(channel)
         weights = np.ascontiguousarray(self.pattern.sets[1][spectra - 1][:, present])
-        total = np.full((present.size, tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
+        total = np.full((present.size, *tile.sums, 2), 0.0)
         for block, scene in regions.blocks():
             fields, place = self.pattern.on_block(block), block.place(tile)
-            shared(tile.periods[1], functools.partial(add_short, total, scene, fields, weights, place), least=ROWS)
+            shared(total.shape[1], functools.partial(add_short, total, scene, fields, weights, place), least=ROWS)
         for k, sums in zip(present, total, strict=True):
             mine = channel == k
             values[mine] = inverse(sums.view(complex)[..., 0], tile)[mine]

@@ -112,17 +112,17 @@ def add_lines(
 def add_short(
     total: F64, scene: SceneBlock, fields: F64, weights: F64, place: Place, first_row: int, stop_row: int
 ) -> None:
-    """Add a block to rows ``first_row`` … ``stop_row`` of ``total`` (channels, py, px//2 + 1, 2).
+    """Add a block to rows ``first_row`` … ``stop_row`` of ``total`` (channels, rows, columns, 2).
 
     fields  : (b, count_j, 2, count_i) transfers, footprint included;  weights: (spectra, channels, b)
     """
     transforms, areas = scene
-    first_i, first_j, column, row = place.first_i, place.first_j, place.column, place.row
+    first_i, first_j, column, row, rows = place.first_i, place.first_j, place.column, place.row, place.rows
     px, py, cut = place.px, place.py, place.cut
     spectra, count_j, _, count_i = transforms.shape
     # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
     for target in range(first_row, stop_row):
-        for r in range((target - row) % py, count_j, py):
+        for r in range((target - row) % rows, count_j, rows):
             ky = (first_j + r) / py
             inside = cut * cut - ky * ky
             if inside <= 0.0:

@@ -15,6 +15,7 @@ from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference
 from camsim.quadrature import quintic_cells
 from camsim.rendering.aberrated.settings import Settings
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.lens import footprint_transfer
 from camsim.rendering.fourier.sampled_lens import fold
@@ -55,7 +56,7 @@ class ShortPattern:
     def lattice(self) -> tuple[int, int, F64]:
         """Points along a period, points to either side of the middle that the pattern is kept on, and their places."""
         settings = self.settings
-        size = scipy.fft.next_fast_len(math.ceil(2.04 * settings.cut * settings.period) + 1)
+        size = fast_length(math.ceil(2.04 * settings.cut * settings.period) + 1)
         step = settings.period / size
         reach = math.floor(settings.outer / step)
         return size, reach, step * np.arange(-reach, reach + 1.0)
@@ -123,7 +124,7 @@ class ShortPattern:
         if not len(normals):
             return np.empty((0, len(self.sets[0]), cells, 6))
         farthest = math.sqrt(2.0) * settings.outer + settings.extent
-        count = scipy.fft.next_fast_len(math.ceil(2.0 * farthest / settings.step) + 8, real=True)
+        count = fast_length(math.ceil(2.0 * farthest / settings.step) + 8, real=True)
         period = count * settings.step
         f = np.arange(1, min(math.ceil(settings.cut * period), count // 2)) / period
         fx, fy = np.multiply.outer(normals[:, 0], f), np.multiply.outer(normals[:, 1], f)

@@ -11,11 +11,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from camsim.optics.airy import AIRY
 from camsim.optics.difference import Difference
 from camsim.rendering.boundary.settings import SIX_POINTS, crowding, smooth_corners
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.taper import taper_margin
 from camsim.rendering.job import Job
@@ -89,7 +89,7 @@ def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Sett
     shortest, cutoff = float(blur.min()), rest.cutoff_per_um(min(ends_nm)) * pitch_um
     least = side + 2.0 * (reach + extent)
     width = max(math.sqrt(margin * least / cutoff), margin * shortest / 8.0)
-    period = scipy.fft.next_fast_len(math.ceil(least + width), real=True)
+    period = fast_length(math.ceil(least + width), real=True)
     width = period - least
     turn = (math.pi * 0.5 * budget.allowed("short lines") / SIX_POINTS / AIRY.moment(5)) ** (1.0 / 6.0)
     return Settings(

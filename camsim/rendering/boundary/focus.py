@@ -105,9 +105,7 @@ def _normals(edges: Edges) -> tuple[F64, F64]:
 
 def threes(edges: Edges) -> tuple[I64, I64, I64]:
     """Return edges (n,) that follow one another, by threes."""
-    points, index = np.unique(edges.points, axis=0, return_inverse=True)
-    index = index.ravel()
-    begins, ends = index[: len(edges)], index[len(edges) :]
+    points, begins, ends = edges.corners
     leaves = np.full(len(points), -1)
     arrives = np.full(len(points), -1)
     leaves[begins], arrives[ends] = np.arange(len(edges)), np.arange(len(edges))

@@ -164,12 +164,13 @@ def crowding(edges: Edges, window: float) -> float:
     if not len(edges):
         return 0.0
     along = (edges.end - edges.start) / edges.length[:, None]
-    points, corner = np.unique(edges.points, axis=0, return_inverse=True)
-    jump = np.zeros_like(points)
-    np.add.at(jump, corner.ravel(), np.concatenate([along, -along]))
-    _, square = np.unique(np.floor((points - points.min(axis=0)) / window), axis=0, return_inverse=True)
-    strength = np.minimum(0.5 * np.sum(jump * jump, axis=1), 1.0)  # a right angle counts as one
-    return float(np.bincount(square.ravel(), weights=strength).max(initial=0.0))
+    points, begins, ends = edges.corners
+    corner, turn = np.concatenate([begins, ends]), np.concatenate([along, -along])
+    jump = [np.bincount(corner, turn[:, axis], len(points)) for axis in (0, 1)]
+    col, row = np.floor((points - points.min(axis=0)) / window).T
+    _, square = np.unique(row + 1j * col, return_inverse=True)
+    strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # a right angle counts as one
+    return float(np.bincount(square, weights=strength).max(initial=0.0))
 
 
 def _step(pattern: Pattern, points: int, allowed: float) -> float:

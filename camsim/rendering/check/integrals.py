@@ -4,6 +4,7 @@ Gauss rule."""
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -14,9 +15,10 @@ from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.pattern import Table, loudness, table_of
-from camsim.rendering.check.points import FEW_NODES, PANEL_BLURS, PANEL_NODES, SHORT, Asked, Tables, light_at_points
+from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, SHORT, Asked, Parts, Tables, light_at_points
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
+from camsim.rendering.check.zones import FAR_PART, Rule, Zones, zones_of
 
 NEAREST = 12.0  # blurs: where the search for silence begins
 FEW = 4.0  # ends that some photosite hears from just outside, wherever it lies
@@ -24,6 +26,7 @@ FARTHER = 1.4  # times, at each step of it
 LOOKED_AT = 24  # places in the frame where ends are heard
 FALLS = 1.5  # at least this power of the distance is what swings lost with
 NODE_SECONDS, PIECE_SECONDS, POINT_SECONDS = 4e-9, 5e-8, 1e-4  # of one core, measured
+PASSED_SECONDS = 3e-9  # of a piece that lies in another zone
 ROUND = 5.0  # times as long for a node on a round piece: a sine and a cosine
 
 
@@ -51,17 +54,40 @@ class Integrals:
     corners: F64
 
     @functools.cached_property
-    def rule(self) -> tuple[F64, F64]:
+    def rule(self) -> Rule:
         """Nodes (m, 2) and weights (m,) over photosite and spots, that follow the shortest wave."""
+        return self._rule(max(self._orders))
+
+    @functools.cached_property
+    def zones(self) -> Zones:
+        """This rule for what is near, and others of fewer nodes."""
+        gap = self._parts.gaps(self._listeners)
+        contrast = np.abs(self.weights).sum(axis=2).max(axis=1)[self.pair] * np.abs(self.times)
+        light = np.where(gap > self.radius, contrast * self.pieces.outlines.length / np.maximum(gap, self.radius), 0.0)
+        return zones_of(
+            self._rule,
+            order=max(self._orders),
+            half=0.5 * max(self.sides),
+            light=float(light.sum(axis=1).max(initial=0.0)) / math.tau,
+            allowed=FAR_PART * self.budget.allowed("footprint rule"),
+        )
+
+    @functools.cached_property
+    def _orders(self) -> list[int]:
+        """How many nodes follow the shortest wave along either side."""
         shortest = float(self._blur.min())
-        axes, allowed = [], math.log(self.budget.allowed("footprint rule"))
+        orders, allowed = [], math.log((1.0 - FAR_PART) * self.budget.allowed("footprint rule"))
         for side in self.sides:
             order = 1 if side == 0.0 else 3
             while side and gauss_error(order, math.pi * side / shortest) > allowed:
                 order += 1
-            x, w = gauss_legendre(order)
-            axes.append((0.5 * side * x, 0.5 * w))
-        (x, wx), (y, wy) = axes
+            orders.append(order)
+        return orders
+
+    def _rule(self, most: int) -> Rule:
+        """Return nodes (m, 2) and weights (m,) over photosite and spots, at most so many along a side."""
+        axes = [gauss_legendre(min(order, most)) for order in self._orders]
+        (x, wx), (y, wy) = ((0.5 * side * x, 0.5 * w) for side, (x, w) in zip(self.sides, axes, strict=True))
         square = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
         nodes = (self.spots[:, None] + square).reshape(-1, 2)
         return nodes, np.tile(np.outer(wx, wy).ravel() / len(self.spots), len(self.spots))
@@ -76,9 +102,8 @@ class Integrals:
         h, beside = self._feet(places)
         heard = np.concatenate([distance, np.where(beside, np.abs(h), np.inf)], axis=1)
         square = np.concatenate([strength**2, np.full(h.shape[1], 4.0)])
-        extent = float(np.hypot(*self.rule[0].T).max())
         everything = self._farthest
-        radius = max(NEAREST * blur, 2.0 * extent)
+        radius = max(NEAREST * blur, 2.0 * self._extent)
         while radius < everything:
             beyond = np.sum(square * (radius / np.maximum(heard, radius)) ** 5 * (heard > radius), axis=1)
             together = max(FEW, float(beyond.max()))
@@ -86,48 +111,58 @@ class Integrals:
             if 2.0 * swing * math.sqrt(blur / radius * together) / (4.0 * math.pi) <= self.budget.allowed("beyond"):
                 break
             radius *= FARTHER
-        return min(radius, max(everything, NEAREST * blur)) + extent
+        return min(radius, max(everything, NEAREST * blur)) + self._extent
 
     @functools.cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
         o, blur = self.pieces.outlines, self._blur
-        length = np.where(o.turn_rad == 0.0, np.hypot(o.dx, o.dy), o.dx * o.turn_rad)
-        places = self._listeners
-        middle_x = o.x + np.where(o.turn_rad == 0.0, 0.5 * o.dx, 0.0)
-        middle_y = o.y + np.where(o.turn_rad == 0.0, 0.5 * o.dy, 0.0)
-        gap = np.hypot(places[:, :1] - middle_x, places[:, 1:] - middle_y) - 0.5 * length
+        length, bent = o.length, o.turn_rad != 0.0
+        gap = self._parts.gaps(self._listeners)
         near = np.where(gap < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
         panels = np.ceil(near / (PANEL_BLURS * float(blur.min())))
         # Beyond the table a round piece takes panels that double in length on either side, a short one but a few nodes.
         beyond = PANEL_NODES * (2.0 + 2.0 * np.log2(1.0 + length / self.radius))
-        beyond = np.where((gap > self.radius) & (0.5 * length < SHORT * gap), FEW_NODES, beyond)
-        bent = o.turn_rad != 0.0
-        nodes = (PANEL_NODES * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent).sum(axis=1).mean()
-        per_point = nodes * NODE_SECONDS + len(length) * PIECE_SECONDS
-        return POINT_SECONDS + len(self.rule[1]) * float(per_point)
+        for count, short in SHORT:
+            beyond = np.where((gap > self.radius) & (0.5 * length < short * (gap + 0.5 * length)), count, beyond)
+        nodes = PANEL_NODES * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
+        seconds = POINT_SECONDS
+        for (low, high), (points, _) in zip(
+            itertools.pairwise(self.zones.ends(np.array([self.radius]))), self.zones.rules, strict=True
+        ):
+            here = (low <= gap) & (gap < high)
+            each = np.where(here, nodes * NODE_SECONDS + PIECE_SECONDS, 0.0).sum(axis=1).mean()
+            seconds += len(points) * (float(each) + len(length) * PASSED_SECONDS)
+        return seconds
 
     def values(self, points: F64, sets: I64) -> F64:
         """Return the light at points (m, 2) besides the background's, each in its channel."""
         radius = np.array([self._radius_at(point) for point in points])
         table = self._table(float(radius.max()), float(radius.max()))
         pairs, channels = self.weights.shape[:2]
-        rules = np.stack(gauss_legendre(PANEL_NODES)), np.stack(gauss_legendre(FEW_NODES))
-        nodes, weights = self.rule
-        light = light_at_points(
-            Asked(points, sets, radius, nodes),
-            self.pieces.outlines,
-            (self.pair, self.times),
-            Tables(
-                table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
-                table.step,
-                table.far.reshape(pairs, channels, 4),
-            ),
-            PANEL_BLURS * float(self._blur.min()),
-            rules,
+        tables = Tables(
+            table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
+            table.step,
+            table.far.reshape(pairs, channels, 4),
         )
-        values: F64 = light @ weights
+        values: F64 = np.zeros(len(points))
+        # All of what is farther is seen by its smooth powers, wherever on the photosite.
+        ends = self.zones.ends(radius + self._extent)
+        for (least, most), (nodes, weights) in zip(itertools.pairwise(ends), self.zones.rules, strict=True):
+            if (least < most).any():
+                asked = Asked(points, sets, radius, nodes, least, most)
+                panel = PANEL_BLURS * float(self._blur.min())
+                values += light_at_points(asked, self.pieces.outlines, self._parts, tables, panel) @ weights
         return values
+
+    @functools.cached_property
+    def _parts(self) -> Parts:
+        return Parts.of(self.pieces.outlines, self.pair, self.times)
+
+    @functools.cached_property
+    def _extent(self) -> float:
+        """How far the rule reaches from a photosite's middle."""
+        return float(np.hypot(*self.rule[0].T).max())
 
     @functools.cached_property
     def _blur(self) -> F64:
@@ -241,7 +276,7 @@ class Integrals:
 
     def _swing_at(self, radius: float) -> float:
         """Return how far E swings about its smooth powers near a distance."""
-        blur, extent = float(self._blur.max()), float(np.hypot(*self.rule[0].T).max())
-        more = extent + 6.0 * blur
+        blur = float(self._blur.max())
+        more = self._extent + 6.0 * blur
         # Twice as far: the search goes on from here, and most photosites take a table that is there.
         return loudness(self._table(radius + more, 2.0 * radius + more), radius, blur, *self.rule)

@@ -9,12 +9,13 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
+from camsim.quadrature import gauss_legendre
 from camsim.rendering.check.outlines import Outlines
 
 PANEL_NODES = 20
 PANEL_BLURS = 4.0
-FEW_NODES = 8
-SHORT = 0.25  # of its distance, half an arc for which these do: 8^{-16} of what it gives
+SHORT = ((8, 0.25), (4, 0.03))
+"""Nodes, and of its distance half an arc for which they do: 8^{−16} of what it gives."""
 STRAIGHTISH = 2.0  # radians that such an arc may turn: it does not go round and back again, as a small circle does
 CUTS = 10  # where a round piece may be cut, its ends among them
 FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
@@ -29,12 +30,36 @@ class Tables(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """Where light is asked for."""
+    """Where light is asked for, and from where."""
 
     points: F64  # (n, 2)
     sets: I64  # (n,) channel of each
     radius: F64  # (n,) within which E is taken from the table
     nodes: F64  # (m, 2) by which every point is moved
+    least: F64  # (n,) distances of the points that pieces have at least, and that they do not have
+    most: F64
+
+
+class Parts(NamedTuple):
+    """What is to be known of each piece besides its outline."""
+
+    sides: I64  # which two spectra lie beside it
+    times: F64  # what their difference is to be multiplied by
+    about: F64  # (n, 3) its middle, and half its length: a circle that it lies in
+
+    @classmethod
+    def of(cls, o: Outlines, sides: I64, times: F64) -> Parts:
+        """Collect it."""
+        straight, middle = o.turn_rad == 0.0, o.from_rad + 0.5 * o.turn_rad
+        x = o.x + np.where(straight, 0.5 * o.dx, o.dx * np.cos(middle))
+        y = o.y + np.where(straight, 0.5 * o.dy, o.dx * np.sin(middle))
+        return cls(sides, times, np.stack([x, y, 0.5 * o.length], axis=1))
+
+    def gaps(self, points: F64) -> F64:
+        """Return how far (points, pieces) all of each piece lies at least from points (m, 2)."""
+        x, y, half = self.about.T
+        gaps: F64 = np.hypot(points[:, :1] - x, points[:, 1:] - y) - half
+        return gaps
 
 
 class Energy(NamedTuple):
@@ -53,6 +78,14 @@ class Arc(NamedTuple):
     big: float
     begin: float
     end: float
+
+
+class Rules(NamedTuple):
+    """Gauss rules (2, q), nodes and weights: of a panel, and two of fewer nodes for what is short and far."""
+
+    panel: F64
+    few: F64
+    fewest: F64
 
 
 @kernel(forceinline=True)
@@ -142,12 +175,13 @@ def _panel(arc: Arc, start: float, stop: float, inside: bool, energy: Energy, g:
 
 @kernel()
 def _round(
-    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, g: F64, few: F64, cuts: F64
+    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, rules: Rules, cuts: F64
 ) -> float:
     """One round piece: with d from the point to the centre and e(φ) to the rim, r × dr = (R² + R·d·e)dφ.
 
     cuts : (CUTS,) memory
     """
+    g, few, fewest = rules
     big = o.dx[e]
     dx, dy = o.x[e] - x, o.y[e] - y
     gap = math.hypot(dx, dy)
@@ -155,7 +189,9 @@ def _round(
     # From afar a short arc is smooth all along.
     middle = begin + 0.5 * (end - begin)
     at, half = math.hypot(dx + big * math.cos(middle), dy + big * math.sin(middle)), 0.5 * big * (end - begin)
-    if at - half > radius and half < SHORT * at and end - begin < STRAIGHTISH:
+    if at - half > radius and half < SHORT[0][1] * at and end - begin < STRAIGHTISH:
+        if half < SHORT[1][1] * at:
+            return _panel(Arc(dx, dy, big, begin, end), 0.0, 1.0, False, energy, fewest)
         return _panel(Arc(dx, dy, big, begin, end), 0.0, 1.0, False, energy, few)
     # Cut where the rim is nearest and farthest, and where it crosses the table's radius:
     # |d|² + R² + 2R|d|cos(φ − φd) = radius².
@@ -203,19 +239,16 @@ def _round(
     return total
 
 
-def light_at_points(
-    asked: Asked, o: Outlines, pair: tuple[I64, F64], tables: Tables, panel: float, rules: tuple[F64, F64]
-) -> F64:
+def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, panel: float) -> F64:
     """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
 
-    pair   : (pieces,) which two spectra, and what their difference is to be multiplied by
     panel  : longest that one rule integrates, pitches
-    rules  : (2, q) nodes and weights, and of fewer for what is short and far
     """
     light = np.empty((len(asked.points), len(asked.nodes)))
+    rules = Rules(*(np.stack(gauss_legendre(count)) for count in (PANEL_NODES, *(count for count, _ in SHORT))))
 
     def work(begin: int, end: int) -> None:
-        _light(begin, end, asked, o, pair, tables, panel, rules, np.empty(CUTS), light)
+        _light(begin, end, asked, o, parts, tables, panel, rules, np.empty(CUTS), light)
 
     shared(light.size, work)
     return light
@@ -227,16 +260,16 @@ def _light(
     end: int,
     asked: Asked,
     o: Outlines,
-    pair: tuple[I64, F64],
+    parts: Parts,
     tables: Tables,
     panel: float,
-    rules: tuple[F64, F64],
+    rules: Rules,
     cuts: F64,
     light: F64,
 ) -> None:
     """Fill in some of the light, counted point by point; cuts: (CUTS,) memory."""
-    (points, sets, radius, nodes), (gauss, few) = asked, rules
-    sides, times = pair
+    points, sets, radius, nodes, least, most = asked
+    sides, times, about = parts
     count, per_step = len(nodes), 1.0 / tables.step
     for job in range(begin, end):
         point, node = job // count, job % count
@@ -244,9 +277,13 @@ def _light(
         channel, reach = sets[point], radius[point]
         total = 0.0
         for e in range(len(sides)):
+            # All nodes of a point have the same pieces.
+            gap = math.hypot(points[point, 0] - about[e, 0], points[point, 1] - about[e, 1]) - about[e, 2]
+            if not least[point] <= gap < most[point]:
+                continue
             energy = Energy(tables.cells[sides[e], channel], per_step, tables.far[sides[e], channel])
             if o.turn_rad[e] == 0.0:
-                total += times[e] * _straight(x, y, o, e, reach, panel, energy, gauss)
+                total += times[e] * _straight(x, y, o, e, reach, panel, energy, rules.panel)
             else:
-                total += times[e] * _round(x, y, o, e, reach, panel, energy, gauss, few, cuts)
+                total += times[e] * _round(x, y, o, e, reach, panel, energy, rules, cuts)
         light[point, node] = total / math.tau

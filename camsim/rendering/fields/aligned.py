@@ -22,12 +22,14 @@ from camsim.nonuniform import lines_at
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.protocols import Round, Separable
 from camsim.quadrature import chebyshev
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned_kernels import Axes, Cells, Columns, lit_columns
 from camsim.rendering.fields.samples import Lattice
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.kernels import Curves
 from camsim.rendering.fourier.lens import round_curves
-from camsim.rendering.fourier.plan import Kernel, Sizes
+from camsim.rendering.fourier.plan import Sizes
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.modes import mixed
 
 COLUMNS = 64  # of frequencies at a time
@@ -80,9 +82,7 @@ class Aligned:
     @property
     def _counts(self) -> tuple[int, int]:
         """Samples of a period, along x and y."""
-        lengths = (
-            scipy.fft.next_fast_len(math.ceil(period / self.lattice.step), real=True) for period in self.tile.periods
-        )
+        lengths = (fast_length(math.ceil(period / self.lattice.step), real=True) for period in self.tile.periods)
         return max(next(lengths), 2), max(next(lengths), 2)
 
     def _transforms(self, light: F64) -> C128:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsReach
 from camsim.rendering.fields.layer import Layer
@@ -23,8 +24,8 @@ from camsim.rendering.fourier.plan import (
     STRIP_BYTES,
     STRIP_SAMPLES,
     TRANSFER_BYTES,
-    Kernel,
 )
+from camsim.rendering.fourier.spread import Kernel
 from camsim.words import both
 
 STRIP_POINTS = 2_500_000  # frequencies that are spread to at a time
@@ -110,6 +111,15 @@ def unknown_reach(system: OpticalSystem, extent: F64) -> str:
     return (
         f": how far {both(unknown)} spreads light is not known (reach_um(lost_fraction, wavelength_nm) would say it), "
         f"so that all of the scene counts, {far} photosites; give a smaller scene"
+    )
+
+
+def too_large(needed_bytes: float, limit_bytes: float, why: str) -> InvalidValueError:
+    """Return the error of what takes more memory than the limit; ``why``: of ``unknown_reach``."""
+    return InvalidValueError(
+        f"pictures would take {needed_bytes / 1e9:.1f} GB for this frame and lens, and the limit is "
+        f"{limit_bytes / 1e9:.1f} GB{why}; render a smaller region, or allow a larger tolerance",
+        key="method",
     )
 
 

@@ -19,6 +19,7 @@ import scipy
 from camsim.arrays import F64, U8
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.far_kernels import POINTS, deposit, deposit_rows, read
 from camsim.rendering.fields.gathered import Gathered
 from camsim.rendering.fields.layer import Layer
@@ -109,7 +110,7 @@ class Beyond:
         low = np.minimum(np.maximum(corners.min(axis=0), -far[1]), 0.0) - rim
         high = np.maximum(np.minimum(corners.max(axis=0), size + far[1]), size) + rim
         count = np.ceil((high - low) / step).astype(int)[::-1] + POINTS
-        length = [scipy.fft.next_fast_len(int(n + math.ceil(far[1] / step) + 1), real=True) for n in count]
+        length = [fast_length(int(n + math.ceil(far[1] / step) + 1), real=True) for n in count]
         mass = np.zeros((len(weights), *length))
         for own in gathered:
             for x, y, given in own.parts(block, low + rim, high - rim):

@@ -14,17 +14,16 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64, U8
-from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy, KnowsTail
 from camsim.rendering.budget import ErrorBudget, Source
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned import Aligned
-from camsim.rendering.fields.cost import Prices, quickest, unknown_reach, windows
+from camsim.rendering.fields.cost import Prices, quickest, too_large, unknown_reach, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_distance
@@ -32,7 +31,8 @@ from camsim.rendering.fields.samples import Lattice, Samples, parts_of, samples_
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
-from camsim.rendering.fourier.plan import Kernel, Sizes, spreading_precision
+from camsim.rendering.fourier.plan import Sizes, spreading_precision
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.psf import is_summed
 from camsim.repeated import Channels
 
@@ -83,11 +83,7 @@ class FieldImage:
         reach, side, cost = self._planned(origin, shape)
         if cost.memory_bytes > self.memory_limit_bytes:
             why = unknown_reach(self.system, self._extent(origin, shape))
-            raise InvalidValueError(
-                f"pictures would take {cost.memory_bytes / 1e9:.1f} GB for this frame and lens, and the limit is "
-                f"{self.memory_limit_bytes / 1e9:.1f} GB{why}; render a smaller region, or allow a larger tolerance",
-                key="method",
-            )
+            raise too_large(cost.memory_bytes, self.memory_limit_bytes, why)
         parts = windows(shape, side)
         shells = self._beyond(reach).shells(origin, shape) if reach.far else []
         for done, (row, col, rows, cols) in enumerate(parts):
@@ -236,7 +232,7 @@ class FieldImage:
         extent = np.maximum(np.maximum(high, size - low), 0.0) + wide
         if not self._kernel.round and min(reach.inner) == self._kernel.reach:
             extent = size + beyond + wide  # wherever a window lies: those of one size share transfers
-        periods = [scipy.fft.next_fast_len(math.ceil(value), real=True) for value in extent + beyond]
+        periods = [fast_length(math.ceil(value), real=True) for value in extent + beyond]
         width = reach.outer[0] - reach.inner[0]
         cut = self._kernel.cutoff + (reach.margin / width if width else 0.0)
         tile = Tile(

@@ -28,7 +28,6 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
 TAILS = 0.02  # of the tolerance: light at either end of the spectrum whose wavelength may be taken for another
-OF_EDGES = 0.5  # of the tolerance, where there are pictures too
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -161,12 +160,6 @@ def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudg
     assert isinstance(field, Gradient)
     cutoff = system.highest_per_um(seen_nm)
     return sampled(field, cutoff, budget.allowed("outlines"))
-
-
-def edges_share(scene: Scene) -> float:
-    """Return the share of the tolerance that edges may take: all of it, but where both are there."""
-    pictures = sum(isinstance(shape, Field) for shape in scene.shapes)
-    return 1.0 if not pictures else OF_EDGES if pictures < len(scene.shapes) else 1.0
 
 
 def _seen(

@@ -8,8 +8,9 @@ from camsim.errors import UnsupportedError
 from camsim.rendering.auto import FOURIER, Choice
 from camsim.rendering.check.judge import Judge
 from camsim.rendering.check.pictures import PictureJudge
-from camsim.rendering.fields.job import FieldJob, edges_share
+from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.plan import WithPictures
+from camsim.rendering.fields.share import edges_share
 from camsim.rendering.fourier.image import FINEST
 from camsim.rendering.paper import rules
 from camsim.scene import Scene

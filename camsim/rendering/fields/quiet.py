@@ -16,7 +16,8 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.cost import STRIP_POINTS
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Kernel, Sizes
+from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Sizes
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
 
 DIRECTIONS = 64

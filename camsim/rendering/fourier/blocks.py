@@ -37,9 +37,30 @@ class Tile:
         """Frequencies that are computed: half of those within the band, the others are their mirror images."""
         return 0.5 * math.pi * self.cut**2 * self.periods[0] * self.periods[1]
 
+    @property
+    def sums(self) -> tuple[int, int]:
+        """Rows and columns of the photosites' own grid of frequencies, the half plane i ≥ 0 of it.
+
+        Where the band has far fewer, as of what is smooth, there are no aliases, and only its own are kept.
+        """
+        (px, py), few = self.periods, self._few
+        return few if self.row_by_row <= px * py and few[0] <= py and few[1] <= px // 2 else (py, px // 2 + 1)
+
+    @property
+    def row_by_row(self) -> float:
+        """Products that the photosites take where frequencies are so few that they are added up one by one."""
+        return float(self.rows * self._few[1]) * (self._few[0] + self.cols)
+
+    @property
+    def _few(self) -> tuple[int, int]:
+        return 2 * math.floor(self.cut * self.periods[1]) + 1, math.floor(self.cut * self.periods[0]) + 1
+
 
 class Place(NamedTuple):
-    """A block as the kernels read it: its frequencies (i/px, j/py), and where their sums go on the photosites' grid."""
+    """A block as the kernels read it: its frequencies (i/px, j/py), and where their sums go on the photosites' grid.
+
+    column, row : of the first;  rows: of that grid, which go round
+    """
 
     first_i: int
     first_j: int
@@ -50,6 +71,7 @@ class Place(NamedTuple):
     cut: float
     column: int
     row: int
+    rows: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +79,7 @@ class Block:
     """Neighbouring frequencies (i/Px, j/Py), all in one alias of the half plane 0 … Px/2.
 
     first_i, count_i : of i;  first_j, count_j: of j
-    column, row      : where the first of them falls on the photosites' own grid of frequencies (rows go round)
+    column           : where the first of them falls on the photosites' own grid of frequencies
     """
 
     first_i: int
@@ -65,12 +87,13 @@ class Block:
     first_j: int
     count_j: int
     column: int
-    row: int
 
     def place(self, tile: Tile) -> Place:
         """Return what the kernels read."""
         px, py = tile.periods
-        return Place(self.first_i, self.first_j, self.count_i, self.count_j, px, py, tile.cut, self.column, self.row)
+        rows = tile.sums[0]
+        row = self.first_j % rows
+        return Place(self.first_i, self.first_j, self.count_i, self.count_j, px, py, tile.cut, self.column, row, rows)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,7 +132,6 @@ class Strip:
                     first_j=first_j,
                     count_j=min(band, low + self.count_j - first_j),
                     column=first_i - p * px,
-                    row=first_j % tile.periods[1],
                 )
 
     def part(self, values: C128, block: Block) -> C128:
@@ -195,7 +217,7 @@ def count_blocks(tile: Tile, most: int) -> tuple[int, int]:
 
 def blocks(tile: Tile, most: int) -> Iterator[Block]:
     """Cut the band into blocks of at most about ``most`` frequencies."""
-    px, py = tile.periods
+    px = tile.periods[0]
     for p, first_i, last_i, high in _aliases(tile):
         band = _rows_of_block(most, last_i - first_i + 1)
         for first_j in range(-high, high + 1, band):
@@ -205,5 +227,4 @@ def blocks(tile: Tile, most: int) -> Iterator[Block]:
                 first_j=first_j,
                 count_j=min(band, high + 1 - first_j),
                 column=first_i - p * px,
-                row=first_j % py,
             )

@@ -16,10 +16,10 @@ from camsim.optics import OpticalSystem
 from camsim.optics.airy import AIRY
 from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import CLOSED_PART
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, SET_UP_SECONDS, Cost, Decision, Marks, Progress, in_turn, share
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, SET_UP_SECONDS, Cost, Decision, Marks, Progress, share
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
-from camsim.rendering.fourier.lens import kernel_of
+from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance, together
+from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import wavefront_phase
@@ -45,8 +45,7 @@ class Sum:
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return what rows and columns take, and the number of frequencies."""
-        each = [part.expected(origin, shape) for part in self.parts]
-        return in_turn([cost for cost, _ in each]), sum(frequencies for _, frequencies in each)
+        return together([part.expected(origin, shape) for part in self.parts])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -121,12 +120,19 @@ class FourierPlan:
         )
 
     def decisions(self) -> Iterator[Decision]:
-        """Yield whether the lens is taken apart, and how many frequencies there are."""
+        """Yield whether lens and scenery are taken apart, and how many frequencies there are."""
         if self.parts:
             yield Decision(
                 topic="lens",
                 decision="a round pattern, and what differs from it" if len(self.parts) > 1 else "a round pattern",
                 reason="each by itself takes less: the difference is short" if len(self.parts) > 1 else "plane waves",
+            )
+        grid = self.job.grid
+        if not self.parts and (count := self.whole.shells(grid.first_centre, (grid.rows, grid.cols))):
+            yield Decision(
+                topic="scenery",
+                decision=f"by distance, on {count} lattices",
+                reason="what is far is smooth, and its rings stay within the tolerance",
             )
         yield Decision(
             topic="settings",

@@ -7,13 +7,13 @@ aliases of the photosites' lattice, and one inverse transform per channel: that 
 
 from __future__ import annotations
 
+import dataclasses
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
@@ -22,19 +22,16 @@ from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, in_turn, share
 from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
-from camsim.rendering.fourier.lens import (
-    Fields,
-    footprint_transfer,
-    kernel_of,
-    plain_fields,
-    round_curves,
-)
-from camsim.rendering.fourier.plan import PART, Kernel, Sizes, Task, plan_sizes
+from camsim.rendering.fourier.lens import Fields, footprint_transfer, plain_fields, round_curves
+from camsim.rendering.fourier.plan import Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions, clamped
 from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
+from camsim.rendering.fourier.shells import Shell, shells
+from camsim.rendering.fourier.spread import Kernel, kernel_of
 from camsim.rendering.modes import mixed
 
 FINEST, COARSEST = 1e-11, 1e-2
@@ -58,6 +55,7 @@ class FourierImage:
     wavelength_nm : (j,)
     tolerance     : largest error, in the unit of ``density``
     memory_limit_bytes : what the plan keeps below if it can
+    shell         : part of a round pattern, by distance; None: all of it
     """
 
     edges: Edges
@@ -68,6 +66,7 @@ class FourierImage:
     pitch_um: float
     tolerance: float
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES
+    shell: Shell | None = None
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
@@ -85,7 +84,12 @@ class FourierImage:
         if self._empty:
             progress(1.0)
             return image
-        edges, plan = self._planned(origin, (channel.shape[-2], channel.shape[-1]))
+        shape = (channel.shape[-2], channel.shape[-1])
+        if parts := self._shells(origin, shape):
+            for number, own in enumerate(parts):
+                image += own.rendered(origin, channel, functools.partial(share, progress, number, len(parts)))
+            return image
+        edges, plan = self._planned(origin, shape)
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
                 f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
@@ -107,8 +111,41 @@ class FourierImage:
         """Return what rows and columns from ``origin`` on are expected to take, and the number of frequencies."""
         if not len(self.edges):
             return Cost(seconds=0.0, memory_bytes=8.0 * shape[0] * shape[1]), 0.0
+        if parts := self._shells(origin, shape):
+            return together([part.expected(origin, shape) for part in parts])
+        return self._expected(origin, shape)
+
+    def shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> int:
+        """Return into how many parts the pattern is cut by distance; 0: into none."""
+        return len(self._shells(origin, shape))
+
+    def _expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
+        """Return the same of all at once."""
         plan = self._planned(origin, shape)[1]
         return Cost(seconds=plan.seconds, memory_bytes=plan.memory_bytes), sum(tile.points for tile in plan.tiles)
+
+    def _shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[FourierImage, ...]:
+        """Return parts of the pattern by distance, where they take less than all at once; else none."""
+        if self.shell is not None:
+            return ()
+        known = self._parts.get((origin, shape))
+        if known is None:
+            edges = self.edges.seen_from(origin)
+            found = shells(self.system, self.kernel, self._lit[0], self.pitch_um, edges, shape, self.tolerance)
+            nothing = np.zeros_like(self.base)
+            known = tuple(dataclasses.replace(self, base=nothing, shell=shell) for shell in found)
+            if known:
+                whole = self._expected(origin, shape)[0]
+                apart = together([part.expected(origin, shape) for part in known])[0]
+                limit = self.memory_limit_bytes
+                if (whole.memory_bytes > limit, whole.seconds) <= (apart.memory_bytes > limit, apart.seconds):
+                    known = ()
+            self._parts[origin, shape] = known
+        return known
+
+    @functools.cached_property
+    def _parts(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[FourierImage, ...]]:
+        return {}
 
     @functools.cached_property
     def _empty(self) -> bool:
@@ -124,7 +161,8 @@ class FourierImage:
     @functools.cached_property
     def kernel(self) -> Kernel:
         """What the plan has to know of the lens."""
-        return kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
+        whole = kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
+        return whole if self.shell is None else self.shell.kernel(whole)
 
     @functools.cached_property
     def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Edges, Sizes]]:
@@ -175,15 +213,16 @@ class FourierImage:
         return image
 
     def _spectrum(self, tile: Tile, plan: Sizes, regions: Scenery, contrast: F64) -> F64:
-        """Return the image's transform on the photosites' grid of frequencies: (channels, py, px//2 + 1, 2).
+        """Return the image's transform on the photosites' grid of frequencies: (channels, *tile.sums, 2).
 
         contrast : (spectra, channels, j) against the background
         """
         # Filled here: threads that touch fresh pages at once wait for one another.
-        total = np.full((contrast.shape[1], tile.periods[1], tile.periods[0] // 2 + 1, 2), 0.0)
+        total = np.full((contrast.shape[1], *tile.sums, 2), 0.0)
         lens = self.system.lens
         if self.kernel.round and isinstance(lens, Round):
-            curves = round_curves(lens, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
+            pattern = lens if self.shell is None else self.shell.of(lens, self.pitch_um)
+            curves = round_curves(pattern, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
@@ -230,29 +269,14 @@ class FourierImage:
             yield self._made[key], np.ascontiguousarray(weights[:, :, some])
 
 
+def together(each: Sequence[tuple[Cost, float]]) -> tuple[Cost, float]:
+    """Return what parts take one after the other, and their frequencies."""
+    return in_turn([cost for cost, _ in each]), sum(frequencies for _, frequencies in each)
+
+
 def check_tolerance(tolerance: float) -> None:
     """Refuse what the engine cannot promise."""
     if not FINEST <= tolerance <= COARSEST:
         raise InvalidValueError(
             f"{tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to", key="tolerance"
         )
-
-
-def inverse(values: F64, tile: Tile) -> F64:
-    """Return the tile's photosites from their frequencies (py, px//2 + 1); ``values`` is lost.
-
-    First down the columns, some at a time, of which only the tile's rows are kept; then along those.
-    """
-    px, py = tile.periods
-    # A short kernel's period may be less than the tile: what repeats is then the empty background.
-    rows, cols = np.arange(tile.rows) % py, np.arange(tile.cols) % px
-    lines = np.empty((tile.rows, values.shape[1]), complex)
-    step = max(1, PART // py)
-    for first in range(0, values.shape[1], step):
-        part = np.ascontiguousarray(values[:, first : first + step])
-        lines[:, first : first + step] = scipy.fft.ifft(part, axis=0, overwrite_x=True, workers=-1)[rows]
-    image = np.empty((tile.rows, tile.cols))
-    step = max(1, PART // px)
-    for first in range(0, tile.rows, step):
-        image[first : first + step] = scipy.fft.irfft(lines[first : first + step], n=px, axis=1, workers=-1)[:, cols]
-    return image

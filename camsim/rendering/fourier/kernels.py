@@ -169,17 +169,17 @@ def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int
 def add_round(
     total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Curves, place: Place, low_row: int, high_row: int
 ) -> None:
-    """Add a block of round kernels to some rows of ``total`` (channels, py, px//2 + 1, 2)."""
+    """Add a block of round kernels to some rows of ``total`` (channels, rows, columns, 2)."""
     transforms, areas = scene
     curves, cells_per_frequency = lens_curves
-    first_i, first_j, column, row = place.first_i, place.first_j, place.column, place.row
+    first_i, first_j, column, row, rows = place.first_i, place.first_j, place.column, place.row, place.rows
     px, py, cut = place.px, place.py, place.cut
     spectra, count_j, _, count_i = transforms.shape
     channels = total.shape[0]
     last = len(curves) - 1
     # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
     for target in range(low_row, high_row):
-        for r in range((target - row) % py, count_j, py):
+        for r in range((target - row) % rows, count_j, rows):
             ky = (first_j + r) / py
             inside = cut * cut - ky * ky
             if inside <= 0.0:
@@ -242,13 +242,13 @@ def add_fields(
     fields  : (j, count_j, count_i, 2) transfer of the lens at each wavelength;  weights: (spectra, channels, j)
     """
     transforms, areas = scene
-    first_i, first_j, column, row = place.first_i, place.first_j, place.column, place.row
+    first_i, first_j, column, row, rows = place.first_i, place.first_j, place.column, place.row, place.rows
     px, py, cut = place.px, place.py, place.cut
     spectra, count_j, _, count_i = transforms.shape
     channels, wavelengths = total.shape[0], len(fields)
     # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
     for target in range(low_row, high_row):
-        for r in range((target - row) % py, count_j, py):
+        for r in range((target - row) % rows, count_j, rows):
             ky = (first_j + r) / py
             inside = cut * cut - ky * ky
             if inside <= 0.0:

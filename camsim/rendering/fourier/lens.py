@@ -16,92 +16,20 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel, shared
-from camsim.optics import OpticalSystem, RoundLens
-from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round, Separable
+from camsim.optics import OpticalSystem
+from camsim.optics.protocols import Round, Separable
 from camsim.quadrature import chebyshev, interpolation
-from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.kernels import Curves, Factors
-from camsim.rendering.fourier.plan import Kernel, Sizes
+from camsim.rendering.fourier.plan import Sizes
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper, tapered
-from camsim.rendering.psf import rule_of
 
 SAMPLES, CELLS = 20, 4  # points of a pattern on its own length: 7e-15; it is interpolated on quarters of that:
 DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
 OVERSAMPLED = 16  # of the transfer's curve; with 8 points 2.4e-9 of what oscillates fastest, which is the faintest
 CURVE_POINTS = 8
-
-
-def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolerance: float) -> Kernel:
-    """Return what the plan has to know of the lens at these wavelengths."""
-    lens, more = system.lens, system.more
-    cutoff = system.highest_per_um(wavelength_nm) * pitch_um
-    blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
-    reach = math.inf
-    if isinstance(lens, KnowsTail):
-        lost, heard = ErrorBudget(tolerance).allowed("reach"), system.ring_share(wavelength_nm)
-        ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
-        reach = max(lens.reach_um(lost, nm, heard) for nm in ends_nm) / pitch_um
-    elif len(known := [stage for stage in (lens, *more) if isinstance(stage, KnowsReach)]) == 1 + len(more):
-        # What one blur takes to its reach, the next takes on from there.
-        lost = ErrorBudget(tolerance).allowed("reach") / len(known)
-        reach = max(sum(float(stage.reach_um(lost, nm)) for stage in known) for nm in wavelength_nm.tolist()) / pitch_um
-    is_round = isinstance(lens, Round) and not more
-    faint = isinstance(lens, Fading) and lens.fades and not more
-    rings: tuple[tuple[float, float], ...] = ()
-    if is_round and not faint and isinstance(lens, RoundLens):
-        longest = float(system.blurs_um(wavelength_nm).max()) / pitch_um
-        # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
-        # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
-        rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
-    return Kernel(
-        cutoff=cutoff,
-        blur=blur,
-        reach=reach,
-        round=is_round,
-        tapered=not faint,
-        light=_light_beyond(system, wavelength_nm, pitch_um),
-        pupil_nodes=_pupil_nodes(system, wavelength_nm, pitch_um),
-        rings=rings,
-    )
-
-
-def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
-    """Return what tells how many nodes the patterns at all wavelengths take out to a distance in pitches."""
-    lens = system.lens
-    if not isinstance(lens, KnowsNodes) or system.more:
-        cutoffs = [system.cutoff_per_um(nm) * pitch_um for nm in wavelength_nm.tolist()]
-        return lambda distance: float(sum(math.prod(rule_of(cutoff * distance)) for cutoff in cutoffs))
-    each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
-    return lambda distance: sum(nodes(distance * pitch_um) for nodes in each)
-
-
-def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
-    """Return what tells how much light may lie beyond a distance in pitches: all of it where the lens does not say.
-
-    A pattern may have dark rings: what lies beyond is looked for farther out too, and taken twice. A radial curve may
-    have negative ones: they count as much as the others.
-    """
-    lens = system.lens
-    ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
-    if isinstance(lens, KnowsTail):
-        tail, rings = lens.light_beyond, system.ring_share(wavelength_nm)
-        return lambda distance: min(
-            1.0, 2.0 * max(float(tail(np.array(distance * pitch_um), nm, rings)) for nm in ends_nm)
-        )
-    if not isinstance(lens, KnowsEnergy) or system.more:
-        return lambda distance: 1.0
-    if isinstance(lens, RoundLens) and lens.pattern().signed:
-        pattern, blurs = lens.pattern(), [system.blur_um(nm) / pitch_um for nm in ends_nm]
-        return lambda distance: max(pattern.absolute(distance / blur) for blur in blurs)
-    energy = lens.encircled_energy
-    farther = np.linspace(1.0, 1.5, 33)
-
-    def light(distance: float) -> float:
-        radius_um = distance * pitch_um * farther
-        return min(1.0, 2.0 * max(float(np.abs(1.0 - energy(radius_um, nm)).max()) for nm in ends_nm))
-
-    return light
 
 
 @kernel()
@@ -129,7 +57,7 @@ def _project(
 
 
 def round_curves(
-    lens: Round,
+    pattern: Round,
     wavelength_nm: F64,
     weights: F64,
     pitch_um: float,
@@ -149,8 +77,8 @@ def round_curves(
     radius = (np.arange(lengths)[:, None] + 0.5 * (1.0 + sampled)) * (outer / lengths)
     values = np.zeros((lengths, SAMPLES, len(flat)))
     for j, wavelength in enumerate(wavelength_nm):
-        pattern = lens.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
-        values += pattern[..., None] * flat[:, j]
+        light = pattern.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
+        values += light[..., None] * flat[:, j]
     x = chebyshev(DEGREE + 1)
     within = (2.0 * np.arange(CELLS)[:, None] + 1.0 + x).ravel() / CELLS - 1.0
     values = np.einsum("fx,lxq->lfq", interpolation(sampled, within), values).reshape(count, DEGREE + 1, len(flat))
@@ -163,7 +91,7 @@ def round_curves(
     samples = math.ceil(outer / step_x) + 1
     line = np.zeros((samples, len(flat)))
     shared(samples, functools.partial(_project, cells, count / outer, outer, step_x, step_y, line))
-    length = scipy.fft.next_fast_len(max(1024, OVERSAMPLED * samples), real=True)
+    length = fast_length(max(1024, OVERSAMPLED * samples), real=True)
     padded = np.zeros((len(flat), length + 1))
     padded[:, :samples] = line.T
     transfer = scipy.fft.dct(padded, type=1, axis=1) * step_x

@@ -9,16 +9,16 @@ wraps round. Tapering widens the kernel's band from its cut-off to cutoff + marg
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile, count_blocks, count_strips
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
@@ -42,37 +42,6 @@ PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
 PER_GRID_POINT, PER_KERNEL_SAMPLE = 1.2e-8, 4.5e-9
 PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
 PER_PUPIL_NODE, PER_PUPIL_SAMPLE = 2.5e-7, 1.5e-7
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Kernel:
-    """What the sizes depend on of a lens at all its wavelengths; lengths in pitches.
-
-    cutoff  : highest frequency that it passes, cycles/pitch
-    blur    : its shortest length (a pattern changes over a quarter of it)
-    reach   : as far as its light matters; inf: as far as there is anything
-    round   : the taper is round and the kernel a curve; else both are functions of x and y
-    tapered : False for a pattern that has died away at ``reach`` by itself
-    light   : how much light may lie beyond a distance, negative light counted as much
-    pupil_nodes : nodes that the patterns at all wavelengths take out to a distance, of a lens that is not round
-    rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
-    """
-
-    cutoff: float
-    blur: float
-    reach: float
-    round: bool
-    tapered: bool
-    light: Callable[[float], float]
-    pupil_nodes: Callable[[float], float]
-    rings: tuple[tuple[float, float], ...] = ()
-
-    def beyond(self, distance: float, edges: int) -> float:
-        """Return what a taper that begins at ``distance`` works on: at most this of an image of so many edges."""
-        beyond = self.light(distance)
-        if self.rings:
-            beyond = min(beyond, edges * sum(a * distance**-n for a, n in self.rings))
-        return beyond
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -193,13 +162,14 @@ def _tiled(task: Task, count: int) -> Sizes:
     per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
     seconds, fixed, transforms = PER_TILE * len(tiles), 0.0, 0.0
     for tile in tiles:
-        area = tile.periods[0] * tile.periods[1]
+        of_rows, of_columns = tile.sums
+        grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row)
         seconds += tile.points * (passes * per_point + task.weights * PER_POINT_WEIGHT)
-        seconds += task.channels * area * PER_GRID_POINT
+        seconds += task.channels * grid * PER_GRID_POINT
         kernel_seconds, kernel_bytes = _of_kernel(task, tile, fields)
         seconds += kernel_seconds
-        fixed = max(fixed, kernel_bytes + area * 8.0 * tile.rows / tile.periods[1])
-        transforms = max(transforms, area * 8.0)
+        fixed = max(fixed, kernel_bytes + 16.0 * of_columns * tile.rows)
+        transforms = max(transforms, 16.0 * of_rows * of_columns)
     fixed += block_points * 16.0 * held
     if spread:
         fixed += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + 128.0 * nodes
@@ -272,14 +242,18 @@ def _tile(task: Task, window: tuple[int, int, int, int]) -> tuple[Tile, float, f
     if not kernel.tapered:
         margin = sharpness = width = 0.0
         inner = np.full(2, kernel.reach)
+    elif kernel.hem is not None:
+        inner, width = np.full(2, kernel.hem.inner), kernel.hem.outer - kernel.hem.inner
+        margin, sharpness = kernel.hem.band * width, kernel.hem.sharpness
     else:
-        level = ErrorBudget(task.tolerance).allowed("taper") / kernel.beyond(float(inner.min()), task.edges)
+        allowed = ErrorBudget(task.tolerance).allowed("taper") / kernel.tapers
+        level = allowed / kernel.beyond(float(inner.min()), task.edges)
         margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
         shortest = math.sqrt(float(np.prod(extent + inner)))
         # The width w makes (cutoff + margin/w)·(extent + inner + w) smallest.
         width = max(math.sqrt(margin * shortest / kernel.cutoff), margin * kernel.blur / 8.0)
     outer = inner + width
-    wanted = [scipy.fft.next_fast_len(math.ceil(value), real=True) for value in extent + outer]
+    wanted = [fast_length(math.ceil(value), real=True) for value in extent + outer]
     if kernel.tapered and not kernel.round:
         # What is left of the period widens the taper for nothing.
         outer = np.maximum(outer, np.array(wanted) - extent)

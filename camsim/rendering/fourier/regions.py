@@ -76,14 +76,13 @@ class Regions:
         """Prepare the edges (pitches from the tile's first photosite) as the plan has it; the background is none."""
         start, end, left, right = edges.start, edges.end, edges.left - 1, edges.right - 1
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
-        points, index = np.unique(edges.points, axis=0, return_inverse=True)
-        index = index.ravel()
+        points, begins, ends = edges.corners
         precision = spreading_precision(tolerance)
         return cls(
             areas=np.array([0.5 * (twice[left == s].sum() - twice[right == s].sum()) for s in range(spectra)]),
             tile=tile,
             plan=plan,
-            corners=Corners(np.ascontiguousarray(points), index[: len(edges)], index[len(edges) :], left, right),
+            corners=Corners(points, begins, ends, left, right),
             along=_strengths(edges, spectra, tile.cut, precision) if plan.spread else None,
             precision=precision,
         )

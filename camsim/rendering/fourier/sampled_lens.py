@@ -13,6 +13,7 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.optics import OpticalSystem
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.lens import Fields, parts
 from camsim.rendering.fourier.plan import STRIP_SAMPLES, Sizes
@@ -54,7 +55,7 @@ def tapered_transfers(
     steps: list[float] = []
     sizes: list[int] = []
     for period, outer in zip(tile.periods, tile.outer, strict=True):
-        size = scipy.fft.next_fast_len(math.ceil(2.04 * tile.cut * period) + 1)
+        size = fast_length(math.ceil(2.04 * tile.cut * period) + 1)
         step = period / size
         reach = math.floor(outer / step)
         axes.append(step * np.arange(-reach, reach + 1.0))

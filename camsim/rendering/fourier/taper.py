@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -10,6 +11,19 @@ import scipy
 from camsim.arrays import F64
 
 TAPER_DEGREE = 63
+
+
+class Hem(NamedTuple):
+    """A round taper: 1 out to ``inner``, 0 from ``outer`` on, with the β of its Kaiser–Bessel window."""
+
+    inner: float
+    outer: float
+    sharpness: float
+
+    @property
+    def band(self) -> float:
+        """How far its transform reaches, but for what it leaves outside: cycles per unit of its radii."""
+        return (self.sharpness + 1.0) / (math.pi * (self.outer - self.inner))
 
 
 def taper_margin(level: float) -> tuple[float, float]:

@@ -1,0 +1,58 @@
+"""Bessel functions J0 and J1. (SciPy's take a tenth of a second to import, and far out are 1e-11 of their size off.)"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.polynomial.polynomial import polyval
+
+from camsim.arrays import F64
+
+FAR = 30.0
+NODES = 18  # the mean over them takes in the 72nd order, 2·J₇₂(30) < 1e-17
+TERMS = 20  # of Hankel's series: the first one that is left out is below 1e-18 from 30 on
+_ALONG = np.cos((np.arange(NODES) + 0.5) * (np.pi / (2 * NODES))).tolist()
+
+
+def bessel_j0_j1(x: F64) -> tuple[F64, F64]:
+    """Return J0 and J1 at ``x`` ≥ 0 (any shape), to some 1e-16 of 1, J1 near 0 of itself.
+
+    Near, Bessel's integrals (DLMF 10.9.1, 10.9.2): the means of cos(x·cos θ) and of cos θ·sin(x·cos θ) over a quarter
+    turn, which midpoints have but for orders that are nothing yet. Far, Hankel's expansion (DLMF 10.17.3).
+
+    >>> [values.round(6).tolist() for values in bessel_j0_j1(np.array([0.0, 1.0, 100.0]))]
+    [[1.0, 0.765198, 0.019986], [0.0, 0.440051, -0.077145]]
+    """
+    x = np.asarray(x, np.float64)
+    is_far = x > FAR
+    j0, j1 = np.empty(x.shape), np.empty(x.shape)
+    for here, values in ((~is_far, _near), (is_far, _far)):
+        j0[here], j1[here] = values(x[here])
+    return j0, j1
+
+
+def _near(x: F64) -> tuple[F64, F64]:
+    j0, j1 = np.zeros(len(x)), np.zeros(len(x))
+    for along in _ALONG:
+        j0 += np.cos(x * along)
+        j1 += along * np.sin(x * along)
+    return j0 / NODES, j1 / NODES
+
+
+def _far(x: F64) -> tuple[F64, F64]:
+    """J_n = √(2/πx)·(P·cos ω − Q·sin ω), ω = x − nπ/2 − π/4: the turned cosines are sums of those of x."""
+    cos, sin, size = np.cos(x), np.sin(x), 1.0 / np.sqrt(np.pi * x)
+    p0, q0 = _hankel(0, x)
+    p1, q1 = _hankel(1, x)
+    return size * (p0 * (sin + cos) - q0 * (sin - cos)), size * (p1 * (sin - cos) + q1 * (sin + cos))
+
+
+def _hankel(order: int, x: F64) -> tuple[F64, F64]:
+    """Return P and Q: even and odd terms of one series Σ a_k·(i/x)^k."""
+    a = [1.0]
+    for k in range(1, TERMS):
+        a.append(a[-1] * (4 * order**2 - (2 * k - 1) ** 2) / (8 * k))
+    signed = [value if k % 4 < 2 else -value for k, value in enumerate(a)]
+    square = 1.0 / (x * x)
+    even = np.asarray(polyval(square, signed[::2]), np.float64)
+    odd = np.asarray(polyval(square, signed[1::2]), np.float64)
+    return even, odd / x

@@ -1,0 +1,44 @@
+"""From frequencies to photosites."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.plan import PART
+
+
+def inverse(values: C128, tile: Tile) -> F64:
+    """Return the tile's photosites from their frequencies (``tile.sums``); ``values`` is lost.
+
+    First down the columns, some at a time, of which only the tile's rows are kept; then along those.
+    """
+    px, py = tile.periods
+    if len(values) < py:
+        return _one_by_one(values, tile)
+    # A short kernel's period may be less than the tile: what repeats is then the empty background.
+    rows, cols = np.arange(tile.rows) % py, np.arange(tile.cols) % px
+    lines = np.empty((tile.rows, values.shape[1]), complex)
+    step = max(1, PART // py)
+    for first in range(0, values.shape[1], step):
+        part = np.ascontiguousarray(values[:, first : first + step])
+        lines[:, first : first + step] = scipy.fft.ifft(part, axis=0, overwrite_x=True, workers=-1)[rows]
+    image = np.empty((tile.rows, tile.cols))
+    step = max(1, PART // px)
+    for first in range(0, tile.rows, step):
+        image[first : first + step] = scipy.fft.irfft(lines[first : first + step], n=px, axis=1, workers=-1)[:, cols]
+    return image
+
+
+def _one_by_one(values: C128, tile: Tile) -> F64:
+    """Return the same from few frequencies: i from 0 on, j going round."""
+    (rows, columns), (px, py) = values.shape, tile.periods
+    i, j = np.arange(columns), np.arange(rows) - rows // 2
+    down = np.exp(2j * np.pi * np.outer(np.arange(tile.rows), j) / py) / py
+    lines = np.einsum("rj,ji->ri", down, np.roll(values, rows // 2, axis=0), optimize=False)
+    # A frequency and its mirror image; 0 is both.
+    across = np.exp(2j * np.pi * np.outer(i, np.arange(tile.cols)) / px) * (np.where(i > 0, 2.0, 1.0) / px)[:, None]
+    image: F64 = np.einsum("ri,ic->rc", lines, across, optimize=False).real
+    return image

@@ -1,0 +1,156 @@
+"""What is far goes on coarser lattices: a round pattern cut by distance into shells, each with a lattice of its own.
+
+Far out a pattern is a few powers of 1/r, and rings. From some distance on the rings of all edges together matter no
+more, and what is smooth beyond a distance D is all but band-limited once a taper of a width like D has cut out its
+middle: a lattice of some D/10 holds it. So the first shell is the pattern itself, tapered soon after that distance, on
+a fine and small lattice; each one after it is what the taper before took away of the powers, four times as far out and
+on a lattice as much coarser, up to the scene's end. The tapers add up to 1.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem, RoundLens
+from camsim.optics.protocols import Round
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.edges import Edges
+from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
+
+RINGS_PART = 0.5  # of what tapers may leave: for the rings that are dropped
+FARTHER = 4.0  # times as far for every shell: 2 and 8 take a third more
+WORTH = 1.2  # times the first shell's end: a scene that goes no farther is not cut
+SOON = 0.25  # of its distance: the first taper's width. Its shell has the finest lattice by far
+NARROWEST = 2.0  # taper's widths in its own margin's blurs: then it widens the band by half
+PER_OCTAVE, LEAST = 4, 1.0  # distances tried between one and twice as far; pitches
+CELL = 0.125  # of a taper's width: what a pattern changes over
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shell:
+    """A pattern between two tapers, pitches.
+
+    begin  : the taper that cuts out its middle; None: none
+    end    : the taper that ends it; None: where the scene does
+    tapers : how many share what tapers may leave
+    """
+
+    begin: Hem | None
+    end: Hem | None
+    tapers: int
+
+    def kernel(self, whole: Kernel) -> Kernel:
+        """Return what the plan has to know of it, from what it knows of the whole pattern."""
+        known = dataclasses.replace(whole, tapers=self.tapers)
+        if self.begin is not None:
+            blur = CELL * (self.begin.outer - self.begin.inner)
+            known = dataclasses.replace(known, cutoff=self.begin.band, blur=blur, rings=())
+        return known if self.end is None else dataclasses.replace(known, reach=self.end.outer, hem=self.end)
+
+    def of(self, lens: Round, pitch_um: float) -> Round:
+        """Return the lens's pattern, or its powers less their middle."""
+        if self.begin is None:
+            return lens
+        assert isinstance(lens, RoundLens)
+        return _Powers(lens, self.begin, pitch_um)
+
+
+@dataclass(frozen=True, slots=True)
+class _Powers:
+    """The smooth part of a round pattern outside of a taper.
+
+    1 − E(ρ) = Σ c_n/ρⁿ has the slope Σ n·c_n/ρ^{n+1} = 2πρ times the light per square blur.
+    """
+
+    lens: RoundLens
+    begin: Hem
+    pitch_um: float
+
+    def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
+        """Irradiance at ``r_um`` from a point of unit power, 1/µm²."""
+        blur_um = self.lens.blur_um(wavelength_nm)
+        pitches = np.asarray(r_um, float) / self.pitch_um
+        inside = pitches <= self.begin.inner
+        rho = np.where(inside, 1.0, pitches * self.pitch_um / blur_um)
+        powers = zip((1, 3, 5), self.lens.pattern().powers, strict=True)
+        light = sum(n * c / rho ** (n + 2) for n, c in powers) / (2.0 * math.pi * blur_um**2)
+        hem = 1.0 - tapered(pitches, self.begin.inner, self.begin.outer, taper(self.begin.sharpness))
+        values: F64 = np.where(inside, 0.0, light * hem)
+        return values
+
+
+def shells(
+    system: OpticalSystem,
+    kernel: Kernel,
+    wavelength_nm: F64,
+    pitch_um: float,
+    edges: Edges,
+    shape: tuple[int, int],
+    tolerance: float,
+) -> tuple[Shell, ...]:
+    """Return the shells for edges seen from the first photosite of a frame; none where there is nothing to cut."""
+    lens = system.lens
+    if not (kernel.round and kernel.tapered and kernel.rings and isinstance(lens, RoundLens)):
+        return ()
+    allowed = ErrorBudget(tolerance).allowed("taper")
+    spots, photosite = np.hypot(*system.spots_um().T).max(), math.hypot(*system.photosite.half_extent_um)
+    nearest, farthest = _distances(edges, shape)
+    nearest = np.maximum(nearest - (spots + photosite) / pitch_um, 0.0)
+    far = min(kernel.reach, farthest)
+    least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
+    first = _quiet_distance(kernel, nearest, edges.length, RINGS_PART * allowed, least, far)
+    if first is None:
+        return ()
+    count = max(1, math.ceil(math.log(far / first, FARTHER)))
+    each = (1.0 - RINGS_PART) * allowed / (2 * count + 1)
+    hems = list(_hems(kernel, first, far, each))
+    if not hems or far < WORTH * hems[0].outer:
+        return ()
+    tapers = round(allowed / each)
+    bounds = [None, *hems, None]
+    return tuple(Shell(begin=a, end=b, tapers=tapers) for a, b in itertools.pairwise(bounds))
+
+
+def _distances(edges: Edges, shape: tuple[int, int]) -> tuple[F64, float]:
+    """Return how far every edge is from the frame, at least, and how far one may be from a photosite."""
+    low, high = np.minimum(edges.start, edges.end), np.maximum(edges.start, edges.end)
+    size = np.array([shape[1] - 1.0, shape[0] - 1.0])
+    gap = np.maximum(np.maximum(low - size, -high), 0.0)
+    extent = np.maximum(np.maximum(high, size - low), 0.0).max(axis=0)
+    return np.hypot(gap[:, 0], gap[:, 1]), float(np.hypot(*extent))
+
+
+def _quiet_distance(
+    kernel: Kernel, nearest: F64, length: F64, allowed: float, least: float, far: float
+) -> float | None:
+    """Return from where on all edges' rings add up to no more than ``allowed``; None: nowhere nearer than ``far``.
+
+    A short edge leaves no more than its part of all that oscillates at its distance: an angle θ of it is 2θ·√ρ times
+    an end's (an end's is 1/(4π√(uρ)) of all that goes round, u ≤ 1), and is taken four times too.
+    """
+    distance = least
+    while distance < far:
+        away = np.maximum(nearest, distance)
+        part = np.minimum(1.0, 0.5 * length / np.sqrt(away * kernel.longest))
+        if sum(a * float(part @ away**-n) for a, n in kernel.rings) <= allowed:
+            return distance
+        distance *= 2.0 ** (1.0 / PER_OCTAVE)
+    return None
+
+
+def _hems(kernel: Kernel, first: float, far: float, allowed: float) -> Iterator[Hem]:
+    """Yield the tapers between shells; each may leave ``allowed`` of an image outside its band, on either side."""
+    inner, wide = first, SOON
+    while inner < far:
+        margin, sharpness = taper_margin(min(max(allowed / max(kernel.light(inner), 1e-300), 1e-14), 1.0))
+        outer = inner + max(wide * inner, NARROWEST * margin * kernel.longest)
+        yield Hem(inner, outer, sharpness)
+        inner, wide = FARTHER * max(inner, 0.5 * outer), 1.0

@@ -1,0 +1,127 @@
+"""What the sizes of a transform depend on of the lens."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem, RoundLens
+from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fourier.taper import Hem
+from camsim.rendering.psf import rule_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kernel:
+    """What the sizes depend on of a lens at all its wavelengths; lengths in pitches.
+
+    cutoff  : highest frequency that it passes, cycles/pitch
+    blur    : its shortest length (a pattern changes over a quarter of it)
+    reach   : as far as its light matters; inf: as far as there is anything
+    round   : the taper is round and the kernel a curve; else both are functions of x and y
+    tapered : False for a pattern that has died away at ``reach`` by itself
+    light   : how much light may lie beyond a distance, negative light counted as much
+    pupil_nodes : nodes that the patterns at all wavelengths take out to a distance, of a lens that is not round
+    rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
+    longest : the longest wavelength's own length, of a lens that tells its rings
+    hem     : the taper, where it is given
+    tapers  : how many share what tapers may leave
+    """
+
+    cutoff: float
+    blur: float
+    reach: float
+    round: bool
+    tapered: bool
+    light: Callable[[float], float]
+    pupil_nodes: Callable[[float], float]
+    rings: tuple[tuple[float, float], ...] = ()
+    longest: float = 0.0
+    hem: Hem | None = None
+    tapers: int = 1
+
+    def beyond(self, distance: float, edges: int) -> float:
+        """Return what a taper that begins at ``distance`` works on: at most this of an image of so many edges."""
+        beyond = self.light(distance)
+        if self.rings:
+            beyond = min(beyond, edges * sum(a * distance**-n for a, n in self.rings))
+        return beyond
+
+
+def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolerance: float) -> Kernel:
+    """Return what the plan has to know of the lens at these wavelengths."""
+    lens, more = system.lens, system.more
+    cutoff = system.highest_per_um(wavelength_nm) * pitch_um
+    blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
+    reach = math.inf
+    if isinstance(lens, KnowsTail):
+        lost, heard = ErrorBudget(tolerance).allowed("reach"), system.ring_share(wavelength_nm)
+        ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
+        reach = max(lens.reach_um(lost, nm, heard) for nm in ends_nm) / pitch_um
+    elif len(known := [stage for stage in (lens, *more) if isinstance(stage, KnowsReach)]) == 1 + len(more):
+        # What one blur takes to its reach, the next takes on from there.
+        lost = ErrorBudget(tolerance).allowed("reach") / len(known)
+        reach = max(sum(float(stage.reach_um(lost, nm)) for stage in known) for nm in wavelength_nm.tolist()) / pitch_um
+    is_round = isinstance(lens, Round) and not more
+    faint = isinstance(lens, Fading) and lens.fades and not more
+    rings: tuple[tuple[float, float], ...] = ()
+    longest = 0.0
+    if is_round and not faint and isinstance(lens, RoundLens):
+        longest = float(system.blurs_um(wavelength_nm).max()) / pitch_um
+        # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
+        # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
+        rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
+    return Kernel(
+        cutoff=cutoff,
+        blur=blur,
+        reach=reach,
+        round=is_round,
+        tapered=not faint,
+        light=_light_beyond(system, wavelength_nm, pitch_um),
+        pupil_nodes=_pupil_nodes(system, wavelength_nm, pitch_um),
+        rings=rings,
+        longest=longest,
+    )
+
+
+def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
+    """Return what tells how many nodes the patterns at all wavelengths take out to a distance in pitches."""
+    lens = system.lens
+    if not isinstance(lens, KnowsNodes) or system.more:
+        cutoffs = [system.cutoff_per_um(nm) * pitch_um for nm in wavelength_nm.tolist()]
+        return lambda distance: float(sum(math.prod(rule_of(cutoff * distance)) for cutoff in cutoffs))
+    each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
+    return lambda distance: sum(nodes(distance * pitch_um) for nodes in each)
+
+
+def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
+    """Return what tells how much light may lie beyond a distance in pitches: all of it where the lens does not say.
+
+    A pattern may have dark rings: what lies beyond is looked for farther out too, and taken twice. A radial curve may
+    have negative ones: they count as much as the others.
+    """
+    lens = system.lens
+    ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
+    if isinstance(lens, KnowsTail):
+        tail, rings = lens.light_beyond, system.ring_share(wavelength_nm)
+        return lambda distance: min(
+            1.0, 2.0 * max(float(tail(np.array(distance * pitch_um), nm, rings)) for nm in ends_nm)
+        )
+    if not isinstance(lens, KnowsEnergy) or system.more:
+        return lambda distance: 1.0
+    if isinstance(lens, RoundLens) and lens.pattern().signed:
+        pattern, blurs = lens.pattern(), [system.blur_um(nm) / pitch_um for nm in ends_nm]
+        return lambda distance: max(pattern.absolute(distance / blur) for blur in blurs)
+    energy = lens.encircled_energy
+    farther = np.linspace(1.0, 1.5, 33)
+
+    def light(distance: float) -> float:
+        radius_um = distance * pitch_um * farther
+        return min(1.0, 2.0 * max(float(np.abs(1.0 - energy(radius_um, nm)).max()) for nm in ends_nm))
+
+    return light
