@@ -13,17 +13,16 @@ import contextlib
 import csv
 import hashlib
 import random
-import socket
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
 
 import camsim
+from bench.cluster import cluster
 
 KINDS = ("a worker", "the sweep", "sweep and workers", "a cluster's worker", "a cluster's scheduler")
 WORKERS = 2
@@ -73,14 +72,14 @@ def _sweep(study: Path, folder: Path, *words: str) -> subprocess.Popen[str]:
 def _killed(kind: str, study: Path, folder: Path, drawn: random.Random, files: int) -> str:
     """Sweep, kill, and sweep again until all is there; return what came of it."""
     after, later_s = drawn.randrange(files), drawn.random()
-    with _cluster() if "cluster" in kind else contextlib.nullcontext() as cluster:
-        words = ("--scheduler", cluster[0]) if cluster else ("--workers", str(WORKERS))
+    with cluster(WORKERS) if "cluster" in kind else contextlib.nullcontext() as hosts:
+        words = ("--scheduler", hosts[0]) if hosts else ("--workers", str(WORKERS))
         sweep = _sweep(study, folder, *words)
         while sweep.poll() is None and len(list(folder.glob("*.dng"))) < after:
             time.sleep(0.01)
         with contextlib.suppress(subprocess.TimeoutExpired):
             sweep.wait(later_s)
-        victims = _victims(kind, sweep, cluster[1] if cluster else [], drawn) if sweep.poll() is None else []
+        victims = _victims(kind, sweep, hosts[1] if hosts else [], drawn) if sweep.poll() is None else []
         there = len(list(folder.glob("*.dng")))
         for victim in victims:
             with contextlib.suppress(psutil.NoSuchProcess):
@@ -94,49 +93,17 @@ def _killed(kind: str, study: Path, folder: Path, drawn: random.Random, files: i
     return f"{told}, ended with {sweep.returncode}{why}, resumed: {again.found} found, {again.taken} taken"
 
 
-def _victims(kind: str, sweep: subprocess.Popen[str], cluster: list[int], drawn: random.Random) -> list[psutil.Process]:
+def _victims(kind: str, sweep: subprocess.Popen[str], hosts: list[int], drawn: random.Random) -> list[psutil.Process]:
     own = psutil.Process(sweep.pid)
     if kind == "the sweep":
         return [own]
     if kind == "sweep and workers":
         return [own, *own.children(recursive=True)]
     if kind == "a cluster's scheduler":
-        return [psutil.Process(cluster[0])]
-    children = own.children() if kind == "a worker" else psutil.Process(cluster[1]).children(recursive=True)
+        return [psutil.Process(hosts[0])]
+    children = own.children() if kind == "a worker" else psutil.Process(hosts[1]).children(recursive=True)
     workers = [child for child in children if "resource_tracker" not in " ".join(child.cmdline())]
     return [drawn.choice(workers)] if workers else []
-
-
-@contextlib.contextmanager
-def _cluster() -> Iterator[tuple[str, list[int]]]:
-    """Yield the address of a scheduler with two workers, and the process ids of scheduler and nanny."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    address = f"tcp://127.0.0.1:{port}"
-    words = [
-        ["dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"],
-        ["dask_worker", address, "--nworkers", str(WORKERS), "--nthreads", "1", "--no-dashboard"],
-    ]
-    nothing = subprocess.DEVNULL
-    with tempfile.TemporaryDirectory() as scratch:
-        programs = [
-            subprocess.Popen(
-                [sys.executable, "-m", f"distributed.cli.{name}", *rest], stdout=nothing, stderr=nothing, cwd=scratch
-            )
-            for name, *rest in words
-        ]
-        try:
-            yield address, [program.pid for program in programs]
-        finally:
-            own = [
-                child for p in programs if p.poll() is None for child in psutil.Process(p.pid).children(recursive=True)
-            ]
-            for process in (*programs, *own):
-                with contextlib.suppress(psutil.NoSuchProcess):
-                    process.kill()
-            for program in programs:
-                program.wait()
 
 
 def _two_at_once(study: Path, folder: Path, wanted: dict[str, str]) -> list[str]:

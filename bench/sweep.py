@@ -24,30 +24,33 @@ LARGE = {"rows": 1024, "cols": 1024}
 def main() -> None:
     """Print seconds and ratios; everything is warm, and medians of a few."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=200, help="captures of 256² that differ in seed and ISO")
-    parser.add_argument("--large", type=int, default=200, help="captures of 1024²")
+    parser.add_argument("--count", type=int, default=1000, help="captures of 256² that differ in seed and ISO")
+    parser.add_argument("--large", type=int, default=200, help="captures of 1024²; 0: none")
     parser.add_argument("--processes", type=int, default=5, help="camsim capture processes that are timed")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         _alike(Path(folder), options.count, options.processes)
-        _engine(Path(folder), min(options.large, 40))
-        _workers(Path(folder), options.large)
+        if options.large:
+            _engine(Path(folder), min(options.large, 40))
+            _workers(Path(folder), options.large)
 
 
 def _alike(folder: Path, count: int, processes: int) -> None:
     words = [sys.executable, "-m", "camsim", "capture", "slanted-edge", "-q", "--force", "-o", str(folder / "one.dng")]
     words += ["--set", "region.rows=256", "--set", "region.cols=256"]
-    each = []
+    each, each_cpu_s = [], []
     for number in range(processes + 1):
-        begin = time.perf_counter()
+        begin, begin_cpu_s = time.perf_counter(), _of_all_s()
         subprocess.run([*words, "--set", f"noise.seed={number}"], check=True)
         each.append(time.perf_counter() - begin)
-    one = sorted(each[1:])[processes // 2]
+        each_cpu_s.append(_of_all_s() - begin_cpu_s)
+    one, one_cpu_s = (sorted(seconds[1:])[processes // 2] for seconds in (each, each_cpu_s))
     vary = {"noise.seed": list(range(count // 2)), "exposure.iso": [200, 800]}
-    begin = time.perf_counter()
+    begin, begin_cpu_s = time.perf_counter(), _of_all_s()
     camsim.sweep({"scene": "slanted-edge", "set": {"region": REGION}, "vary": vary}, folder / "alike")
-    swept = (time.perf_counter() - begin) / count
+    swept, swept_cpu_s = (time.perf_counter() - begin) / count, (_of_all_s() - begin_cpu_s) / count
     print(f"256², seed and ISO: {one:.2f} s a process, {1e3 * swept:.1f} ms in a sweep of {count}: {one / swept:.1f} ×")
+    print(f"  CPU s: {one_cpu_s:.3f} and {swept_cpu_s:.4f}: {one_cpu_s / swept_cpu_s:.1f} ×")
 
 
 def _engine(folder: Path, count: int) -> None:
@@ -75,7 +78,7 @@ def _workers(folder: Path, count: int) -> None:
     study = {"scene": "slanted-edge", "set": {"region": LARGE}, "vary": {"lens.f_number": {"linear": [4, 16, count]}}}
     seconds = {}
     for workers in (1, 2):
-        begin, begin_cpu_s = time.perf_counter(), _of_workers_s()
+        begin, begin_cpu_s = time.perf_counter(), _of_all_s()
         swept = camsim.sweep(study, folder / f"by{workers}", workers=workers)
         seconds[workers] = time.perf_counter() - begin
         alone = sum(row["seconds"] for row in swept.rows)
@@ -83,15 +86,15 @@ def _workers(folder: Path, count: int) -> None:
         print(
             f"1024², {count} f-numbers, {workers} workers: {seconds[workers]:.1f} s, {rest:.1f} s of it around captures"
         )
-        cpu_s = (_of_workers_s() - begin_cpu_s) / count
+        cpu_s = (_of_all_s() - begin_cpu_s) / count
         print(f"  CPU s a capture: {cpu_s:.3f}, the start of the workers among it")
     print(f"two workers: {seconds[1] / seconds[2]:.2f} × one (asked: 1.8 on two idle cores, for 200 captures)")
 
 
-def _of_workers_s() -> float:
-    """Return the CPU seconds of all processes that were begun here and have ended."""
+def _of_all_s() -> float:
+    """Return the CPU seconds of this process, and of all that it has begun and that have ended."""
     times = psutil.Process().cpu_times()
-    return float(times.children_user + times.children_system)
+    return float(times.user + times.system + times.children_user + times.children_system)
 
 
 if __name__ == "__main__":

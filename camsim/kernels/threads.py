@@ -41,3 +41,8 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) ->
     with ThreadPoolExecutor(min(threads, blocks)) as pool:
         for _ in pool.map(lambda ends: work(*ends), pairwise(ends)):
             pass
+
+
+def use_one_thread() -> None:
+    """Let this process's kernels have one thread from now on."""
+    nb.config.NUMBA_NUM_THREADS = 1  # type: ignore[attr-defined]

@@ -93,6 +93,8 @@ def _page(study: Study[schema.DatasetFile], rows: Sequence[Row], sources: Sequen
 def _layout(form: str) -> str:
     if form == "tar":
         return "`SPLIT-NUMBER.tar` holds KEY.PART.npy and KEY.json of its samples, as webdataset reads them."
+    if form == "files":
+        return "`SPLIT-NUMBER/` holds KEY.PART.npy and KEY.json of its samples."
     return (
         "`SPLIT-NUMBER-PART.npy` holds a part of all samples of a shard, `SPLIT-NUMBER.jsonl` a line of JSON for each."
     )
@@ -113,7 +115,7 @@ def _croissant(
         }
         for name in names
     ]
-    pattern = "*.tar" if study.model.shards == "tar" else "*.npy"
+    pattern = {"tar": "*.tar", "npy": "*.npy", "files": "*/*.npy"}[study.model.shards]
     return {
         "@context": _CONTEXT,
         "@type": "sc:Dataset",

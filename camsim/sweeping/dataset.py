@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import pickle
+import shutil
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,20 +17,18 @@ from camsim.arrays import F32
 from camsim.config import schema
 from camsim.errors import InputError, InvalidValueError
 from camsim.exposing import Capture
-from camsim.files.describe import software
-from camsim.frame import Product
 from camsim.scene.raster import Raster
 from camsim.sweeping import engines
 from camsim.sweeping.captures import Progress, captures_of, identity_of
 from camsim.sweeping.card import write_card
 from camsim.sweeping.folder import alone, completed
-from camsim.sweeping.manifest import PARQUET, Row
+from camsim.sweeping.manifest import HIDDEN, PARQUET, Row
 from camsim.sweeping.names import field_of
-from camsim.sweeping.shards import SPLITS, Crop, ShardTask, Source, read_sample
+from camsim.sweeping.samples import Crop, Source, products_of
+from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample
+from camsim.sweeping.shards import made as shards_made
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_dataset
 from camsim.typed import FilePath, check
-
-_PRODUCTS: tuple[Product, ...] = ("mosaic", "truth")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,16 +75,18 @@ def dataset(
     report = progress or (lambda stage, fraction: None)
     place = Path(check(folder, FilePath, "folder"))
     engine, read = engines.engine_of(workers, scheduler), read_dataset(study)
-    captures = captures_of(read, _PRODUCTS, report)
-    tasks = _tasks(read, captures, place)
+    captures = captures_of(read, products_of(tuple(read.model.hold)), report)
+    shards = _shards(read, captures)
+    size = read.model.crops.rows, read.model.crops.cols
     with alone(place):
         done = completed(
             place,
-            engine,
-            [task.identity for task in tasks],
-            lambda there: [task for task in tasks if task.identity not in there],
-            report,
+            [shard.identity for shard in shards],
+            lambda there: shards_made([s for s in shards if s.identity not in there], size, place, engine, report),
+            lambda stage, fraction: None,
         )
+        if not done.failed:
+            shutil.rmtree(place / HIDDEN / CAPTURES, ignore_errors=True)
         pictures = any(isinstance(shape, Raster) for _, capture in captures for shape in capture.scene.shapes)
         write_card(place, read, done.rows, pictures=pictures)
     return Made(
@@ -129,44 +130,47 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     return read_sample(Path(folder), found[0])
 
 
-def _tasks(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]], folder: Path) -> list[ShardTask]:
-    """Return a task for each range of indices; a capture whose samples lie in two is taken for both."""
-    model = study.model
-    crops, of_scene = model.crops, _splits(study, [capture for _, capture in captures])
+def _shards(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[Shard]:
+    """Return a shard for each range of indices; a capture whose samples lie in two is in both."""
     ranges: dict[int, list[Source]] = {}
-    for (point, capture), split in zip(captures, of_scene, strict=True):
-        settings = dict(point.settings)
-        told = {"capture": point.index, "scene": Path(point.scene).stem}
-        told |= {field_of(key): settings.get(key) for key in model.vary}
-        own: dict[int, list[Crop]] = {}
-        for number in range(crops.each):
-            index = point.index * crops.each + number
-            own.setdefault(index // model.samples_per_shard, []).append(_crop(study, capture, index))
-        for shard, cut in own.items():
-            ranges.setdefault(shard, []).append(Source(capture=capture, split=split, told=told, crops=tuple(cut)))
-    size = crops.rows, crops.cols
+    hold = tuple(dict.fromkeys(study.model.hold))
+    for (point, capture), split in zip(captures, _splits(study, [capture for _, capture in captures]), strict=True):
+        source = _source(study, point, capture, split, hold)
+        for number in dict.fromkeys(crop.shard for crop in source.crops):
+            ranges.setdefault(number, []).append(source)
+    form = study.model.shards
     return [
-        ShardTask(
-            identity=_identity(number, sources, size, model),
+        Shard(
+            identity=_checksum(number, form, [source.identity for source in sources]),
             number=number,
             sources=tuple(sources),
-            size=size,
-            hold=tuple(dict.fromkeys(model.hold)),
-            form=model.shards,
-            folder=os.fspath(folder.resolve()),
-            software=software(),
+            hold=hold,
+            form=form,
         )
         for number, sources in ranges.items()
     ]
 
 
-def _identity(number: int, sources: list[Source], size: tuple[int, int], model: schema.DatasetFile) -> str:
-    parts = [
-        identity_of(source.capture, source.split, [[c.index, c.row, c.col] for c in source.crops], source.told)
-        for source in sources
-    ]
-    made_of = repr((number, parts, size, tuple(model.hold), model.shards))
-    return hashlib.sha256(made_of.encode()).hexdigest()
+def _source(
+    study: Study[schema.DatasetFile], point: Point, capture: Capture, split: str, hold: tuple[str, ...]
+) -> Source:
+    crops, settings = study.model.crops, dict(point.settings)
+    told = {"capture": point.index, "scene": Path(point.scene).stem}
+    told |= {field_of(key): settings.get(key) for key in study.model.vary}
+    first = point.index * crops.each
+    cut = tuple(_crop(study, capture, index) for index in range(first, first + crops.each))
+    places = [(crop.index, crop.shard, crop.row, crop.col) for crop in cut]
+    return Source(
+        identity=identity_of(capture, split, told, places, (crops.rows, crops.cols), hold),
+        capture=capture,
+        split=split,
+        told=told,
+        crops=cut,
+    )
+
+
+def _checksum(*made_of: Any) -> str:
+    return hashlib.sha256(repr(made_of).encode()).hexdigest()
 
 
 def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int) -> Crop:
@@ -181,7 +185,7 @@ def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int) -> Cro
         places.append((whole - size) // step)
     rng = np.random.default_rng([study.model.seed, 1, index])
     row, col = (int(rng.integers(0, most, endpoint=True)) * step for most, step in zip(places, period, strict=True))
-    return Crop(index=index, row=row, col=col)
+    return Crop(index=index, shard=index // study.model.samples_per_shard, row=row, col=col)
 
 
 def _splits(study: Study[schema.DatasetFile], captures: list[Capture]) -> list[str]:

@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Protocol, TypeAlias
 
@@ -16,6 +16,8 @@ import psutil
 
 from camsim.cores import cores
 from camsim.errors import CamsimError, InvalidValueError
+from camsim.files.describe import software
+from camsim.kernels import use_one_thread
 from camsim.sweeping.manifest import Results
 
 
@@ -131,6 +133,21 @@ def _on_one_core() -> None:
     os.sched_setaffinity(0, {mine[os.getpid() % len(mine)]})
 
 
+def _done_on_one_core(task: Task) -> Results:
+    """Carry out a task in a worker of a cluster, which has a core for each of its threads; dask sees to BLAS itself."""
+    use_one_thread()
+    return _done(task)
+
+
+def _refuse_others(client: Any) -> None:
+    """Raise CamsimError where a worker has another camsim: it could not even read what it is to do."""
+    client.wait_for_workers(1)
+    for address, its in sorted(client.run(software, on_error="return").items()):
+        if its != software():
+            has = f"has {its}" if isinstance(its, str) else f"cannot import camsim ({its})"
+            raise CamsimError(f"the worker {address} {has}; install {software()} there")
+
+
 def cluster(address: str) -> Engine:
     """Return an engine of the workers of a dask scheduler, such as tcp://192.168.0.1:8786."""
     try:
@@ -144,14 +161,19 @@ def cluster(address: str) -> Engine:
         except (OSError, ValueError, TimeoutError) as error:
             raise InvalidValueError(f"no scheduler at {address!r}: {error}", key="--scheduler") from None
         with client:
+            _refuse_others(client)
             most = _AHEAD * max(1, sum(client.ncores().values()))
             left = iter(tasks)
             flying = as_completed(with_results=False)
             of: dict[Any, Task] = {}
+            what = f"the scheduler at {address} is lost; what is finished is kept, sweep again to go on"
+            lost = ConnectionError(what)
 
             def hand_out(count: int) -> None:
+                if client.status == "closed":
+                    raise lost
                 for task in itertools.islice(left, count):
-                    future = client.submit(_done, task, pure=False, retries=ATTEMPTS)
+                    future = client.submit(_done_on_one_core, task, pure=False, retries=ATTEMPTS)
                     of[future.key] = task
                     flying.add(future)
 
@@ -159,12 +181,14 @@ def cluster(address: str) -> Engine:
             for future in flying:
                 task = of.pop(future.key)
                 if future.cancelled():  # nobody else does
-                    raise ConnectionError(
-                        f"the scheduler at {address} is lost; what is finished is kept, sweep again to go on"
-                    )
+                    raise lost
                 failure = future.exception()
                 if failure is None:
-                    yield future.result()
+                    try:
+                        results = future.result()  # asks the scheduler for it
+                    except (OSError, CancelledError) as error:
+                        raise lost from error
+                    yield results
                 elif isinstance(failure, CamsimError):
                     raise failure
                 else:

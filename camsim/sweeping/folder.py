@@ -10,8 +10,17 @@ from pathlib import Path
 from camsim.errors import OutputError
 from camsim.files.atomic import reason
 from camsim.sweeping.captures import Progress
-from camsim.sweeping.engines import Engine, Task
-from camsim.sweeping.manifest import DONE, FAILED, HIDDEN, Journal, Row, in_order, remove_halves, write_manifest
+from camsim.sweeping.manifest import (
+    DONE,
+    FAILED,
+    HIDDEN,
+    Journal,
+    Results,
+    Row,
+    in_order,
+    remove_halves,
+    write_manifest,
+)
 
 
 @contextlib.contextmanager
@@ -47,27 +56,25 @@ class Outcome:
 
 def completed(
     folder: Path,
-    engine: Engine,
     wanted: Sequence[str],
-    missing: Callable[[Collection[str]], Sequence[Task]],
+    make: Callable[[Collection[str]], Iterator[Results]],
     report: Progress,
     *,
     kept: Callable[[str, list[Row]], list[Row]] = lambda identity, rows: rows,
 ) -> Outcome:
     """Make what is not there yet, and write the manifest, also when that is interrupted; the folder is one's own.
 
-    wanted  : identities
-    missing : returns the tasks for all but those that are there
-    kept    : returns rows from before as they are called now
+    wanted : identities
+    make   : makes all but those that are there
+    kept   : returns rows from before as they are called now
     """
     journal = Journal(folder)
     there = journal.finished(wanted)
     journal.begin(there)
-    tasks = missing(there)
     old, new = [kept(identity, there[identity]) for identity in wanted if identity in there], list[list[Row]]()
     every: list[Row] = []
     try:
-        for results in engine(tasks):
+        for results in make(there):
             for identity, own in results:
                 if own[0]["status"] == DONE:
                     journal.add(identity, own)

@@ -34,8 +34,9 @@ class Journal:
     def finished(self, wanted: Collection[str]) -> dict[str, list[Row]]:
         """Return the rows of each capture of those wanted, by identity, all of whose files are there as written."""
         kept: dict[str, list[Row]] = {}
+        asked = frozenset(wanted)
         for identity, rows in self._lines():
-            if identity in wanted:
+            if identity in asked:
                 kept[identity] = rows
         return {identity: rows for identity, rows in kept.items() if self._is_there(rows)}
 

@@ -1,173 +1,151 @@
-"""Samples of a data set: crops of captures, packed into the shards that a range of samples makes."""
+"""Shards of a data set: what captures gave, packed by ranges of samples as soon as a range has all of its own."""
 
 from __future__ import annotations
 
 import contextlib
-import io
+import functools
+import itertools
 import json
+import os
 import tarfile
-from collections.abc import Callable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F32
-from camsim.exposing import Capture
-from camsim.files.atomic import replacing
-from camsim.frame import Frame, Product
-from camsim.sensor.colour_matrix import as_shot_neutral
-from camsim.sweeping.manifest import DONE, FAILED, Results, Row, sha256_of
-from camsim.sweeping.work import FAILURES, Shared, refuse_other_software, said
+from camsim.files.atomic import replacing, write_whole
+from camsim.files.describe import software
+from camsim.sweeping.batches import batches
+from camsim.sweeping.captures import Progress
+from camsim.sweeping.engines import Engine
+from camsim.sweeping.manifest import DONE, FAILED, HIDDEN, Journal, Results, Row, sha256_of
+from camsim.sweeping.samples import Cuts, Source, Write, arrays_in, facts, into_tar
+from camsim.sweeping.work import FAILURES, said
 
 SPLITS = ("train", "val", "test")
-_PRODUCTS: tuple[Product, ...] = ("mosaic", "truth")
+PARTS = ("noisy", "clean", "truth")
+CAPTURES = "captures"
+"""The hidden folder of what is cut and not packed yet."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Crop:
-    """One sample: its index in the data set, and the first photosite of its window of the capture."""
-
-    index: int
-    row: int
-    col: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Source:
-    """A capture with the samples that are cut from it; told: of their rows, index of the capture and keys that vary."""
-
-    capture: Capture
-    split: str
-    told: Row
-    crops: tuple[Crop, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ShardTask:
-    """All samples with indices of one range, each into its split's shard of that number."""
+class Shard:
+    """All samples with indices of one range, each in its split's file of that number; sources: in their order."""
 
     identity: str
     number: int
     sources: tuple[Source, ...]
-    size: tuple[int, int]
     hold: tuple[str, ...]
-    form: Literal["tar", "npy"]
-    folder: str
-    software: str
+    form: str
 
-    def carry_out(self) -> Results:
-        """Write the shard of every split that has samples here. What fails is a row that says why."""
-        refuse_other_software(self.software)
+    def packed(self, cut: Mapping[str, Sequence[Row]], parts: Path, folder: Path) -> Results:
+        """Write it. ``cut``: rows of every source, whose files lie in ``parts``. What failed are rows that say why."""
+        own = [[row for row in cut[source.identity] if row["shard"] == self.number] for source in self.sources]
+        if failed := [rows[0] for rows in own if rows[0]["status"] == FAILED]:
+            return [(self.identity, failed)]
         try:
-            return [(self.identity, self._written())]
+            return [(self.identity, self._written([row for rows in own for row in rows], parts, folder))]
         except FAILURES as error:
-            return self.given_up(said(error))
+            about = {"frame": 0, "file": "", "status": FAILED, "message": said(error)}
+            return [(self.identity, [{"index": own[0][0]["index"], **about}])]
 
-    def given_up(self, why: str) -> Results:
-        """Return a row that says why nobody could."""
-        first = self.sources[0].crops[0].index
-        return [(self.identity, [{"index": first, "frame": 0, "file": "", "status": FAILED, "message": why}])]
-
-    def _written(self) -> list[Row]:
-        folder, shared = Path(self.folder), Shared()
-        counts = {split: sum(len(s.crops) for s in self.sources if s.split == split) for split in SPLITS}
-        rows: dict[str, list[Row]] = {split: [] for split in SPLITS if counts[split]}
-        stems = {split: f"{split}-{self.number:05d}" for split in rows}
+    def _written(self, rows: Sequence[Row], parts: Path, folder: Path) -> list[Row]:
+        by_split = {split: own for split in SPLITS if (own := [row for row in rows if row["split"] == split])}
+        stems = {split: f"{split}-{self.number:05d}" for split in by_split}
         with contextlib.ExitStack() as stack:
-            into = _into_tar if self.form == "tar" else _into_npy
-            writers = {split: stack.enter_context(into(folder / stems[split], counts[split])) for split in rows}
-            for source in self.sources:
-                for row, arrays in self._cut(source, shared):
-                    writers[source.split](row, arrays)
-                    rows[source.split].append(row)
+            writers = {
+                split: stack.enter_context(_FORMS[self.form](folder / stems[split], len(own)))
+                for split, own in by_split.items()
+            }
+            for part, cut in itertools.groupby(rows, lambda row: str(row["file"])):
+                with tarfile.open(parts / part) as tar:
+                    for row in cut:
+                        writers[row["split"]](row, arrays_in(tar, row["key"]))
+        checksum = functools.cache(lambda file: sha256_of(folder / file))
         done: list[Row] = []
-        for split, own in rows.items():
-            files = _files(stems[split], self.form, self.hold)
-            sums = {file: sha256_of(folder / file) for file in files}
-            about = {"file": files[0], "sha256": sums.pop(files[0]), **({"also": sums} if sums else {})}
-            done += [{**row, **about, "place": place} for place, row in enumerate(own)]
+        for split, own in by_split.items():
+            for place, row in enumerate(own):
+                file, *also = _files(stems[split], self.form, self.hold, row["key"])
+                about = {"also": {other: checksum(other) for other in also}} if also else {}
+                done.append({**row, "file": file, "sha256": checksum(file), **about, "place": place})
         return done
 
-    def _cut(self, source: Source, shared: Shared) -> Iterator[tuple[Row, dict[str, Any]]]:
-        seen = shared.of(source.capture, frozenset(_PRODUCTS))
-        frame = next(source.capture.frames(products=_PRODUCTS, optical_image=seen))
-        assert frame.truth is not None
-        whole: dict[str, Any] = {
-            "noisy": frame.mosaic,
-            "clean": frame.mean_electrons.astype(np.float32),
-            "truth": frame.truth,
-        }
-        about = noise_model(frame)
-        for crop in source.crops:
-            window = np.s_[crop.row : crop.row + self.size[0], crop.col : crop.col + self.size[1]]
-            row = {
-                "index": crop.index,
-                "frame": 0,
-                "key": f"{crop.index:08d}",
-                "split": source.split,
-                "shard": self.number,
-                "row": crop.row,
-                "col": crop.col,
-                **source.told,
-                **about,
-                "status": DONE,
-                "message": "",
-            }
-            yield row, {part: np.ascontiguousarray(whole[part][window]) for part in self.hold}
 
+def made(
+    shards: Sequence[Shard], size: tuple[int, int], folder: Path, engine: Engine, report: Progress
+) -> Iterator[Results]:
+    """Take the captures that shards need, and pack a shard here as soon as all of its are there.
 
-def noise_model(frame: Frame) -> dict[str, Any]:
-    """Return what a denoiser needs to know of a frame's codes.
-
-    In codes above black: variance = shot_dn · mean + read_dn2, shot noise and all that does not grow with the light.
+    A capture's samples wait in a hidden file: one rendering serves all captures that share it, whatever their shards,
+    and what was taken before a sweep was killed is not taken again.
     """
-    gain = frame.electrons_per_dn
-    told = {
-        "cfa": "/".join(frame.cfa_pattern),
-        "channels": "".join(frame.channels) if all(len(c) == 1 for c in frame.channels) else "/".join(frame.channels),
-        "black_level_dn": frame.black_level_dn,
-        "white_level_dn": frame.white_level_dn,
-        "electrons_per_dn": gain,
-        "shot_dn": 1.0 / gain,
-        "read_dn2": (frame.read_noise_e / gain) ** 2 + 1.0 / 12.0,
-        "iso": frame.iso,
-        "time_s": frame.time_s,
-        "f_number": frame.f_number,
-        "seed": frame.seed,
-        "error_estimate": frame.report.error_estimate,
-        "truth_error_estimate": frame.report.truth_error_estimate,
-    }
-    if len(frame.channels) > 1:
-        neutral = as_shot_neutral(frame.colour)
-        told |= {f"neutral_{name}": float(value) for name, value in zip(frame.channels, neutral, strict=True)}
-    return told
+    if not shards:
+        return
+    parts = folder / HIDDEN / CAPTURES
+    (parts / HIDDEN).mkdir(parents=True, exist_ok=True)
+    sources = {source.identity: source for shard in shards for source in shard.sources}
+    lacking = {shard.number: len(shard.sources) for shard in shards}
+    users: dict[str, list[Shard]] = defaultdict(list)
+    for shard in shards:
+        for source in shard.sources:
+            users[source.identity].append(shard)
+    journal = Journal(parts)
+    cut: dict[str, list[Row]] = journal.finished(sources)
+    journal.begin(cut)
+    tasks = _tasks([source for name, source in sources.items() if name not in cut], shards, size, parts)
+    taken = 0
+    for identity, rows in itertools.chain(list(cut.items()), itertools.chain.from_iterable(engine(tasks))):
+        if identity not in cut and rows[0]["status"] == DONE:
+            journal.add(identity, rows)
+        cut[identity] = rows
+        taken += 1
+        report("capture", taken / len(sources))
+        for shard in users[identity]:
+            lacking[shard.number] -= 1
+            if lacking[shard.number]:
+                continue
+            yield shard.packed(cut, parts, folder)
+            for source in shard.sources:
+                if not any(lacking[other.number] for other in users[source.identity]):
+                    (parts / source.file).unlink(missing_ok=True)
 
 
-Write: TypeAlias = Callable[[Row, dict[str, Any]], None]
+def _tasks(sources: Iterable[Source], shards: Sequence[Shard], size: tuple[int, int], parts: Path) -> list[Cuts]:
+    place, by = os.fspath(parts.resolve()), software()
+    return [
+        Cuts(sources=own, size=size, hold=shards[0].hold, folder=place, software=by)
+        for own in batches(sources, frames=1)
+    ]
 
 
-def _files(stem: str, form: str, hold: tuple[str, ...]) -> list[str]:
-    return [f"{stem}.tar"] if form == "tar" else [f"{stem}.jsonl", *(f"{stem}-{part}.npy" for part in hold)]
+def _files(stem: str, form: str, hold: tuple[str, ...], key: str) -> list[str]:
+    """Return all files that hold something of a sample."""
+    if form == "tar":
+        return [f"{stem}.tar"]
+    if form == "npy":
+        return [f"{stem}.jsonl", *(f"{stem}-{part}.npy" for part in hold)]
+    return [f"{stem}/{key}.json", *(f"{stem}/{key}.{part}.npy" for part in hold)]
+
+
+def _into_shard(stem: Path, count: int) -> contextlib.AbstractContextManager[Write]:
+    return into_tar(stem.with_name(f"{stem.name}.tar"))
 
 
 @contextlib.contextmanager
-def _into_tar(stem: Path, count: int) -> Iterator[Write]:
-    """Write samples as webdataset reads them: members of one key lie together."""
-    with (
-        replacing(stem.with_name(f"{stem.name}.tar")) as beside,
-        tarfile.open(beside, "w", format=tarfile.USTAR_FORMAT) as tar,
-    ):
+def _into_files(stem: Path, count: int) -> Iterator[Write]:
+    """Write each sample into files of its own, in a folder."""
+    stem.mkdir(exist_ok=True)
 
-        def write(row: Row, arrays: dict[str, Any]) -> None:
-            for part, array in arrays.items():
-                content = io.BytesIO()
-                np.save(content, array, allow_pickle=False)
-                _add(tar, f"{row['key']}.{part}.npy", content.getvalue())
-            _add(tar, f"{row['key']}.json", json.dumps(_facts(row), sort_keys=True).encode())
+    def write(row: Row, arrays: Mapping[str, Any]) -> None:
+        for part, array in arrays.items():
+            with replacing(stem / f"{row['key']}.{part}.npy") as beside, beside.open("wb") as file:
+                np.save(file, array, allow_pickle=False)
+        write_whole(stem / f"{row['key']}.json", json.dumps(facts(row), sort_keys=True).encode())
 
-        yield write
+    yield write
 
 
 @contextlib.contextmanager
@@ -180,7 +158,7 @@ def _into_npy(stem: Path, count: int) -> Iterator[Write]:
         stacks: dict[str, Any] = {}
         written = 0
 
-        def write(row: Row, arrays: dict[str, Any]) -> None:
+        def write(row: Row, arrays: Mapping[str, Any]) -> None:
             nonlocal written
             for part, array in arrays.items():
                 if part not in stacks:
@@ -189,7 +167,7 @@ def _into_npy(stem: Path, count: int) -> Iterator[Write]:
                         beside, mode="w+", dtype=array.dtype, shape=(count, *array.shape)
                     )
                 stacks[part][written] = array
-            lines.write(json.dumps(_facts(row), sort_keys=True) + "\n")
+            lines.write(json.dumps(facts(row), sort_keys=True) + "\n")
             written += 1
 
         yield write
@@ -198,32 +176,23 @@ def _into_npy(stem: Path, count: int) -> Iterator[Write]:
         stacks.clear()
 
 
-def _add(tar: tarfile.TarFile, name: str, content: bytes) -> None:
-    member = tarfile.TarInfo(name)  # no time, no owner: equal samples give equal bytes
-    member.size = len(content)
-    tar.addfile(member, io.BytesIO(content))
+_FORMS: Mapping[str, Callable[[Path, int], contextlib.AbstractContextManager[Write]]] = {
+    "tar": _into_shard,
+    "npy": _into_npy,
+    "files": _into_files,
+}
 
 
-def _facts(row: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in row.items() if name not in ("status", "message", "frame", "shard")}
-
-
-def read_sample(folder: Path, row: Mapping[str, Any]) -> tuple[dict[str, F32], dict[str, Any]]:
+def read_sample(folder: Path, row: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the arrays of a sample and its facts, by its row of the index."""
     if str(row["file"]).endswith(".tar"):
         with tarfile.open(folder / row["file"]) as tar:
-            members = [member for member in tar.getmembers() if member.name.startswith(f"{row['key']}.")]
-            content = {member.name.split(".", 1)[1]: tar.extractfile(member) for member in members}
-            arrays = {
-                name[:-4]: np.load(io.BytesIO(file.read()), allow_pickle=False)
-                for name, file in content.items()
-                if file is not None and name.endswith(".npy")
-            }
-        return arrays, dict(row)
-    stem = str(row["file"]).removesuffix(".jsonl")
+            return arrays_in(tar, row["key"]), dict(row)
+    stem, suffix = os.path.splitext(str(row["file"]))
+    between, place = ("-", int(row["place"])) if suffix == ".jsonl" else (".", ...)
     arrays = {}
-    for part in ("noisy", "clean", "truth"):
-        path = folder / f"{stem}-{part}.npy"
+    for part in PARTS:
+        path = folder / f"{stem}{between}{part}.npy"
         if path.exists():
-            arrays[part] = np.array(np.load(path, mmap_mode="r", allow_pickle=False)[int(row["place"])])
+            arrays[part] = np.array(np.load(path, mmap_mode="r", allow_pickle=False)[place])
     return arrays, dict(row)

@@ -13,6 +13,7 @@ from camsim.errors import InvalidValueError
 from camsim.exposing import Capture
 from camsim.files.describe import software
 from camsim.sweeping import engines
+from camsim.sweeping.batches import batches
 from camsim.sweeping.captures import Progress, captures_of, identity_of
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import Row
@@ -21,13 +22,6 @@ from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
 from camsim.sweeping.work import Item, Task
 from camsim.typed import FilePath, check
 
-_TASK = 4e6
-"""Photosites of a task: a second or two of one core."""
-
-_RENDERING = 5.0
-"""What an optical image costs in frames, about; and ``_SET_UP`` photosites whatever its size."""
-
-_SET_UP = 1e6
 _SAMPLED = 24
 _PHOTOSITE_S = 3e-7
 """Seconds of one core for a photosite's noise, code and share of a file."""
@@ -102,9 +96,8 @@ def sweep(
     with alone(place):
         done = completed(
             place,
-            engine,
             list(of),
-            lambda there: _tasks([item for item in items if item.identity not in there], place),
+            lambda there: engine(_tasks([item for item in items if item.identity not in there], place)),
             report,
             kept=lambda identity, rows: _renumbered(of[identity], rows),
         )
@@ -185,26 +178,5 @@ def _renumbered(item: Item, rows: list[Row]) -> list[Row]:
 
 
 def _tasks(items: list[Item], folder: Path) -> list[Task]:
-    """Return tasks of a second or two; items that share an optical image are neighbours."""
-    groups: dict[str, list[Item]] = {}
-    for item in items:
-        groups.setdefault(item.capture.optical_key, []).append(item)
-    tasks: list[Task] = []
-    own: list[Item] = []
-    weight = 0.0
-
-    def close() -> None:
-        nonlocal own, weight
-        if own:
-            tasks.append(Task(tuple(own), os.fspath(folder.resolve()), software()))
-        own, weight = [], 0.0
-
-    for group in groups.values():
-        for number, item in enumerate(group):
-            photosites = item.capture.grid.rows * item.capture.grid.cols
-            weight += photosites * len(item.files) + (0.0 if number else _RENDERING * photosites + _SET_UP)
-            own.append(item)
-            if weight >= _TASK:
-                close()
-    close()
-    return tasks
+    frames = len(items[0].files) if items else 1
+    return [Task(own, os.fspath(folder.resolve()), software()) for own in batches(items, frames=frames)]

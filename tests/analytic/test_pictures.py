@@ -374,3 +374,17 @@ def test_a_flat_picture_of_which_a_corner_is_hidden(seed):
     square = camsim.Rectangle(width_um=side_um, height_um=side_um, centre_um=centre, rotate_deg=turn, reflectance=0.27)
     image = rendered(picture, disc, tolerance=1e-5)
     np.testing.assert_allclose(image, rendered(square, disc, tolerance=1e-6), rtol=0.0, atol=1.1e-5)
+
+
+def test_a_large_frame_has_tiles_whose_rows_fit_as_well():
+    """Of few samples one tile would be the quickest, and with 45 megapixels beside it too large: it was refused."""
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0)).replace(rows=5478, cols=8216)
+    picture = camsim.Picture.of_rgb(np.full((512, 512, 3), 0.5), width_um=5200 * camera.pitch_um)
+    capture = camsim.Capture(
+        camera=camera,
+        scene=camsim.Scene(background=0.2, shapes=[picture]),
+        light=camsim.Light("D55", illuminance_lux=2000.0),
+        exposure=camsim.Exposure(time_s="auto", iso=200.0),
+        tolerance=1e-5,
+    )
+    assert capture.plan().cost.memory_bytes <= 2e9

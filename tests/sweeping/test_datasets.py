@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.errors import CamsimError, ConfigError, InputError
-from camsim.sweeping import dataset, read_pair
+from camsim.errors import CamsimError, ConfigError, InputError, OutputError
+from camsim.sweeping import dataset, read_pair, samples, shards
 
 MADE_OF = {
     "scene": ["slanted-edge", "flat-field", "grey-steps", "checkerboard"],
@@ -50,6 +50,8 @@ def test_samples_are_windows_of_captures(made):
         np.testing.assert_array_equal(array, np.asarray(whole)[window].astype(array.dtype))
     assert (row["row"] % 2, row["col"] % 2) == (0, 0)  # the filters of a sample are those that it says
     assert facts["cfa"] == "/".join(frame.cfa_pattern)
+    d65 = [0.9505, 1.0, 1.0890]
+    assert max(np.array(facts["xyz_to_camera_d65"]) @ d65) == pytest.approx(1.0, abs=2e-3)
 
 
 def test_no_scene_is_in_two_splits_and_none_is_empty(made):
@@ -74,8 +76,9 @@ def test_shard_and_key_are_functions_of_the_index(made):
     assert len(set(places)) == len(places)
 
 
-def test_npy_shards_hold_the_same_and_are_made_again_when_one_is_not_whole(made, tmp_path):
-    study = {**MADE_OF, "shards": "npy"}
+@pytest.mark.parametrize(("form", "some"), [("npy", "train-*-noisy.npy"), ("files", "train-*/00000000.noisy.npy")])
+def test_other_shards_hold_the_same_and_are_made_again_when_one_is_not_whole(made, tmp_path, form, some):
+    study = {**MADE_OF, "shards": form}
     first = dataset(study, tmp_path, workers=0)
     for index in (0, 9, 10, 23):
         arrays, row = read_pair(tmp_path, index)
@@ -85,12 +88,63 @@ def test_npy_shards_hold_the_same_and_are_made_again_when_one_is_not_whole(made,
             np.testing.assert_array_equal(array, others[part])
         assert row["split"] == made.rows[index]["split"]
     assert dataset(study, tmp_path, workers=0).found == first.made == 3
-    file = sorted(tmp_path.glob("train-*-noisy.npy"))[0]
+    file = next(path for pattern in (some, some.replace("train", "*")) for path in sorted(tmp_path.glob(pattern)))
     whole = file.read_bytes()
     file.write_bytes(whole[:-3])
     again = dataset(study, tmp_path, workers=0)
     assert (again.made, again.found) == (1, 2)
     assert file.read_bytes() == whole
+
+
+def test_captures_share_a_rendering_across_shards_and_none_is_lost_where_one_fails(tmp_path, monkeypatch):
+    """Keys that change the image vary innermost, and every sample has a shard of its own."""
+    study = {
+        "scene": ["flat-field", "grey-steps", "checkerboard"],
+        "set": {"region": {"rows": 8, "cols": 8}, "render.tolerance": 1e-2},
+        "vary": {"noise.seed": [1, 2], "lens.f_number": [4, 8]},
+        "crops": {"rows": 4, "cols": 4},
+        "samples_per_shard": 1,
+        "hold": ["noisy", "clean"],
+    }
+    rendered, real, cut = [], samples.Capture.optical_image, samples.into_tar
+    monkeypatch.setattr(
+        samples.Capture, "optical_image", lambda self, **how: rendered.append(how["products"]) or real(self, **how)
+    )
+
+    def full(path):
+        if path.name == "00000005.tar":
+            raise OutputError("the disk is full")
+        return cut(path)
+
+    monkeypatch.setattr(samples, "into_tar", full)
+    first = dataset(study, tmp_path, workers=0)
+    assert (first.made, first.failed) == (11, 1)
+    assert [(r["index"], r["message"]) for r in first.rows if r["status"] == "failed"] == [(5, "the disk is full")]
+    assert rendered == [("mosaic",)] * 6  # no truth is held, and none is rendered
+    monkeypatch.setattr(samples, "into_tar", cut)
+    again = dataset(study, tmp_path, workers=0)
+    assert (again.made, again.found, len(rendered)) == (1, 11, 7)
+    assert not list((tmp_path / ".sweep").glob("captures"))
+
+
+def test_a_data_set_that_was_killed_takes_no_capture_twice(made, tmp_path, monkeypatch):
+    """Killed while shards are packed: what was cut is there, and the shards are those of one go."""
+    whole = shards.Shard.packed
+
+    def killed(self, *where):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(shards.Shard, "packed", killed)
+    with pytest.raises(KeyboardInterrupt):
+        dataset(MADE_OF, tmp_path, workers=0)
+    monkeypatch.setattr(shards.Shard, "packed", whole)
+    rendered, real = [], samples.Capture.optical_image
+    monkeypatch.setattr(samples.Capture, "optical_image", lambda self, **how: rendered.append(1) or real(self, **how))
+    assert dataset(MADE_OF, tmp_path, workers=0).made == 3
+    assert 0 < len(rendered) < 4  # of four scenes, those whose captures were not asked for yet
+    for name in ("train-00000.tar", "test-00001.tar", "manifest.csv"):
+        for path in made.folder.glob(name):
+            assert (tmp_path / path.name).read_bytes() == path.read_bytes()
 
 
 def test_the_noise_is_as_stated(tmp_path):

@@ -135,8 +135,9 @@ class DatasetFile(Varying):
         min_length=1,
         description="of each sample: codes with noise, mean electrons of the mosaic, of every channel",
     )
-    shards: Literal["tar", "npy"] = Field(
-        default="tar", description="tar: as webdataset reads them; npy: one array for each shard and part"
+    shards: Literal["tar", "npy", "files"] = Field(
+        default="tar",
+        description="tar: as webdataset reads them; npy: one array for each shard and part; files: a folder each",
     )
     samples_per_shard: int = Field(default=500, ge=1, le=MOST, description="of all splits together")
     licence: Name = Field(default="CC-BY-4.0", description="of the data set, for its card")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -123,11 +123,16 @@ def too_large(needed_bytes: float, limit_bytes: float, why: str) -> InvalidValue
     )
 
 
-def quickest(each: Sequence[tuple[int, Taken]], memory_limit_bytes: float) -> tuple[int, Taken]:
-    """Return the side of tiles that keeps within the memory, and little of it where that is not much slower."""
-    fitting = [one for one in each if one[1].held_bytes <= memory_limit_bytes]
+def quickest(
+    each: Sequence[tuple[int, Taken]], row_bytes: Mapping[int, float], memory_limit_bytes: float
+) -> tuple[int, Taken]:
+    """Return the side of tiles that keeps within the memory, and little of it where that is not much slower.
+
+    each : sides, with what their tiles take;  row_bytes : of each side, what a row of tiles takes besides
+    """
+    fitting = [one for one in each if one[1].held_bytes + row_bytes[one[0]] <= memory_limit_bytes]
     if not fitting:
-        return min(each, key=lambda one: one[1].held_bytes)
+        return min(each, key=lambda one: one[1].held_bytes + row_bytes[one[0]])
     most = MOST_OVERHEAD * min(taken.seconds for _, taken in fitting)
     quick = [one for one in fitting if one[1].seconds <= most]
     return next((one for one in quick if one[1].held_bytes <= PREFERRED_BYTES), quick[0])

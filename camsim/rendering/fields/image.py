@@ -37,6 +37,7 @@ from camsim.rendering.psf import is_summed
 from camsim.repeated import Channels
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
+_ROW_BYTES = 16.0  # of a photosite in a row of tiles: what is there, and the light from far away
 MOST_FREQUENCIES = 4.0  # of a lattice of its own, for each sample and each frequency of the band
 
 
@@ -265,8 +266,9 @@ class FieldImage:
         reach = self.reach(origin, shape)
         sides = [side for side in TILE_SIDES if side == TILE_SIDES[0] or side < max(shape)]
         each = [(side, self._prices.of(self._tiles(origin, shape, side, reach))) for side in sides]
-        side, own = quickest(each, self.memory_limit_bytes)
-        cost = Cost(seconds=own.seconds, memory_bytes=own.held_bytes + 16.0 * min(side, shape[0]) * shape[1])
+        rows = {side: _ROW_BYTES * min(side, shape[0]) * shape[1] for side in sides}
+        side, own = quickest(each, rows, self.memory_limit_bytes)
+        cost = Cost(seconds=own.seconds, memory_bytes=own.held_bytes + rows[side])
         self._plans[origin, shape] = reach, side, cost
         return self._plans[origin, shape]
 
