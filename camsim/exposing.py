@@ -381,8 +381,7 @@ class Capture:
         signal: tuple[ChannelSignal, ...],
         notes: tuple[str, ...],
     ) -> Report:
-        camera = self.camera
-        after = notes_after(signal, camera, self.exposure.iso)
+        camera, after = self.camera, notes_after(signal, self.camera, self.exposure.iso)
         return Report(
             scene=self.scene_name,
             optics=tuple(brief(stage) for stage in camera.optics.stages),
