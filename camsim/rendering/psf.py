@@ -16,16 +16,17 @@ from camsim.optics import OpticalSystem
 from camsim.optics.protocols import OnLattice
 from camsim.quadrature import gauss_legendre
 
-SPARE = 40  # nodes along a ray beyond what the fastest wave takes, and twice as many rays: what blurs of one's own add
+SPARE = 40  # nodes along a ray, and rays of a quarter of the plane, beyond what the fastest wave takes
 
 
 def rule_of(waves: float) -> tuple[int, int]:
     """Return nodes along a ray and rays of half a plane, for waves out to a distance of so many of their lengths.
 
     On a circle n rays in each half of the plane are right for all orders below 2n, and a wave has those up to 2π·waves.
+    As many more are for a blur of one's own, whose transfer goes round as fast as its own length asks for.
     """
     fastest = math.ceil(math.pi * waves)
-    return fastest + SPARE, fastest + 2 * SPARE
+    return fastest + SPARE, 2 * (fastest + SPARE)
 
 
 def is_summed(system: OpticalSystem) -> bool:

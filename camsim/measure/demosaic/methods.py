@@ -148,7 +148,7 @@ def _developed_by_libraw(frame: Frame, algorithm: str, *, stage: str) -> F32:
             with rawpy.imread(str(file)) as raw:
                 image = raw.postprocess(**options)
         except rawpy.LibRawError as error:
-            raise UnsupportedError(f"failed: {in_brief(error)}", stage=stage) from None
+            raise UnsupportedError(f"gave up: {in_brief(error)}", stage=stage) from None
     if image.shape[:2] != frame.shape:
         raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}", stage=stage)
     scaled: F32 = image.astype(np.float32) / np.float32(65535.0)
