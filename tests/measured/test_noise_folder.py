@@ -48,6 +48,25 @@ def test_a_folder_gives_the_sensors_own_figures(camera, folder):
     assert tree["channels"][0]["figures"]["full_well_e"]["value"] is None
 
 
+def test_a_transfer_is_taken_warm_at_another_gain_and_again(camera):
+    """14 °C are two doublings, and twice the ISO is twice the gain; another seed is other noise of the same sensor."""
+    warm = {"iso": 2.0 * camera.adc.base_iso, "temperature_c": camera.dark_current.at_c + 14.0}
+    one, again, other = (take_shots(camera, side=32, frames=2, seed=seed, **warm) for seed in (1, 1, 2))
+    first, same, fresh = (shots.of("dark")[-1].codes[0] for shots in (one, again, other))
+    assert np.array_equal(first, same)
+    assert not np.array_equal(first, fresh)
+    for shots in (one, other):
+        transfer = measure_noise(shots).channels[0].transfer
+        told = expected_of(camera, "R", **warm)
+        for name, true in (
+            ("gain_dn_per_e", 2.0 / camera.adc.electrons_per_dn),
+            ("dark_current_e_per_s", 4.0 * camera.dark_current.e_per_s),
+        ):
+            estimate = getattr(transfer, name)
+            assert abs(estimate.value - true) < STATISTICAL * estimate.sigma, name
+            assert told[name] == pytest.approx(true)
+
+
 def test_the_reference_implementation_reads_the_xml(folder, tmp_path):
     routines = pytest.importorskip("emva1288.process.routines")
     channel = measure_noise(read_shots(folder)).channels[0]
