@@ -27,6 +27,7 @@ _WORDS = {
     "dark_current_e_per_s": "dark current",
     "dsnu_e": "DSNU",
     "prnu": "PRNU",
+    "sensitivity_threshold_e": "sensitivity threshold",
     "saturation_e": "saturation",
     "snr_max_db": "SNR at saturation",
     "dynamic_range_db": "dynamic range",

@@ -85,6 +85,10 @@ def test_the_reference_implementation_reads_the_xml(folder, tmp_path):
         ("prnu1288", "prnu", 100.0),
     ):
         assert read[theirs] == pytest.approx(factor * figures[ours].value, rel=1e-8), theirs
+    # The signal whose noise (read noise, a twelfth of a squared code, its own photons) is as large as itself.
+    least_e = read["u_e_min"]
+    assert least_e**2 == pytest.approx(read["sigma_d"] ** 2 + read["inverse_k"] ** 2 / 12.0 + least_e, rel=1e-6)
+    assert read["dr"] == pytest.approx(read["u_e_sat"] / least_e, rel=1e-8)
     assert 20.0 * np.log10(read["dr"]) == pytest.approx(read["dr_db"], rel=1e-6)
     assert read["inverse_k"] * read["k"] == pytest.approx(1.0)
 
