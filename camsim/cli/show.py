@@ -84,6 +84,7 @@ def _first_comment(text: str) -> str:
 def _figures_of_sensor(located: Located) -> list[Row]:
     from camsim.capturing import load_camera
     from camsim.measure.noise.photon_transfer import sensitivity_threshold_e
+    from camsim.notes import notes_of_sensor
     from camsim.optics import Airy
 
     # None of the figures depends on the lens.
@@ -114,6 +115,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
             f"{20.0 * math.log10(ratio):.1f} dB, {math.log2(ratio):.1f} stops, at ISO {adc.base_iso:g}: "
             f"saturation over {threshold_e:.2f} e⁻, SNR 1",
         ),
+        *(("note", note) for note in notes_of_sensor(camera)),
     ]
     return rows
 
