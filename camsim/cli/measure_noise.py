@@ -159,22 +159,25 @@ def _print(report: NoiseReport) -> None:
     heads = ["figure", "unit"]
     for channel in report.channels:
         heads += [channel.channel, *(["profile"] if told else [])]
-    rows, reasons = [], []
+    rows: list[list[str]] = []
+    reasons: dict[str, tuple[dict[str, None], dict[str, None]]] = {}  # the figures and the channels of each
     for name, unit in UNITS.items():
         row = [_WORDS.get(name, name.replace("_", " ")), unit]
         for channel in report.channels:
             estimate = channel.figures()[name]
             row.append(with_error(estimate.value, estimate.sigma) if estimate.measurable else "–")
             if not estimate.measurable:
-                reasons.append(f"{channel.channel} {row[0]} is not measurable: {estimate.why_not}")
+                figures, channels = reasons.setdefault(estimate.why_not, ({}, {}))
+                figures[row[0]] = channels[channel.channel] = None
             if told:
                 expected = (channel.expected or {}).get(name, math.nan)
                 row.append(f"{expected:.5g}" if math.isfinite(expected) else "")
         rows.append(row)
     title = f"{report.source}: {report.frames} frames of {report.rows} × {report.cols}, EMVA 1288 R4"
     print_table(title, heads, rows)
-    for reason in reasons:
-        print(reason)
+    for reason, (figures, channels) in reasons.items():
+        verb = "is" if len(figures) == 1 else "are"
+        print(f"{', '.join(figures)} of {', '.join(channels)} {verb} not measurable: {reason}")
     for channel in report.channels:
         if channel.defects_left_out:
             print(f"{channel.channel}: {channel.defects_left_out} defects left out")

@@ -12,6 +12,7 @@ import camsim
 from camsim.capturing import load_camera
 from camsim.errors import CamsimError
 from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_shots, take_shots, write_shots
+from camsim.measure.noise.measuring import _healthy
 from camsim.measure.noise.taking import frames_of
 from camsim.measure.noise.xml_file import xml_of
 
@@ -65,6 +66,16 @@ def test_a_transfer_is_taken_warm_at_another_gain_and_again(camera):
             estimate = getattr(transfer, name)
             assert abs(estimate.value - true) < STATISTICAL * estimate.sigma, name
             assert told[name] == pytest.approx(true)
+
+
+def test_rounding_alone_makes_no_defects():
+    """Of little noise: a photosite that flips in half of the frames is sound; five codes off is a defect."""
+    codes = [np.full((8, 8), 10, np.uint16) for _ in range(4)]
+    codes[0][2, 3] = codes[1][2, 3] = 11
+    for frame in codes:
+        frame[5, 5] = 15
+    good = _healthy(Group(kind="dark", exposure=0.0, time_s=1.0, codes=codes), np.zeros((8, 8), np.uint8))
+    assert np.argwhere(~good).tolist() == [[5, 5]]
 
 
 def test_the_reference_implementation_reads_the_xml(folder, tmp_path):

@@ -25,7 +25,8 @@ from camsim.measure.noise.shots import Group, Shots
 _LEAST_FLATS, _LEAST_DARKS, _LEAST_FRAMES = 4, 2, 2
 _SAME_TIME = 1e-3
 _DEFECT = 8.0
-_LEAST_SPREAD_DN = 0.05
+_ONE_CODE_DN = 1.0
+"""Nearer than this no photosite is told from what rounding does where the noise is small."""
 
 Chosen = npt.NDArray[np.bool_]
 
@@ -156,7 +157,7 @@ def _healthy(group: Group, index: U8) -> Chosen:
     for k in np.unique(index):
         here = mean[index == k]
         away = np.abs(here - np.median(here))
-        good[index == k] = away <= _DEFECT * max(1.4826 * float(np.median(away)), _LEAST_SPREAD_DN)
+        good[index == k] = away <= max(_DEFECT * 1.4826 * float(np.median(away)), _ONE_CODE_DN)
     return good
 
 
