@@ -17,6 +17,10 @@ CsvFile: TypeAlias = Annotated[str | None, typer.Option("--csv", metavar="FILE",
 PlotFile: TypeAlias = Annotated[
     str | None, typer.Option("--plot", metavar="FILE.png|svg", help="Draw the figures (needs matplotlib).")
 ]
+ChangesOfBench: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Of sensor.…, or exposure.temperature_c, .iso, noise.seed."),
+]
 
 measure_app = typer.Typer(name="measure", help="Measure what a file really holds.", no_args_is_help=True)
 
@@ -261,14 +265,7 @@ def measure_noise(
     sensor: Annotated[
         str | None, typer.Option("--sensor", metavar="NAME", help="Take flats and darks of this sensor instead.")
     ] = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            metavar="KEY=VALUE",
-            help="Change one value of the sensor (sensor.…), or exposure.temperature_c, exposure.iso, noise.seed.",
-        ),
-    ] = None,
+    changes: ChangesOfBench = None,
     sensors: Sensors = None,
     side: Annotated[int, typer.Option("--side", metavar="N", help="Photosites a side that it takes.")] = 400,
     frames: Annotated[int, typer.Option("--frames", metavar="N", help="Frames of each level that it takes.")] = 16,
