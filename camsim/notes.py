@@ -29,6 +29,8 @@ _FASTEST = 0.5
 # Of codes: less is not seen in a picture.
 _SEEN_DN = 0.5
 _MUCH_CLIPPED = 0.05
+# Sheets give PRNU in per cent, mostly about 1, and K in codes per electron: a slip is off by far more than these.
+_MUCH_PRNU, _MANY_TIMES = 0.1, 2.0
 # An error of a hundredth of the noise makes it 5e-5 larger; a thousandth is far finer.
 _ENOUGH, _FAR_FINER = 1e-2, 1e-3
 _WORTH_SECONDS, _WORTH_WAITING = 1.0, 20.0
@@ -56,12 +58,27 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     yield from _of_own_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
+    yield from _of_prnu(setting.camera)
     yield from _of_edges(setting.scene, choice)
     yield from _of_slow_stages(setting.camera, choice)
     if setting.noise:
         yield from _of_dark_current(setting)
         if not setting.mean_wanted:
             yield from _of_the_tolerance(setting, choice)
+
+
+def notes_of_sensor(camera: Body) -> Iterator[str]:
+    """Yield what looks like a slip in copying a data sheet: no mistakes, for such a sensor can be."""
+    adc = camera.adc
+    yield from _of_the_converter(camera, adc.base_iso)
+    yield from _of_prnu(camera)
+    well_e, reach_e = camera.well_as_read_e(adc.base_iso), _reach_e(camera, adc.base_iso)
+    if well_e is not None and not 1.0 / _MANY_TIMES < reach_e / well_e < _MANY_TIMES:
+        per_dn = adc.electrons_per_dn
+        yield (
+            f"the converter's codes reach to {percent(reach_e / well_e)} of the full well; electrons_per_dn is 1/K: "
+            f"if {per_dn:.4g} is the gain K in DN/e⁻, electrons_per_dn is {1.0 / per_dn:.4g}"
+        )
 
 
 def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float) -> Iterator[str]:
@@ -123,11 +140,24 @@ def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:
 
 def _of_the_converter(camera: Body, iso: float) -> Iterator[str]:
     adc, well_e = camera.adc, camera.well_as_read_e(iso)
-    reach_e = (adc.largest_dn - adc.black_level_dn) * adc.electrons_per_dn_at(iso)
+    reach_e = _reach_e(camera, iso)
     if well_e is not None and iso <= adc.base_iso and well_e > reach_e * _WORTH_A_NOTE:
         yield (
             f"the converter ends at {reach_e:.0f} e⁻, below the full well of {well_e:.0f} e⁻: the well is never "
             "seen full; more electrons_per_dn or bits would show it"
+        )
+
+
+def _reach_e(camera: Body, iso: float) -> float:
+    return (camera.adc.largest_dn - camera.adc.black_level_dn) * camera.adc.electrons_per_dn_at(iso)
+
+
+def _of_prnu(camera: Body) -> Iterator[str]:
+    if camera.prnu is not None and camera.prnu.fraction > _MUCH_PRNU:
+        given = camera.prnu.fraction
+        yield (
+            f"a PRNU of {given:g} is {percent(given)} of the signal; sensors have about 1 %, and prnu is a fraction: "
+            f"{given:g} % is {given / 100.0:g}"
         )
 
 
