@@ -26,6 +26,7 @@ from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
 
 RINGS_PART = 0.5  # of what tapers may leave: for the rings that are dropped
+SURE = 0.25  # of the rings as tapers have them: twice for a step that shells do not have, and four times to be sure
 FARTHER = 4.0  # times as far for every shell: 2 and 8 take a third more
 WORTH = 1.2  # times the first shell's end: a scene that goes no farther is not cut
 SOON = 0.25  # of its distance: the first taper's width. Its shell has the finest lattice by far
@@ -134,13 +135,14 @@ def _quiet_distance(
     """Return from where on all edges' rings add up to no more than ``allowed``; None: nowhere nearer than ``far``.
 
     A short edge leaves no more than its part of all that oscillates at its distance: an angle θ of it is 2θ·√ρ times
-    an end's (an end's is 1/(4π√(uρ)) of all that goes round, u ≤ 1), and is taken four times too.
+    an end's (an end's is 1/(4π√(uρ)) of all that goes round, u ≤ 1), and is taken four times too. A whole line is taken
+    for four ends, twice what it is (113 random scenes at 1e-2 … 3e-8: at most 0.04 of the tolerance with 16 ends).
     """
     distance = least
     while distance < far:
         away = np.maximum(nearest, distance)
         part = np.minimum(1.0, 0.5 * length / np.sqrt(away * kernel.longest))
-        if sum(a * float(part @ away**-n) for a, n in kernel.rings) <= allowed:
+        if SURE * sum(a * float(part @ away**-n) for a, n in kernel.rings) <= allowed:
             return distance
         distance *= 2.0 ** (1.0 / PER_OCTAVE)
     return None
