@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files import save, writing_rows
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.fields import image as field_image
@@ -104,6 +104,20 @@ def test_a_file_written_row_by_row_has_the_same_bytes(tmp_path, sensor, compress
     with writing_rows(tmp_path / "rows.dng", camera=camera, region=HOW["region"], compress=compress) as writer:
         writer.finish(camsim.Capture(camera=camera, scene=SCENE, **HOW).rows(writer.take))
     assert (tmp_path / "rows.dng").read_bytes() == (tmp_path / "whole.dng").read_bytes()
+
+
+def test_a_file_that_is_there_stays_unless_forced(tmp_path):
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
+    (tmp_path / "a.dng").write_bytes(b"old")
+    frame = camera.expose(SCENE, **HOW)
+    with pytest.raises(OutputError, match="it exists; overwrite it with force=True"):
+        save(frame, tmp_path / "a.dng")
+    with (
+        pytest.raises(OutputError, match="it exists; overwrite it with force=True"),
+        writing_rows(tmp_path / "a.dng", camera=camera, region=HOW["region"]),
+    ):
+        pass
+    assert (tmp_path / "a.dng").read_bytes() == b"old"
 
 
 def test_a_capture_that_fails_half_way_leaves_the_old_file(tmp_path):
