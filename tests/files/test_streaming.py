@@ -66,6 +66,17 @@ def test_the_rows_are_those_of_the_frame(kind):
         assert dataclasses.asdict(got) == pytest.approx(dataclasses.asdict(want))
 
 
+def test_bands_are_the_image_that_is_made_at_once(monkeypatch):
+    grid = camsim.Grid(rows=70, cols=9, pitch_um=4.88)
+    optics = [camsim.Airy(f_number=8.0), camsim.SquarePhotosite(side_um=4.88)]
+    images = []
+    for photosites in (1 << 20, 1):
+        monkeypatch.setattr(boundary_image, "BAND_PHOTOSITES", photosites)
+        images.append(camsim.render(SCENE, optics, grid, wavelength_nm=550.0, tolerance=1e-4, method="boundary").image)
+    assert np.ptp(images[0]) > 0.2
+    np.testing.assert_allclose(images[1], images[0], atol=1e-12)
+
+
 def test_rows_of_a_picture_come_tile_by_tile(monkeypatch):
     """Whatever the tiles are; edges in front of it, whose bands end elsewhere, are added."""
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
