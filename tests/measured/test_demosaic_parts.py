@@ -67,6 +67,6 @@ def test_the_order_of_filters_is_told_by_their_answer_to_white():
 
 def test_noise_looks_like_no_order_of_filters(rng):
     subject = subject_of(smooth())
-    for _ in range(4):
+    for _ in range(12):
         found = rng.random((ROWS, COLS, 3)).astype(np.float32)
         assert order_fault(found, subject) is None
