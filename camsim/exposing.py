@@ -21,7 +21,7 @@ from camsim.lit import Lit, Window
 from camsim.marks import Called
 from camsim.notes import Setting, notes_after, notes_before
 from camsim.optical_image import OpticalImage, key_of
-from camsim.optics.own import own_stages
+from camsim.own import own_stages
 from camsim.regrouped import Regrouped
 from camsim.rendering import Grid, Rendering
 from camsim.rendering.auto import Choice
@@ -315,6 +315,7 @@ class Capture:
         """Return what electronic stages may know, from some row of the window on."""
         return Context(
             time_s=self.time_s,
+            iso=self.exposure.iso,
             temperature_c=self.exposure.temperature_c,
             electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
             seed=self.seed,
@@ -380,8 +381,7 @@ class Capture:
         signal: tuple[ChannelSignal, ...],
         notes: tuple[str, ...],
     ) -> Report:
-        camera = self.camera
-        after = notes_after(signal, camera, self.exposure.iso)
+        camera, after = self.camera, notes_after(signal, self.camera, self.exposure.iso)
         return Report(
             scene=self.scene_name,
             optics=tuple(brief(stage) for stage in camera.optics.stages),
