@@ -11,8 +11,10 @@ import pytest
 
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra import pca
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, spectrum_at
+from camsim.spectra.light import Light
 from camsim.spectra.named import (
     illuminant,
     illuminant_a,
@@ -243,3 +245,26 @@ def test_an_impossible_efficiency_is_refused(change: dict[str, object], message:
     arguments: dict[str, object] = {"curves": RELATIVE, "per": "energy", "peak": 0.5} | change
     with pytest.raises(InvalidValueError, match=message):
         QuantumEfficiency(**arguments)  # type: ignore[arg-type]
+
+
+def test_a_cube_of_two_spectra_is_two_planes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever its size: its samples are taken in parts."""
+    monkeypatch.setattr(pca, "_PART", 7)
+    rng, nm = np.random.default_rng(5), np.array([450.0, 500.0, 600.0, 700.0])
+    cube = np.einsum("rck,kb->rcb", rng.random((4, 5, 2)), 0.5 * rng.random((2, 4)))
+    for error, count in ((1e-9, 2), (0.0, 4)):
+        planes, components = pca.planes_of_cube(cube, nm, error=error)
+        assert planes.shape == (count, 4, 5)
+        spectra = [component.at(nm) for component in components]
+        np.testing.assert_allclose(np.einsum("prc,pb->rcb", planes, spectra), cube, atol=1e-9)
+    for sample, said in ((1.5, "not 1.5"), (-0.1, "not -0.1")):
+        wrong = cube.copy()
+        wrong[1, 2, 3] = sample
+        with pytest.raises(InvalidValueError, match=f"must be reflectances from 0 to 1, {said}; divide"):
+            pca.planes_of_cube(wrong, nm, error=1e-3)
+
+
+def test_a_line_is_at_most_a_fifth_as_wide_as_its_wavelength() -> None:
+    assert Light(line_nm=500.0, width_nm=100.0, illuminance_lux=1.0).width_nm == 100.0
+    with pytest.raises(InvalidValueError, match="must be at most 100 nm, a fifth of line_nm, not 101"):
+        Light(line_nm=500.0, width_nm=101.0, illuminance_lux=1.0)

@@ -39,6 +39,7 @@ FILES: dict[str, tuple[str | bytes, str | int | None]] = {
         "Camera 3, 20 °C\n\nwavelength,R,G\nnm,%,%\n400,9,10\n550.5,9,35\n700,9,20\n",
         "G",
     ),
+    "its unit in a remark": ("# measured at home; wavelengths in µm\n0.4 0.1\n0.5505 0.35\n0.7 0.2\n", None),
     "comments and blank lines": ("# mine\nnm,QE\n\n// first\n400,0.1\n# half\n550.5,0.35\n700,0.2\n\n", None),
     "cells left empty": ("nm,R,G\n400,9,0.1\n500,9,\n550.5,,0.35\n700,,0.2\n", "G"),
     "signs of per cent": ("nm;QE\n400;10%\n550.5;35 %\n700;20%\n", None),
@@ -82,6 +83,7 @@ REFUSED: dict[str, tuple[str | bytes, str | int | None, str]] = {
         None,
         "wavelengths from 0.4 to 0.7 nm are no light; name their unit in the",
     ),
+    "one wavelength too short": ("nm,R\n40,1\n700,1\n", None, "wavelengths from 40 to 700 nm are no light"),
     "wavenumbers": ("cm-1,R\n20000,1\n25000,1\n", None, "'cm-1' is no wavelength; give nm or µm"),
     "one point": ("nm,R\n400,1\n", None, "column 'R' has fewer than 2 numbers; a curve needs 2"),
     "one column": ("400\n500\n", None, "one column only; a curve needs wavelengths and values"),
@@ -199,6 +201,10 @@ FAULTS = {
         "{csv: qe.csv, column: a}",
         "csv: 'qe.csv' has 90 at 300 nm; must be fractions from 0 to 1 (of per cent the",
     ),
+    "a little above 1": (
+        "{csv: high.csv}",
+        "csv: 'high.csv' has 1.005 at 500 nm; must be fractions from 0 to 1 (of per cent the",
+    ),
     "both": ("{csv: qe.csv, column: b, values: [1, 1]}", "csv: given together with 'values'; leave one of the two out"),
     "a column of nothing": (
         "{column: b, wavelength_nm: [1, 2], values: [1, 1]}",
@@ -214,6 +220,7 @@ def test_faults_stand_at_their_line(
 ) -> None:
     (folder / "qe.csv").write_text(CSV.replace(";1;", ";90;"))
     (folder / "bad.csv").write_text("nm,a\n400,x\n500,1\n")
+    (folder / "high.csv").write_text("nm,a\n400,1\n500,1.005\n")
     outside = tmp_path_factory.mktemp("outside") / "qe.csv"
     outside.write_text(CSV)
     (folder / "link.csv").symlink_to(outside)

@@ -35,6 +35,34 @@ def revolved(**more) -> FieldLens:
     )
 
 
+def test_tables_of_few_heights_follow_what_they_were_taken_from() -> None:
+    """Light falls as cos⁴, a barrel as a parabola: even about the axis, so that few heights know them well."""
+    heights_um = np.linspace(0.0, RADIUS_UM, 6)
+    cos4 = np.cos(np.arctan(heights_um / 2e4)) ** 4
+    barrel = -0.05 * (heights_um / RADIUS_UM) ** 2
+    lens = FieldLens(
+        f_number=N,
+        wavelength_nm=[450.0, 600.0],
+        zernike=[4],
+        waves=np.zeros((2, 6, 1)).tolist(),
+        height_um=heights_um.tolist(),
+        relative_illumination=cos4.tolist(),
+        distortion=barrel.tolist(),
+    )
+    at_um = np.array([0.0, 300.0, 1000.0, 5500.0])
+    np.testing.assert_allclose(lens.illumination(at_um), np.cos(np.arctan(at_um / 2e4)) ** 4, atol=2e-4)
+    fallen_um = lens.distorted(np.stack([at_um, 0 * at_um], axis=1))[:, 0]
+    np.testing.assert_allclose(fallen_um, at_um * (1.0 - 0.05 * (at_um / RADIUS_UM) ** 2), atol=1.0)
+
+
+def test_light_that_a_table_does_not_reach_is_refused() -> None:
+    lens = revolved(wavelength_nm=[450.0, 600.0], waves=[[[0.0] * 3] * 4] * 2)
+    corners_um = np.array([[-900.0, -600.0], [900.0, 600.0]])
+    assert lens.lacks(np.array([450.0, 600.0]), corners_um) == ""
+    for nm in ((449.0, 550.0), (500.0, 601.0)):
+        assert "is known from 450 to 600 nm" in lens.lacks(np.array(nm), corners_um)
+
+
 def window(origin=ORIGIN, size=SIZE) -> camsim.Grid:
     return camsim.Grid(rows=size, cols=size, pitch_um=PITCH_UM, origin=origin, frame=(SIDE, SIDE))
 

@@ -15,6 +15,7 @@ import tifffile
 from PIL import Image
 
 from camsim.files import SUFFIXES, save
+from camsim.files.planes import write_planes
 from camsim.frame import Frame
 
 EVERYTHING = [(suffix, product) for suffix, form in SUFFIXES.items() for product in form.writers]
@@ -165,3 +166,13 @@ def test_npz_holds_everything(tmp_path: Path, frame: Frame) -> None:
     save(dataclasses.replace(frame, truth=None), tmp_path / "a.npz", force=True)
     with np.load(tmp_path / "a.npz", allow_pickle=False) as arrays:
         assert "truth" not in arrays
+
+
+def test_planes_are_read_back_where_they_were(tmp_path: Path) -> None:
+    image = np.arange(3 * 5 * 2, dtype=np.float32).reshape(3, 5, 2)
+    write_planes(str(tmp_path / "a.exr"), image, ("Z", "A"), {"camsim:units": "one"})
+    channels = OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True).channels()
+    for k, name in enumerate("ZA"):
+        np.testing.assert_array_equal(channels[name].pixels, image[..., k])
+    write_planes(str(tmp_path / "a.npy"), image, ("Z", "A"), {})
+    np.testing.assert_array_equal(np.load(tmp_path / "a.npy"), image)

@@ -68,6 +68,8 @@ def test_jpeg_and_grey(tmp_path: Path) -> None:
     picture = camsim.read_picture(tmp_path / "grey.png", width_um=1.0)
     assert picture.spectra == (1.0,)
     np.testing.assert_allclose(picture.planes[0], linear(RGB[..., 0] / 255), rtol=0, atol=1e-12)
+    Image.fromarray(np.full((8, 8), 77, np.uint8)).save(tmp_path / "grey.jpg", quality=100)
+    np.testing.assert_allclose(planes_of(tmp_path / "grey.jpg"), linear(np.array(77 / 255)), rtol=0, atol=0.01)
 
 
 def test_gamma_of_a_png_is_noticed(tmp_path: Path) -> None:
@@ -93,6 +95,19 @@ def test_colour_profiles_are_noticed(tmp_path: Path, kind: str) -> None:
         with pytest.raises(InputError, match=r"its colours are those of the profile '.*'; convert it to sRGB, or give"):
             planes_of(path)
         assert planes_of(path, encoding="srgb").shape == (ROWS, COLS, 3)
+
+
+def test_a_profile_of_version_2_has_a_name(tmp_path: Path) -> None:
+    """ICC.1:2001-04, 6.5.17; with a byte of fill before its marker (ITU-T T.81, B.1.1.2)."""
+    name = b"Adobe RGB (1998)\0"
+    tag = b"desc" + bytes(4) + struct.pack(">I", len(name)) + name + bytes(78)
+    profile = bytes(128) + struct.pack(">I4sII", 1, b"desc", 144, len(tag)) + tag
+    Image.fromarray(RGB).save(tmp_path / "a.jpg", icc_profile=profile)
+    content = (tmp_path / "a.jpg").read_bytes()
+    (tmp_path / "b.jpg").write_bytes(content.replace(b"\xff\xe2", b"\xff\xff\xe2", 1))
+    for file in ("a.jpg", "b.jpg"):
+        with pytest.raises(InputError, match=r"those of the profile 'Adobe RGB \(1998\)'; convert"):
+            planes_of(tmp_path / file)
 
 
 def test_exr_is_linear(tmp_path: Path) -> None:

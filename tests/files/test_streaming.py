@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files import save, writing_rows
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.fields import image as field_image
@@ -66,6 +66,17 @@ def test_the_rows_are_those_of_the_frame(kind):
         assert dataclasses.asdict(got) == pytest.approx(dataclasses.asdict(want))
 
 
+def test_bands_are_the_image_that_is_made_at_once(monkeypatch):
+    grid = camsim.Grid(rows=70, cols=9, pitch_um=4.88)
+    optics = [camsim.Airy(f_number=8.0), camsim.SquarePhotosite(side_um=4.88)]
+    images = []
+    for photosites in (1 << 20, 1):
+        monkeypatch.setattr(boundary_image, "BAND_PHOTOSITES", photosites)
+        images.append(camsim.render(SCENE, optics, grid, wavelength_nm=550.0, tolerance=1e-4, method="boundary").image)
+    assert np.ptp(images[0]) > 0.2
+    np.testing.assert_allclose(images[1], images[0], atol=1e-12)
+
+
 def test_rows_of_a_picture_come_tile_by_tile(monkeypatch):
     """Whatever the tiles are; edges in front of it, whose bands end elsewhere, are added."""
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
@@ -104,6 +115,20 @@ def test_a_file_written_row_by_row_has_the_same_bytes(tmp_path, sensor, compress
     with writing_rows(tmp_path / "rows.dng", camera=camera, region=HOW["region"], compress=compress) as writer:
         writer.finish(camsim.Capture(camera=camera, scene=SCENE, **HOW).rows(writer.take))
     assert (tmp_path / "rows.dng").read_bytes() == (tmp_path / "whole.dng").read_bytes()
+
+
+def test_a_file_that_is_there_stays_unless_forced(tmp_path):
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
+    (tmp_path / "a.dng").write_bytes(b"old")
+    frame = camera.expose(SCENE, **HOW)
+    with pytest.raises(OutputError, match="it exists; overwrite it with force=True"):
+        save(frame, tmp_path / "a.dng")
+    with (
+        pytest.raises(OutputError, match="it exists; overwrite it with force=True"),
+        writing_rows(tmp_path / "a.dng", camera=camera, region=HOW["region"]),
+    ):
+        pass
+    assert (tmp_path / "a.dng").read_bytes() == b"old"
 
 
 def test_a_capture_that_fails_half_way_leaves_the_old_file(tmp_path):

@@ -11,6 +11,7 @@ import camsim
 from camsim.errors import UnsupportedError
 from camsim.measure import Picture, Plane, picture_of_frame
 from camsim.measure.distortion import measure_distortion
+from camsim.measure.distortion.marks import Marks, locate_mark
 from camsim.measure.picture import mosaic_planes
 from tests.colour_data import aligned
 
@@ -72,6 +73,21 @@ def blurred_disc(radius, disc, sigma):
     r, weight = 0.5 * disc * (r + 1), 0.5 * disc * weight
     ring = np.exp(-0.5 * ((radius[:, None] - r) / sigma) ** 2) * special.i0e(radius[:, None] * r / sigma**2)
     return (ring * r * weight).sum(axis=1) / sigma**2
+
+
+def test_a_mark_is_as_sure_as_it_is_said(rng):
+    """Its stated error is the scatter of its place over frames of noise; nothing is off but by that."""
+    y, x = np.indices((15, 15)) - 7.0
+    dot = Marks(
+        kind="dot-grid", places_um=np.zeros((1, 2)), reach_um=7.0, size_um=4.0, turn_rad=0.0, surfaces=(0.1, 0.9)
+    )
+    clean = 900.0 - 800.0 * blurred_disc(np.hypot(x - 0.2, y + 0.3).ravel(), 4.0, 0.8)
+    found = np.array(
+        [locate_mark(x.ravel(), y.ravel(), clean + rng.normal(0.0, 60.0, clean.size), dot, 1.0) for _ in range(80)]
+    )
+    scatter = math.sqrt(0.5 * (found[:, 0].var() + found[:, 1].var()))
+    assert scatter == pytest.approx(found[:, 2].mean(), rel=0.2)
+    np.testing.assert_allclose(found[:, :2].mean(axis=0), (0.2, -0.3), atol=0.02)
 
 
 @pytest.mark.parametrize("kind", ["dot-grid", "checkerboard"])

@@ -17,7 +17,7 @@ def measured(step, olpf):
     plate = f"{{kind: chart, name: zone-plate, radius: {rim}, rim_period: {step / 1.25}, dark: 0.1}}"
     side, split = 2 * rim + 8, f"sensor.olpf={{kind: four-spot, split_um: {0.3 * step * pitch_um}}}"
     changes = [
-        f"region={{rows: {side}, cols: {side}}}",
+        f"region={{rows: {side}, cols: {side + 12}}}",
         f"scene.shapes=[{plate}]",
         "noise.enabled=false",
         "render.tolerance=5e-3",

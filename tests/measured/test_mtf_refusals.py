@@ -1,6 +1,8 @@
 """What is not one measurable edge is refused, in a sentence that says what is wrong and what would work."""
 
+import re
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from PIL import Image
 
 from camsim.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
 from camsim.measure import Picture, Plane, Roi, measure_edge, measure_mtf, read_picture
+from camsim.measure.picture import Channel
+from camsim.measure.sampling import refuse_gap
 
 WHOLE = Roi(0, 0, 64, 64)
 
@@ -124,3 +128,16 @@ def test_files_that_cannot_be_read(tmp_path, name):
         warnings.simplefilter("ignore")  # Pillow warns of broken Exif before it gives up
         with pytest.raises(InputError, match="cannot read"):
             read_picture(tmp_path / name)
+
+
+@pytest.mark.parametrize("length", [20.0, 33.0, 64.0])
+@pytest.mark.parametrize("step", [1, 2])
+def test_an_edge_turned_as_far_as_is_said_has_its_phases(length, step):
+    channel = Channel((Plane(name="Y", samples=np.zeros((8, 8)), step=(step, step)),))
+
+    def refuse(angle_deg):
+        refuse_gap(0.0, SimpleNamespace(angle_deg=angle_deg), length, length, channel, "x")
+
+    with pytest.raises(UnsupportedError, match=r"turn the edge to (\d+)° or more") as caught:
+        refuse(0.0)
+    refuse(float(re.search(r"to (\d+)°", str(caught.value)).group(1)))

@@ -126,6 +126,27 @@ def test_white_noise_is_flat_in_the_spectrogram_and_a_stripe_is_a_line():
     assert dark.rows[peak] == pytest.approx(3.0 / 2 * np.sqrt(64), rel=0.05)
     others = np.delete(dark.rows, [0, peak])
     assert others.mean() == pytest.approx(4.0 / np.sqrt(8), rel=0.1)
+    # Parseval: all frequencies together are the variance, those inside counted on both sides of 0.
+    mean = np.mean(shots.groups[5].codes, axis=0)
+    for power in (dark.rows**2, dark.cols**2):
+        assert np.average(power, weights=[1, *[2] * 31, 1]) == pytest.approx(mean.var(), rel=1e-9)
+
+
+def test_the_range_is_as_sure_as_saturation_and_read_noise_are(folder):
+    """EMVA 1288 R4.0's formula, at figures moved by their own errors."""
+
+    def range_db(saturation_e, read_noise_e):
+        return 20.0 * np.log10(saturation_e / (np.sqrt(read_noise_e**2 + 0.25) + 0.5))
+
+    channel = measure_noise(read_shots(folder)).channels[0]
+    full, read, found = channel.saturation_e, channel.transfer.read_noise_e, channel.dynamic_range_db
+    assert found.value == pytest.approx(range_db(full.value, read.value))
+    step = 1e-3
+    moved = [
+        range_db(full.value + step * full.sigma, read.value) - found.value,
+        range_db(full.value, read.value + step * read.sigma) - found.value,
+    ]
+    assert found.sigma == pytest.approx(np.hypot(*moved) / step, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,19 @@ def test_a_well_beyond_the_converter_is_not_measurable(small: camsim.Camera) -> 
     assert found.gain_dn_per_e.measurable
 
 
+@pytest.mark.parametrize(("cols", "lines"), [(2, (100, 1)), (3, (1, 3))])
+def test_a_strip_of_few_columns_has_lines_too(rng: np.random.Generator, cols: int, lines: tuple[int, int]) -> None:
+    """Rows, or columns, share offsets and nothing else differs: the stated error of the pattern holds."""
+    channel = np.ones((100, cols), dtype=bool)
+    stacks = []
+    for _ in range(300):
+        codes = np.rint(np.broadcast_to(rng.normal(5000.0, 300.0, lines), channel.shape)).astype(np.uint16)
+        stacks.append(stack([codes, codes], channel, largest_dn=65535))
+    scatter = np.std([s.pattern_dn2 for s in stacks])
+    stated = np.mean([s.pattern_sigma_dn2 for s in stacks])
+    assert 0.75 < stated / scatter < 1.4
+
+
 def test_rows_and_columns_are_no_independent_numbers(rng: np.random.Generator) -> None:
     """On noise whose rows share an offset the stated error of the variance holds, over many trials."""
     channel = np.ones((40, 50), dtype=bool)
