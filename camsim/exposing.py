@@ -165,6 +165,7 @@ class Capture:
         setting = Setting(
             camera=self.camera,
             scene=self.scene,
+            light=self.light,
             exposure=self.exposure,
             time_s=self.time_s,
             noise=self.noise,

@@ -15,7 +15,7 @@ from camsim.files.describe import software
 from camsim.frame import Frame, Product
 from camsim.optical_image import OpticalImage
 from camsim.sweeping.columns import measured
-from camsim.sweeping.manifest import DONE, FAILED, Results, Row, sha256_of
+from camsim.sweeping.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha256_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +118,7 @@ def _of_file(frame: Frame, number: int, path: Path, name: str, product: Product)
         "sha256": sha256_of(path),
         "bytes": path.stat().st_size,
         "status": DONE,
-        "message": "; ".join(report.notes),
+        "message": BETWEEN_NOTES.join(report.notes),
         "seed": frame.seed,
         "frame_number": frame.frame_number,
         "rows": frame.shape[0],
