@@ -32,7 +32,11 @@ def sweep(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what it would take, and take nothing.")] = False,
     plot: Annotated[
         tuple[str, str, str] | None,
-        typer.Option("--plot", metavar="X Y FILE", help="Draw one column of the manifest against another."),
+        typer.Option(
+            "--plot",
+            metavar="X Y FILE",
+            help="Draw a column of the manifest over another, a line for each combination of the other varied keys.",
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
@@ -71,12 +75,12 @@ def sweep(
         "seconds": done.seconds,
     }
     if plot is not None:
-        x, y, file = plot
+        x, y, file = plot[0].replace(".", "_"), plot[1].replace(".", "_"), plot[2]
         for name in (x, y):
             columns = dict.fromkeys(key for row in done.rows for key in row)
             if name not in columns:
                 raise InvalidValueError(f"no column {name!r}; there are {', '.join(columns)}", key="--plot")
-        draw_columns(done.rows, x, y, Path(file))
+        draw_columns(done.rows, x, y, Path(file), by=done.varied)
     say_figures(summary, as_json=as_json, quiet=quiet, title=f"{output}/manifest.csv, .parquet")
     if not (quiet or as_json):
         _say_columns(done.rows)

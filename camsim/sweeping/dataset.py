@@ -23,7 +23,7 @@ from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_v
 from camsim.sweeping.card import write_card
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import HIDDEN, PARQUET, Row
-from camsim.sweeping.names import field_of
+from camsim.sweeping.names import columns_of
 from camsim.sweeping.samples import Crop, Source, products_of
 from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample
 from camsim.sweeping.shards import made as shards_made
@@ -169,7 +169,8 @@ def _source(
 ) -> Source:
     crops, settings = study.model.crops, dict(point.settings)
     told = {"capture": point.index, "scene": Path(point.scene).stem}
-    told |= {field_of(key): settings.get(key) for key in study.model.vary}
+    for key in study.model.vary:
+        told |= columns_of(key, settings.get(key))
     first = point.index * crops.each
     cut = tuple(_crop(study, capture, index) for index in range(first, first + crops.each))
     places = [(crop.index, crop.shard, crop.row, crop.col) for crop in cut]

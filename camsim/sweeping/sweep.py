@@ -17,7 +17,7 @@ from camsim.sweeping.batches import batches
 from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import Row
-from camsim.sweeping.names import Template, field_of
+from camsim.sweeping.names import Template, columns_of, field_of
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
 from camsim.sweeping.work import Item, Task
 from camsim.typed import FilePath, check
@@ -28,6 +28,7 @@ class Swept:
     """What a sweep has done.
 
     rows    : of the manifest, one for each file, in the order of indices
+    varied  : columns of the keys that vary
     taken, found, failed : captures taken now, found whole from before, and those that could not be taken
     """
 
@@ -37,6 +38,7 @@ class Swept:
     found: int
     failed: int
     seconds: float
+    varied: tuple[str, ...] = ()
 
 
 def sweep(
@@ -73,7 +75,8 @@ def sweep(
     began_s = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
     engine, place = engines.engine_of(workers, scheduler), Path(check(folder, FilePath, "folder"))
-    items = items_of(*read_study(study), report)
+    read, files = read_study(study)
+    items = items_of(read, files, report)
     of = {item.identity: item for item in items}
     with alone(place):
         done = completed(
@@ -90,6 +93,7 @@ def sweep(
         found=done.found,
         failed=done.failed,
         seconds=time.perf_counter() - began_s,
+        varied=("scene", *(field_of(key) for key in read.model.vary)),
     )
 
 
@@ -124,7 +128,9 @@ def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: 
         )
         for k in range(frames)
     )
-    told = {"index": point.index, "scene": stem, **{field_of(key): settings.get(key) for key in study.model.vary}}
+    told = {"index": point.index, "scene": stem}
+    for key in study.model.vary:
+        told |= columns_of(key, settings.get(key))
     return Item(
         identity=identity_of(capture, files, study.model.measure),
         capture=capture,

@@ -97,9 +97,9 @@ class StudyFile(Varying):
         default="{index:05d}.dng",
         description="of each capture, FILE[:PRODUCT], with {index}, {frame}, {scene} and varied keys as {exposure_iso}",
     )
-    measure: list[Literal["mtf", "noise", "signal"]] = Field(
+    measure: list[Literal["mtf", "moire", "noise", "signal"]] = Field(
         default=[],
-        description="columns to measure: mtf of slanted edges, noise (and signal over it) and signal of each channel",
+        description="columns to measure: mtf of slanted edges, moire of a zone plate, noise (and SNR), signal",
     )
 
 
