@@ -120,8 +120,16 @@ def read_lens(lens: PathOrName) -> FieldLens:
 def load_camera(
     sensor: PathOrName, *, lens: Lens, overrides: Iterable[str] = (), sensors: Iterable[PathOrName] = ()
 ) -> Camera:
-    """Make a camera of a sensor file (a path, or a name as ``camsim list sensors`` has it) and a lens."""
+    """Make a camera of a sensor file (a path, or a name as ``camsim list sensors`` has it) and a lens.
+
+    overrides  of the sensor, such as "sensor.olpf=null": there is no scene whose keys could be set
+    """
     changes, faults = _parsed(overrides)
+    faults += [
+        Fault(change.place.file, 0, 0, "", "a sensor without a scene has no such key; its own begin with 'sensor.'")
+        for change in changes
+        if not change.of_sensor
+    ]
     search = _collected(faults, lambda: _search(sensors, Path()))
     path = check(sensor, _PATH, "sensor")
     judged = search and _collected(faults, lambda: _sensor(path, changes, search, asked_by="sensor"))

@@ -21,7 +21,7 @@ from camsim.lit import Lit, Window
 from camsim.marks import Called
 from camsim.notes import Setting, notes_after, notes_before
 from camsim.optical_image import OpticalImage, key_of
-from camsim.optics.own import own_stages
+from camsim.own import own_stages
 from camsim.regrouped import Regrouped
 from camsim.rendering import Grid, Rendering
 from camsim.rendering.auto import Choice
@@ -130,8 +130,7 @@ class Capture:
     @functools.cached_property
     def white_level_dn(self) -> int:
         """The code at which the signal clips."""
-        iso = self.exposure.iso
-        return self.camera.adc.white_level_dn(iso, self.camera.well_as_read_e(iso))
+        return self.camera.adc.white_level_dn(self.exposure.iso, self.camera.well_as_read_e(self.exposure.iso))
 
     @functools.cached_property
     def random_numbers(self) -> int:
@@ -316,6 +315,7 @@ class Capture:
         """Return what electronic stages may know, from some row of the window on."""
         return Context(
             time_s=self.time_s,
+            iso=self.exposure.iso,
             temperature_c=self.exposure.temperature_c,
             electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
             seed=self.seed,
@@ -381,8 +381,7 @@ class Capture:
         signal: tuple[ChannelSignal, ...],
         notes: tuple[str, ...],
     ) -> Report:
-        camera = self.camera
-        after = notes_after(signal, camera, self.exposure.iso)
+        camera, after = self.camera, notes_after(signal, self.camera, self.exposure.iso)
         return Report(
             scene=self.scene_name,
             optics=tuple(brief(stage) for stage in camera.optics.stages),

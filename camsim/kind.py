@@ -23,6 +23,8 @@ class Misfit(InvalidValueError):
     """A value that is not what its type takes; ``item``: which one of a list."""
 
     def __init__(self, words: str, value: Any, *, item: str = "", hint: str = "") -> None:
+        if isinstance(value, type) and not hint:
+            hint = f"; give one of it, {value.__name__}(…)"
         self.words, self.value, self.item, self.hint = words, value, item, hint
         super().__init__(f"{f'item {item} ' if item else ''}must be {words}, not {shown(value)}{hint}")
 

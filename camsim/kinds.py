@@ -56,7 +56,9 @@ def _simple(declared: Any, origin: Any, members: tuple[Any, ...]) -> Kind:
         # What a protocol asks for is what it and those that it extends declare.
         asked = {name for base in declared.__mro__ if getattr(base, "_is_protocol", False) for name in vars(base)}
         names = [name for name in asked if not name.startswith("_")]
-        return _checked(called(declared), lambda value: all(hasattr(value, name) for name in names))
+        return _checked(
+            called(declared), lambda value: not isinstance(value, type) and all(hasattr(value, name) for name in names)
+        )
     return _checked(called(declared), lambda value: isinstance(value, declared))
 
 

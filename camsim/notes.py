@@ -10,15 +10,17 @@ import numpy as np
 
 from camsim.body import Body
 from camsim.frame import ChannelSignal
-from camsim.optics.own import own_stages
-from camsim.optics.protocols import KnowsSplits
+from camsim.optics.protocols import KnowsSplits, OnLattice, Round
+from camsim.own import is_own, own_stages
 from camsim.rendering.auto import Choice
 from camsim.rendering.edges import shares_within
 from camsim.rendering.grid import Grid
-from camsim.scene import Picture, Scene
+from camsim.scene import Scene
+from camsim.scene.primitives import flattened
+from camsim.scene.raster import Field
 from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
-from camsim.words import percent
+from camsim.words import both, percent
 
 # A full well that ends a percent beyond the last code is meant to end there.
 _WORTH_A_NOTE = 1.01
@@ -28,9 +30,11 @@ _FASTEST = 0.5
 # Of codes: less is not seen in a picture.
 _SEEN_DN = 0.5
 _MUCH_CLIPPED = 0.05
+# Sheets give PRNU in per cent, mostly about 1, and K in codes per electron: a slip is off by far more than these.
+_MUCH_PRNU, _MANY_TIMES = 0.1, 2.0
 # An error of a hundredth of the noise makes it 5e-5 larger; a thousandth is far finer.
 _ENOUGH, _FAR_FINER = 1e-2, 1e-3
-_WORTH_SECONDS = 1.0
+_WORTH_SECONDS, _WORTH_WAITING = 1.0, 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,11 +61,27 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     yield from _of_the_optics(setting.camera)
     yield from _of_one_line(setting.camera, setting.light)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
+    yield from _of_prnu(setting.camera)
     yield from _of_edges(setting.scene, choice)
+    yield from _of_slow_stages(setting.camera, choice)
     if setting.noise:
         yield from _of_dark_current(setting)
         if not setting.mean_wanted:
             yield from _of_the_tolerance(setting, choice)
+
+
+def notes_of_sensor(camera: Body) -> Iterator[str]:
+    """Yield what looks like a slip in copying a data sheet: no mistakes, for such a sensor can be."""
+    adc = camera.adc
+    yield from _of_the_converter(camera, adc.base_iso)
+    yield from _of_prnu(camera)
+    well_e, reach_e = camera.well_as_read_e(adc.base_iso), _reach_e(camera, adc.base_iso)
+    if well_e is not None and not 1.0 / _MANY_TIMES < reach_e / well_e < _MANY_TIMES:
+        per_dn = adc.electrons_per_dn
+        yield (
+            f"the converter's codes reach to {percent(reach_e / well_e)} of the full well; electrons_per_dn is 1/K: "
+            f"if {per_dn:.4g} is the gain K in DN/e⁻, electrons_per_dn is {1.0 / per_dn:.4g}"
+        )
 
 
 def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float) -> Iterator[str]:
@@ -87,7 +107,7 @@ def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float) -> It
 
 def _of_own_stages(camera: Body) -> Iterator[str]:
     if own := own_stages((*camera.optics.stages, *camera.stages)):
-        yield f"not reproducible by camsim alone: {', '.join(own)} {'is' if len(own) == 1 else 'are'} of your own"
+        yield f"not reproducible by camsim alone: {both(own)} {'is' if len(own) == 1 else 'are'} of your own"
 
 
 def _of_the_optics(camera: Body) -> Iterator[str]:
@@ -120,9 +140,23 @@ def _of_one_line(camera: Body, light: Light) -> Iterator[str]:
         )
 
 
+def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:
+    """Yield why it takes long, where that is an optical stage of one's own whose pattern nobody knows."""
+    more = tuple(camera.extra_optics)
+    slow = [stage for stage in more or (camera.lens,) if is_own(stage) and not isinstance(stage, Round | OnLattice)]
+    if not slow or choice.cost.seconds < _WORTH_WAITING:
+        return
+    way_out = "with a lens that is all of it and has" if more else "with"
+    yield (
+        f"about {choice.cost.seconds:.2g} s of one core are expected: the pattern is summed from the transfer of "
+        f"{both([type(stage).__name__ for stage in slow])} at each wavelength; it is quicker {way_out} "
+        "point_spread(r_um, wavelength_nm), a larger tolerance or a smaller region"
+    )
+
+
 def _of_the_converter(camera: Body, iso: float) -> Iterator[str]:
     adc, well_e = camera.adc, camera.well_as_read_e(iso)
-    reach_e = (adc.largest_dn - adc.black_level_dn) * adc.electrons_per_dn_at(iso)
+    reach_e = _reach_e(camera, iso)
     if well_e is not None and iso <= adc.base_iso and well_e > reach_e * _WORTH_A_NOTE:
         yield (
             f"the converter ends at {reach_e:.0f} e⁻, below the full well of {well_e:.0f} e⁻: the well is never "
@@ -130,10 +164,23 @@ def _of_the_converter(camera: Body, iso: float) -> Iterator[str]:
         )
 
 
+def _reach_e(camera: Body, iso: float) -> float:
+    return (camera.adc.largest_dn - camera.adc.black_level_dn) * camera.adc.electrons_per_dn_at(iso)
+
+
+def _of_prnu(camera: Body) -> Iterator[str]:
+    if camera.prnu is not None and camera.prnu.fraction > _MUCH_PRNU:
+        given = camera.prnu.fraction
+        yield (
+            f"a PRNU of {given:g} is {percent(given)} of the signal; sensors have about 1 %, and prnu is a fraction: "
+            f"{given:g} % is {given / 100.0:g}"
+        )
+
+
 def _of_edges(scene: Scene, choice: Choice) -> Iterator[str]:
-    if any(isinstance(shape, Picture) for shape in scene.shapes):
-        return  # a picture is all detail, and where it lies nobody misses an edge
     job = choice.plan.job
+    if _any_field_within(scene, job.grid):
+        return  # a picture or a gradient is all detail, and where it lies nobody misses an edge
     if scene.shapes and not _any_edge_within(job.edges.start, job.edges.end, job.grid):
         left, top = (job.grid.pitch_um * (first - 0.5) for first in job.grid.first_centre)
         right, bottom = left + job.grid.pitch_um * job.grid.cols, top + job.grid.pitch_um * job.grid.rows
@@ -142,6 +189,15 @@ def _of_edges(scene: Scene, choice: Choice) -> Iterator[str]:
             "the optical axis: no outline of the scene runs through it, or only between surfaces that are equal; move "
             "the region or the shapes"
         )
+
+
+def _any_field_within(scene: Scene, grid: Grid) -> bool:
+    """Whether the box about a picture or a gradient meets the window."""
+    low = (np.array(grid.first_centre) - 0.5) * grid.pitch_um
+    high = low + np.array([grid.cols, grid.rows]) * grid.pitch_um
+    outlines = flattened(shape for shape in scene.shapes if isinstance(shape, Field))
+    boxes = [fill.curves.boxes for one in outlines for fill in one.fills]
+    return any(bool(((box[:, :2].min(axis=0) < high) & (box[:, 2:].max(axis=0) > low)).all()) for box in boxes)
 
 
 def _any_edge_within(start: np.ndarray, end: np.ndarray, grid: Grid) -> bool:

@@ -80,4 +80,5 @@ def wavelengths(light: Light, samples: int, nodes: int) -> str:
     low, high = light.ends_nm
     if light.is_one_line:
         return f"{low:g} nm, one line"
-    return f"{low:g}–{high:g} nm, {samples} samples on {nodes} nodes"
+    on_nodes = f" on {nodes} nodes" if nodes else ""  # an even field asks nothing of the optics
+    return f"{low:g}–{high:g} nm, {samples} samples{on_nodes}"

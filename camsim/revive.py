@@ -14,6 +14,7 @@ from camsim.errors import CamsimError, InputError
 from camsim.exposing import Capture
 from camsim.files.picture_file import read_picture
 from camsim.scene import Picture
+from camsim.words import both
 
 _RESULTS = ("Frame", "Rendering", "Report", "Context")
 """Public too, but what comes out and never what goes in."""
@@ -43,9 +44,9 @@ def revive(tree: Any, folder: Path | None = None) -> Any:
 def revive_capture(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
     """Return the capture that a description is of; ``folder``: where pictures are looked for."""
     if own := description.get(OWN_STAGES):
-        names = ", ".join(ascii(name)[1:41] for name in own) if isinstance(own, (list, tuple)) else "stages"
-        message = f"not reproducible by camsim alone: it was taken with {names}, of someone's own; take it in Python"
-        raise InputError(message, key="description")
+        names = [ascii(name)[1:-1][:40] for name in own if isinstance(name, str)] if isinstance(own, list) else []
+        taken = f"it was taken with {both(names) or 'stages'} of someone's own"
+        raise InputError(f"not reproducible by camsim alone: {taken}; take it again in Python, where these are there")
     parts = revive(description, folder)
     kinds = _parameters(Capture)
     for name, needed in kinds.items():

@@ -23,6 +23,15 @@ def either(words: Sequence[str]) -> str:
     return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
+def both(words: Sequence[str]) -> str:
+    """Join what goes together.
+
+    >>> both(["Ripple", "Telegraph", "Haze"])
+    'Ripple, Telegraph and Haze'
+    """
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
 def in_range(limits: Iterable[Any]) -> str:
     """Return the limits of a number, to stand behind it.
 
@@ -142,7 +151,7 @@ def shown(value: Any) -> str:
         return ascii(value)[:40]
     if isinstance(value, int):
         return str(value) if abs(value) < 2**64 else "a number of many digits"
-    return called(value if isinstance(value, type) else type(value))
+    return f"the class {value.__name__}" if isinstance(value, type) else called(type(value))
 
 
 def called(kind: type) -> str:

@@ -54,7 +54,7 @@ class Telegraph(camsim.ElectronicStage):
     """A stage of one's own, as docs/developers.md has it: traps in some photosites hold an electron or two."""
 
     name: ClassVar = "telegraph"
-    stream: ClassVar = 1001
+    stream: ClassVar = 1002
     temporal: ClassVar = True
 
     probability: float

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import json
 import os
@@ -51,7 +52,14 @@ def copy_tree(to: Path) -> Path:
             shutil.copy2(ROOT / name, to / name)
     compiled = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(platformdirs.user_cache_dir("camsim")) / KERNELS)
     if compiled.is_dir():
-        shutil.copytree(compiled, to / KERNELS)
+        shutil.copytree(compiled, to / KERNELS, copy_function=_copied)
+    return to
+
+
+def _copied(file: str, to: str) -> str:
+    """Copy a file that another process may take away: an older kernel."""
+    with contextlib.suppress(FileNotFoundError):
+        shutil.copy2(file, to)
     return to
 
 

@@ -310,7 +310,7 @@ def validate(
 def new(
     what: Annotated[str, _one_of(TEMPLATES, "kind of file")],
     output: Annotated[
-        str | None, typer.Option("-o", "--output", metavar="FILE", help="scene.yaml or sensor.yaml when left out.")
+        str | None, typer.Option("-o", "--output", metavar="FILE", help="scene.yaml, sensor.yaml … when left out.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
 ) -> None:

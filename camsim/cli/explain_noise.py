@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,6 +47,12 @@ def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
     return {name: values for name, values in found.items() if np.any(values > 0.0)}
 
 
+def _in_words(name: str) -> str:
+    """Return a stage's class as people call it: ReadNoise is read noise, Prnu is PRNU."""
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
+    return words.upper() if words in ("Prnu", "Dsnu") else words[:1].lower() + words[1:].lower()
+
+
 def draw_noise(figure: Any, capture: Capture) -> None:
     """Draw what each source adds against the signal, and where the scene's surfaces lie."""
     camera, iso = capture.camera, capture.exposure.iso
@@ -55,7 +62,7 @@ def draw_noise(figure: Any, capture: Capture) -> None:
     total_e = np.sqrt(sum(values**2 for values in budget.values()))
     axes = figure.subplots()
     for name, values in budget.items():
-        axes.loglog(signal_e, values, lw=1.1, label=name)
+        axes.loglog(signal_e, values, lw=1.1, label=_in_words(name))
     axes.loglog(signal_e, total_e, color="black", lw=2.0, label="all of a frame")
     axes.axvline(saturation_e, color="grey", lw=0.9, ls=":")
     words = {"ha": "right", "va": "top", "rotation": 90, "fontsize": 8}

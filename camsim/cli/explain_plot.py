@@ -109,13 +109,30 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
         colour = colour_of_channel(names[0]) if len(names) == 1 else "black"
         axes.axvline(nyquist, color=colour, lw=0.8, ls=":")
         words = "all photosites" if nyquist == ALL_NYQUIST else ", ".join(names)
-        axes.text(nyquist, 0.99, f"Nyquist of {words} ", ha="right", va="top", rotation=90, fontsize=8)
+        # Green of a Bayer array lies on every other photosite: 0.354 along diagonals; G1 and G2 alone have 0.25.
+        even = (0.5 / nyquist).is_integer()
+        axes.text(
+            nyquist,
+            0.99,
+            f"Nyquist of {words}{'' if even else ' (even lattice as dense)'}",
+            ha="right",
+            va="top",
+            rotation=90,
+            fontsize=8,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
+        )
     axes.set(
         xlim=(0.0, last), ylim=(0.0, 1.02), ylabel="MTF", xlabel="cycles per pitch, along x (45°: along a diagonal)"
     )
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
-    axes.set_title(f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}", pad=18)
+    axes.set_title(_title(capture), pad=18)
+
+
+def _title(capture: Capture) -> str:
+    """Name the pitch too: the camera's name is a text, and may speak of another."""
+    camera = capture.camera
+    return f"{capture.scene_name}: {camera.name}; pitch {camera.pitch_um:g} µm, f/{camera.working_f_number:g}"
 
 
 def nyquists(cfa: Cfa) -> dict[float, list[str]]:
@@ -168,7 +185,7 @@ def _draw_psf(figure: Any, capture: Capture) -> None:
         )
         below.grid(alpha=0.3)
     slices[0].legend(fontsize=7)
-    figure.suptitle(f"{capture.scene_name}: {camera.name}, f/{camera.working_f_number:g}")
+    figure.suptitle(_title(capture))
 
 
 def _pattern(otf: F64, half: int) -> F64:

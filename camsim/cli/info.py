@@ -14,7 +14,7 @@ from camsim.files.record import Record
 
 _MOST_SHOWN = 100
 """Parts of a list for people to look at; --json prints all."""
-_SHORT_LIST = 4
+_SHORT_LIST, _MOST_STAGES = 4, 12
 
 
 def text_of_file(path: str, *, full: bool = False) -> str:
@@ -67,24 +67,38 @@ def _figures(held: Held) -> list[tuple[str, str]]:
 def _summary(description: Any) -> list[tuple[str, str]]:
     """Return the stages in a line each, from light to accuracy; of what a stranger has left out nothing."""
     camera, scene = _part(description, "camera"), _part(description, "scene")
-    optics = [_stage(camera[key]) for key in ("lens", "olpf", "photosite") if _part(camera, key)]
+    optics = [_part(camera, "lens"), *_parts(camera, "extra_optics"), _part(camera, "olpf"), _part(camera, "photosite")]
+    accuracy = f"tolerance {_word(description.get('tolerance'))}, method {_word(description.get('method'))}"
     shapes = scene.get("shapes")
     number = len(shapes) if isinstance(shapes, list) else 0
     rows = [
         ("scene", f"{number} shape{'' if number == 1 else 's'}, background {_word(scene.get('background'))}"),
         ("light", _stage(description.get("light"))),
-        ("optics", " → ".join(optics)),
         ("exposure", _stage(description.get("exposure"))),
         ("window", _stage(description.get("region")) or "the whole frame"),
         ("noise", "on" if description.get("noise") is True else "off"),
-        ("computed", f"tolerance {_word(description.get('tolerance'))}, method {_word(description.get('method'))}"),
+        ("computed", accuracy),
     ]
-    return [(label, _printable(value)) for label, value in rows if value]
+    told = {label: _printable(value) for label, value in rows}
+    told["optics"], told["own stages"] = _in_turn(optics), _in_turn(_parts(camera, "extra_stages"))
+    order = ("scene", "light", "optics", "exposure", "window", "noise", "own stages", "computed")
+    return [(label, told[label]) for label in order if told[label]]
 
 
 def _part(tree: Any, key: str) -> Mapping[str, Any]:
     part = tree.get(key) if isinstance(tree, Mapping) else None
     return part if isinstance(part, Mapping) else {}
+
+
+def _parts(tree: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    parts = tree.get(key)
+    return [part for part in parts if isinstance(part, Mapping)] if isinstance(parts, list) else []
+
+
+def _in_turn(stages: list[Mapping[str, Any]]) -> str:
+    """Return the stages that are there, each as far as people read."""
+    told = [_printable(_stage(stage)) for stage in stages if stage]
+    return " → ".join([*told[:_MOST_STAGES], *(["…"] if len(told) > _MOST_STAGES else [])])
 
 
 def _stage(tree: Any) -> str:

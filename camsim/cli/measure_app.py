@@ -17,6 +17,10 @@ CsvFile: TypeAlias = Annotated[str | None, typer.Option("--csv", metavar="FILE",
 PlotFile: TypeAlias = Annotated[
     str | None, typer.Option("--plot", metavar="FILE.png|svg", help="Draw the figures (needs matplotlib).")
 ]
+ChangesOfBench: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Of sensor.…, or exposure.temperature_c, .iso, noise.seed."),
+]
 
 measure_app = typer.Typer(name="measure", help="Measure what a file really holds.", no_args_is_help=True)
 
@@ -261,11 +265,14 @@ def measure_noise(
     sensor: Annotated[
         str | None, typer.Option("--sensor", metavar="NAME", help="Take flats and darks of this sensor instead.")
     ] = None,
-    changes: Changes = None,
+    changes: ChangesOfBench = None,
     sensors: Sensors = None,
     side: Annotated[int, typer.Option("--side", metavar="N", help="Photosites a side that it takes.")] = 400,
     frames: Annotated[int, typer.Option("--frames", metavar="N", help="Frames of each level that it takes.")] = 16,
     iso: Annotated[float | None, typer.Option("--iso", metavar="N", help="Its base ISO when left out.")] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", help="Of the noise: another one takes it all again.")
+    ] = None,
     keep: Annotated[
         str | None, typer.Option("--keep", metavar="DIR", help="Write the frames of --sensor and their index here.")
     ] = None,
@@ -291,6 +298,7 @@ def measure_noise(
             side=side,
             frames=frames,
             iso=iso,
+            seed=seed,
             keep=keep,
             xml=xml,
             outputs=Outputs(as_json=as_json, csv=csv, plot=plot, force=force),

@@ -7,13 +7,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
-from camsim.errors import InvalidValueError, OutputError
+from camsim.errors import ConfigError, InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
+from camsim.typed import check
 
 if TYPE_CHECKING:
     from camsim.measure.noise import NoiseReport
@@ -26,6 +27,7 @@ _WORDS = {
     "dark_current_e_per_s": "dark current",
     "dsnu_e": "DSNU",
     "prnu": "PRNU",
+    "sensitivity_threshold_e": "sensitivity threshold",
     "saturation_e": "saturation",
     "snr_max_db": "SNR at saturation",
     "dynamic_range_db": "dynamic range",
@@ -44,6 +46,7 @@ class NoiseRequest:
     side: int
     frames: int
     iso: float | None
+    seed: int | None
     keep: str | None
     xml: str | None
     outputs: Outputs
@@ -53,6 +56,9 @@ def measure(request: NoiseRequest) -> None:
     """Measure, print and write; raises CamsimError with one sentence."""
     if (request.folder is None) == (request.sensor is None):
         raise InvalidValueError("give a folder of flats and darks, or --sensor NAME, which takes them", key="FOLDER")
+    given = {"--set": request.changes, "--iso": request.iso, "--seed": request.seed, "--keep": request.keep}
+    if request.folder is not None and any(idle := [name for name, value in given.items() if value]):
+        raise InvalidValueError("the frames of a folder are taken; this belongs to --sensor", key=idle[0])
     if not _LEAST_SIDE <= request.side <= _LARGEST_SIDE:
         raise InvalidValueError(f"{request.side}; must be from {_LEAST_SIDE} to {_LARGEST_SIDE}", key="--side")
     if not 2 <= request.frames <= 1000:
@@ -104,11 +110,46 @@ def _report(request: NoiseRequest) -> NoiseReport:
 
     assert request.sensor is not None
     lens = Airy(f_number=8.0)  # no lens to speak of: flats are even
-    camera = load_camera(request.sensor, lens=lens, overrides=request.changes, sensors=request.sensors)
+    changes, said = _apart(request.changes)
+    said |= {name: value for name, value in (("iso", request.iso), ("seed", request.seed)) if value is not None}
+    camera = load_camera(request.sensor, lens=lens, overrides=changes, sensors=request.sensors)
+    bench = {"side": request.side, "frames": request.frames, **said}
     if request.keep is not None:
-        write_shots(request.keep, dict(frames_of(camera, side=request.side, frames=request.frames, iso=request.iso)))
-    shots = take_shots(camera, side=request.side, frames=request.frames, iso=request.iso)
-    return measure_noise(shots, expected={name: expected_of(camera, name, iso=request.iso) for name in shots.channels})
+        write_shots(request.keep, dict(frames_of(camera, **bench)))
+    shots = take_shots(camera, **bench)
+    said.pop("seed", None)
+    return measure_noise(shots, expected={name: expected_of(camera, name, **said) for name in shots.channels})
+
+
+def _apart(texts: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
+    """Return the changes of the sensor, and what the others say of the bench: any that it has no use for is refused."""
+    from camsim.config import overrides
+    from camsim.sensor.exposure import Exposure
+    from camsim.typed import Seed
+
+    kinds = get_type_hints(Exposure, include_extras=True)
+    known = {
+        "exposure.iso": kinds["iso"],
+        "exposure.temperature_c": kinds["temperature_c"],
+        "noise.seed": Seed,
+    }
+    changes, faults = overrides.parse(texts)
+    if faults:
+        raise ConfigError(faults)
+    of_sensor, said = [], {}
+    for text, change in zip(texts, changes, strict=True):
+        key = ".".join(change.path)
+        if change.of_sensor:
+            of_sensor.append(text)
+        elif key not in known:
+            raise InvalidValueError(
+                f"a photon transfer has no such key: it takes flats and darks of its own; those of the sensor "
+                f"(sensor.readout.read_noise_e …), {', '.join(known)} can be set",
+                key=f"--set {key}",
+            )
+        elif change.value is not None:
+            said[key.partition(".")[2]] = check(change.value.plain(), known[key], f"--set {key}")
+    return of_sensor, said
 
 
 def _print(report: NoiseReport) -> None:
@@ -118,22 +159,25 @@ def _print(report: NoiseReport) -> None:
     heads = ["figure", "unit"]
     for channel in report.channels:
         heads += [channel.channel, *(["profile"] if told else [])]
-    rows, reasons = [], []
+    rows: list[list[str]] = []
+    reasons: dict[str, tuple[dict[str, None], dict[str, None]]] = {}  # the figures and the channels of each
     for name, unit in UNITS.items():
         row = [_WORDS.get(name, name.replace("_", " ")), unit]
         for channel in report.channels:
             estimate = channel.figures()[name]
             row.append(with_error(estimate.value, estimate.sigma) if estimate.measurable else "–")
             if not estimate.measurable:
-                reasons.append(f"{channel.channel} {row[0]} is not measurable: {estimate.why_not}")
+                figures, channels = reasons.setdefault(estimate.why_not, ({}, {}))
+                figures[row[0]] = channels[channel.channel] = None
             if told:
                 expected = (channel.expected or {}).get(name, math.nan)
                 row.append(f"{expected:.5g}" if math.isfinite(expected) else "")
         rows.append(row)
     title = f"{report.source}: {report.frames} frames of {report.rows} × {report.cols}, EMVA 1288 R4"
     print_table(title, heads, rows)
-    for reason in reasons:
-        print(reason)
+    for reason, (figures, channels) in reasons.items():
+        verb = "is" if len(figures) == 1 else "are"
+        print(f"{', '.join(figures)} of {', '.join(channels)} {verb} not measurable: {reason}")
     for channel in report.channels:
         if channel.defects_left_out:
             print(f"{channel.channel}: {channel.defects_left_out} defects left out")

@@ -83,6 +83,8 @@ def _first_comment(text: str) -> str:
 
 def _figures_of_sensor(located: Located) -> list[Row]:
     from camsim.capturing import load_camera
+    from camsim.measure.noise.photon_transfer import sensitivity_threshold_e
+    from camsim.notes import notes_of_sensor
     from camsim.optics import Airy
 
     # None of the figures depends on the lens.
@@ -92,7 +94,8 @@ def _figures_of_sensor(located: Located) -> list[Row]:
     saturation_e = adc.saturation_e(adc.base_iso, well_e)
     # The smallest signal: noise of the read-out and the rounding of a code, as standard deviations.
     dark_e = math.hypot(camera.dark_noise_e(adc.base_iso), adc.electrons_per_dn / math.sqrt(12.0))
-    ratio = saturation_e / dark_e
+    threshold_e = sensitivity_threshold_e(dark_e)
+    ratio = saturation_e / threshold_e
     width_mm, height_mm = camera.cols * pitch_um / 1e3, camera.rows * pitch_um / 1e3
     rows = [
         ("photosites", f"{camera.rows} × {camera.cols}, {camera.rows * camera.cols / 1e6:.1f} million"),
@@ -109,8 +112,10 @@ def _figures_of_sensor(located: Located) -> list[Row]:
         ("dark noise", f"{dark_e:.2f} e⁻ (read noise and rounding)"),
         (
             "dynamic range",
-            f"{20.0 * math.log10(ratio):.1f} dB, {math.log2(ratio):.1f} stops, at ISO {adc.base_iso:g}",
+            f"{20.0 * math.log10(ratio):.1f} dB, {math.log2(ratio):.1f} stops, at ISO {adc.base_iso:g}: "
+            f"saturation over {threshold_e:.2f} e⁻, SNR 1",
         ),
+        *(("note", note) for note in notes_of_sensor(camera)),
     ]
     return rows
 

@@ -13,6 +13,7 @@ from camsim.config.lens_files import read_lens_file
 from camsim.config.sensor_search import SensorSearch
 from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.atomic import write_whole
+from camsim.notes import notes_of_sensor
 from camsim.optics import Airy
 from camsim.sweeping import check_dataset, check_study
 
@@ -29,7 +30,10 @@ def validate_files(files: Sequence[str], sensors: Sequence[str] = ()) -> None:
     errors: list[CamsimError] = []
     for file in files:
         try:
-            print(f"{file}: {_validated(file, search)}, no faults")
+            said, notes = _validated(file, search)
+            print(f"{file}: {said}, no faults")
+            for note in notes:
+                print(f"{file}: note: {note}")
         except CamsimError as error:
             errors.append(error)
     if errors:
@@ -45,7 +49,7 @@ def draw_scene(
     search = SensorSearch.of(sensors, Path())
     if drawing != TERMINAL:
         check_drawing(drawing, force=force, option="--draw")
-    said = _validated(files[0], search, overrides)
+    said, _ = _validated(files[0], search, overrides)
     if said != A_SCENE:
         raise InvalidValueError(f"{files[0]!r} is {said}; give a scene, such as one that uses it", key="--draw")
     capture = load(files[0], overrides=overrides, sensors=search.own)
@@ -56,22 +60,23 @@ def draw_scene(
         print(f"{drawing}: {capture.scene_name}")
 
 
-def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> str:
+def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> tuple[str, Sequence[str]]:
+    """Return what a file is, and what is worth a sentence in it."""
     _, located = search.locate_any(file)
     tree = yaml_source.read(located.path, located.shown).tree
     said = tree.get("camsim") if isinstance(tree, dict) else None
     if isinstance(said, str) and said.startswith("sensor/"):
         # A sensor is whole without a lens; any will do to build the camera.
-        load_camera(file, lens=Airy(f_number=8.0), sensors=search.own)
-        return "a sensor"
+        camera = load_camera(file, lens=Airy(f_number=8.0), sensors=search.own)
+        return "a sensor", tuple(notes_of_sensor(camera))
     if isinstance(said, str) and said.startswith("lens/"):
         read_lens_file(located)
-        return "a lens"
+        return "a lens", ()
     if isinstance(said, str) and said.startswith("study/"):
         check_study(file)
-        return "a study"
+        return "a study", ()
     if isinstance(said, str) and said.startswith("dataset/"):
         check_dataset(file)
-        return "a data set"
+        return "a data set", ()
     load(file, overrides=overrides, sensors=search.own)
-    return A_SCENE
+    return A_SCENE, ()

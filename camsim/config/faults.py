@@ -94,7 +94,7 @@ def _format_fault(document: Document, model: type[Table]) -> Fault | None:
         return None
     kind, _, number = str(said.content).partition("/")
     wanted_kind, _, wanted_number = wanted.partition("/")
-    if kind in ("scene", "sensor") and kind != wanted_kind:
+    if kind in ("scene", "sensor", "lens", "study", "dataset") and kind != wanted_kind:
         return document.fault(("camsim",), f"this is a {kind}, where a {wanted_kind} ({wanted}) is wanted")
     if kind == wanted_kind and number.isdecimal() and int(number) > int(wanted_number):
         message = f"{said.content} is newer than this camsim, which reads {wanted}; update camsim"

@@ -57,6 +57,7 @@ def save(
 ) -> None:
     """Write one product of the frame; the suffix of ``path`` chooses the format.
 
+    product       : None: the mosaic in .dng .tiff .npy, the truth in .exr, the preview in .png, the frame in .npz
     force         : overwrite a file that is there
     allow_odd_cfa : write a DNG even of a colour filter array that raw developers misread (`odd_cfa` names them)
     compress      : write a DNG as lossless JPEG; needs the package imagecodecs
@@ -78,7 +79,9 @@ def save(
     chosen = check_output(path, product)
     _refuse_what_exists(path, force=force)
     if (chosen == "truth" and frame.truth is None) or (chosen == "spectral" and frame.spectral is None):
-        raise OutputError(f"cannot write {str(path)!r}: the capture holds no {chosen}; ask for products=({chosen!r},)")
+        held = "; it holds electrons, product='electrons'" if product is None and not frame.passed_rows else ""
+        message = f"the capture holds no {chosen}; ask for products=({chosen!r},){held}"
+        raise OutputError(f"cannot write {str(path)!r}: {message}")
     target = Path(path)
     writer = SUFFIXES[target.suffix.lower()].writers[chosen]
     if writer is dng.write_dng:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from camsim.errors import OutputError
 from camsim.frame import Frame
 
 RECORD_FORMAT = "frame/1"
@@ -105,7 +106,12 @@ def _error(frame: Frame, product: str) -> float | None:
 
 def canonical(tree: Any) -> str:
     """Return a tree as compact ASCII JSON, keys sorted: equal trees give equal text."""
-    return json.dumps(tree, sort_keys=True, separators=(",", ":"), ensure_ascii=True, default=_plain)
+    try:
+        return json.dumps(
+            tree, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False, default=_plain
+        )
+    except ValueError:
+        raise OutputError("what the file would say of itself holds a number that is not finite") from None
 
 
 def _plain(value: Any) -> Any:

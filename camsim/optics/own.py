@@ -1,30 +1,20 @@
-"""Stages of one's own, and what a camera asks of optical ones before it takes one in."""
+"""What a camera asks of optical stages of one's own before it takes one in."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from camsim.errors import CamsimError, InvalidValueError
+from camsim.errors import CamsimError
 from camsim.optics.protocols import OpticalStage
+from camsim.own import check_described, is_own, refused
 
 _FREQUENCIES = np.array([[0.0, 0.0], [0.11, 0.03], [-0.11, -0.03], [0.02, -0.4], [-0.02, 0.4]]).T
 """Cycles/µm: at none, and two with their opposites."""
 
 _WAVELENGTH_NM, _ROUNDING = 550.0, 1e-9
-
-
-def is_own(stage: object) -> bool:
-    """Whether a stage is of the user's own and not one of camsim's."""
-    return stage is not None and type(stage).__module__.partition(".")[0] != "camsim"
-
-
-def own_stages(stages: Iterable[object]) -> tuple[str, ...]:
-    """Return the names of the stages of one's own among these."""
-    return tuple(dict.fromkeys(type(stage).__name__ for stage in stages if is_own(stage)))
 
 
 def check_own(stage: OpticalStage, key: str) -> None:
@@ -35,30 +25,26 @@ def check_own(stage: OpticalStage, key: str) -> None:
     if not is_own(stage):
         return
     name = type(stage).__name__
-    if not dataclasses.is_dataclass(stage):
-        raise _refused(key, f"{name} is no dataclass; files describe a camera by the fields of its stages")
-    if key == "lens" and "f_number" not in {field.name for field in dataclasses.fields(stage)}:
-        raise _refused(key, f"{name}.f_number must be a field; a magnification changes it")
+    check_described(stage, key)
+    fields: Any = stage
+    if key == "lens" and "f_number" not in {field.name for field in dataclasses.fields(fields)}:
+        raise refused(key, f"{name}.f_number must be a field; a magnification changes it")
     fx, fy = _FREQUENCIES
     try:
         otf: Any = np.asarray(stage.otf(fx.copy(), fy.copy(), _WAVELENGTH_NM))
     except CamsimError:
         raise
     except Exception as error:
-        raise _refused(key, f"{name}.otf(fx_per_um, fy_per_um, wavelength_nm) failed: {error!r}") from error
+        raise refused(key, f"{name}.otf(fx_per_um, fy_per_um, wavelength_nm) failed: {error!r}") from error
     if otf.shape != fx.shape:
-        raise _refused(key, f"{name}.otf gives shape {otf.shape} for frequencies of shape {fx.shape}; give as many")
+        raise refused(key, f"{name}.otf gives shape {otf.shape} for frequencies of shape {fx.shape}; give as many")
     if not np.isfinite(otf).all():
-        raise _refused(key, f"{name}.otf is not finite everywhere; at frequency 0 too it must be a number")
+        raise refused(key, f"{name}.otf is not finite everywhere; at frequency 0 too it must be a number")
     if abs(otf[0] - 1.0) > _ROUNDING:
-        raise _refused(
+        raise refused(
             key, f"{name}.otf is {otf[0]:.6g} at frequency 0; it must be 1; light that is lost is transmission"
         )
     if np.abs(otf).max() > 1.0 + _ROUNDING:
-        raise _refused(key, f"{name}.otf is {np.abs(otf).max():.6g} at some frequency; no blur amplifies, at most 1")
+        raise refused(key, f"{name}.otf is {np.abs(otf).max():.6g} at some frequency; no blur amplifies, at most 1")
     if np.abs(otf[1::2] - otf[2::2].conj()).max() > _ROUNDING:
-        raise _refused(key, f"{name}.otf(−f) must be the conjugate of otf(f); else the picture would not be real")
-
-
-def _refused(key: str, message: str) -> InvalidValueError:
-    return InvalidValueError(message, key=key, stage="Camera")
+        raise refused(key, f"{name}.otf(−f) must be the conjugate of otf(f); else the picture would not be real")

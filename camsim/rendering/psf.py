@@ -16,7 +16,22 @@ from camsim.optics import OpticalSystem
 from camsim.optics.protocols import OnLattice
 from camsim.quadrature import gauss_legendre
 
-SPARE = 40  # nodes beyond what the fastest wave takes
+SPARE = 40  # nodes along a ray, and rays of a quarter of the plane, beyond what the fastest wave takes
+
+
+def rule_of(waves: float) -> tuple[int, int]:
+    """Return nodes along a ray and rays of half a plane, for waves out to a distance of so many of their lengths.
+
+    On a circle n rays in each half of the plane are right for all orders below 2n, and a wave has those up to 2π·waves.
+    As many more are for a blur of one's own, whose transfer goes round as fast as its own length asks for.
+    """
+    fastest = math.ceil(math.pi * waves)
+    return fastest + SPARE, 2 * (fastest + SPARE)
+
+
+def is_summed(system: OpticalSystem) -> bool:
+    """Whether the pattern is summed from the transfer, as nobody knows it on a lattice."""
+    return bool(system.more) or not isinstance(system.lens, OnLattice)
 
 
 def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: float, *, precision: float) -> F64:
@@ -26,15 +41,14 @@ def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: 
     precision  : relative, of all of the light
     """
     lens = system.lens
-    if isinstance(lens, OnLattice) and not system.more:
+    if isinstance(lens, OnLattice) and not is_summed(system):
         # All of the light is wrong by less than a hundredth of what the largest amplitude is wrong by (measured).
         return lens.point_spread_on(x_um, y_um, wavelength_nm, 30.0 * precision)
     cutoff = system.cutoff_per_um(wavelength_nm)
     reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
-    waves = cutoff * reach_um
-    s, w = gauss_legendre(math.ceil(math.pi * waves) + SPARE)
+    nodes, turns = rule_of(cutoff * reach_um)
+    s, w = gauss_legendre(nodes)
     s, w = 0.5 * (1.0 + s), 0.5 * w
-    turns = 2 * math.ceil(math.pi * waves + SPARE)
     angle = np.pi * np.arange(turns) / turns  # the other half of the plane is the conjugate
     radius = cutoff * (1.0 - s * s)
     fx, fy = np.outer(radius, np.cos(angle)), np.outer(radius, np.sin(angle))

@@ -11,6 +11,8 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.cores import cores
+from camsim.own import is_own
+from camsim.sensor.own import acted, drawn
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.crosstalk import Crosstalk
 from camsim.sensor.streams import BLOCK_ROWS
@@ -40,10 +42,12 @@ def record(
     for acts in _in_turn(stages):
         margin -= sum(stage.margin for stage, _ in acts)
         here = dataclasses.replace(context, margin=margin)
+        kept = False
         if acts and acts[0][0].whole_window:
             (stage, phase), *acts = acts
-            electrons = stage.apply(electrons, dataclasses.replace(here, phase=phase))
-        electrons = _in_blocks(electrons, acts, here, threads, ours=electrons is not mean_electrons)
+            electrons = acted(stage, electrons, dataclasses.replace(here, phase=phase, asking=stage))
+            kept = is_own(stage)  # what came in, perhaps, or an array that it gives again
+        electrons = _in_blocks(electrons, acts, here, threads, ours=not kept and electrons is not mean_electrons)
     return electrons
 
 
@@ -64,7 +68,7 @@ def random_numbers(stages: Sequence[ElectronicStage], shape: tuple[int, int], co
         margin -= sum(stage.margin for stage, _ in acts)
         wide = (shape[0] + 2 * margin, shape[1] + 2 * margin)
         for stage, phase in acts:
-            count += stage.draws(wide, dataclasses.replace(context, margin=margin, phase=phase))
+            count += drawn(stage, wide, dataclasses.replace(context, margin=margin, phase=phase))
     return count
 
 
@@ -86,16 +90,16 @@ def _in_blocks(electrons: F64, acts: Sequence[Act], context: Context, threads: i
     margin = sum(stage.margin for stage, _ in acts)
     rows, cols = electrons.shape[0] - 2 * margin, electrons.shape[1] - 2 * margin
     after = electrons if ours and not margin else np.empty((rows, cols))
-    acting = [(stage.over(context), phase) for stage, phase in acts]
+    acting = [(stage.over(dataclasses.replace(context, asking=stage)), stage, phase) for stage, phase in acts]
 
     def work(block: int) -> None:
         first = block * BLOCK_ROWS
         part = electrons[first : first + BLOCK_ROWS + 2 * margin]
         if not ours and not np.isfinite(part).all():
             raise ValueError(f"mean electrons of rows {first}..{first + len(part) - 1} are not all finite")
-        for stage, phase in acting:
-            here = dataclasses.replace(context, rows_before=context.rows_before + first, phase=phase)
-            part = stage.apply(part, here)
+        for here, stage, phase in acting:
+            where = dataclasses.replace(context, rows_before=context.rows_before + first, phase=phase, asking=stage)
+            part = acted(here, part, where)
         after[first : first + BLOCK_ROWS] = part
 
     _each(work, -(-rows // BLOCK_ROWS), threads)

@@ -8,7 +8,8 @@ from typing import Annotated, Any, TypeAlias, TypedDict
 
 from camsim.errors import InvalidValueError
 from camsim.marks import Called
-from camsim.sensor.stage import OWN_STREAMS, ElectronicStage, Phase
+from camsim.sensor.own import check_own
+from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
 from camsim.sensor.stages.crosstalk import Crosstalk
@@ -55,11 +56,7 @@ class Electronics:
 
     def __post_init__(self) -> None:
         judge(self)
-        for stage in self.extra_stages:
-            _check_own(stage)
-        drawing = [stage.stream for stage in self.extra_stages if stage.stream is not None]
-        if len(set(drawing)) < len(drawing):
-            raise InvalidValueError(f"streams {drawing}; each stage needs one of its own", key="extra_stages")
+        check_own(tuple(self.extra_stages))
         stages = self.stages
         for stage in stages:
             if missing := stage.lacks(stages):
@@ -97,24 +94,3 @@ class ElectronicChanges(TypedDict, total=False):
 
 ORDER = tuple(field.name for field in dataclasses.fields(Electronics) if field.name != "extra_stages")
 """The stages by the names of their fields."""
-
-
-def _check_own(stage: ElectronicStage) -> None:
-    """Refuse a stage of one's own that files could not describe, or whose draws would not be its own."""
-    kind = type(stage).__name__
-    if not (isinstance(stage, ElectronicStage) and dataclasses.is_dataclass(stage)):
-        raise InvalidValueError(
-            f"{kind}; must be a dataclass that inherits from camsim.ElectronicStage", key="extra_stages"
-        )
-    if stage.stream is not None and stage.stream < OWN_STREAMS:
-        raise InvalidValueError(
-            f"{kind}: stream {stage.stream}; those below {OWN_STREAMS} are camsim's", key="extra_stages"
-        )
-    if stage.margin:
-        raise InvalidValueError(
-            f"{kind}: margin {stage.margin}; only crosstalk sees beyond the window", key="extra_stages"
-        )
-    if stage.temporal and Phase.LIGHT in stage.phases:
-        raise InvalidValueError(
-            f"{kind}: in phase LIGHT only patterns of the sensor act; take CHARGE", key="extra_stages"
-        )

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import ClassVar, Protocol, TypeVar, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
 from camsim.arrays import F32, F64
+from camsim.own import is_own, refused
 from camsim.sensor import streams
 
 OWN_STREAMS = 1000
@@ -37,7 +38,7 @@ class Phase(IntEnum):
 class Context:
     """What a stage may know besides its electrons: the exposure, the seeds, and which photosites they are.
 
-    time_s           : of the exposure
+    time_s, iso      : of the exposure
     temperature_c    : of the sensor, for the dark current; None: the one that its figure holds at
     electrons_per_dn : for noise after the gain
     seed             : of the temporal noise, together with ``frame_number``
@@ -49,6 +50,7 @@ class Context:
     margin           : photosites beyond the window on each side of these electrons, for what neighbours give
     phase            : in which the stage is asked to act
     stages           : all that act
+    asking           : the stage that is asked to act; one of one's own draws from the streams that it has declared
 
     >>> context = Context(time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=8, rows_in_all=4)
     >>> context.first
@@ -58,6 +60,7 @@ class Context:
     """
 
     time_s: float
+    iso: float = 100.0
     temperature_c: float | None = None
     electrons_per_dn: float = 1.0
     seed: int
@@ -70,6 +73,7 @@ class Context:
     margin: int = 0
     phase: Phase = Phase.READ
     stages: tuple[ElectronicStage, ...] = ()
+    asking: ElectronicStage | None = None
 
     @property
     def first(self) -> tuple[int, int]:
@@ -82,15 +86,18 @@ class Context:
 
     def generator(self, stream: int) -> np.random.Generator:
         """Return the generator of a temporal stage for these rows."""
+        self._check_declared(stream, temporal=True)
         block = self.rows_before // streams.BLOCK_ROWS
         return streams.generator(self.seed, stream, block=block, frame_number=self.frame_number)
 
     def frame_generator(self, stream: int) -> np.random.Generator:
         """Return the generator of a temporal stage that draws once for all rows."""
+        self._check_declared(stream, temporal=True)
         return streams.generator(self.seed, stream, block=0, frame_number=self.frame_number)
 
     def normals(self, stream: int, shape: tuple[int, ...]) -> F32:
         """Return the (rows, cols) standard normals of a fixed pattern that belong to these photosites."""
+        self._check_declared(stream, temporal=False)
         rows, cols = shape
         return streams.fixed_normals(
             self.serial, stream, rows=rows, cols=cols, origin=self.first, frame_cols=self.frame_cols
@@ -100,6 +107,20 @@ class Context:
         """Return how many numbers ``normals`` draws for so many rows, a block at a time as the chain does."""
         return streams.fixed_count(rows, first_row=self.first[0], frame_cols=self.frame_cols)
 
+    def _check_declared(self, stream: int, *, temporal: bool) -> None:
+        """Refuse draws of a stage of one's own that its facts do not tell: others could have the same numbers."""
+        stage = self.asking
+        if stage is None or not is_own(stage):
+            return
+        name = type(stage).__name__
+        if stream not in streams_of(stage):
+            way_out = f"stream: ClassVar = {stream}" if stage.stream is None else "each that it draws from"
+            message = f"{name} draws from stream {stream}, and its stream is {stage.stream}; declare {way_out}"
+            raise refused("extra_stages", message)
+        if temporal and not stage.temporal:
+            way_out = "declare temporal: ClassVar = True, or take context.normals for a pattern of the sensor"
+            raise refused("extra_stages", f"{name} draws anew in each frame, and its temporal is False; {way_out}")
+
 
 @runtime_checkable
 class ElectronicStage(Protocol):
@@ -107,8 +128,8 @@ class ElectronicStage(Protocol):
 
     name          : of the camera's field, and before the messages of what it refuses
     phases        : when it acts, mostly one
-    stream        : id of its random stream; None: nothing is drawn. A number once used keeps its meaning, or old
-                    captures change
+    stream        : id of its random stream, or several; None: nothing is drawn. A number once used keeps its meaning,
+                    or old captures change
     temporal      : whether it draws anew in each frame (from the seed) or once for the sensor (from the serial number)
     without_noise : whether it acts on a capture without noise too
     margin        : photosites that it needs beyond those that it gives, on every side
@@ -123,7 +144,7 @@ class ElectronicStage(Protocol):
 
     name: ClassVar[str]
     phases: ClassVar[tuple[Phase, ...]] = (Phase.READ,)
-    stream: ClassVar[int | None] = None
+    stream: ClassVar[Any] = None  # a number, a tuple of them or None, each stage with its own type
     temporal: ClassVar[bool] = False
     without_noise: ClassVar[bool] = False
     margin: ClassVar[int] = 0
@@ -148,6 +169,12 @@ class ElectronicStage(Protocol):
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
         """Return what it needs and does not find among these, as a sentence; empty when nothing is missing."""
         return ""
+
+
+def streams_of(stage: ElectronicStage) -> tuple[int, ...]:
+    """Return the ids of a stage's random streams."""
+    stream = stage.stream
+    return () if stream is None else tuple(stream) if isinstance(stream, Sequence) else (int(stream),)
 
 
 def add_normals(electrons: F64, sigma_e: float, normals: F32) -> F64:

@@ -1,7 +1,9 @@
 """A stage of one's own joins a camera: it acts where it says, is told, counted and refused in words."""
 
 import json
+import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +13,11 @@ from own_optics import Blurred, Diamond, Motion, SixSpotOlpf
 from tolerances import STATISTICAL
 
 import camsim
+from camsim.cli.info import text_of_file
 from camsim.errors import InputError, InvalidValueError
+from camsim.optics import OpticalSystem
+from camsim.rendering.fields.cost import unknown_reach
+from camsim.rendering.fourier.spread import kernel_of
 from camsim.revive import revive_capture
 
 TELEGRAPH = Telegraph(probability=0.1, step_e=50.0)
@@ -22,6 +28,11 @@ HOW = {
     "seed": 7,
 }
 GREY = camsim.Scene(background=0.5)
+SMALL = HOW | {
+    "light": camsim.Light(line_nm=550.0, irradiance_w_per_m2=1.0),
+    "region": camsim.Region(rows=12, cols=10),
+    "tolerance": 1e-4,
+}
 
 
 @dataclass(frozen=True)
@@ -99,8 +110,106 @@ def test_files_say_that_it_was_there_and_others_keep_their_bytes():
 
 def test_a_capture_with_it_is_not_taken_again_without_it():
     described = json.loads(json.dumps(camera_with(TELEGRAPH).expose(GREY, **HOW).description))
-    with pytest.raises(InputError, match="not reproducible by camsim alone: it was taken with Telegraph"):
+    with pytest.raises(InputError, match="not reproducible by camsim alone: it was taken with Telegraph of some"):
         revive_capture(described)
+
+
+def own(*, frozen=True, fields=None, **facts):
+    """Return a stage with these facts and verbs, right or wrong."""
+    fields = fields or {}
+    body = {"name": "own", "apply": lambda self, electrons, context: electrons} | facts
+    body["__annotations__"] = {"name": ClassVar} | dict.fromkeys(fields, object)
+    made = dataclass(frozen=frozen)(type("Own", () if "otf" in facts else (camsim.ElectronicStage,), body))
+    return made(**fields)
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (np.inf, "Own.level is inf; a record of the stage holds finite numbers, truth values"),
+        ((1.0, (2.0, np.nan)), r"Own.level\[1\]\[1\] is nan;"),
+        (np.ones(3), r"Own.level is an array of shape \(3,\), to be given as a tuple; a record"),
+        ({1.0: 2.0}, "Own.level is a table;"),
+        (abs, "Own.level is a builtin_function_or_method;"),
+        (Telegraph, "Own.level is the class Telegraph;"),
+        (TELEGRAPH, None),
+        ({"a": (1, 2.5 + 1j, None, "b", True, camsim.Airy(f_number=8.0))}, None),
+    ],
+)
+def test_fields_are_what_a_record_can_hold(value, message, tmp_path):
+    told = {"level": value}
+    joins = [
+        lambda: camera_with(own(fields=told)),
+        lambda: camera_with().replace(extra_optics=[own(fields=told, otf=lambda self, fx, fy, nm: np.ones_like(fx))]),
+    ]
+    for join in joins:
+        if message is None:
+            join().expose(GREY, **SMALL).save(tmp_path / "own.npz", force=True)
+            assert "stages of someone's own: Own" in text_of_file(str(tmp_path / "own.npz"))
+        else:
+            with pytest.raises(InvalidValueError, match=message):
+                join()
+
+
+def test_no_record_is_written_that_is_no_json(tmp_path):
+    frame = camera_with().expose(GREY, **SMALL)
+    with pytest.raises(camsim.errors.OutputError, match="holds a number that is not finite"):
+        replace(frame, description={"tau_s": np.inf}).save(tmp_path / "a.npz")
+    assert not list(tmp_path.iterdir())
+
+
+def changed(electrons, context):
+    electrons += 5.0
+    return electrons
+
+
+@pytest.mark.parametrize("whole_window", [False, True])
+@pytest.mark.parametrize(
+    ("apply", "message"),
+    [
+        (lambda e, c: e[0], r"Own.apply gave \(10,\) for \(12, 10\); return as many electrons"),
+        (lambda e, c: 5.0, "Own.apply gave 5.0; return an array of numpy"),
+        (lambda e, c: None, "Own.apply gave None; return the electrons"),
+        (lambda e, c: e + 1j, "Own.apply gave numbers of type complex128; electrons are real"),
+        (
+            lambda e, c: np.where(e == e.max(), np.nan, e),
+            r"Own.apply gave nan at row \d+, column \d+ of the frame, for",
+        ),
+        (changed, "Own.apply writes into the electrons that came in; return others"),
+        (
+            lambda e, c: c.generator(1009).normal(e),
+            "Own draws from stream 1009, and its stream is None; declare stream",
+        ),
+        (lambda e, c: e + c.normals(6, e.shape), "Own draws from stream 6"),
+    ],
+)
+def test_what_it_gives_is_looked_at(apply, message, whole_window):
+    stage = own(apply=lambda self, electrons, context: apply(electrons, context), whole_window=whole_window)
+    with pytest.raises(InvalidValueError, match=f"Camera.extra_stages: {message}"):
+        camera_with(stage).expose(GREY, **SMALL)
+
+
+def test_what_it_keeps_stays_as_it_is():
+    """What came in, or an array that it gives again, is not written over by the stages after it."""
+    kept = np.full((12, 10), 7.0)
+    for gives in (kept, None):
+        stage = own(apply=lambda self, e, context, gives=gives: e if gives is None else gives, whole_window=True)
+        frame = camera_with(stage, read_noise=camsim.ReadNoise(3.0)).expose(GREY, **SMALL)
+        assert (kept == 7.0).all()
+        assert np.ptp(frame.mean_electrons) < 1e-3 * frame.mean_electrons.max()
+
+
+def test_several_streams_and_the_exposure():
+    def apply(self, electrons, context):
+        fixed, fresh = context.normals(1001, electrons.shape), context.generator(1002).normal(size=electrons.shape)
+        return context.iso + fixed + fresh
+
+    stage = own(apply=apply, stream=(1001, 1002), temporal=True)
+    one, two = (camera_with(stage).expose(GREY, **SMALL, frame_number=n).electrons - 100.0 for n in (0, 1))
+    assert abs(np.corrcoef(one.ravel(), two.ravel())[0, 1] - 0.5) < STATISTICAL * 0.75 / np.sqrt(one.size)
+    still = own(apply=apply, stream=(1001, 1002))
+    with pytest.raises(InvalidValueError, match="Own draws anew in each frame, and its temporal is False"):
+        camera_with(still).expose(GREY, **SMALL)
 
 
 @dataclass(frozen=True)
@@ -129,7 +238,19 @@ class Taken(Telegraph):
         ([Neighbourly()], "Neighbourly: margin 1; only crosstalk sees beyond the window"),
         ([Flash(probability=0.1, step_e=1.0)], "Flash: in phase LIGHT only patterns of the sensor act; take CHARGE"),
         ([Taken(probability=0.1, step_e=1.0)], "Taken: stream 3; those below 1000 are camsim's"),
-        ([TELEGRAPH, replace(TELEGRAPH, step_e=1.0)], "each stage needs one of its own"),
+        (
+            [TELEGRAPH, replace(TELEGRAPH, step_e=1.0)],
+            "^Camera.extra_stages: Telegraph and Telegraph both draw from stream 1002; .* own, 1003 is free",
+        ),
+        ([Telegraph], "item 0 must be a dataclass that .*, not the class Telegraph; give one of it"),
+        ([own(name=None)], "Own.name: must be a text, not None; such as name"),
+        ([own(phases=("READ",))], "Own.phases: item 0 must be a camsim.Phase, not 'READ'; such as camsim.Phase.READ"),
+        ([own(phases=camsim.Phase.READ)], "Own.phases: must be a tuple of camsim.Phase"),
+        ([own(stream=(1001, 5))], "Own: stream 5; those below 1000 are camsim's"),
+        ([own(stream="noise")], "Own.stream: must be a whole number, a tuple of them or None, not 'noise'"),
+        ([own(temporal="yes")], "Own.temporal: must be true or false, not 'yes'"),
+        ([own(dark_noise_e=lambda self, electrons_per_dn: None)], r"Own.dark_noise_e\(1.0\): must be a number"),
+        ([own(frozen=False)], "Own could change after files have described it; write @dataclass.frozen=True"),
     ],
 )
 def test_what_cannot_join_is_refused(own, message):
@@ -147,11 +268,6 @@ def own_optics():
     )
 
 
-SMALL = HOW | {
-    "light": camsim.Light(line_nm=550.0, irradiance_w_per_m2=1.0),
-    "region": camsim.Region(rows=12, cols=10),
-    "tolerance": 1e-4,
-}
 EDGE = camsim.Scene(background=0.9, shapes=[camsim.Disc(radius_um=20.0, reflectance=0.1)])
 
 
@@ -167,7 +283,9 @@ def test_optical_stages_of_ones_own_join_a_camera():
     assert np.abs(frame.mean_electrons / flat_e - rendering.image).max() < 2e-4
     assert frame.description["not_reproducible_by_camsim_alone"] == names
     assert frame.description["camera"]["lens"] == {"kind": "Blurred", "sigma_um": 1, "f_number": 8, "transmission": 0.9}
-    assert "not reproducible by camsim alone: Blurred, Motion, SixSpotOlpf, Diamond" in " ".join(frame.report.notes)
+    assert "not reproducible by camsim alone: Blurred, Motion, SixSpotOlpf and Diamond are" in " ".join(
+        frame.report.notes
+    )
 
 
 def test_the_f_number_of_a_lens_of_ones_own_grows_with_the_magnification():
@@ -178,12 +296,11 @@ def test_the_f_number_of_a_lens_of_ones_own_grows_with_the_magnification():
 
 
 def test_a_file_of_it_says_so(tmp_path):
-    from camsim.cli.info import text_of_file
-
-    own_optics().expose(EDGE, **SMALL).save(tmp_path / "a.tiff")
-    assert "no, it was taken with stages of someone's own: Blurred, Motion, SixSpotOlpf, Diamond" in text_of_file(
-        str(tmp_path / "a.tiff")
-    )
+    own_optics().replace(extra_stages=[TELEGRAPH]).expose(EDGE, **SMALL).save(tmp_path / "a.tiff")
+    told = text_of_file(str(tmp_path / "a.tiff"))
+    assert "stages of someone's own: Blurred, Motion, SixSpotOlpf, Diamond, Telegraph" in told
+    assert "Motion(length_um=3) → SixSpotOlpf(radius_um=1.5) → Diamond(half_um=2)" in told
+    assert "Telegraph(probability=0.1, step_e=50)" in told
 
 
 class Plain:
@@ -193,14 +310,14 @@ class Plain:
         return np.ones_like(fx_per_um)
 
 
-@dataclass(frozen=True)
-class Odd:
-    """A blur that does what it is told, right or wrong."""
+def Odd(transfer):
+    """Return a blur that does what it is told, right or wrong."""
 
-    transfer: object
+    class Odd:
+        def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+            return transfer(fx_per_um, fy_per_um)
 
-    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
-        return self.transfer(fx_per_um, fy_per_um)
+    return dataclass(frozen=True)(Odd)()
 
 
 @pytest.mark.parametrize(
@@ -224,3 +341,42 @@ class Odd:
 def test_what_is_no_optical_stage_is_refused(changes, message):
     with pytest.raises(InvalidValueError, match=message):
         camera_with().replace(**changes)
+
+
+def test_the_page_names_what_is_there():
+    page = Path(__file__).parents[2] / "docs" / "howto" / "own-noise.md"
+    named = set(re.findall(r"context\.(\w+)", page.read_text(encoding="utf-8")))
+    assert {"iso", "first", "generator", "normals"} <= named
+    assert all(hasattr(camsim.Context, name) for name in named)
+
+
+def test_what_a_blur_takes_is_foretold():
+    """From some tens of seconds on; what makes it quicker is a lens that knows its pattern."""
+    how = SMALL | {"light": camsim.Light("D55", illuminance_lux=500.0), "tolerance": 1e-4}
+    wide = camsim.Scene(background=0.9, shapes=[camsim.Rectangle(width_um=4000.0, height_um=4000.0, reflectance=0.1)])
+    notes = []
+    for more in ((), (Motion(length_um=3.0),)):
+        capture = camsim.Capture(camera=camera_with().replace(extra_optics=more), scene=wide, **how)
+        notes.append(" ".join(capture.notes(capture.plan())))
+    assert "the transfer of Motion at each wavelength; it is quicker with a lens that is all of it" in notes[1]
+    assert "at each wavelength" not in notes[0]
+
+
+@dataclass(frozen=True)
+class Short(Motion):
+    def reach_um(self, lost_fraction, wavelength_nm):
+        return 0.5 * self.length_um
+
+
+def test_how_far_blurs_go_is_added_up():
+    photosite, nm = camsim.SquarePhotosite(side_um=4.0), np.array([550.0])
+    known, unknown = (
+        OpticalSystem.of([camsim.Airy(f_number=8.0), photosite, *blurs])
+        for blurs in ([Short(length_um=80.0)], [Short(length_um=80.0), Motion(length_um=3.0)])
+    )
+    alone = camsim.Airy(f_number=8.0).reach_um
+    far = kernel_of(known, nm, 4.0, 1e-3).reach * 4.0 - 40.0
+    assert alone(1e-3, 550.0) < far < alone(1e-5, 550.0)
+    assert kernel_of(unknown, nm, 4.0, 1e-3).reach == np.inf
+    assert unknown_reach(known, np.ones(2)) == ""
+    assert "how far Motion spreads light is not known (reach_um(" in unknown_reach(unknown, np.array([900.0, 40.0]))

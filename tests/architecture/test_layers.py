@@ -22,6 +22,7 @@ LAYERS = (
     "kind",
     "kinds",
     "typed",
+    "own",
     "kernels",
     "quadrature",
     "nonuniform",

@@ -52,6 +52,22 @@ def test_templates_are_whole_with_every_choice(kind: str, model: type) -> None:
             assert re.search(rf"^(#- )?{key}:", text, flags=re.MULTILINE), key
 
 
+def test_slips_in_copying_a_data_sheet_are_remarked() -> None:
+    """PRNU in per cent, and K for 1/K either way; a template has nothing to remark, and its well can be measured."""
+    text = template("sensor")
+    for old, new, remark in (
+        ("prnu: 0.008", "prnu: 0.8", "0.8 % is 0.008"),
+        ("electrons_per_dn: 2.66", "electrons_per_dn: 0.38", "electrons_per_dn is 2.632"),
+        ("electrons_per_dn: 2.66", "electrons_per_dn: 6", "electrons_per_dn is 0.1667"),
+        ("serial: 1", "serial: 2", ""),
+    ):
+        Path("it.yaml").write_text(text.replace(old, new), encoding="utf-8")
+        for command in ("validate", "show"):
+            code, said, _ = run(command, "./it.yaml")
+            assert code == 0
+            assert (remark in said) if remark else ("note" not in said)
+
+
 def test_new_writes_what_can_be_captured() -> None:
     assert run("new", "sensor", "-o", "mine.yaml")[0] == 0
     code, said, _ = run("new", "scene")

@@ -102,9 +102,9 @@ def test_show_a_sensor(camsim: Run) -> None:
     # 39670/√(39670 + 9.4516²).
     assert told["SNR maximum"] == "199, 46.0 dB, 7.6 bits"
     assert told["lux·s to white"].endswith("of D55 on the sensor")
-    # √(9² + 10²/12) e⁻; 20·log10(39670/9.4516) dB.
+    # √(9² + 10²/12) e⁻; as large as its noise: √(9.4516² + ¼) + ½ e⁻; 20·log10(39670/9.9648) dB.
     assert told["dark noise"] == "9.45 e⁻ (read noise and rounding)"
-    assert told["dynamic range"] == "72.5 dB, 12.0 stops, at ISO 200"
+    assert told["dynamic range"] == "72.0 dB, 12.0 stops, at ISO 200: saturation over 9.96 e⁻, SNR 1"
 
 
 def test_show_a_scene_and_files_of_ones_own(camsim: Run) -> None:

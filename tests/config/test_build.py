@@ -83,6 +83,11 @@ def test_curves_of_ones_own() -> None:
     assert camera.lens == Airy(f_number=2.0)
 
 
+def test_a_sensor_alone_has_no_keys_of_a_scene() -> None:
+    with pytest.raises(ConfigError, match=r"--set exposure\.iso: a sensor without a scene has no such key"):
+        load_camera("mono-345", lens=Airy(f_number=2.0), overrides=["exposure.iso=800"])
+
+
 @pytest.mark.usefixtures("folder")
 def test_the_lens_may_have_a_curve() -> None:
     overrides = ["lens.transmission={wavelength_nm: [400, 700], values: [0.9, 0.8]}"]

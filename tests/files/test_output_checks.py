@@ -110,6 +110,8 @@ def test_truth_that_was_not_asked_for(tmp_path: Path, frame: Frame) -> None:
     for name in ("a.exr", "a.npy"):
         with pytest.raises(OutputError, match=r"the capture holds no truth; ask for products=\('truth',\)"):
             save(bare, tmp_path / name, product="truth")
+    with pytest.raises(OutputError, match=r"no truth; ask for products=\('truth',\); it holds .*product='electrons'"):
+        save(bare, tmp_path / "a.exr")
     assert list(tmp_path.iterdir()) == []
     save(bare, tmp_path / "a.exr", product="electrons")
 

@@ -44,6 +44,19 @@ def test_it_falls_by_what_theory_gives(step):
         assert np.hypot(ghost.x_pixel, ghost.y_pixel) == pytest.approx(60 * step / 1.25, rel=1e-9)
 
 
+def test_a_plate_that_shows_no_ghost_says_what_would():
+    """In green, every other photosite of a Bayer array: 56 px are too few, and beside the range of rims none fits."""
+    for shape, says in (
+        ("radius: 56, rim_period: 0.833333", "2.4 line pairs per sample of R at a rim of 56 px: too small .* 68 px"),
+        ("radius: 80, rim_period: 1", "2 line pairs .* from 1.2 to 1.42, where"),
+    ):
+        plate = f"scene.shapes=[{{kind: chart, name: zone-plate, {shape}}}]"
+        changes = ["region={rows: 24, cols: 24}", "render.tolerance=1e-2", plate]
+        capture = camsim.load("zone-plate", sensor="d40-like", overrides=changes)
+        with pytest.raises(UnsupportedError, match=says):
+            measure_moire(picture_of_frame(capture.frame()), capture)
+
+
 def test_a_scene_without_a_plate_is_refused():
     capture = camsim.load("zone-plate", overrides=["region={rows: 32, cols: 32}", "scene.shapes=[]"])
     with pytest.raises(UnsupportedError, match="no chart zone-plate"):

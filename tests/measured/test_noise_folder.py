@@ -12,6 +12,7 @@ import camsim
 from camsim.capturing import load_camera
 from camsim.errors import CamsimError
 from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_shots, take_shots, write_shots
+from camsim.measure.noise.measuring import _healthy
 from camsim.measure.noise.taking import frames_of
 from camsim.measure.noise.xml_file import xml_of
 
@@ -48,6 +49,35 @@ def test_a_folder_gives_the_sensors_own_figures(camera, folder):
     assert tree["channels"][0]["figures"]["full_well_e"]["value"] is None
 
 
+def test_a_transfer_is_taken_warm_at_another_gain_and_again(camera):
+    """14 °C are two doublings, and twice the ISO is twice the gain; another seed is other noise of the same sensor."""
+    warm = {"iso": 2.0 * camera.adc.base_iso, "temperature_c": camera.dark_current.at_c + 14.0}
+    one, again, other = (take_shots(camera, side=32, frames=2, seed=seed, **warm) for seed in (1, 1, 2))
+    first, same, fresh = (shots.of("dark")[-1].codes[0] for shots in (one, again, other))
+    assert np.array_equal(first, same)
+    assert not np.array_equal(first, fresh)
+    for shots in (one, other):
+        transfer = measure_noise(shots).channels[0].transfer
+        told = expected_of(camera, "R", **warm)
+        for name, true in (
+            ("gain_dn_per_e", 2.0 / camera.adc.electrons_per_dn),
+            ("dark_current_e_per_s", 4.0 * camera.dark_current.e_per_s),
+        ):
+            estimate = getattr(transfer, name)
+            assert abs(estimate.value - true) < STATISTICAL * estimate.sigma, name
+            assert told[name] == pytest.approx(true)
+
+
+def test_rounding_alone_makes_no_defects():
+    """Of little noise: a photosite that flips in half of the frames is sound; five codes off is a defect."""
+    codes = [np.full((8, 8), 10, np.uint16) for _ in range(4)]
+    codes[0][2, 3] = codes[1][2, 3] = 11
+    for frame in codes:
+        frame[5, 5] = 15
+    good = _healthy(Group(kind="dark", exposure=0.0, time_s=1.0, codes=codes), np.zeros((8, 8), np.uint8))
+    assert np.argwhere(~good).tolist() == [[5, 5]]
+
+
 def test_the_reference_implementation_reads_the_xml(folder, tmp_path):
     routines = pytest.importorskip("emva1288.process.routines")
     channel = measure_noise(read_shots(folder)).channels[0]
@@ -66,6 +96,10 @@ def test_the_reference_implementation_reads_the_xml(folder, tmp_path):
         ("prnu1288", "prnu", 100.0),
     ):
         assert read[theirs] == pytest.approx(factor * figures[ours].value, rel=1e-8), theirs
+    # The signal whose noise (read noise, a twelfth of a squared code, its own photons) is as large as itself.
+    least_e = read["u_e_min"]
+    assert least_e**2 == pytest.approx(read["sigma_d"] ** 2 + read["inverse_k"] ** 2 / 12.0 + least_e, rel=1e-6)
+    assert read["dr"] == pytest.approx(read["u_e_sat"] / least_e, rel=1e-8)
     assert 20.0 * np.log10(read["dr"]) == pytest.approx(read["dr_db"], rel=1e-6)
     assert read["inverse_k"] * read["k"] == pytest.approx(1.0)
 

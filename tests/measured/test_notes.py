@@ -37,6 +37,9 @@ READY = camsim.Capture(
 )
 
 
+GRATING = camsim.SineGrating(width_um=200.0, height_um=200.0, period_um=20.0, low=0.1, high=0.9)
+
+
 def notes(*, products: tuple[str, ...] = ("mosaic",), **changes: Any) -> str:
     on_camera = {key: changes.pop(key) for key in list(changes) if key in CAMERA.__dataclass_fields__}
     ready = dataclasses.replace(READY, camera=CAMERA.replace(**on_camera), **changes)
@@ -66,6 +69,9 @@ def test_a_usual_picture_has_none() -> None:
         ({"scene": camsim.Scene(background=0.8, shapes=[dataclasses.replace(SQUARE, reflectance=0.8)])},
          "or only between surfaces that are equal"),
         ({"scene": camsim.Scene(background=0.8)}, ""),
+        ({"scene": camsim.Scene(background=0.8, shapes=[GRATING])}, ""),
+        ({"scene": camsim.Scene(background=0.8, shapes=[dataclasses.replace(GRATING, centre_um=(400.0, 0.0))])},
+         "no edge in the window"),
         ({"scene": moved(400.0, 0.0), "lens": camsim.Wavefront(f_number=8.0, defocus_um=5.0)}, "no edge in the window"),
         ({"exposure": exposed(1e-7)}, "DN above black, less than one code: the picture is all noise; more light"),
         ({"exposure": exposed(1.0), "dark_current": None}, "every photosite is clipped at 3850 DN: nothing is left"),

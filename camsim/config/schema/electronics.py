@@ -93,7 +93,7 @@ class Charge(Table):
     """What a photosite does with charge; a stage that is left out does not happen."""
 
     prnu: Annotated[float | None, Makes("prnu", Prnu)] = Field(
-        default=None, ge=0, le=1, description="standard deviation of the response, a fraction"
+        default=None, ge=0, le=1, description="standard deviation of the response, a fraction: 0.8 % is 0.008"
     )
     defects: Annotated[Defects | None, Makes("defects", Defects.made)] = Field(
         default=None, description="hot and dead photosites"
@@ -178,7 +178,7 @@ class Readout(Table):
         description="rows of offsets from it, repeated over the frame; such as [[0, 2], [1, 3]]",
     )
     base_iso: float = Field(gt=0, description="ISO setting at which electrons_per_dn holds")
-    electrons_per_dn: float = Field(gt=0, description="electrons per data number at base_iso")
+    electrons_per_dn: float = Field(gt=0, description="electrons per data number at base_iso: 1/K of EMVA 1288")
     reset_noise_e: Annotated[float | None, Makes("reset_noise", ResetNoise)] = Field(
         default=None, ge=0, description="kTC noise of the reset, electrons"
     )

@@ -109,21 +109,23 @@ def _by_libraw(frame: Frame) -> Iterator[Method]:
         raise UnsupportedError("knows Bayer and X-Trans arrays only", stage="LibRaw")
     _refuse_missing("rawpy", "rawpy")
 
-    def method(algorithm: str) -> Callable[[Frame], F32]:
+    def method(name: str, algorithm: str) -> Method:
+        own = f"LibRaw: {name}"
         least = _LEAST_FOR_PASSES if x_trans and algorithm in _PASSES else _LEAST_FOR_LIBRAW
 
         def run(frame: Frame) -> F32:
             if min(frame.shape) < least:
-                raise UnsupportedError(f"needs {least} photosites a side, and the picture has {min(frame.shape)}")
-            return _developed_by_libraw(frame, algorithm)
+                message = f"needs {least} photosites a side, and the picture has {min(frame.shape)}"
+                raise UnsupportedError(message, stage=own)
+            return _developed_by_libraw(frame, algorithm, stage=own)
 
-        return run
+        return Method(own, run)
 
     named = _X_TRANS if x_trans else _BAYER
-    return (Method(f"LibRaw: {name}", method(algorithm)) for name, algorithm in named.items())
+    return (method(name, algorithm) for name, algorithm in named.items())
 
 
-def _developed_by_libraw(frame: Frame, algorithm: str) -> F32:
+def _developed_by_libraw(frame: Frame, algorithm: str, *, stage: str) -> F32:
     import rawpy
 
     neutral = as_shot_neutral(frame.colour)
@@ -146,9 +148,9 @@ def _developed_by_libraw(frame: Frame, algorithm: str) -> F32:
             with rawpy.imread(str(file)) as raw:
                 image = raw.postprocess(**options)
         except rawpy.LibRawError as error:
-            raise UnsupportedError(f"failed: {in_brief(error)}") from None
+            raise UnsupportedError(f"gave up: {in_brief(error)}", stage=stage) from None
     if image.shape[:2] != frame.shape:
-        raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}")
+        raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}", stage=stage)
     scaled: F32 = image.astype(np.float32) / np.float32(65535.0)
     return scaled
 

@@ -11,14 +11,22 @@ import numpy.typing as npt
 
 from camsim.arrays import F64, U8
 from camsim.errors import UnsupportedError
-from camsim.measure.noise.photon_transfer import Estimate, PhotonTransfer, Stack, photon_transfer, stack
+from camsim.measure.noise.photon_transfer import (
+    Estimate,
+    PhotonTransfer,
+    Stack,
+    photon_transfer,
+    sensitivity_threshold_e,
+    stack,
+)
 from camsim.measure.noise.result import ChannelNoise, NoiseReport, Spectrogram
 from camsim.measure.noise.shots import Group, Shots
 
 _LEAST_FLATS, _LEAST_DARKS, _LEAST_FRAMES = 4, 2, 2
 _SAME_TIME = 1e-3
 _DEFECT = 8.0
-_LEAST_SPREAD_DN = 0.05
+_ONE_CODE_DN = 1.0
+"""Nearer than this no photosite is told from what rounding does where the noise is small."""
 
 Chosen = npt.NDArray[np.bool_]
 
@@ -49,7 +57,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
         levels = [(g.exposure, _brought(reduced(g), _at(darks_of, g.time_s), reference)) for g in flats]
         full = _brought(reduced(clipped), _at(darks_of, clipped.time_s), reference)
         found = photon_transfer(flats=levels, dark=reference, darks=darks_of, clipped=full, largest_dn=end_dn)
-        saturation_e, snr_max_db, dynamic_range_db = _range(found, full, reference)
+        threshold_e, saturation_e, snr_max_db, dynamic_range_db = _range(found, full, reference)
         signal = np.array([level.mean_dn - reference.mean_dn for _, level in levels])
         noise = np.sqrt(np.maximum([level.variance_dn2 for _, level in levels], 1e-12))
         channels.append(
@@ -58,6 +66,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
                 photosites=int(np.count_nonzero(here)),
                 defects_left_out=int(np.count_nonzero((index == number) & ~good)),
                 transfer=found,
+                sensitivity_threshold_e=threshold_e,
                 saturation_e=saturation_e,
                 snr_max_db=snr_max_db,
                 dynamic_range_db=dynamic_range_db,
@@ -148,21 +157,24 @@ def _healthy(group: Group, index: U8) -> Chosen:
     for k in np.unique(index):
         here = mean[index == k]
         away = np.abs(here - np.median(here))
-        good[index == k] = away <= _DEFECT * max(1.4826 * float(np.median(away)), _LEAST_SPREAD_DN)
+        good[index == k] = away <= max(_DEFECT * 1.4826 * float(np.median(away)), _ONE_CODE_DN)
     return good
 
 
-def _range(found: PhotonTransfer, full: Stack, dark: Stack) -> tuple[Estimate, Estimate, Estimate]:
+def _range(found: PhotonTransfer, full: Stack, dark: Stack) -> tuple[Estimate, Estimate, Estimate, Estimate]:
+    """Return sensitivity threshold, saturation, SNR there and dynamic range."""
     gain, read = found.gain_dn_per_e, found.read_noise_e
     if not gain.measurable:
         nothing = Estimate(math.nan, math.nan, gain.why_not)
-        return nothing, nothing, nothing
+        return nothing, nothing, nothing, nothing
     saturation = (full.mean_dn - dark.mean_dn) / gain.value
     share = math.hypot(gain.sigma / gain.value, full.mean_sigma_dn / (full.mean_dn - dark.mean_dn))
     decibels = 20.0 / math.log(10.0)
-    least = math.sqrt(read.value**2 + 0.25) + 0.5
-    least_sigma = read.sigma * read.value / (least - 0.5)
+    rounding_e = math.sqrt(1.0 / 12.0) / gain.value
+    least = sensitivity_threshold_e(math.hypot(read.value, rounding_e))
+    least_sigma = math.hypot(read.sigma * read.value, rounding_e**2 * gain.sigma / gain.value) / (least - 0.5)
     return (
+        Estimate(least, least_sigma),
         Estimate(saturation, saturation * share),
         Estimate(10.0 * math.log10(saturation), 0.5 * decibels * share),
         Estimate(20.0 * math.log10(saturation / least), decibels * math.hypot(share, least_sigma / least)),

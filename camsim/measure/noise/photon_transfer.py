@@ -71,6 +71,17 @@ class PhotonTransfer:
     linearity_error: Estimate
 
 
+def sensitivity_threshold_e(noise_e: float) -> float:
+    """Return the signal that is as large as its own noise, µ² = σ² + µ: EMVA 1288's absolute sensitivity threshold.
+
+    noise_e : temporal noise of the dark, the rounding of codes within it: √(σ_d² + σ_q²/K²), σ_q² = 1/12 DN²
+
+    >>> round(sensitivity_threshold_e(2.0), 4)
+    2.5616
+    """
+    return math.sqrt(noise_e**2 + 0.25) + 0.5
+
+
 def stack(frames: Iterable[U16], channel: np.ndarray, *, largest_dn: int) -> Stack:
     """Reduce frames (rows, cols) to their statistics over the photosites where ``channel`` (rows, cols) is true.
 

@@ -12,16 +12,19 @@ from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S
 from camsim.spectra.light import Light
 
 
-def expected_of(camera: Camera, channel: str, *, iso: float | None = None) -> dict[str, float]:
+def expected_of(
+    camera: Camera, channel: str, *, iso: float | None = None, temperature_c: float | None = None
+) -> dict[str, float]:
     """Return the figures of ``PhotonTransfer`` by sums of a profile's numbers; NaN where it has none.
 
     channel : G1 and G2 are G
+    iso, temperature_c : as the frames were taken
     """
     letter = channel if channel in camera.cfa.channels else channel.rstrip("0123456789")
     iso = camera.adc.base_iso if iso is None else iso
     dark = camera.dark_current
-    dark_e_per_s = dark.e_per_s if dark else 0.0
-    dcnu_e = dark.e_per_s * dark.nonuniformity * TIME_S if dark else 0.0
+    dark_e_per_s = dark.e_per_s * dark.warming(temperature_c) if dark else 0.0
+    dcnu_e = dark_e_per_s * dark.nonuniformity * TIME_S if dark else 0.0
     offsets = (camera.dsnu.sigma_e if camera.dsnu else 0.0, camera.column_noise.sigma_e if camera.column_noise else 0.0)
     return {
         "gain_dn_per_e": 1.0 / camera.adc.electrons_per_dn_at(iso),

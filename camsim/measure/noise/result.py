@@ -17,6 +17,7 @@ UNITS = {
     "dsnu_e": "e⁻",
     "prnu": "fraction",
     "linearity_error": "fraction",
+    "sensitivity_threshold_e": "e⁻",
     "saturation_e": "e⁻",
     "snr_max_db": "dB",
     "dynamic_range_db": "dB",
@@ -42,9 +43,10 @@ class ChannelNoise:
     """The figures of one channel.
 
     transfer         : gain, read noise, full well, dark current, DSNU, PRNU, linearity
+    sensitivity_threshold_e : the signal that is as large as its noise, √(σ_d² + σ_q²/K² + ¼) + ½; σ_q² = 1/12 DN²
     saturation_e     : the largest signal that was seen, whether the well or the converter ends it
     snr_max_db       : √saturation_e, by photon noise alone
-    dynamic_range_db : saturation over the least signal that is seen, √(σ_d² + ¼) + ½ electrons
+    dynamic_range_db : saturation over the sensitivity threshold
     exposure, signal_dn, variance_dn2, snr : (n,) of the flats, above dark; snr: signal over temporal noise
     dark, flat       : spectrograms of the mean dark and of the flat nearest to half of saturation
     expected         : what the camera's profile says, where it is known
@@ -54,6 +56,7 @@ class ChannelNoise:
     photosites: int
     defects_left_out: int
     transfer: PhotonTransfer
+    sensitivity_threshold_e: Estimate
     saturation_e: Estimate
     snr_max_db: Estimate
     dynamic_range_db: Estimate
@@ -68,7 +71,7 @@ class ChannelNoise:
     def figures(self) -> dict[str, Estimate]:
         """Return every figure by name, in order."""
         named = {field.name: getattr(self.transfer, field.name) for field in fields(PhotonTransfer)}
-        more = ("saturation_e", "snr_max_db", "dynamic_range_db")
+        more = ("sensitivity_threshold_e", "saturation_e", "snr_max_db", "dynamic_range_db")
         return named | {name: getattr(self, name) for name in more}
 
     def as_dict(self) -> dict[str, Any]:

@@ -21,16 +21,29 @@ DARK_TIMES_S = (0.001, 3.0, 10.0, 20.0, 30.0)
 LEVELS = (0.04, 0.08, 0.15, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62, 0.7, 0.8, 0.9)
 """Of saturation, in the channel that responds most."""
 
+_APART = 1_000_000
 _Key = tuple[Kind, float, float]
 
 
-def take_shots(camera: Camera, *, side: int = 400, frames: int = 16, iso: float | None = None) -> Shots:
+def take_shots(
+    camera: Camera,
+    *,
+    side: int = 400,
+    frames: int = 16,
+    iso: float | None = None,
+    temperature_c: float | None = None,
+    seed: int = 0,
+) -> Shots:
     """Take flats at 12 levels and darks from 1 ms to 30 s of a window of ``side`` squared photosites.
 
     frames : of each level; two show the noise, more tell fixed patterns from it
+    iso    : the sensor's base ISO when None
+    temperature_c : of the sensor; None: the one that its dark current is given for
+    seed   : of the temporal noise; fixed patterns are the sensor's own
     """
     ready = _bench_camera(camera, side)
-    groups = {key: list(each) for key, each in frames_of(camera, side=side, frames=frames, iso=iso)}
+    taken = frames_of(camera, side=side, frames=frames, iso=iso, temperature_c=temperature_c, seed=seed)
+    groups = {key: list(each) for key, each in taken}
     # The two greens of a Bayer array apart, as everywhere in measuring.
     planes = mosaic_planes(np.zeros((side, side)), list(ready.cfa.pattern))
     channels = tuple(dict.fromkeys(plane.name for plane in planes))
@@ -50,7 +63,13 @@ def take_shots(camera: Camera, *, side: int = 400, frames: int = 16, iso: float 
 
 
 def frames_of(
-    camera: Camera, *, side: int, frames: int, iso: float | None = None
+    camera: Camera,
+    *,
+    side: int,
+    frames: int,
+    iso: float | None = None,
+    temperature_c: float | None = None,
+    seed: int = 0,
 ) -> Iterator[tuple[_Key, Sequence[Frame]]]:
     """Yield the frames of every group: kind, exposure (of saturation) and time, and what was taken."""
     if camera.shot_noise is None:
@@ -60,13 +79,14 @@ def frames_of(
     per_watt = ready.diffuser_electrons(_light(1.0), TIME_S)
     brightest = ready.adc.saturation_e(iso, ready.well_as_read_e(iso)) / float(per_watt.max())
 
-    def taken(level: float, time_s: float, seed: int, count: int) -> list[Frame]:
+    def taken(level: float, time_s: float, group: int, count: int) -> list[Frame]:
         flat = Capture(
             camera=ready,
             scene=Scene(background=1.0 if level else 0.0),
             light=_light(brightest * (level or 1.0)),
-            exposure=Exposure(time_s=time_s, iso=iso),
+            exposure=Exposure(time_s=time_s, iso=iso, temperature_c=temperature_c),
             seed=seed,
+            frame_number=group * _APART,  # no two frames alike
             tolerance=1e-2,
             scene_name=f"flat at {level:g}" if level else "dark",
         )

@@ -32,7 +32,7 @@ def _figures(channel: ChannelNoise) -> Iterator[tuple[str, str, tuple[str, str, 
     value = {name: each.value if each.measurable else math.nan for name, each in channel.figures().items()}
     gain, read_e, saturation_e = value["gain_dn_per_e"], value["read_noise_e"], value["saturation_e"]
     root_db = 20.0 * math.log10(math.sqrt(saturation_e)) if saturation_e > 0.0 else math.nan
-    least_e = math.sqrt(read_e**2 + 0.25) + 0.5 if read_e >= 0.0 else math.nan
+    least_e = value["sensitivity_threshold_e"]
     yield "sensitivity", "K", ("System gain", "K", "DN/e-"), gain
     yield "sensitivity", "inverse_K", ("Inverse of overall system gain", "1/K", "e-/DN"), 1.0 / gain
     yield "sensitivity", "sigma_d", ("Temporal Dark Noise", "sigma_d", "e-"), read_e

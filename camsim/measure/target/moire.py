@@ -30,6 +30,7 @@ _NEAR = 0.2
 """Of the sampling frequency: how fine a ghost's rings may be where it is fitted."""
 
 _LEAST_PHOTOSITES = 100
+_ROUNDED = 1.0 + 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,12 +88,30 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
     lattices = [channel.planes[0] for channel in picture.select("all") if len(channel.planes) == 1]
     ghosts = tuple(ghost for plane in lattices for ghost in _ghosts(plane, capture, plate))
     if not ghosts:
-        raise UnsupportedError(
-            "no ghost lies whole on the plate and in the picture; give the plate a rim of 1.2 line pairs per sample of "
-            "a channel or more, and show it whole",
-            stage=picture.name,
-        )
+        raise UnsupportedError(_why_none(lattices, capture, plate), stage=picture.name)
     return MoireReport(file=picture.name, ghosts=ghosts)
+
+
+def _rim(capture: Capture, plate: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the rim's radius, pixels, and the frequency there, line pairs per pixel."""
+    pitch_um = capture.camera.pitch_um
+    period_um = plate["rim_period_um"]
+    rim_per_um = plate["rim_lp_per_mm"] / 1e3 if period_um is None else 1.0 / period_um
+    return plate["radius_um"] / pitch_um, rim_per_um * pitch_um
+
+
+def _why_none(lattices: list[Plane], capture: Capture, plate: Mapping[str, Any]) -> str:
+    """A ghost lies at R/q, with q line pairs per sample of its lattice at the rim R, and is fitted within 0.2·R/q."""
+    if not lattices:
+        return "no channel lies on one even lattice, which alone has one sampling frequency"
+    radius, rim_per_pixel = _rim(capture, plate)
+    step, name = max(lattices[0].step), lattices[0].name
+    least_place = step * math.sqrt(_LEAST_PHOTOSITES / math.pi) / _NEAR
+    least, most = 1.0 + _NEAR, radius / least_place
+    has = f"the plate has {rim_per_pixel * step:.3g} line pairs per sample of {name} at a rim of {radius:.4g} px"
+    if most < least:
+        return f"{has}: too small for any ghost to be fitted; make it {math.ceil(least * least_place)} px or more"
+    return f"{has}; ghosts can be fitted from {least:.3g} to {most:.3g}, where the picture shows all of the plate"
 
 
 def _least_squares(basis: F64, signal: F64) -> tuple[F64, F64]:
@@ -106,9 +125,8 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
     contrast = surface_contrast(plane.name, capture, plate["dark"], plate["light"])
     if contrast is None:
         return
-    rim = plate["radius_um"] / pitch_um
-    rim_per_um = plate["rim_lp_per_mm"] / 1e3 if plate["rim_period_um"] is None else 1.0 / plate["rim_period_um"]
-    k = rim_per_um * pitch_um / rim
+    rim, rim_per_pixel = _rim(capture, plate)
+    k = rim_per_pixel / rim
     left, top = capture.grid.first_centre
     x0, y0 = (centre_um / pitch_um for centre_um in plate["centre_um"])
     rows, cols = (
@@ -124,7 +142,7 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
         near = distance < reach
         whole = x.min() <= at[0] - reach and x.max() >= at[0] + reach
         whole = whole and y.min() <= at[1] - reach and y.max() >= at[1] + reach
-        if math.hypot(*at) + reach > rim or not whole or np.count_nonzero(near) < _LEAST_PHOTOSITES:
+        if math.hypot(*at) + reach > rim * _ROUNDED or not whole or np.count_nonzero(near) < _LEAST_PHOTOSITES:
             continue
         phase = np.pi * k * distance[near] ** 2
         # Two harmonics of hard rings, and how the first one's contrast changes with the frequency.

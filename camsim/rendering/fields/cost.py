@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -9,11 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.optics import OpticalSystem
+from camsim.optics.protocols import KnowsReach
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.plan import (
     NODES_BYTES,
     PART_OF_MEMORY,
+    PER_PUPIL_NODE,
     PER_PUPIL_SAMPLE,
     SAMPLE_BYTES,
     STRIP_BYTES,
@@ -21,6 +26,7 @@ from camsim.rendering.fourier.plan import (
     TRANSFER_BYTES,
 )
 from camsim.rendering.fourier.spread import Kernel
+from camsim.words import both
 
 STRIP_POINTS = 2_500_000  # frequencies that are spread to at a time
 PREFERRED_BYTES, MOST_OVERHEAD = 4e8, 1.3  # of a tile, where more of them do not take much longer
@@ -45,6 +51,7 @@ class Prices:
 
     steps : of the layers' samples once they are refined
     shape : planes of all layers, channels, wavelengths
+    summed : whether the pattern is summed from its transfer
     """
 
     layers: Sequence[Layer]
@@ -52,6 +59,7 @@ class Prices:
     kernel: Kernel
     shape: tuple[int, int, int]
     memory_limit_bytes: float
+    summed: bool
 
     def fields(self, tile: Tile) -> int:
         """Return how many transfers of a lens that is not round are held at a time: if they fit, all that there are.
@@ -74,6 +82,7 @@ class Prices:
                 transfers = fields if fields == min(planes * channels, wavelengths) else wavelengths
                 if self.kernel.tapered:
                     own = _of_transfers(tile, wavelengths, transfers, fields)
+                    own = own._replace(seconds=own.seconds + (self._of_rule(tile) if self.summed else 0.0))
                     held = own.held_bytes
                     # Tiles of one size share them.
                     seconds += own.seconds if tile.periods not in made or fields < transfers else 0.0
@@ -85,6 +94,33 @@ class Prices:
             seconds += PER_TILE + sum(one.seconds for one in each)
             memory = max(memory, held + sum(one.held_bytes for one in each))
         return Taken(seconds, memory)
+
+    def _of_rule(self, tile: Tile) -> float:
+        """Return the seconds that a pattern's sums at all wavelengths take, begun again for each strip of it."""
+        strips = math.ceil(_pattern(tile) / STRIP_SAMPLES)
+        return PER_PUPIL_NODE * self.kernel.pupil_nodes(math.hypot(*tile.outer)) * strips
+
+
+def unknown_reach(system: OpticalSystem, extent: F64) -> str:
+    """Return why a pattern is wanted so far out, photosites, where stages do not say how far they go."""
+    stages = (system.lens, *system.more)
+    unknown = [type(stage).__name__ for stage in stages if not isinstance(stage, KnowsReach)]
+    if not unknown:
+        return ""
+    far = " × ".join(f"{apart:.0f}" for apart in extent)
+    return (
+        f": how far {both(unknown)} spreads light is not known (reach_um(lost_fraction, wavelength_nm) would say it), "
+        f"so that all of the scene counts, {far} photosites; give a smaller scene"
+    )
+
+
+def too_large(needed_bytes: float, limit_bytes: float, why: str) -> InvalidValueError:
+    """Return the error of what takes more memory than the limit; ``why``: of ``unknown_reach``."""
+    return InvalidValueError(
+        f"pictures would take {needed_bytes / 1e9:.1f} GB for this frame and lens, and the limit is "
+        f"{limit_bytes / 1e9:.1f} GB{why}; render a smaller region, or allow a larger tolerance",
+        key="method",
+    )
 
 
 def quickest(
@@ -107,10 +143,14 @@ def _samples(tile: Tile) -> float:
     return 4.0 * tile.cut**2 * tile.periods[0] * tile.periods[1]
 
 
+def _pattern(tile: Tile) -> float:
+    """Return the points of the pattern itself, as far as it is taken."""
+    return min(_samples(tile), 16.0 * tile.cut**2 * tile.outer[0] * tile.outer[1])
+
+
 def _of_transfers(tile: Tile, wavelengths: int, transfers: int, fields: int) -> Taken:
     """Return what transfers of a lens that is not round take: ``fields`` of them at a time, of so many in all."""
-    samples = _samples(tile)
-    pattern = min(samples, 16.0 * tile.cut**2 * tile.outer[0] * tile.outer[1])
+    samples, pattern = _samples(tile), _pattern(tile)
     made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
     held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
     return Taken(wavelengths * pattern * PER_PUPIL_SAMPLE + transfers * samples * PER_TRANSFORMED, held)

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, U8
-from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy, KnowsTail
 from camsim.rendering.budget import ErrorBudget, Source
@@ -24,7 +23,7 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned import Aligned
-from camsim.rendering.fields.cost import Prices, quickest, windows
+from camsim.rendering.fields.cost import Prices, quickest, too_large, unknown_reach, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_distance
@@ -34,6 +33,7 @@ from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import Sizes, spreading_precision
 from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.psf import is_summed
 from camsim.repeated import Channels
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
@@ -83,11 +83,8 @@ class FieldImage:
         shape = channel.shape[-2], channel.shape[-1]
         reach, side, cost = self._planned(origin, shape)
         if cost.memory_bytes > self.memory_limit_bytes:
-            raise InvalidValueError(
-                f"pictures would take {cost.memory_bytes / 1e9:.1f} GB for this frame and lens, and the limit is "
-                f"{self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, or allow a larger tolerance",
-                key="method",
-            )
+            why = unknown_reach(self.system, self._extent(origin, shape))
+            raise too_large(cost.memory_bytes, self.memory_limit_bytes, why)
         parts = windows(shape, side)
         shells = self._beyond(reach).shells(origin, shape) if reach.far else []
         for done, (row, col, rows, cols) in enumerate(parts):
@@ -171,8 +168,7 @@ class FieldImage:
             return self._of_layers[key]
         first = np.cumsum([0, *(layer.planes for layer in self.layers)])
         planes = np.concatenate([np.arange(first[k], first[k + 1]) for k in layers])
-        nothing = np.zeros((1, *self.density.shape[1:]))
-        none = np.empty(0, np.int64)
+        nothing, none = np.zeros((1, *self.density.shape[1:])), np.empty(0, np.int64)
         self._of_layers[key] = FourierImage(
             edges=Edges(start=np.empty((0, 2)), end=np.empty((0, 2)), left=none, right=none),
             density=np.concatenate([nothing, self.density[planes]]),
@@ -238,8 +234,7 @@ class FieldImage:
         if not self._kernel.round and min(reach.inner) == self._kernel.reach:
             extent = size + beyond + wide  # wherever a window lies: those of one size share transfers
         periods = [fast_length(math.ceil(value), real=True) for value in extent + beyond]
-        width = reach.outer[0] - reach.inner[0]
-        cut = self._kernel.cutoff + (reach.margin / width if width else 0.0)
+        cut = self._kernel.cutoff + reach.band
         tile = Tile(
             row=0, col=0, rows=shape[0], cols=shape[1], inner=reach.inner, outer=reach.outer,
             periods=(max(periods[0], 2), max(periods[1], 2)), cut=cut,
@@ -260,6 +255,7 @@ class FieldImage:
             kernel=self._kernel,
             shape=(planes, channels, wavelengths),
             memory_limit_bytes=self.memory_limit_bytes,
+            summed=is_summed(self.system),
         )
 
     def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Reach, int, Cost]:

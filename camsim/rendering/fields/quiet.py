@@ -55,6 +55,12 @@ class Reach:
     sharpness: float
     far: bool
 
+    @property
+    def band(self) -> float:
+        """How far the taper's transform reaches, cycles/pitch."""
+        width = self.outer[0] - self.inner[0]
+        return self.margin / width if width else 0.0
+
     def sizes(self, tile: Tile, planes: int, channels: int, fields: int) -> Sizes:
         """Return the settings of one window's transforms; ``fields``: transfers that are held for a block."""
         return Sizes(

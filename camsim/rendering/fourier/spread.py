@@ -13,6 +13,7 @@ from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.taper import Hem
+from camsim.rendering.psf import rule_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,9 +63,10 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         lost, heard = ErrorBudget(tolerance).allowed("reach"), system.ring_share(wavelength_nm)
         ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
         reach = max(lens.reach_um(lost, nm, heard) for nm in ends_nm) / pitch_um
-    elif isinstance(lens, KnowsReach) and not more:
-        lost = ErrorBudget(tolerance).allowed("reach")
-        reach = max(float(lens.reach_um(lost, float(w))) for w in wavelength_nm) / pitch_um
+    elif len(known := [stage for stage in (lens, *more) if isinstance(stage, KnowsReach)]) == 1 + len(more):
+        # What one blur takes to its reach, the next takes on from there.
+        lost = ErrorBudget(tolerance).allowed("reach") / len(known)
+        reach = max(sum(float(stage.reach_um(lost, nm)) for stage in known) for nm in wavelength_nm.tolist()) / pitch_um
     is_round = isinstance(lens, Round) and not more
     faint = isinstance(lens, Fading) and lens.fades and not more
     rings: tuple[tuple[float, float], ...] = ()
@@ -91,8 +93,8 @@ def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> 
     """Return what tells how many nodes the patterns at all wavelengths take out to a distance in pitches."""
     lens = system.lens
     if not isinstance(lens, KnowsNodes) or system.more:
-        shortest = [system.blur_um(float(w)) / pitch_um for w in wavelength_nm]
-        return lambda distance: sum(3.0 * (distance / blur) ** 2 for blur in shortest)
+        cutoffs = [system.cutoff_per_um(nm) * pitch_um for nm in wavelength_nm.tolist()]
+        return lambda distance: float(sum(math.prod(rule_of(cutoff * distance)) for cutoff in cutoffs))
     each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
     return lambda distance: sum(nodes(distance * pitch_um) for nodes in each)
 
