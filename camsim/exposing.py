@@ -130,8 +130,7 @@ class Capture:
     @functools.cached_property
     def white_level_dn(self) -> int:
         """The code at which the signal clips."""
-        iso = self.exposure.iso
-        return self.camera.adc.white_level_dn(iso, self.camera.well_as_read_e(iso))
+        return self.camera.adc.white_level_dn(self.exposure.iso, self.camera.well_as_read_e(self.exposure.iso))
 
     @functools.cached_property
     def random_numbers(self) -> int:
@@ -165,6 +164,7 @@ class Capture:
         setting = Setting(
             camera=self.camera,
             scene=self.scene,
+            light=self.light,
             exposure=self.exposure,
             time_s=self.time_s,
             noise=self.noise,

@@ -19,6 +19,7 @@ from camsim.scene import Scene
 from camsim.scene.primitives import flattened
 from camsim.scene.raster import Field
 from camsim.sensor.exposure import Exposure
+from camsim.spectra.light import Light
 from camsim.words import both, percent
 
 # A full well that ends a percent beyond the last code is meant to end there.
@@ -47,6 +48,7 @@ class Setting:
 
     camera: Body
     scene: Scene
+    light: Light
     exposure: Exposure
     time_s: float
     noise: bool
@@ -57,6 +59,7 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     """Yield what can be said before the picture is taken; ``choice``: how it will be rendered."""
     yield from _of_own_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
+    yield from _of_one_line(setting.camera, setting.light)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
     yield from _of_prnu(setting.camera)
     yield from _of_edges(setting.scene, choice)
@@ -122,6 +125,19 @@ def _of_the_optics(camera: Body) -> Iterator[str]:
                     f"the OLPF's split of {split_um:g} µm is {pitches:.2g} pitches of {camera.pitch_um:g} µm; low-pass "
                     "filters split by half a pitch to a whole one, and split_pitches (from_pitches) goes with the pitch"
                 )
+
+
+def _of_one_line(camera: Body, light: Light) -> Iterator[str]:
+    channels = camera.cfa.channels
+    if light.line_nm is None or light.width_nm or len(channels) == 1:
+        return
+    seen = camera.diffuser_electrons(light, 1.0)
+    if seen.max() > 0.0:
+        shares = ", ".join(f"{name} {percent(e / seen.max())}" for name, e in zip(channels, seen, strict=True))
+        yield (
+            f"a colour sensor in light of one line at {light.line_nm:g} nm: every surface has one colour, and channels "
+            f"get {shares} of the most; light={{illuminant: D65, illuminance_lux: 2000}} shows colours"
+        )
 
 
 def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:

@@ -188,6 +188,18 @@ def brief(value: object) -> str:
     return f"{type(value).__name__}({', '.join(told)})"
 
 
+def duration(seconds: float) -> str:
+    """Return a time as people say it.
+
+    >>> [duration(s) for s in (0.0123, 59.6, 1370.0, 7384.0)]
+    ['0.0123 s', '59.6 s', '22 min 50 s', '2 h 3 min']
+    """
+    if seconds < 100.0:
+        return f"{seconds:.3g} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
 _MOST_LETTERS, _MOST_ITEMS = 100, 6
 
 

@@ -8,14 +8,18 @@ from typing import Annotated
 import typer
 
 from camsim.cli.options import Scheduler, Workers
-from camsim.cli.sweep import say_failures, say_figures
+from camsim.cli.sweep import say_failures, say_figures, say_forecast, say_notes
+from camsim.errors import InvalidValueError
 
 
 def dataset(
     study: Annotated[str, typer.Argument(metavar="DATASET.yaml", help="What it is made of (camsim new dataset).")],
-    output: Annotated[str, typer.Option("-o", "--output", metavar="FOLDER", help="Where shards and index go.")],
+    output: Annotated[
+        str | None, typer.Option("-o", "--output", metavar="FOLDER", help="Where shards and index go.")
+    ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what it would take, and take nothing.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
     quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
@@ -25,8 +29,16 @@ def dataset(
     """
     from camsim.cli.progress import Bar
     from camsim.sweeping import dataset as make
+    from camsim.sweeping import forecast_dataset
 
     gc.enable()
+    if dry_run:
+        with Bar(shown=not quiet) as bar:
+            expected = forecast_dataset(study, bar.update, folder=output)
+        say_forecast(expected, as_json=as_json, quiet=quiet)
+        return
+    if output is None:
+        raise InvalidValueError("missing; name a folder, or look with --dry-run", key="-o")
     with Bar(shown=not quiet) as bar:
         made = make(study, output, workers=workers, scheduler=scheduler, progress=bar.update)
     samples = sum(row["status"] == "done" for row in made.rows)
@@ -39,4 +51,6 @@ def dataset(
     }
     title = f"{output}: README.md, manifest.csv, .parquet, croissant.json"
     say_figures(figures, as_json=as_json, quiet=quiet, title=title)
+    if not quiet:
+        say_notes(made.rows, made.notes)
     say_failures(made.rows)

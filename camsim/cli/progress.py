@@ -8,14 +8,18 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from camsim.words import duration, percent
+
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 _AFTER_S = 0.7
+_LINE_EVERY_S = 30.0
+"""Between lines in a log file."""
 
 
 class Bar:
-    """Shows nothing for short work, nothing in a log file, and goes away when the work is done.
+    """Shows nothing for short work, a line every half minute in a log file, and goes away when the work is done.
 
     At the first use on a machine it says which kernel is being compiled, and the how many-th that is.
     """
@@ -27,6 +31,7 @@ class Bar:
         self._bar: tuple[Progress, TaskID] | None = None
         self._fraction, self._compiled = 0.0, 0
         self._listening = ExitStack()
+        self._stage, self._stage_began, self._said = "", self._began, self._began
 
     def __enter__(self) -> Bar:
         if self._wanted:
@@ -59,6 +64,8 @@ class Bar:
     def update(self, stage: str, fraction: float) -> None:
         """Say which stage is at work and which fraction of it is done."""
         if not self._wanted:
+            if self._shown:
+                self._say_in_a_line(stage, fraction)
             return
         self._fraction = fraction
         if self._bar is None:
@@ -67,6 +74,18 @@ class Bar:
             self._bar = _start()
         progress, task = self._bar
         progress.update(task, description=stage, completed=fraction)
+
+    def _say_in_a_line(self, stage: str, fraction: float) -> None:
+        now = time.perf_counter()
+        if stage != self._stage:
+            self._stage, self._stage_began, self._said = stage, now, now
+        if now - self._said < _LINE_EVERY_S:
+            return
+        self._said = now
+        left = ""
+        if 0.0 < fraction < 1.0:
+            left = f", about {duration((now - self._stage_began) * (1.0 / fraction - 1.0))} left"
+        print(f"camsim: {stage}, {percent(fraction)}{left}", file=sys.stderr, flush=True)
 
 
 def _start() -> tuple[Progress, TaskID]:

@@ -5,16 +5,20 @@ from __future__ import annotations
 import dataclasses
 import gc
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from camsim.cli.options import Scheduler, Workers
 from camsim.errors import InvalidValueError
 
-_MOST = 20
+if TYPE_CHECKING:
+    from camsim.sweeping import Forecast
+
+_MOST, _MOST_NOTES = 20, 5
 _NOT_SHOWN = ("index", "frame", "seed", "frame_number", "bytes", "rows", "cols")
 
 
@@ -28,7 +32,11 @@ def sweep(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what it would take, and take nothing.")] = False,
     plot: Annotated[
         tuple[str, str, str] | None,
-        typer.Option("--plot", metavar="X Y FILE", help="Draw one column of the manifest against another."),
+        typer.Option(
+            "--plot",
+            metavar="X Y FILE",
+            help="Draw a column of the manifest over another, a line for each combination of the other varied keys.",
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
@@ -51,8 +59,8 @@ def sweep(
     gc.enable()
     if dry_run:
         with Bar(shown=not quiet) as bar:
-            expected = forecast(study, bar.update)
-        say_figures(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
+            expected = forecast(study, bar.update, folder=output)
+        say_forecast(expected, as_json=as_json, quiet=quiet)
         return
     if output is None:
         raise InvalidValueError("missing; name a folder, or look with --dry-run", key="-o")
@@ -67,15 +75,17 @@ def sweep(
         "seconds": done.seconds,
     }
     if plot is not None:
-        x, y, file = plot
+        x, y, file = plot[0].replace(".", "_"), plot[1].replace(".", "_"), plot[2]
         for name in (x, y):
             columns = dict.fromkeys(key for row in done.rows for key in row)
             if name not in columns:
                 raise InvalidValueError(f"no column {name!r}; there are {', '.join(columns)}", key="--plot")
-        draw_columns(done.rows, x, y, Path(file))
+        draw_columns(done.rows, x, y, Path(file), by=done.varied)
     say_figures(summary, as_json=as_json, quiet=quiet, title=f"{output}/manifest.csv, .parquet")
     if not (quiet or as_json):
         _say_columns(done.rows)
+    if not quiet:
+        say_notes(done.rows)
     say_failures(done.rows)
 
 
@@ -96,6 +106,19 @@ def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
         Console().print(table)
 
 
+def say_notes(rows: Sequence[Mapping[str, Any]], more: Sequence[str] = ()) -> None:
+    """Say what surprises in captures that are done, with how many of the rows say so; ``more``: what all of them do."""
+    from camsim.sweeping.manifest import BETWEEN_NOTES
+
+    good = [row for row in rows if row["status"] == "done"]
+    of = Counter(note for row in good for note in str(row["message"]).split(BETWEEN_NOTES) if note)
+    lines = [f"note ({count} of {len(good)}): {note}" for note, count in of.most_common(_MOST_NOTES)]
+    if len(of) > _MOST_NOTES:
+        lines.append(f"… and {len(of) - _MOST_NOTES} more, in the manifest's column message")
+    for line in (*lines, *(f"note: {note}" for note in more)):
+        typer.echo(line, err=True)
+
+
 def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
     """Say what failed and why, and end with 1."""
     failures = [row for row in rows if row["status"] != "done"]
@@ -104,6 +127,13 @@ def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
         more = [f"… and {len(failures) - _MOST} more"] if len(failures) > _MOST else []
         typer.echo("\n".join((*shown, *more)), err=True)
         raise typer.Exit(1)
+
+
+def say_forecast(expected: Forecast, *, as_json: bool, quiet: bool) -> None:
+    """Print what would be taken, and what is there."""
+    say_figures(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
+    if not (quiet or as_json):
+        print("time without measuring and the start of workers (some seconds each); memory of each worker")
 
 
 def say_figures(figures: Mapping[str, float], *, as_json: bool, quiet: bool, title: str) -> None:
@@ -123,10 +153,11 @@ def say_figures(figures: Mapping[str, float], *, as_json: bool, quiet: bool, tit
 
 def _shown(name: str, value: float) -> tuple[str, str]:
     from camsim.config.memory import readable
+    from camsim.words import duration
 
     kind, _, unit = name.rpartition("_")
     if unit == "bytes":
         return kind, readable(int(value))
     if unit == "seconds" or name == "seconds":
-        return "time", f"{value:.3g} s" + (" of one core" if kind else "")
+        return "time", duration(value) + (" of one core" if kind else "")
     return name.replace("_", " "), f"{value:g}"

@@ -12,29 +12,41 @@ import numpy as np
 from camsim.errors import InvalidValueError
 from camsim.files.atomic import write_whole
 
+_MOST_NAMED = 12
 
-def draw_columns(rows: Sequence[dict[str, Any]], x: str, y: str, file: Path) -> None:
-    """Draw every file's point, and a line through the medians where a value of ``x`` comes back."""
+
+def draw_columns(rows: Sequence[dict[str, Any]], x: str, y: str, file: Path, *, by: Sequence[str] = ()) -> None:
+    """Draw every file's point, and for each combination of ``by`` a line through the medians.
+
+    by : columns of what varies; those that are drawn themselves, or do not differ, are left out
+    """
     import matplotlib as mpl
 
     mpl.use("Agg")
     from matplotlib.figure import Figure
 
-    points = [(row[x], row[y]) for row in rows if row.get(x) is not None and _is_number(row.get(y))]
-    if not points:
+    good = [row for row in rows if row.get(x) is not None and _is_number(row.get(y))]
+    if not good:
         raise InvalidValueError(f"no row has both {x!r} and a number in {y!r}", key="--plot")
+    numbers = all(_is_number(row[x]) for row in good)
+    others = [name for name in by if name not in (x, y) and not x.startswith(f"{name}_")]
+    others = [name for name in others if len({_word(row.get(name)) for row in good}) > 1]
+    groups: dict[str, dict[Any, list[float]]] = {}
+    for row in good:
+        label = ", ".join(f"{name} {_word(row.get(name))}" for name in others)
+        across = row[x] if numbers else _word(row[x])
+        groups.setdefault(label, {}).setdefault(across, []).append(row[y])
     figure = Figure(figsize=(8.0, 5.0), layout="constrained")
     axes = figure.subplots()
-    across: list[Any] = [value if _is_number(value) else str(value) for value, _ in points]
-    axes.plot(across, [value for _, value in points], "o", ms=4, alpha=0.5, color="#2456a6")
-    if all(map(_is_number, across)):
-        places = sorted(set(across))
-        if len(places) < len(points):
-            medians = [
-                float(np.median([v for a, (_, v) in zip(across, points, strict=True) if a == at])) for at in places
-            ]
-            axes.plot(places, medians, "-", lw=1.2, color="#c0392b", label="median")
-            axes.legend()
+    for label, at in groups.items():
+        places = sorted(at) if numbers else list(at)
+        (line,) = axes.plot(places, [float(np.median(at[place])) for place in places], "-" if numbers else "", lw=1.2)
+        if len(groups) <= _MOST_NAMED:
+            line.set_label(label or "median")
+        pairs = [(place, value) for place in places for value in at[place]]
+        axes.plot(*zip(*pairs, strict=True), "o", ms=4, alpha=0.5, color=line.get_color())
+    if len(groups) <= _MOST_NAMED and (others or any(len(own) > 1 for at in groups.values() for own in at.values())):
+        axes.legend(fontsize="small")
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.grid(alpha=0.3)
@@ -45,3 +57,11 @@ def draw_columns(rows: Sequence[dict[str, Any]], x: str, y: str, file: Path) -> 
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _word(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, dict):
+        return " ".join(_word(own) for own in value.values())
+    return f"{value:g}" if _is_number(value) else str(value)

@@ -15,7 +15,7 @@ from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.atomic import write_whole
 from camsim.notes import notes_of_sensor
 from camsim.optics import Airy
-from camsim.sweeping import read_dataset, read_study
+from camsim.sweeping import check_dataset, check_study
 
 TERMINAL = "-"
 A_SCENE = "a scene"
@@ -73,10 +73,10 @@ def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -
         read_lens_file(located)
         return "a lens", ()
     if isinstance(said, str) and said.startswith("study/"):
-        read_study(file)
+        check_study(file)
         return "a study", ()
     if isinstance(said, str) and said.startswith("dataset/"):
-        read_dataset(file)
+        check_dataset(file)
         return "a data set", ()
     load(file, overrides=overrides, sensors=search.own)
     return A_SCENE, ()

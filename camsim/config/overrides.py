@@ -88,7 +88,18 @@ def _changed(node: Node, rest: tuple[str, ...], override: Override, expected: Ex
     elif new is None and child is None and inside is None:
         # Nothing to remove, and no such key: kept as an empty value, so that the schema says what is wrong.
         new = Node(None, override.place, override.place)
+    if len(rest) == 1 and new is not None and expected is not None and isinstance(node.content, Mapping):
+        content = _without_the_others(node, node.content, str(key), expected)
+        return replace(node, content={**content, str(key): new})
     return replace(node, content=_with(node.content, key, new))
+
+
+def _without_the_others(node: Node, content: Mapping[str, Node], key: str, expected: Expected) -> dict[str, Node]:
+    """Return a table without what the file gives instead of ``key``; what other overrides give stays, to be judged."""
+    table = expected.table(node)
+    groups = table.alternatives if table is not None else ()
+    others = {other for group in groups if key in group for other in group if other != key}
+    return {name: own for name, own in content.items() if name not in others or not own.place.line}
 
 
 def _with(content: Any, key: str | int, new: Node | None) -> tuple[Node, ...] | dict[str, Node]:

@@ -1,8 +1,9 @@
 """Many captures of one study: points among the keys, engines that take them, the manifest of what there is."""
 
-from camsim.sweeping.dataset import Made, dataset, read_pair
+from camsim.sweeping.dataset import Made, check_dataset, dataset, read_pair
+from camsim.sweeping.forecasting import Forecast, forecast, forecast_dataset
 from camsim.sweeping.study import Point, Study, read_dataset, read_study
-from camsim.sweeping.sweep import Forecast, Swept, forecast, sweep
+from camsim.sweeping.sweep import Swept, check_study, sweep
 
 __all__ = [
     "Forecast",
@@ -10,8 +11,11 @@ __all__ = [
     "Point",
     "Study",
     "Swept",
+    "check_dataset",
+    "check_study",
     "dataset",
     "forecast",
+    "forecast_dataset",
     "read_dataset",
     "read_pair",
     "read_study",

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import json
 import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from camsim.capturing import load
@@ -14,7 +16,8 @@ from camsim.exposing import Capture
 from camsim.files.describe import canonical, software
 from camsim.frame import Product
 from camsim.scene import Scene
-from camsim.sweeping.study import Point, Study, V
+from camsim.sweeping.study import MOST_POINTS, Point, Study, V
+from camsim.sweeping.values import is_drawn
 
 Progress = Callable[[str, float], None]
 _MOST_FAULTS = 20
@@ -22,27 +25,75 @@ _MOST_FAULTS = 20
 
 def captures_of(study: Study[V], products: Sequence[Product], report: Progress) -> list[tuple[Point, Capture]]:
     """Return every point with its capture; raises ConfigError with what is wrong with any of them."""
-    model, faults, scenes, found = study.model, dict[str, Fault](), dict[bytes, Scene](), []
+    model, faults, scenes, found = study.model, _Faults(), dict[bytes, Scene](), []
     for point in study.points():
         report("read", point.index / study.count)
-        overrides = point.overrides(model.set)
-        try:
-            capture = load(point.scene, sensor=model.sensor, overrides=overrides, products=tuple(products))
-        except ConfigError as error:
-            for fault in map(study.fault, error.faults):
-                faults.setdefault(str(fault), fault)
-            if len(faults) >= _MOST_FAULTS:
+        capture = _loaded(study, point, products, faults)
+        if capture is None:
+            if len(faults.of) >= _MOST_FAULTS:
                 break
             continue
         seed = capture.seed
         if "noise.seed" not in (*model.set, *dict(point.settings)):
-            seed = (seed + point.index) % 2**63  # noise of its own
+            seed = (seed + point.index + model.seed * MOST_POINTS) % 2**63  # noise of its own
         # Captures of one scene hold it once, whatever its size.
         scene = scenes.setdefault(hashlib.sha256(pickle.dumps(capture.scene)).digest(), capture.scene)
         found.append((point, dataclasses.replace(capture, scene=scene, seed=seed)))
-    if faults:
-        raise ConfigError(list(faults.values()))
+    faults.say()
     return found
+
+
+def judge_values(study: Study[V], products: Sequence[Product]) -> list[Capture]:
+    """Load a capture with every listed value in every scene, and draws; raises ConfigError with what is wrong."""
+    faults = _Faults()
+    found = [_loaded(study, point, products, faults) for point in _telling(study)]
+    faults.say()
+    return [capture for capture in found if capture is not None]
+
+
+def _telling(study: Study[V]) -> Iterator[Point]:
+    """Yield the first point that has a scene, or a listed value in it, of all that there are."""
+    seen = set[tuple[str, str, str]]()
+    drawn = {key for key, values in study.model.vary.items() if is_drawn(values)}
+    for point in study.points():
+        told = {(point.scene, key, json.dumps(value)) for key, value in point.settings if key not in drawn}
+        told.add((point.scene, "", ""))
+        if not told <= seen:
+            seen |= told
+            yield point
+
+
+class _Faults:
+    """What is wrong, and in which scenes."""
+
+    def __init__(self) -> None:
+        self.of: dict[str, tuple[Fault, dict[str, None]]] = {}
+        self.tried: dict[str, None] = {}
+
+    def add(self, fault: Fault, scene: str) -> None:
+        """Note a fault of a scene."""
+        self.of.setdefault(str(fault), (fault, {}))[1][scene] = None
+
+    def say(self) -> None:
+        """Raise ConfigError where there are any; those that not all scenes have name theirs."""
+        if not self.of:
+            return
+        said = []
+        for fault, scenes in self.of.values():
+            those = f"in {', '.join(Path(scene).stem for scene in scenes)}: " if len(scenes) < len(self.tried) else ""
+            said.append(dataclasses.replace(fault, message=those + fault.message))
+        raise ConfigError(said)
+
+
+def _loaded(study: Study[V], point: Point, products: Sequence[Product], faults: _Faults) -> Capture | None:
+    faults.tried[point.scene] = None
+    overrides = point.overrides(study.model.set)
+    try:
+        return load(point.scene, sensor=study.model.sensor, overrides=overrides, products=tuple(products))
+    except ConfigError as error:
+        for fault in error.faults:
+            faults.add(study.fault(fault), point.scene)
+        return None
 
 
 def identity_of(capture: Capture, *asked: Any) -> str:

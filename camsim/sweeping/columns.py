@@ -4,25 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from camsim.errors import UnsupportedError
+from camsim.exposing import Capture
 from camsim.frame import Frame
-from camsim.measure import measure_mtf, picture_of_frame
+from camsim.measure import CameraOtf, measure_mtf, picture_of_frame
+from camsim.measure.target.moire import measure_moire
+
+_OF_A_MEDIAN = math.sqrt(math.pi / 2.0)
 
 
-def measured(frame: Frame, what: Sequence[str]) -> dict[str, Any]:
-    """Return the columns of a frame: ``mtf`` of its edges, ``noise`` and ``signal`` of its channels."""
+Columns: TypeAlias = tuple[dict[str, Any], list[str]]
+"""What was measured, and why something was not."""
+
+
+def measured(frame: Frame, capture: Capture, what: Sequence[str]) -> Columns:
+    """Return the columns of a frame: ``mtf`` of its edges, ``moire`` of its zone plate, ``noise`` and ``signal``."""
     columns: dict[str, Any] = {}
+    said: list[str] = []
     if "signal" in what:
         columns |= _signal(frame)
     if "noise" in what:
         columns |= _noise(frame)
-    if "mtf" in what:
-        columns |= _mtf(frame)
-    return columns
+    for name, measure in (("mtf", _mtf), ("moire", _moire)):
+        if name in what:
+            try:
+                more, why = measure(frame, capture)
+            except UnsupportedError as error:
+                more, why = {}, [f"{name}: {error}"]
+            columns |= more
+            said += why
+    return columns, said
 
 
 def _signal(frame: Frame) -> dict[str, Any]:
@@ -59,16 +74,41 @@ def _noise(frame: Frame) -> dict[str, Any]:
     return columns
 
 
-def _mtf(frame: Frame) -> dict[str, Any]:
-    """MTF50 and MTF at Nyquist of each channel, the median of its edges; nothing where there is no edge to measure."""
-    try:
-        edges = measure_mtf(picture_of_frame(frame), channel="all").edges
-    except UnsupportedError:
-        return {}
+def _mtf(frame: Frame, capture: Capture) -> Columns:
+    """MTF50 and MTF at Nyquist of each channel, the median of its edges, with what they are off and theory.
+
+    A median's standard error is that of a mean times √(π/2); of one edge or two it is their mean.
+    """
+    edges = measure_mtf(picture_of_frame(frame), channel="all", theory=CameraOtf.of(capture)).edges
     columns: dict[str, Any] = {}
+    said: list[str] = []
+    per_mm = 1e3 / capture.camera.pitch_um
     for channel in dict.fromkeys(edge.channel for edge in edges):
-        own = [edge.figures for edge in edges if edge.channel == channel]
+        own = [edge for edge in edges if edge.channel == channel]
         for name in ("mtf50_cycles_per_pixel", "mtf_at_nyquist"):
-            values = [value for figures in own if math.isfinite(value := getattr(figures, name))]
-            columns[f"{name}_{channel}"] = float(np.median(values)) if values else None
-    return columns
+            pairs = [(getattr(edge.figures, name), getattr(edge.standard_error, name)) for edge in own]
+            pairs = [(value, error) for value, error in pairs if math.isfinite(value)]
+            columns[f"{name}_{channel}"] = float(np.median([value for value, _ in pairs])) if pairs else None
+            error = math.hypot(*(error for _, error in pairs)) / max(len(pairs), 1)
+            error *= 1.0 if len(pairs) < 3 else _OF_A_MEDIAN
+            columns[f"{name}_{channel}_error"] = error if pairs and math.isfinite(error) else None
+        mtf50 = columns[f"mtf50_cycles_per_pixel_{channel}"]
+        columns[f"mtf50_lp_per_mm_{channel}"] = None if mtf50 is None else mtf50 * per_mm
+        theory = [edge.theory.mtf50_cycles_per_pixel for edge in own if edge.theory is not None]
+        theory = [value for value in theory if math.isfinite(value)]
+        columns[f"mtf50_cycles_per_pixel_{channel}_theory"] = float(np.median(theory)) if theory else None
+        columns[f"edges_{channel}"] = len(own)
+        if mtf50 is None:
+            said.append(f"mtf: {channel} does not fall to 50 % where it is measured")
+    return columns, said
+
+
+def _moire(frame: Frame, capture: Capture) -> Columns:
+    """Moiré of each channel that lies on one lattice: the contrast of a zone plate's ghosts, and theory."""
+    report = measure_moire(picture_of_frame(frame), capture)
+    columns: dict[str, Any] = {}
+    for channel in dict.fromkeys(ghost.channel for ghost in report.ghosts):
+        own = [ghost.theory for ghost in report.ghosts if ghost.channel == channel]
+        columns[f"moire_{channel}"] = report.moire(channel)
+        columns[f"moire_{channel}_theory"] = float(np.sqrt(np.mean(np.square(own))))
+    return columns, []

@@ -19,11 +19,11 @@ from camsim.errors import InputError, InvalidValueError
 from camsim.exposing import Capture
 from camsim.scene.raster import Raster
 from camsim.sweeping import engines
-from camsim.sweeping.captures import Progress, captures_of, identity_of
+from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
 from camsim.sweeping.card import write_card
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import HIDDEN, PARQUET, Row
-from camsim.sweeping.names import field_of
+from camsim.sweeping.names import columns_of
 from camsim.sweeping.samples import Crop, Source, products_of
 from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample
 from camsim.sweeping.shards import made as shards_made
@@ -33,7 +33,10 @@ from camsim.typed import FilePath, check
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Made:
-    """What there is of a data set: rows of its index, one for each sample; shards made now, found, and failed."""
+    """What there is of a data set: rows of its index, one for each sample; shards made now, found, and failed.
+
+    notes : no mistakes, but worth a sentence
+    """
 
     folder: Path
     rows: tuple[Row, ...]
@@ -41,6 +44,7 @@ class Made:
     found: int
     failed: int
     seconds: float
+    notes: tuple[str, ...] = ()
 
 
 def dataset(
@@ -76,7 +80,7 @@ def dataset(
     place = Path(check(folder, FilePath, "folder"))
     engine, read = engines.engine_of(workers, scheduler), read_dataset(study)
     captures = captures_of(read, products_of(tuple(read.model.hold)), report)
-    shards = _shards(read, captures)
+    shards = shards_of(read, captures)
     size = read.model.crops.rows, read.model.crops.cols
     with alone(place):
         done = completed(
@@ -89,6 +93,7 @@ def dataset(
             shutil.rmtree(place / HIDDEN / CAPTURES, ignore_errors=True)
         pictures = any(isinstance(shape, Raster) for _, capture in captures for shape in capture.scene.shapes)
         write_card(place, read, done.rows, pictures=pictures)
+    unstated = "scenes show pictures, and nobody says whose they are and under which licence: key sources"
     return Made(
         folder=place,
         rows=done.rows,
@@ -96,7 +101,15 @@ def dataset(
         found=done.found,
         failed=done.failed,
         seconds=time.perf_counter() - began_s,
+        notes=(unstated,) if pictures and not read.model.sources else (),
     )
+
+
+def check_dataset(study: StudyOrFile) -> None:
+    """Refuse a data set that could not be made: its keys in every scene, and its windows. Takes nothing."""
+    read = read_dataset(study)
+    for capture in judge_values(read, products_of(tuple(read.model.hold))):
+        _crop(read, capture, 0)
 
 
 def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32], dict[str, Any]]:
@@ -130,7 +143,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     return read_sample(Path(folder), found[0])
 
 
-def _shards(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[Shard]:
+def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[Shard]:
     """Return a shard for each range of indices; a capture whose samples lie in two is in both."""
     ranges: dict[int, list[Source]] = {}
     hold = tuple(dict.fromkeys(study.model.hold))
@@ -156,7 +169,8 @@ def _source(
 ) -> Source:
     crops, settings = study.model.crops, dict(point.settings)
     told = {"capture": point.index, "scene": Path(point.scene).stem}
-    told |= {field_of(key): settings.get(key) for key in study.model.vary}
+    for key in study.model.vary:
+        told |= columns_of(key, settings.get(key))
     first = point.index * crops.each
     cut = tuple(_crop(study, capture, index) for index in range(first, first + crops.each))
     places = [(crop.index, crop.shard, crop.row, crop.col) for crop in cut]

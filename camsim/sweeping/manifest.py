@@ -21,6 +21,9 @@ Results: TypeAlias = list[tuple[str, list[Row]]]
 HIDDEN = ".sweep"
 PARQUET, CSV = "manifest.parquet", "manifest.csv"
 DONE, FAILED = "done", "failed"
+BETWEEN_NOTES = " | "
+"""In the column of messages; notes have semicolons of their own."""
+
 _CHUNK = 1 << 20
 _HALF = re.compile(r"\..*\.[0-9a-f]{8}\.part")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import string
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -47,13 +48,41 @@ class Template:
 
     def name(self, *, index: int, frame: int, frames: int, scene: str, settings: Mapping[str, Any]) -> str:
         """Return the file's name for one frame of a capture."""
-        values = {field_of(key): settings.get(key, "as-it-is") for key in self.keys}
+        values = {field_of(key): _in_a_name(settings.get(key, "as-it-is")) for key in self.keys}
         width = len(str(frames - 1))
         many = f"-{frame:0{width}d}" if frames > 1 else ""
         try:
             return self.text.format(index=index, frame=frame, scene=scene, frame_if_many=many, **values)
         except (ValueError, TypeError) as error:
             raise InvalidValueError(f"{self.text!r}: {error}", key="files") from None
+
+
+def _in_a_name(value: Any) -> Any:
+    """Return a value as files may have it in their names on every system; numbers stay, for their formats.
+
+    >>> _in_a_name({"kind": "four-spot", "split_pitches": 0.75}), _in_a_name("a/b: c"), _in_a_name(None)
+    ('kind-four-spot_split_pitches-0.75', 'a-b-c', 'none')
+    """
+    if value is None:
+        return "none"
+    if isinstance(value, Mapping):
+        return "_".join(f"{key}-{_in_a_name(own)}" for key, own in value.items())
+    if isinstance(value, list | tuple):
+        return "_".join(str(_in_a_name(own)) for own in value)
+    return re.sub(r"[^\w.+-]+", "-", value).strip("-") if isinstance(value, str) else value
+
+
+def columns_of(key: str, value: Any) -> dict[str, Any]:
+    """Return what the manifest says of a key that varies: its value, and what is in a table, each in a column.
+
+    >>> columns_of("sensor.olpf", {"kind": "four-spot", "split_um": 3.0})["sensor_olpf_split_um"]
+    3.0
+    """
+    columns = {field_of(key): value}
+    if isinstance(value, Mapping):
+        for name, own in value.items():
+            columns |= columns_of(f"{key}.{name}", own)
+    return columns
 
 
 def field_of(key: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import tarfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -18,7 +19,12 @@ from camsim.exposing import Capture
 from camsim.files.atomic import replacing
 from camsim.frame import Frame, Product
 from camsim.sensor.colour_matrix import as_shot_neutral, fit
-from camsim.sweeping.manifest import DONE, FAILED, Results, Row, sha256_of
+from camsim.sensor.stages.column_noise import ColumnNoise
+from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.stages.dsnu import Dsnu
+from camsim.sensor.stages.prnu import Prnu
+from camsim.sensor.stages.shot_noise import ShotNoise
+from camsim.sweeping.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha256_of
 from camsim.sweeping.work import FAILURES, Shared, refuse_other_software, said
 
 _OF_THE_FOLDER = ("status", "message", "frame", "shard", "file", "sha256")
@@ -85,7 +91,7 @@ class Cuts:
         seen = shared.of(source.capture, frozenset(products))
         frame = next(source.capture.frames(products=products, optical_image=seen))
         whole: dict[str, Any] = {"noisy": frame.mosaic, "clean": frame.mean_electrons, "truth": frame.truth}
-        about = noise_model(frame)
+        about = noise_model(frame, source.capture)
         rows: list[Row] = []
         path = Path(self.folder) / source.file
         with into_tar(path) as write:
@@ -103,7 +109,7 @@ class Cuts:
                         **source.told,
                         **about,
                         "status": DONE,
-                        "message": "",
+                        "message": BETWEEN_NOTES.join(frame.report.notes),
                     }
                 )
                 write(rows[-1], {part: _stored(whole[part][window]) for part in self.hold})
@@ -126,20 +132,38 @@ def _stored(window: np.ndarray) -> np.ndarray:
     return np.array(window, dtype=np.float32 if window.dtype.kind == "f" else window.dtype, order="C")
 
 
-def noise_model(frame: Frame) -> dict[str, Any]:
+def noise_model(frame: Frame, capture: Capture) -> dict[str, Any]:
     """Return what a denoiser needs to know of a frame's codes, and what a developer does of its colours.
 
-    In codes above black: variance = shot_dn · mean + read_dn2, shot noise and all that does not grow with the light.
+    In codes above black, of a photosite whose mean of the light is m: charge gathers about m + dark_dn, and the square
+    of what a code is off that has the mean shot_dn · (m + dark_dn) + read_dn2 + (prnu · m)² + dsnu_dn². The first two
+    terms are new in every exposure, the others belong to the sensor. Rounding is in read_dn2, 1/12 DN² at every ISO:
+    the gain acts before the converter. dsnu_dn are all offsets that stay: DSNU, columns, the dark current's own.
     """
-    gain = frame.electrons_per_dn
+    gain, acting = frame.electrons_per_dn, capture.electronics
+    dark_e = prnu = 0.0
+    offsets_e = [0.0]
+    for stage in acting:
+        if isinstance(stage, DarkCurrent):
+            dark_e = stage.e_per_s * frame.time_s * stage.warming(capture.exposure.temperature_c)
+            offsets_e.append(stage.nonuniformity * dark_e)
+        elif isinstance(stage, Dsnu | ColumnNoise):
+            offsets_e.append(stage.sigma_e)
+        elif isinstance(stage, Prnu):
+            prnu = stage.fraction
+    read_e = math.hypot(*(stage.dark_noise_e(gain) for stage in acting))
     told = {
         "cfa": "/".join(frame.cfa_pattern),
         "channels": "".join(frame.channels) if all(len(c) == 1 for c in frame.channels) else "/".join(frame.channels),
         "black_level_dn": frame.black_level_dn,
         "white_level_dn": frame.white_level_dn,
         "electrons_per_dn": gain,
-        "shot_dn": 1.0 / gain,
-        "read_dn2": (frame.read_noise_e / gain) ** 2 + 1.0 / 12.0,
+        "shot_dn": 1.0 / gain if any(isinstance(stage, ShotNoise) for stage in acting) else 0.0,
+        "read_dn2": (read_e / gain) ** 2 + 1.0 / 12.0,
+        "dark_dn": dark_e / gain,
+        "prnu": prnu,
+        "dsnu_dn": math.hypot(*offsets_e) / gain,
+        "serial": capture.camera.serial,
         "iso": frame.iso,
         "time_s": frame.time_s,
         "f_number": frame.f_number,

@@ -8,25 +8,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from camsim.config import memory, schema
+from camsim.config import schema
 from camsim.errors import InvalidValueError
 from camsim.exposing import Capture
 from camsim.files.describe import software
 from camsim.sweeping import engines
 from camsim.sweeping.batches import batches
-from camsim.sweeping.captures import Progress, captures_of, identity_of
+from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import Row
-from camsim.sweeping.names import Template, field_of
+from camsim.sweeping.names import Template, columns_of, field_of
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
 from camsim.sweeping.work import Item, Task
 from camsim.typed import FilePath, check
-
-_SAMPLED = 24
-_PHOTOSITE_S = 3e-7
-"""Seconds of one core for a photosite's noise, code and share of a file."""
-
-_BYTES = {".dng": 2, ".tiff": 2, ".tif": 2, ".npy": 8, ".exr": 12, ".png": 2, ".npz": 24}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +28,7 @@ class Swept:
     """What a sweep has done.
 
     rows    : of the manifest, one for each file, in the order of indices
+    varied  : columns of the keys that vary
     taken, found, failed : captures taken now, found whole from before, and those that could not be taken
     """
 
@@ -43,18 +38,7 @@ class Swept:
     found: int
     failed: int
     seconds: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Forecast:
-    """What a sweep would take: captures, files, distinct optical images, seconds of one core, bytes."""
-
-    captures: int
-    files: int
-    optical_images: int
-    seconds: float
-    disk_bytes: float
-    memory_bytes: float
+    varied: tuple[str, ...] = ()
 
 
 def sweep(
@@ -91,7 +75,8 @@ def sweep(
     began_s = time.perf_counter()
     report = progress or (lambda stage, fraction: None)
     engine, place = engines.engine_of(workers, scheduler), Path(check(folder, FilePath, "folder"))
-    items = _items(*read_study(study), report)
+    read, files = read_study(study)
+    items = items_of(read, files, report)
     of = {item.identity: item for item in items}
     with alone(place):
         done = completed(
@@ -108,36 +93,17 @@ def sweep(
         found=done.found,
         failed=done.failed,
         seconds=time.perf_counter() - began_s,
+        varied=("scene", *(field_of(key) for key in read.model.vary)),
     )
 
 
-def forecast(study: StudyOrFile, progress: Progress | None = None) -> Forecast:
-    """Return what a sweep would take, and take nothing."""
-    items = _items(*read_study(study), progress or (lambda stage, fraction: None))
-    first = {item.capture.optical_key: item.capture for item in reversed(items)}
-    some = list(first.values())[:: max(1, len(first) // _SAMPLED)]
-    planned_s = sum(capture.plan().cost.seconds for capture in some) / len(some) * len(first)
-    photosites = [item.capture.grid.rows * item.capture.grid.cols for item in items]
-    frames = sum(count * len(item.files) for item, count in zip(items, photosites, strict=True))
-    products = {product for files in items[0].files for _, product in files}
-    largest = items[max(range(len(items)), key=photosites.__getitem__)].capture
-    grid, channels = largest.grid, len(largest.camera.cfa.channels)
-    return Forecast(
-        captures=len(items),
-        files=sum(len(names) for item in items for names in item.files),
-        optical_images=len(first),
-        seconds=planned_s + _PHOTOSITE_S * frames,
-        disk_bytes=sum(
-            count * _BYTES.get(Path(name).suffix.lower(), 8)
-            for item, count in zip(items, photosites, strict=True)
-            for names in item.files
-            for name, _ in names
-        ),
-        memory_bytes=memory.needed_bytes(grid.rows, grid.cols, channels, tuple(products), held=True),
-    )
+def check_study(study: StudyOrFile) -> None:
+    """Refuse a study whose keys no scene knows, or cannot take. Takes nothing."""
+    read, files = read_study(study)
+    judge_values(read, tuple(template.product for template in files))
 
 
-def _items(study: Study[schema.StudyFile], files: Sequence[Template], report: Progress) -> list[Item]:
+def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: Progress) -> list[Item]:
     """Return all captures, judged; raises CamsimError for what is wrong with any."""
     names: dict[str, int] = {}
     items = []
@@ -162,7 +128,9 @@ def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: 
         )
         for k in range(frames)
     )
-    told = {"index": point.index, "scene": stem, **{field_of(key): settings.get(key) for key in study.model.vary}}
+    told = {"index": point.index, "scene": stem}
+    for key in study.model.vary:
+        told |= columns_of(key, settings.get(key))
     return Item(
         identity=identity_of(capture, files, study.model.measure),
         capture=capture,

@@ -15,7 +15,7 @@ from camsim.files.describe import software
 from camsim.frame import Frame, Product
 from camsim.optical_image import OpticalImage
 from camsim.sweeping.columns import measured
-from camsim.sweeping.manifest import DONE, FAILED, Results, Row, sha256_of
+from camsim.sweeping.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha256_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,17 +98,17 @@ def _taken(item: Item, folder: Path, shared: Shared) -> Iterator[Row]:
     seen = shared.of(item.capture, products)
     frames = item.capture.frames(len(item.files), products=tuple(products), optical_image=seen)
     for number, (frame, files) in enumerate(zip(frames, item.files, strict=True)):
-        figures = measured(frame, item.measure)
+        figures, why = measured(frame, item.capture, item.measure)
         for name, product in files:
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
             save(frame, path, product=product, force=True)
             seconds = time.perf_counter() - began_s
-            yield {**item.told, **_of_file(frame, number, path, name, product), "seconds": seconds, **figures}
+            yield {**item.told, **_of_file(frame, number, path, name, product, why), "seconds": seconds, **figures}
         began_s = time.perf_counter()
 
 
-def _of_file(frame: Frame, number: int, path: Path, name: str, product: Product) -> dict[str, Any]:
+def _of_file(frame: Frame, number: int, path: Path, name: str, product: Product, why: list[str]) -> dict[str, Any]:
     report = frame.report
     error = report.truth_error_estimate if product == "truth" else report.error_estimate
     return {
@@ -118,7 +118,7 @@ def _of_file(frame: Frame, number: int, path: Path, name: str, product: Product)
         "sha256": sha256_of(path),
         "bytes": path.stat().st_size,
         "status": DONE,
-        "message": "; ".join(report.notes),
+        "message": BETWEEN_NOTES.join((*report.notes, *why)),
         "seed": frame.seed,
         "frame_number": frame.frame_number,
         "rows": frame.shape[0],

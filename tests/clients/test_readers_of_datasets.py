@@ -15,6 +15,7 @@ MADE_OF = {
     "set": {"region": {"rows": 24, "cols": 24}, "render.tolerance": 1e-2},
     "vary": {"exposure.iso": [200, 800]},
     "crops": {"rows": 8, "cols": 8, "each": 2},
+    "licence": "CC-BY-4.0",
 }
 
 

@@ -133,12 +133,12 @@ def test_every_light(light: str, expected: camsim.Light) -> None:
             "give illuminance_lux, irradiance_w_per_m2 or luminance_cd_per_m2",
         ),
         (
-            ["light.irradiance_w_per_m2=1"],
+            ["light.irradiance_w_per_m2=1", "light.illuminance_lux=1"],
             "--set light.irradiance_w_per_m2: given together with 'illuminance_lux'; a light has one level, "
             "leave one of the two out",
         ),
         (
-            ["light.blackbody_k=3000"],
+            ["light.blackbody_k=3000", "light.illuminant=A"],
             "--set light.blackbody_k: given together with 'illuminant'; a light has one spectrum, "
             "leave one of the two out",
         ),

@@ -9,7 +9,7 @@ import pytest
 
 import camsim
 from camsim.errors import CamsimError, ConfigError, InputError, OutputError
-from camsim.sweeping import dataset, read_pair, samples, shards
+from camsim.sweeping import check_dataset, dataset, forecast_dataset, read_pair, samples, shards
 
 MADE_OF = {
     "scene": ["slanted-edge", "flat-field", "grey-steps", "checkerboard"],
@@ -172,6 +172,63 @@ def test_the_noise_is_as_stated(tmp_path):
     shot, read = np.linalg.lstsq(terms, square / wanted, rcond=None)[0]
     assert shot == pytest.approx(row["shot_dn"], rel=0.02)
     assert read == pytest.approx(row["read_dn2"], rel=0.1)
+
+
+def test_fixed_patterns_and_dark_current_are_in_the_model_and_seeds_change_the_noise(tmp_path):
+    """Of a bright flat field: what is off from frame to frame has one variance, what stays the other."""
+    study = {
+        "scene": "flat-field",
+        "sensor": "mono-345",
+        "set": {
+            "region": {"rows": 150, "cols": 150}, "render.tolerance": 1e-2, "exposure.time_s": "auto",
+            "light": {"line_nm": 550, "irradiance_w_per_m2": 0.025},  # seconds, for the dark current to gather
+            "sensor.charge.prnu": 0.02, "sensor.charge.dsnu_e": 20, "sensor.charge.dark_current_e_per_s": 50,
+        },
+        "vary": {"noise.seed": [1, 2]},
+        "crops": {"rows": 150, "cols": 150},
+        "splits": {"train": 1.0, "val": 0.0, "test": 0.0},
+        "hold": ["noisy", "clean"],
+    }  # fmt: skip
+    dataset(study, tmp_path, workers=0)
+    (one, row), (two, _) = read_pair(tmp_path, 0), read_pair(tmp_path, 1)
+    mean = float(one["clean"].mean()) / row["electrons_per_dn"]
+    first, second = (part["noisy"].astype(float) - row["black_level_dn"] - mean for part in (one, two))
+    assert row["dark_dn"] > 5.0 * row["read_dn2"] ** 0.5
+    assert first.mean() == pytest.approx(row["dark_dn"], abs=0.05 * row["dark_dn"])
+    # A sample's variance of 22500 is known to 1 %, one that is a difference of two to a few.
+    temporal = row["shot_dn"] * (mean + row["dark_dn"]) + row["read_dn2"]
+    assert np.var(first - second) / 2.0 == pytest.approx(temporal, rel=0.04)
+    fixed = (row["prnu"] * mean) ** 2 + row["dsnu_dn"] ** 2
+    assert np.mean((first - first.mean()) * (second - second.mean())) == pytest.approx(fixed, rel=0.06)
+
+
+def test_two_data_sets_of_other_seeds_share_no_noise(tmp_path):
+    made_of = {**MADE_OF, "scene": "flat-field", "vary": {}, "splits": {"train": 1.0, "val": 0.0, "test": 0.0}}
+    rows = [dataset({**made_of, "seed": seed}, tmp_path / str(seed), workers=0).rows[0] for seed in (0, 1)]
+    assert rows[0]["seed"] != rows[1]["seed"]
+
+
+def test_a_card_without_licence_says_so_and_one_line_of_light_is_noted(tmp_path):
+    made_of = {**MADE_OF, "scene": "siemens-star", "vary": {}, "splits": {"train": 1.0, "val": 0.0, "test": 0.0}}
+    done = dataset(made_of, tmp_path, workers=0)
+    assert "Licence of the data set: not stated" in (tmp_path / "README.md").read_text(encoding="utf-8")
+    assert "license" not in json.loads((tmp_path / "croissant.json").read_text(encoding="utf-8"))
+    assert "a colour sensor in light of one line at 550 nm" in done.rows[0]["message"]
+    expected = forecast_dataset(made_of, folder=tmp_path)
+    assert (expected.captures, expected.found, expected.files) == (0, 1, 0)
+    expected = forecast_dataset(made_of)
+    assert (expected.captures, expected.found, expected.files) == (1, 0, 3)
+    assert expected.disk_bytes == 3 * 80 * (2 + 4 + 3 * 4)
+
+
+def test_keys_that_some_scenes_do_not_know_name_them():
+    made_of = {**MADE_OF, "scene": ["leaves-in-colour", "flat-field"], "splits": {"train": 1, "val": 0, "test": 0}}
+    with pytest.raises(ConfigError, match=r"vary\.scene\.shapes\.0\.seed: in flat-field: ") as caught:
+        check_dataset({**made_of, "vary": {"scene.shapes.0.seed": {"integers": [1, 9]}}, "draws": 2})
+    assert "leaves-in-colour" not in str(caught.value)
+    with pytest.raises(ConfigError, match=r"set\.exposure\.is: unknown key"):
+        check_dataset({**made_of, "set": {"exposure.is": 3}})
+    check_dataset(made_of)
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ import pytest
 from filelock import FileLock
 
 import camsim
+from camsim.cli.sweep_plot import draw_columns
 from camsim.errors import CamsimError, ConfigError, OutputError
 from camsim.sweeping import batches, engines, forecast, work
 
@@ -187,7 +188,50 @@ def test_columns_are_measured(tmp_path):
     rows = camsim.sweep({**study, "measure": ["signal", "mtf"], "files": ["{index}.dng"]}, tmp_path, workers=0).rows
     wide, narrow = rows
     assert wide["mtf50_cycles_per_pixel_G1"] > 1.3 * narrow["mtf50_cycles_per_pixel_G1"]
+    for row in rows:
+        assert row["edges_G1"] == 1
+        off = row["mtf50_cycles_per_pixel_G1"] - row["mtf50_cycles_per_pixel_G1_theory"]
+        assert abs(off) < max(5.0 * row["mtf50_cycles_per_pixel_G1_error"], 0.01)
     assert wide["mean_G_e"] == pytest.approx(16.0 * narrow["mean_G_e"], rel=0.01)
+
+
+def test_what_cannot_be_measured_says_why_and_tables_have_columns(tmp_path):
+    vary = {"sensor.olpf.split_pitches": [0.5, 1.0]}
+    study = {"scene": "flat-field", "sensor": "d40-like", "set": {"region": {"rows": 16, "cols": 16}}, "vary": vary}
+    done = camsim.sweep({**study, "measure": ["mtf", "moire"]}, tmp_path, workers=0)
+    assert done.failed == 0
+    assert [row["sensor_olpf_split_pitches"] for row in done.rows] == [0.5, 1.0]  # split_um of the file gives way
+    assert all("mtf: " in row["message"] and "moire: " in row["message"] for row in done.rows)
+    study["vary"] = {"sensor.olpf": [None, {"kind": "four-spot", "split_pitches": 0.75}]}
+    rows = camsim.sweep({**study, "files": "{sensor_olpf}.dng"}, tmp_path, workers=0).rows
+    assert [row["file"] for row in rows] == ["none.dng", "kind-four-spot_split_pitches-0.75.dng"]
+    assert [row.get("sensor_olpf_split_pitches") for row in rows] == [None, 0.75]
+
+
+def test_a_plot_has_a_line_for_each_combination(tmp_path, monkeypatch):
+    import matplotlib.figure
+
+    labels, save = [], matplotlib.figure.Figure.savefig
+    monkeypatch.setattr(
+        matplotlib.figure.Figure,
+        "savefig",
+        lambda self, *a, **k: (
+            labels.extend(t.get_text() for t in self.axes[0].get_legend().get_texts()) or save(self, *a, **k)
+        ),
+    )
+    rows = [{"pitch": p, "olpf": o, "mtf": p + len(str(o))} for p in (1.0, 2.0) for o in (None, {"split_um": 3.0})]
+    draw_columns(rows, "pitch", "mtf", tmp_path / "plot.png", by=["pitch", "olpf"])
+    assert labels == ["olpf none", "olpf 3"]
+    assert (tmp_path / "plot.png").stat().st_size > 1000
+
+
+def test_moire_is_a_column(tmp_path):
+    study = {"scene": "zone-plate", "set": {"render.tolerance": 1e-2}, "measure": ["moire"]}
+    (row,) = camsim.sweep(study, tmp_path, workers=0).rows
+    found = {name: row[name] for name in row if name.startswith("moire_") and not name.endswith("_theory")}
+    assert found
+    for name, value in found.items():
+        assert value == pytest.approx(row[f"{name}_theory"], abs=0.03)
 
 
 def test_noise_is_that_of_the_sensor(tmp_path):

@@ -79,6 +79,8 @@ class AnnularLens(LensTable):
 class GaussianLens(LensTable):
     """A lens with a Gaussian pattern, the same at every wavelength; f_number sets the exposure only."""
 
+    alternatives = (("sigma_um", "mtf50_per_um"),)
+
     kind: Literal["gaussian"] = Field(description="what blurs the image")
     sigma_um: float | None = Field(default=None, gt=0, description="standard deviation, µm")
     mtf50_per_um: float | None = Field(

@@ -19,6 +19,11 @@ from camsim.typed import Positive
 class Light(Table):
     """The light that falls on the scene: one spectrum, one level."""
 
+    alternatives = (
+        ("illuminant", "table", "blackbody_k", "line_nm"),
+        ("illuminance_lux", "irradiance_w_per_m2", "luminance_cd_per_m2"),
+    )
+
     illuminant: Name | None = Field(default=None, description="its spectrum by name (camsim list illuminants)")
     table: LightTable | None = Field(default=None, description="instead: a spectrum of one's own")
     blackbody_k: float | None = Field(
@@ -38,13 +43,12 @@ class Light(Table):
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         """One spectrum and one level, not none and not two."""
-        spectra = ("illuminant", "table", "blackbody_k", "line_nm")
+        spectra, levels = cls.alternatives
         given = [key for key in spectra if table.get(key) is not None]
         if not given:
             yield "illuminant", "missing; give an illuminant such as D55, or line_nm for a single wavelength"
         for key in given[1:]:
             yield key, f"given together with '{given[0]}'; a light has one spectrum, leave one of the two out"
-        levels = ("illuminance_lux", "irradiance_w_per_m2", "luminance_cd_per_m2")
         given = [key for key in levels if table.get(key) is not None]
         if not given:
             yield "illuminance_lux", "missing; give illuminance_lux, irradiance_w_per_m2 or luminance_cd_per_m2"

@@ -70,6 +70,8 @@ Photosite: TypeAlias = Annotated[
 class FourSpotOlpf(Table):
     """Two birefringent plates: every point becomes four."""
 
+    alternatives = (("split_um", "split_pitches"), ("split_y_um", "split_y_pitches"))
+
     kind: Literal["four-spot"] = Field(description="what the filter makes of a point")
     split_um: float | None = Field(default=None, gt=0, description="full distance between two neighbouring spots, µm")
     split_pitches: float | None = Field(
@@ -89,6 +91,8 @@ class FourSpotOlpf(Table):
 
 class TwoSpotOlpf(Table):
     """One birefringent plate: every point becomes two."""
+
+    alternatives = (("split_um", "split_pitches"),)
 
     kind: Literal["two-spot"] = Field(description="what the filter makes of a point")
     split_um: float | None = Field(default=None, gt=0, description="full distance between the two spots, µm")

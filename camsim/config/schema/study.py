@@ -71,7 +71,9 @@ class Varying(Table):
         description="every value with every other; the first with the first and so on; or one key after another",
     )
     draws: int = Field(default=1, ge=1, le=MOST, description="how often what is drawn is drawn for each combination")
-    seed: int = Field(default=0, ge=0, le=2**63 - 1, description="of what is drawn")
+    seed: int = Field(
+        default=0, ge=0, le=2**63 - 1, description="of what is drawn and of the noise; give each data set its own"
+    )
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -95,9 +97,9 @@ class StudyFile(Varying):
         default="{index:05d}.dng",
         description="of each capture, FILE[:PRODUCT], with {index}, {frame}, {scene} and varied keys as {exposure_iso}",
     )
-    measure: list[Literal["mtf", "noise", "signal"]] = Field(
+    measure: list[Literal["mtf", "moire", "noise", "signal"]] = Field(
         default=[],
-        description="columns to measure: mtf of slanted edges, noise (and signal over it) and signal of each channel",
+        description="columns to measure: mtf of slanted edges, moire of a zone plate, noise (and SNR), signal",
     )
 
 
@@ -128,7 +130,7 @@ class DatasetFile(Varying):
     """A data set: crops of many captures, noisy with their truth, in shards."""
 
     camsim: Literal["dataset/1"] = Field(description="format of this file")
-    crops: Crops = Field(description="windows of every capture")
+    crops: Crops = Field(description="windows of every capture, which may overlap")
     splits: Splits = Field(default=Splits(), description="by scene: no scene is in two")
     hold: list[Literal["noisy", "clean", "truth"]] = Field(
         default=["noisy", "clean", "truth"],
@@ -140,7 +142,7 @@ class DatasetFile(Varying):
         description="tar: as webdataset reads them; npy: one array for each shard and part; files: a folder each",
     )
     samples_per_shard: int = Field(default=500, ge=1, le=MOST, description="of all splits together")
-    licence: Name = Field(default="CC-BY-4.0", description="of the data set, for its card")
+    licence: Name | None = Field(default=None, description="of the data set, for its card; not stated when left out")
     sources: list[Name] = Field(
         default=[],
         description="whose its pictures and its own spectra are, and their licences, a sentence each, for its card",
