@@ -57,7 +57,7 @@ class SideLimits(NamedTuple):
     def side_um(self, radius_um: F64, cut: np.ndarray | bool, uneven: np.ndarray | bool) -> F64:
         """Return the longest sides (n,) but for ``longer``.
 
-        cut, uneven : whether another outline may cut there, and whether sides of the same outline differ for that
+        cut, uneven : whether another outline may cut there, and whether sides of the same outline differ in length
         """
         side = np.minimum(self.segment_um, np.sqrt(self.wobble_um * radius_um * math.sqrt(720.0)))
         if math.isfinite(self.cut_um2):
@@ -107,9 +107,10 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
         found, cut = cut_stretches(found._replace(owner=bent[found.owner]), curves, whose)
         found = found._replace(owner=np.searchsorted(bent, found.owner))
     corners = ~np.stack([through[bent], smooth[bent]], axis=1)
+    # Sides of one outline differ where another one cuts it, from corners on, and wherever its radius does.
     uneven = np.zeros(len(curves.first) - 1, bool)
     uneven[curves.loop[bent[found.owner[cut]]]] = True
-    uneven[curves.loop[bent[corners.any(axis=1)]]] = True
+    uneven[curves.loop[bent[corners.any(axis=1) | ~circles_among(curves.some(bent))]]] = True
     number = np.full(len(curves.kind), -1)
     number[bent] = np.arange(len(bent))
     after = np.where(smooth[bent], number[following[bent]], -1)

@@ -225,3 +225,17 @@ def test_scenery_far_away_of_photosites_of_any_shape(size, lens, photosite):
         assert np.abs(rendering.image.ravel()[[0, 3, 5]] - truth.base[0] - exact).max() <= 0.3 * tolerance
         assert rendering.error_estimate <= tolerance
         assert systems.expected_seconds(system, tolerance=tolerance, method="fourier") < 2.0
+
+
+@pytest.mark.parametrize("radii", [[6.0, 0.63], [6.0, 0.2], [12.0, 2.0]])
+@pytest.mark.parametrize("blur", [0.5, 1.3226])
+def test_a_thin_ellipse_within_a_blur(radii, blur):
+    """1.7 times the tolerance, and less than a third of it by the estimate: sides grow from its tips on, and what each
+    leaves where the next one is longer was looked at only where an outline is cut."""
+    ellipse = {"kind": "ellipse", "centre": [0.4, 0.0], "radii": radii, "rotate_deg": 0.0, "reflectance": 0.2}
+    system = system_of([ellipse], blur, photosite=POINT, rows=7, cols=25)
+    for tolerance in (1e-3, 1e-4, 3e-5):
+        rendering = systems.rendered(system, tolerance=tolerance, method="boundary")
+        exact, unsure = systems.Truth(system).everywhere()
+        assert unsure < 0.01 * tolerance
+        assert np.abs(rendering.image - exact).max() <= 0.35 * tolerance
