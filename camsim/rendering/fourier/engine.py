@@ -16,7 +16,16 @@ from camsim.optics import OpticalSystem
 from camsim.optics.airy import AIRY
 from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import CLOSED_PART
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, SET_UP_SECONDS, Cost, Decision, Marks, Progress, share
+from camsim.rendering.engine import (
+    FEWEST_CHECKED,
+    MEMORY_LIMIT_BYTES,
+    SET_UP_SECONDS,
+    Cost,
+    Decision,
+    Marks,
+    Progress,
+    share,
+)
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance, together
 from camsim.rendering.fourier.spread import kernel_of
@@ -25,8 +34,6 @@ from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
-
-FEWEST = 2  # photosites that are checked singly: a transform's errors are everywhere, no photosite is a case of its own
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,8 +73,8 @@ class FourierPlan:
 
     @property
     def fewest(self) -> int:
-        """A few whatever they take."""
-        return FEWEST
+        """As many as of closed forms: a transform's own errors are everywhere, but those of outlines are not."""
+        return FEWEST_CHECKED
 
     @property
     def wavelengths(self) -> int:
