@@ -35,6 +35,7 @@ from camsim.rendering.fourier.spread import Kernel, kernel_of
 from camsim.rendering.modes import mixed
 
 FINEST, COARSEST = 1e-11, 1e-2
+MOST_SECONDS = 300.0  # of parts by distance, where all at once does not fit the memory
 
 
 class Scenery(Protocol):
@@ -138,7 +139,10 @@ class FourierImage:
                 whole = self._expected(origin, shape)[0]
                 apart = together([part.expected(origin, shape) for part in known])[0]
                 limit = self.memory_limit_bytes
-                if (whole.memory_bytes > limit, whole.seconds) <= (apart.memory_bytes > limit, apart.seconds):
+                fits = whole.memory_bytes <= limit
+                # What would take hours is refused for what all at once would take of memory.
+                absurd = apart.memory_bytes > limit or (not fits and apart.seconds > MOST_SECONDS)
+                if absurd or (fits and whole.seconds <= apart.seconds):
                     known = ()
             self._parts[origin, shape] = known
         return known
