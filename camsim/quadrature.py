@@ -29,7 +29,7 @@ def gauss_legendre(order: int) -> tuple[F64, F64]:
     if order % 2:
         half[-1] = 0.0
     own = slice(order % 2, None)
-    nodes = np.concatenate([-half, half[::-1][own]])
+    nodes = np.concatenate([0.0 - half, half[::-1][own]])
     weights = np.concatenate([half_weights, half_weights[::-1][own]])
     nodes.flags.writeable = weights.flags.writeable = False
     return nodes, weights

@@ -133,20 +133,21 @@ def test_white_noise_is_flat_in_the_spectrogram_and_a_stripe_is_a_line():
 
 
 def test_the_range_is_as_sure_as_saturation_and_read_noise_are(folder):
-    """EMVA 1288 R4.0's formula, at figures moved by their own errors."""
+    """EMVA 1288 R4.0's formula with rounding, at figures moved by their own errors."""
 
-    def range_db(saturation_e, read_noise_e):
-        return 20.0 * np.log10(saturation_e / (np.sqrt(read_noise_e**2 + 0.25) + 0.5))
+    def range_db(saturation_e, read_noise_e, gain_dn_per_e):
+        rounding_e2 = 1.0 / (12.0 * gain_dn_per_e**2)
+        return 20.0 * np.log10(saturation_e / (np.sqrt(read_noise_e**2 + rounding_e2 + 0.25) + 0.5))
 
     channel = measure_noise(read_shots(folder)).channels[0]
-    full, read, found = channel.saturation_e, channel.transfer.read_noise_e, channel.dynamic_range_db
-    assert found.value == pytest.approx(range_db(full.value, read.value))
+    found, transfer = channel.dynamic_range_db, channel.transfer
+    figures = [channel.saturation_e, transfer.read_noise_e, transfer.gain_dn_per_e]
+    values = np.array([figure.value for figure in figures])
+    assert found.value == pytest.approx(range_db(*values))
+    steps = 1e-3 * np.diag([figure.sigma for figure in figures])
+    moved = [range_db(*(values + step)) - found.value for step in steps]
     step = 1e-3
-    moved = [
-        range_db(full.value + step * full.sigma, read.value) - found.value,
-        range_db(full.value, read.value + step * read.sigma) - found.value,
-    ]
-    assert found.sigma == pytest.approx(np.hypot(*moved) / step, rel=1e-3)
+    assert found.sigma == pytest.approx(np.linalg.norm(moved) / step, rel=1e-3)
 
 
 @pytest.mark.parametrize(
