@@ -33,9 +33,7 @@ def dataset(
 
     gc.enable()
     if dry_run:
-        with Bar(shown=not quiet) as bar:
-            expected = forecast_dataset(study, bar.update, folder=output)
-        say_forecast(expected, as_json=as_json, quiet=quiet)
+        say_forecast(forecast_dataset, study, output, as_json=as_json, quiet=quiet)
         return
     if output is None:
         raise InvalidValueError("missing; name a folder, or look with --dry-run", key="-o")

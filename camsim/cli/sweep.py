@@ -6,7 +6,7 @@ import dataclasses
 import gc
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -58,9 +58,7 @@ def sweep(
         check_drawing(plot[2], force=force)
     gc.enable()
     if dry_run:
-        with Bar(shown=not quiet) as bar:
-            expected = forecast(study, bar.update, folder=output)
-        say_forecast(expected, as_json=as_json, quiet=quiet)
+        say_forecast(forecast, study, output, as_json=as_json, quiet=quiet)
         return
     if output is None:
         raise InvalidValueError("missing; name a folder, or look with --dry-run", key="-o")
@@ -129,8 +127,12 @@ def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
         raise typer.Exit(1)
 
 
-def say_forecast(expected: Forecast, *, as_json: bool, quiet: bool) -> None:
+def say_forecast(look: Callable[..., Forecast], study: str, output: str | None, *, as_json: bool, quiet: bool) -> None:
     """Print what would be taken, and what is there."""
+    from camsim.cli.progress import Bar
+
+    with Bar(shown=not quiet) as bar:
+        expected = look(study, bar.update, folder=output)
     say_figures(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
     if not (quiet or as_json):
         print("time without measuring and the start of workers (some seconds each); memory of each worker")

@@ -8,8 +8,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
@@ -24,35 +22,16 @@ from camsim.rendering.engine import (
     Decision,
     Marks,
     Progress,
-    share,
 )
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance, together
+from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.fourier.spread import kernel_of
+from camsim.rendering.fourier.together import Sum
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sum:
-    """An image whose parts are transformed one after the other."""
-
-    parts: tuple[FourierImage, ...]
-
-    def rendered(self, origin: tuple[float, float], channel: U8, progress: Progress = lambda done: None) -> F64:
-        """Render every photosite in its own channel; see ``FourierImage.rendered``."""
-        image = np.zeros(channel.shape)
-        count = len(self.parts)
-        for number, part in enumerate(self.parts):
-            image += part.rendered(origin, channel, functools.partial(share, progress, number, count))
-        return image
-
-    def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
-        """Return what rows and columns take, and the number of frequencies."""
-        return together([part.expected(origin, shape) for part in self.parts])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

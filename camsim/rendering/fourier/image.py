@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -22,7 +22,7 @@ from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, in_turn, share
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
@@ -32,6 +32,7 @@ from camsim.rendering.fourier.regions import Regions, clamped
 from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spread import Kernel, kernel_of
+from camsim.rendering.fourier.together import Sum
 from camsim.rendering.modes import mixed
 
 FINEST, COARSEST = 1e-11, 1e-2
@@ -87,9 +88,7 @@ class FourierImage:
             return image
         shape = (channel.shape[-2], channel.shape[-1])
         if parts := self._shells(origin, shape):
-            for number, own in enumerate(parts):
-                image += own.rendered(origin, channel, functools.partial(share, progress, number, len(parts)))
-            return image
+            return image + Sum(parts=parts).rendered(origin, channel, progress)
         edges, plan = self._planned(origin, shape)
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
@@ -113,7 +112,7 @@ class FourierImage:
         if not len(self.edges):
             return Cost(seconds=0.0, memory_bytes=8.0 * shape[0] * shape[1]), 0.0
         if parts := self._shells(origin, shape):
-            return together([part.expected(origin, shape) for part in parts])
+            return Sum(parts=parts).expected(origin, shape)
         return self._expected(origin, shape)
 
     def shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> int:
@@ -137,7 +136,7 @@ class FourierImage:
             known = tuple(dataclasses.replace(self, base=nothing, shell=shell) for shell in found)
             if known:
                 whole = self._expected(origin, shape)[0]
-                apart = together([part.expected(origin, shape) for part in known])[0]
+                apart = Sum(parts=known).expected(origin, shape)[0]
                 limit = self.memory_limit_bytes
                 fits = whole.memory_bytes <= limit
                 # What would take hours is refused for what all at once would take of memory.
@@ -271,11 +270,6 @@ class FourierImage:
                     )
                 )
             yield self._made[key], np.ascontiguousarray(weights[:, :, some])
-
-
-def together(each: Sequence[tuple[Cost, float]]) -> tuple[Cost, float]:
-    """Return what parts take one after the other, and their frequencies."""
-    return in_turn([cost for cost, _ in each]), sum(frequencies for _, frequencies in each)
 
 
 def check_tolerance(tolerance: float) -> None:
