@@ -47,6 +47,7 @@ from .scene import Line as Line
 from .scene import LinearGradient as LinearGradient
 from .scene import Path as Path
 from .scene import Picture as Picture
+from .scene import PointSource as PointSource
 from .scene import Polygon as Polygon
 from .scene import RadialGradient as RadialGradient
 from .scene import Rectangle as Rectangle

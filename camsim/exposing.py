@@ -125,7 +125,13 @@ class Capture:
         """A name of all that makes the optical image: captures that share it may share one."""
         camera, how = self.camera, (self.tolerance, self.method, self.strict)
         response = camera.electrons_per_reflectance(self.samples, 1.0)
-        return key_of(self.scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how)
+        return key_of(self.lit_scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how)
+
+    @functools.cached_property
+    def lit_scene(self) -> Scene:
+        """The scene, its points as bright as their electrons make them."""
+        full_e = self.camera.electrons_per_reflectance(self.samples, self.radiant_exposure_j_per_m2)
+        return self.scene.lit(self.samples.wavelength_nm, full_e)
 
     @functools.cached_property
     def white_level_dn(self) -> int:
@@ -150,7 +156,7 @@ class Capture:
     def plan(self) -> Choice:
         """Decide how the scene is rendered, in electrons per J/m², and render nothing."""
         return plan_render(
-            self.scene,
+            self.lit_scene,
             self.camera.optics,
             self.window.wide,
             response=self.camera.electrons_per_reflectance(self.samples, 1.0),
@@ -162,14 +168,9 @@ class Capture:
     def notes(self, choice: Choice, products: Products = ("mosaic",)) -> tuple[str, ...]:
         """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
         setting = Setting(
-            camera=self.camera,
-            scene=self.scene,
-            light=self.light,
-            exposure=self.exposure,
-            time_s=self.time_s,
-            noise=self.noise,
-            mean_wanted="truth" in products,
-        )
+            camera=self.camera, scene=self.scene, light=self.light, exposure=self.exposure, time_s=self.time_s,
+            noise=self.noise, mean_wanted="truth" in products,
+        )  # fmt: skip
         return tuple(notes_before(setting, choice))
 
     def frame(self, *, products: Products = ("mosaic",), progress: Progress | None = None) -> Frame:
@@ -291,7 +292,7 @@ class Capture:
         if "spectral" not in products:
             return None
         return radiance_cube(
-            self.scene,
+            self.lit_scene,
             self.camera.optics,
             self.grid,
             light=self.light,
@@ -381,10 +382,9 @@ class Capture:
         signal: tuple[ChannelSignal, ...],
         notes: tuple[str, ...],
     ) -> Report:
-        camera, after = self.camera, notes_after(signal, self.camera, self.exposure.iso)
         return Report(
             scene=self.scene_name,
-            optics=tuple(brief(stage) for stage in camera.optics.stages),
+            optics=tuple(brief(stage) for stage in self.camera.optics.stages),
             electronics=tuple(brief(stage) for stage in self.electronics),
             wavelengths=wavelengths(self.light, self.samples.wavelength_nm.size, rendering.wavelengths),
             method=rendering.method,
@@ -394,7 +394,7 @@ class Capture:
             checked_photosites=rendering.checked_photosites,
             seconds=dict(seconds),
             signal=signal,
-            notes=(*accuracy_notes(rendering), *notes, *after),
+            notes=(*accuracy_notes(rendering), *notes, *notes_after(signal, self.camera, self.exposure.iso)),
             standard_error=rendering.standard_error,
             work={**rendering.work.counts(), "random_numbers": self.random_numbers},
         )

@@ -15,7 +15,7 @@ from camsim.own import is_own, own_stages
 from camsim.rendering.auto import Choice
 from camsim.rendering.edges import shares_within
 from camsim.rendering.grid import Grid
-from camsim.scene import Scene
+from camsim.scene import PointSource, Scene
 from camsim.scene.primitives import flattened
 from camsim.scene.raster import Field
 from camsim.sensor.exposure import Exposure
@@ -192,9 +192,12 @@ def _of_edges(scene: Scene, choice: Choice) -> Iterator[str]:
 
 
 def _any_field_within(scene: Scene, grid: Grid) -> bool:
-    """Whether the box about a picture or a gradient meets the window."""
+    """Whether the box about a picture or a gradient meets the window, or a point lies in it."""
     low = (np.array(grid.first_centre) - 0.5) * grid.pitch_um
     high = low + np.array([grid.cols, grid.rows]) * grid.pitch_um
+    points = np.array([shape.centre_um for shape in scene.shapes if isinstance(shape, PointSource)]).reshape(-1, 2)
+    if ((points >= low) & (points <= high)).all(axis=1).any():
+        return True
     outlines = flattened(shape for shape in scene.shapes if isinstance(shape, Field))
     boxes = [fill.curves.boxes for one in outlines for fill in one.fills]
     return any(bool(((box[:, :2].min(axis=0) < high) & (box[:, 2:].max(axis=0) > low)).all()) for box in boxes)

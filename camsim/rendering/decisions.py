@@ -12,6 +12,7 @@ from camsim.rendering.auto import Choice
 from camsim.rendering.budget import SCENE
 from camsim.rendering.engine import Decision
 from camsim.rendering.job import Job
+from camsim.scene import Group
 
 MOST_TOLD = 20  # shapes one by one
 
@@ -54,6 +55,8 @@ def _shapes(job: Job) -> Iterator[Decision]:
     made_of: dict[str, Counter[str]] = {}
     first = 0
     for number, shape in enumerate(job.scene.shapes):
+        if shape == Group(shapes=()):
+            continue  # a point source, which has no outline
         primitives = list(shape.primitives())
         last = first + len(primitives)
         bent = sum(int(np.count_nonzero(fill.curves.kind)) for one in primitives for fill in one.fills)

@@ -184,8 +184,8 @@ def plan_render(
     if isinstance(system.lens, Varies):
         if edges is not scene:
             raise UnsupportedError(
-                "a lens that changes over the frame is rendered of shapes only, without pictures and gradients; "
-                "take a wavefront lens, or leave them out",
+                "a lens that changes over the frame is rendered of shapes only, without pictures, gradients "
+                "and points; take a wavefront lens, or leave them out",
                 key="lens",
             )
         from camsim.rendering.across.choose import choose_across

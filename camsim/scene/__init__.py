@@ -5,6 +5,7 @@ from camsim.scene.arrange import Arrangement, arrange
 from camsim.scene.charts import Chart
 from camsim.scene.gradients import LinearGradient, RadialGradient, SineGrating, SineStar, SineZonePlate
 from camsim.scene.picture import Picture
+from camsim.scene.point_source import PointSource
 from camsim.scene.primitives import Primitive, Shape, flattened
 from camsim.scene.scene import Scene
 from camsim.scene.shapes import (
@@ -37,6 +38,7 @@ __all__ = [
     "LinearGradient",
     "Path",
     "Picture",
+    "PointSource",
     "Polygon",
     "Primitive",
     "RadialGradient",

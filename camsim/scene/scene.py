@@ -7,7 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from camsim import notebook
+from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.scene.point_source import PointSource
 from camsim.scene.primitives import Shape, counted
 from camsim.scene.raster import Field
 from camsim.spectra.curve import Reflectance, Spectrum
@@ -56,6 +58,13 @@ class Scene:
         if not any(isinstance(shape, Field) for shape in self.shapes):
             return self
         shapes = [shape.frame(reflectance) if isinstance(shape, Field) else shape for shape in self.shapes]
+        return Scene(background=self.background, shapes=shapes)
+
+    def lit(self, wavelength_nm: F64, electrons: F64) -> Scene:
+        """Return the scene with its points as bright as electrons make them; see ``PointSource.lit``."""
+        if not any(isinstance(shape, PointSource) for shape in self.shapes):
+            return self
+        shapes = [one.lit(wavelength_nm, electrons) if isinstance(one, PointSource) else one for one in self.shapes]
         return Scene(background=self.background, shapes=shapes)
 
     @classmethod

@@ -90,7 +90,15 @@ def test_kinds_and_classes_have_the_same_names(place: str) -> None:
 def test_every_place_with_kinds_is_looked_at() -> None:
     assert {place for place, _ in KINDS} - {"clip"} == set(WORDS)
     # Outlines can clip; pictures and gradients are fields.
-    fields = {"picture", "linear-gradient", "radial-gradient", "sine-grating", "sine-star", "sine-zone-plate"}
+    fields = {
+        "picture",
+        "point-source",
+        "linear-gradient",
+        "radial-gradient",
+        "sine-grating",
+        "sine-star",
+        "sine-zone-plate",
+    }
     shapes = {kind for place, kind in KINDS if place == "shapes"} - fields
     assert {kind for place, kind in KINDS if place == "clip"} == shapes
 

@@ -64,6 +64,7 @@ DIMENSIONLESS = {
     "spill": "a fraction",
     "nonuniformity": "a fraction of the mean",
     "hot": "(row, col, electrons per second)",
+    "photosites": "as many full ones",
     "electrons_in": "electrons",
     "electrons_out": "electrons",
     "filters": "curves of transmission",

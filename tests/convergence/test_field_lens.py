@@ -266,5 +266,7 @@ def test_what_a_lens_cannot_take_is_refused():
     with pytest.raises(camsim.errors.CamsimError, match="strips renders one pattern for all of the frame"):
         rendered(revolved(), scene, window(), method="strips")
     gradient = camsim.LinearGradient(width_um=90.0, height_um=90.0, low=0.0, high=1.0)
-    with pytest.raises(camsim.errors.CamsimError, match="rendered of shapes only, without pictures and gradients"):
+    with pytest.raises(
+        camsim.errors.CamsimError, match="rendered of shapes only, without pictures, gradients and points"
+    ):
         rendered(revolved(), dataclasses.replace(scene, shapes=[gradient]), window())

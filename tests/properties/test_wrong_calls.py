@@ -45,6 +45,7 @@ STAGES: tuple[Any, ...] = (
     camsim.Path(segments_um=TRIANGLE, reflectance=0.1),
     camsim.Line(segments_um=TRIANGLE, width_um=0.1, reflectance=0.1),
     camsim.Picture(planes=np.full((1, 2, 2), 0.5), width_um=4.0),
+    camsim.PointSource(electrons=9.0),
     camsim.LinearGradient(width_um=4.0, height_um=4.0), camsim.RadialGradient(radius_um=4.0),
     camsim.SineGrating(width_um=4.0, height_um=4.0, period_um=2.0),
     camsim.SineZonePlate(radius_um=4.0, finest_period_um=1.0),

@@ -30,7 +30,7 @@ from camsim.config.schema.lens import (
     WavefrontLens,
 )
 from camsim.config.schema.lens_file import LensFile
-from camsim.config.schema.pictures import Picture
+from camsim.config.schema.pictures import Picture, PointSource
 from camsim.config.schema.scene import (
     Background,
     Exposure,
@@ -117,6 +117,7 @@ __all__ = [
     "Noise",
     "Path",
     "Picture",
+    "PointSource",
     "Polygon",
     "PolygonPhotosite",
     "Pupil",

@@ -1,4 +1,4 @@
-"""scene/1, pictures among its shapes."""
+"""scene/1, pictures and point sources among its shapes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
-from camsim.config.schema.base import Name, Point, Table, by_form
+from camsim.config.schema.base import Name, Point, Reflectance, Table, by_form
 from camsim.typed import Positive
 
 Encoding: TypeAlias = Annotated[
@@ -35,4 +35,24 @@ class Picture(Table):
     )
     tolerance: float = Field(
         default=1e-4, ge=0, le=1, description="how far a cube's planes may lie from it; 0 keeps every band"
+    )
+
+
+class PointSource(Table):
+    """A point of light, such as a star: it has no area, and hides nothing."""
+
+    kind: Literal["point-source"] = Field(description="which shape")
+    electrons: float | None = Field(
+        default=None,
+        gt=0,
+        description="that all photosites would collect of it in a frame, were all of the channel with the most",
+    )
+    photosites: float | None = Field(
+        default=None,
+        gt=0,
+        description="in place of electrons: photosites full of such a surface that send as much light",
+    )
+    centre: Point = Field(default=(0.0, 0.0), description="from the optical axis, in the scene's unit")
+    reflectance: Reflectance = Field(
+        default=1.0, description="of a surface with light of that colour; names: camsim list reflectances"
     )

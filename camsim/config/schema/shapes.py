@@ -16,7 +16,7 @@ from camsim.config.schema.gradients import (
     SineStar,
     SineZonePlate,
 )
-from camsim.config.schema.pictures import Picture
+from camsim.config.schema.pictures import Picture, PointSource
 from camsim.marks import Called
 from camsim.typed import NonNegative, Positive
 
@@ -243,9 +243,9 @@ _Kinds: TypeAlias = (
     | Svg
 )
 Shape: TypeAlias = Annotated[_Kinds, Field(discriminator="kind")]
-_Fields: TypeAlias = Picture | LinearGradient | RadialGradient | SineGrating | SineStar | SineZonePlate
+_Fields: TypeAlias = Picture | PointSource | LinearGradient | RadialGradient | SineGrating | SineStar | SineZonePlate
 Placed: TypeAlias = Annotated[_Kinds | _Fields, Field(discriminator="kind")]
-"""A shape of a scene; within groups and as clips there are no pictures and gradients."""
+"""A shape of a scene; within groups and as clips there are no pictures, gradients and points."""
 
 for _table in (Group, RepeatOnGrid, RepeatOnRing):
     _table.model_rebuild()

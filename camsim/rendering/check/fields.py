@@ -35,6 +35,7 @@ LOOK_UP = 0.05  # of what may be wrong, that a look-up of the pattern by six poi
 SMALLEST, COARSEST = 1e-12, 1e-2  # of the rules
 ZONES = 2.0  # times as far, from one zone to the next: rules may be wrong by more where the pattern is faint
 FARTHER, LISTENED = 1.3, 64  # steps of the radius, and places where rings are listened to
+RINGS = 4.0  # times an Airy pattern's, that those of others may have
 NODE_SECONDS = 6e-9  # of one core, measured
 FAR_SECONDS = 8e-9
 
@@ -90,6 +91,14 @@ class DirectSums:
         return 0.5 * side * x, 0.5 * w
 
     @functools.cached_property
+    def _farthest(self) -> float:
+        """The largest distance of a photosite from anything that is seen, pitches."""
+        x0, y0 = np.array(self.grid.first_centre) - self.moved
+        x1, y1 = x0 + self.grid.cols - 1.0, y0 + self.grid.rows - 1.0
+        corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        return max(seen.farthest(corners) for seen in self.seen)
+
+    @functools.cached_property
     def radius(self) -> float:
         """The distance beyond which rings are averaged: where a random picture hears less of them than is allowed.
 
@@ -101,15 +110,17 @@ class DirectSums:
         fall = min(1.0, (blur / math.pi) ** 2)  # of the footprint's own mean over a ring, on most of it
         radius, extent = max(6.0 * blur, 8.0), float(np.abs(self.footprint()[0]).max()) + 1.5 * min(largest, LARGEST)
         lengths = self.system.blurs_um(self.wavelength_nm) / self.grid.pitch_um
-        while heard * fall / radius**2 > self.allowed:
+        # A point is heard by what is beside its own ring only, and all of it in step.
+        lit = RINGS * blur / math.pi**3 * min(1.0, sum(seen.loud for seen in self.seen))
+        while (heard_here := heard * fall / radius**2 + lit / radius**3) > self.allowed:
             # Wavelengths whose rings are out of step are heard less.
             places = radius * np.linspace(1.0, FARTHER, LISTENED)
             turns = np.exp(2j * np.pi * places[:, None] / lengths)
             sums = np.einsum("qj,rj->qr", self.density.reshape(-1, lengths.size).astype(complex), turns)
-            if heard * fall / radius**2 * min(1.0, float(np.abs(sums).max())) <= self.allowed:
+            if heard_here * min(1.0, float(np.abs(sums).max())) <= self.allowed:
                 break
             radius *= FARTHER
-        return radius + extent
+        return min(radius, self._farthest) + extent
 
     @functools.cached_property
     def zones(self) -> list[tuple[float, tuple[float, float]]]:

@@ -20,11 +20,12 @@ from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.gradient_samples import Cells, SeenGradient
 from camsim.rendering.check.judge import Found, Judge
 from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
+from camsim.rendering.check.point_samples import SeenPoints, seen_points
 from camsim.rendering.check.scene_samples import LARGEST, Seen
 from camsim.rendering.check.wavelengths import condensed, densities
 from camsim.rendering.engine import Plan
 from camsim.rendering.grid import Grid
-from camsim.scene import Picture, Scene
+from camsim.scene import Picture, PointSource, Scene
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, axes_of, flat_of
 from camsim.spectra.component import Component
@@ -77,8 +78,19 @@ class PictureJudge:
         return {
             number: bounds_of(self.scene, number, job.grid.pitch_um, longest, job.budget.of_check.tolerance)
             for number, shape in enumerate(self.scene.shapes)
-            if isinstance(shape, Field)
+            if isinstance(shape, Picture | Gradient)
         }
+
+    @property
+    def sees(self) -> bool:
+        """Whether anything of pictures, gradients and points is to be seen."""
+        return bool(self._points) or any(bounds is None or len(bounds.start) for bounds in self._bounds.values())
+
+    @functools.cached_property
+    def _points(self) -> list[PointSource]:
+        """Points that nothing covers, the brightest first."""
+        seen = seen_points(self.scene, self.edges.job.grid.pitch_um)
+        return sorted(seen, key=lambda point: -(point.photosites or 0.0))
 
     @functools.cached_property
     def _moved(self) -> F64:
@@ -99,13 +111,18 @@ class PictureJudge:
         pictures: list[Seen] = []
         spectra: list[Spectrum | Component] = []
         for number, shape in enumerate(self.scene.shapes):
-            if isinstance(shape, Field):
+            if isinstance(shape, Picture | Gradient):
                 pictures.append(self._seen(number, shape, allowed))
-                assert isinstance(shape, Picture | Gradient)
                 spectra.extend(shape.spectra)
                 if pictures[-1].ones:
                     spectra.append(Component.less(background))
-        wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm, full=job.signals.scale)
+        colours: list[Spectrum] = list(dict.fromkeys(point.reflectance for point in self._points))
+        wavelength_nm, density = densities(
+            [*spectra, *colours] or [0.0], job.response, job.wavelength_nm, full=job.signals.scale
+        )
+        if self._points:
+            pictures.append(SeenPoints.of(self._points, colours, job.grid.pitch_um))
+            allowed /= max(1.0, pictures[-1].loud)
         blur = system.blurs_um(wavelength_nm) / job.grid.pitch_um
         sums = functools.partial(
             DirectSums, seen=tuple(pictures), system=system, grid=job.grid, allowed=allowed, moved=self._moved
@@ -172,7 +189,8 @@ class PictureJudge:
         """Return photosites where outlines lie in front of pictures, at their corners and middles, and anywhere."""
         grid = self.edges.job.grid
         x0, y0 = grid.first_centre
-        in_front, corners = self._crossed(count), []
+        in_front = self._crossed(count)
+        corners = [np.array(point.centre_um) / grid.pitch_um + self._moved for point in self._points[:count]]
         for shape in self.scene.shapes:
             if isinstance(shape, Picture | Gradient):
                 middle = np.array(shape.centre_um) / grid.pitch_um + self._moved
@@ -194,7 +212,7 @@ class PictureJudge:
 
     def _crossed(self, count: int) -> F64:
         """Return places (n, 2) where outlines lie in front of pictures, the hardest first."""
-        fields = [shape for shape in self.scene.shapes if isinstance(shape, Field)]
+        fields = [shape for shape in self.scene.shapes if isinstance(shape, Picture | Gradient)]
         found = crossed(zip(fields, self._bounds.values(), strict=True), self.edges.job.grid, count)
         return found + self._moved
 

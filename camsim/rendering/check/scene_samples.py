@@ -150,6 +150,11 @@ class Seen:
         return whole & ~cut, cut
 
     @property
+    def loud(self) -> float:
+        """Light of points that are no part of anything larger, square pitches."""
+        return 0.0
+
+    @property
     def whole(self) -> np.ndarray:
         """Which patches (rows, cols) are seen whole."""
         return self._states[0]

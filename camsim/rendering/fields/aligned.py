@@ -24,7 +24,7 @@ from camsim.optics.protocols import Round, Separable
 from camsim.quadrature import chebyshev
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned_kernels import Axes, Cells, Columns, lit_columns
-from camsim.rendering.fields.samples import Lattice
+from camsim.rendering.fields.light import Lattice
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.kernels import Curves
 from camsim.rendering.fourier.lens import round_curves

@@ -14,6 +14,7 @@ from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsReach
 from camsim.rendering.fields.layer import Layer
+from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.plan import (
     NODES_BYTES,
@@ -54,7 +55,7 @@ class Prices:
     summed : whether the pattern is summed from its transfer
     """
 
-    layers: Sequence[Layer]
+    layers: Sequence[Layer | PointLayer]
     steps: Sequence[float]
     kernel: Kernel
     shape: tuple[int, int, int]
@@ -157,7 +158,14 @@ def _of_transfers(tile: Tile, wavelengths: int, transfers: int, fields: int) -> 
 
 
 def taken(
-    layer: Layer, step: float, box: tuple[F64, F64], tile: Tile, *, channels: int, transfers: int, aligned: bool
+    layer: Layer | PointLayer,
+    step: float,
+    box: tuple[F64, F64],
+    tile: Tile,
+    *,
+    channels: int,
+    transfers: int,
+    aligned: bool,
 ) -> Taken:
     """Return what a layer takes on a window.
 

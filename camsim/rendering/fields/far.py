@@ -23,6 +23,7 @@ from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.far_kernels import POINTS, deposit, deposit_rows, read
 from camsim.rendering.fields.gathered import Gathered
 from camsim.rendering.fields.layer import Layer
+from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.modes import mixed
 from camsim.rendering.spectral import Signals, fuse
@@ -59,7 +60,7 @@ class Beyond:
     light : that lies beyond, in units of what may be wrong
     """
 
-    layers: Sequence[Layer]
+    layers: Sequence[Layer | PointLayer]
     density: F64
     wavelength_nm: F64
     system: OpticalSystem

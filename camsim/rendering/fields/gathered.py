@@ -12,6 +12,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.rendering.fields.layer import Layer
+from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import samples_of
 
 NODES_OFF = 1e-6  # relative: nodes where outlines cut
@@ -30,13 +31,16 @@ class Light(NamedTuple):
 class Gathered:
     """A layer seen from an origin, its planes mixed (modes, planes)."""
 
-    layer: Layer
+    layer: Layer | PointLayer
     mixture: F64
     origin: tuple[float, float]
 
     def parts(self, size: float, low: F64, high: F64) -> Iterator[Light]:
         """Yield the light of all that lies in a box, blocks up to ``size`` each as one."""
         layer, at = self.layer, np.array(self.origin)
+        if isinstance(layer, PointLayer):
+            yield from self._within(layer.at - at, np.einsum("mp,pn->mn", self.mixture, layer.light), low, high)
+            return
         corners = layer.corners - at
         block = max(1, int(size / layer.step))
         if layer.outline is not None or layer.degree > 1 or layer.step > 4.0 * size:
@@ -61,6 +65,7 @@ class Gathered:
 
     def _blocks(self, block: int, low: F64, high: F64) -> Iterator[Light]:
         layer, at = self.layer, np.array(self.origin)
+        assert isinstance(layer, Layer)
         box = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
         u, v = layer.samples_at(box + at).T
         down, across = (_begins(part, n, block) for part, n in ((v, layer.shape[0]), (u, layer.shape[1])))

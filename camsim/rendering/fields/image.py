@@ -26,8 +26,10 @@ from camsim.rendering.fields.aligned import Aligned
 from camsim.rendering.fields.cost import Prices, quickest, too_large, unknown_reach, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
+from camsim.rendering.fields.light import Lattice, Samples
+from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_distance
-from camsim.rendering.fields.samples import Lattice, Samples, parts_of, samples_of
+from camsim.rendering.fields.samples import parts_of, samples_of
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage, check_tolerance
@@ -51,7 +53,7 @@ class FieldImage:
     tolerance     : largest error, in the unit of ``density``
     """
 
-    layers: Sequence[Layer]
+    layers: Sequence[Layer | PointLayer]
     density: F64
     wavelength_nm: F64
     system: OpticalSystem
@@ -184,7 +186,7 @@ class FieldImage:
     def _of_layers(self) -> dict[tuple[int, ...], FourierImage]:
         return {}
 
-    def _is_aligned(self, layer: Layer, tile: Tile) -> bool:
+    def _is_aligned(self, layer: Layer | PointLayer, tile: Tile) -> bool:
         """Whether a layer's samples lie along the photosites' rows, and not too closely for a lattice of their own."""
         along = self._kernel.round and layer.upright
         frequencies = tile.periods[0] * tile.periods[1] / self._step(layer) ** 2
@@ -242,7 +244,7 @@ class FieldImage:
         )  # fmt: skip
         return low, high, tile
 
-    def _step(self, layer: Layer) -> float:
+    def _step(self, layer: Layer | PointLayer) -> float:
         """Return the distance of a layer's samples once they are refined."""
         return layer.step / parts_of(layer, self._kernel.cutoff)
 

@@ -17,11 +17,12 @@ from camsim.rendering.fields.gradient import sampled
 from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.layer import Layer, Rings
 from camsim.rendering.fields.parts import FieldImages, Part
+from camsim.rendering.fields.points import PointLayer, layer_of, seen_of
 from camsim.rendering.fourier.image import FINEST
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
 from camsim.rendering.spectral import Signals, blur_of, fuse, multiplied, wavefront_phase
-from camsim.scene import Picture, Scene
+from camsim.scene import Picture, PointSource, Scene
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, Raster
 from camsim.spectra.component import Component
@@ -34,13 +35,13 @@ TAILS = 0.02  # of the tolerance: light at either end of the spectrum whose wave
 class FieldJob:
     """Pictures of a scene.
 
-    layers        : those that can be seen
+    layers        : those that can be seen, all points as the last one
     wavelength_nm : (n,);  density: (planes, channels, n) of all layers' planes, of full scale
     tolerance     : that they may take
     split         : the lens as a round one, moved, and the rest, where it is that
     """
 
-    layers: tuple[Layer, ...]
+    layers: tuple[Layer | PointLayer, ...]
     wavelength_nm: F64
     density: F64
     system: OpticalSystem
@@ -60,13 +61,13 @@ class FieldJob:
         scale: F64,
         tolerance: float,
     ) -> FieldJob:
-        """Find what is seen of every picture; ``scale``: (channels,) of the edges' signals."""
+        """Find what is seen of every picture and point; ``scale``: (channels,) of the edges' signals."""
         seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
         seen_nm = seen_nm if seen_nm.size else wavelength_nm[:1]
-        layers: list[Layer] = []
+        layers: list[Layer | PointLayer] = []
         spectra: list[Spectrum | Component] = []
         for number, shape in enumerate(scene.shapes):
-            if not isinstance(shape, Field):
+            if not isinstance(shape, Field) or isinstance(shape, PointSource):
                 continue
             outline = _seen(scene, number, system, grid, seen_nm, ErrorBudget(tolerance))
             if outline is not None and not len(outline[0]):
@@ -77,7 +78,14 @@ class FieldJob:
             spectra.extend(raster.spectra)
             if layer.ones:
                 spectra.append(Component.less(scene.background))
-        nodes, density = multiplied(spectra or [0.0], response, wavelength_nm)
+        points = seen_of(scene, system, grid, seen_nm, ErrorBudget(tolerance))
+        colours = list(dict.fromkeys(one.reflectance for one in points))
+        nodes, density = multiplied([*spectra, *colours] or [0.0], response, wavelength_nm)
+        if points:
+            lit = layer_of(points, grid.pitch_um, colours)
+            layers.append(lit)
+            # What is lit as much as a perfect diffuser may be wrong by as much.
+            tolerance = tolerance / max(1.0, lit.loud)
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
         return cls(
             layers=tuple(layers),

@@ -23,7 +23,7 @@ def with_pictures(choice: Choice, scene: Scene, tolerance: float) -> Choice | No
     """
     if choice.method in rules.METHODS:
         raise UnsupportedError(
-            f"{choice.method} renders shapes and no pictures; use fourier, boundary or auto", key="method"
+            f"{choice.method} renders shapes, and no pictures or points; use fourier, boundary or auto", key="method"
         )
     job = choice.plan.job
     lone = edges_share(scene) == 1.0
@@ -36,9 +36,10 @@ def with_pictures(choice: Choice, scene: Scene, tolerance: float) -> Choice | No
         scale=job.signals.scale,
         tolerance=tolerance if lone else max(tolerance - job.tolerance, FINEST),
     )
-    if not fields.layers:
-        return None
     judge = PictureJudge(edges=Judge(job, FOURIER), scene=scene, fields=fields)
+    if not fields.layers:
+        # Where the check sees some all the same, it is to say so.
+        return dataclasses.replace(choice, judge=judge) if judge.sees else None
     plan = WithPictures(edges=choice.plan, fields=fields, tolerance=tolerance)
     if lone:
         return dataclasses.replace(choice, method="fourier", why="pictures are rendered by it", plan=plan, judge=judge)

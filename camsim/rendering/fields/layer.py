@@ -84,6 +84,22 @@ class Layer:
         return self.picture.kind
 
     @property
+    def sides(self) -> int:
+        """Of the outline."""
+        return 4 if self.outline is None else len(self.outline[0])
+
+    @property
+    def said(self) -> tuple[str, str]:
+        """What explanations say of it, and why."""
+        rows, cols = self.shape
+        turned = f", turned by {self.picture.rotate_deg:g}°" if self.picture.rotate_deg % 360.0 else ""
+        seen = "all of it seen" if self.outline is None else "what outlines cut of it is integrated"
+        return (
+            f"{rows} × {cols} samples, {self.planes} plane{'s' if self.planes != 1 else ''}",
+            f"{self.picture.interpolation}, {self.step:.3g} photosites a sample{turned}; {seen}",
+        )
+
+    @property
     def upright(self) -> bool:
         """Whether the samples lie along the photosites' rows."""
         return bool((np.abs(self.axes).max(axis=0) == 1.0).all())

@@ -82,21 +82,17 @@ class WithPictures:
         )
 
     def decisions(self) -> Iterator[Decision]:
-        """Yield those of the edges, and how pictures are rendered."""
+        """Yield those of the edges, and how pictures and points are rendered."""
         yield from self.edges.decisions()
+        kinds = {layer.kind for layer in self.fields.layers}
+        topic = kinds.pop() if len(kinds) == 1 else "pictures"
         grid = self.fields.grid
         reach, *short = self.image.reach(grid.first_centre, (grid.rows, grid.cols))
         for layer in self.fields.layers:
-            rows, cols = layer.shape
-            turned = f", turned by {layer.picture.rotate_deg:g}°" if layer.picture.rotate_deg % 360.0 else ""
-            yield Decision(
-                topic=layer.kind,
-                decision=f"{rows} × {cols} samples, {layer.planes} plane{'s' if layer.planes != 1 else ''}",
-                reason=f"{layer.picture.interpolation}, {layer.step:.3g} photosites a sample{turned}; "
-                f"{'all of it seen' if layer.outline is None else 'what outlines cut of it is integrated'}",
-            )
+            decision, reason = layer.said
+            yield Decision(topic=layer.kind, decision=decision, reason=reason)
         yield Decision(
-            topic="pictures",
+            topic=topic,
             decision=f"{self._expected[1]:.2g} frequencies",
             reason=f"the pattern as far as {reach.inner[0]:.3g} photosites; its smooth rest on a coarse lattice"
             if reach.far
@@ -104,7 +100,7 @@ class WithPictures:
         )
         for own in short:
             yield Decision(
-                topic="pictures",
+                topic=topic,
                 decision=f"what the pattern differs by from a round one, as far as {max(own.inner):.3g} photosites",
                 reason="far away the pattern of a round pupil is that of its rim, whatever the wavefront",
             )

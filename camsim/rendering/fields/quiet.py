@@ -15,6 +15,7 @@ from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.cost import STRIP_POINTS
 from camsim.rendering.fields.layer import Layer
+from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Sizes
 from camsim.rendering.fourier.spread import Kernel
@@ -116,7 +117,7 @@ def parted(
 
 
 def quiet_distance(
-    layers: Sequence[Layer],
+    layers: Sequence[Layer | PointLayer],
     system: OpticalSystem,
     wavelength_nm: F64,
     density: F64,
@@ -133,7 +134,8 @@ def quiet_distance(
     times what samples and footprint leave of that frequency, in the mean over directions. Sharp outlines have all
     frequencies, and hear as much as any edge.
     """
-    sides = sum(4 if layer.outline is None else len(layer.outline[0]) for layer in layers)
+    sides = sum(layer.sides for layer in layers)
+    pointed = [layer.loud for layer in layers if isinstance(layer, PointLayer)]
     angle = 2.0 * np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
     heard = 0.0
     for nm in (float(wavelength_nm.min()), float(wavelength_nm.max())):
@@ -141,6 +143,8 @@ def quiet_distance(
         kx, ky = f * np.cos(angle), f * np.sin(angle)
         passed = np.abs(system.footprint_otf(kx / pitch_um, ky / pitch_um))
         for layer in layers:
+            if isinstance(layer, PointLayer):
+                continue
             along = [layer.step * (x * kx + y * ky) for x, y in layer.axes]
             sample = np.abs(np.sinc(along[0]) * np.sinc(along[1]))
             heard = max(heard, float(np.mean(passed * sample)))
@@ -149,6 +153,10 @@ def quiet_distance(
     while distance < within:
         by_edges = sides * sum(a * distance**-n for a, n in kernel.rings) if kernel.rings else math.inf
         loud = max(kernel.light(distance) * heard, by_edges)
+        if pointed:
+            # An edge hears of a point's rings what lies in step along it, √(λN·R), for λN/2π across.
+            from_line = sum(a * distance**-n for a, n in kernel.rings) if kernel.rings else math.inf
+            loud = max(loud, min(1.0, sum(pointed)) * from_line * 2.0 * math.pi / math.sqrt(kernel.blur**3 * distance))
         if loud <= allowed or loud * _in_step(blur, density, distance) <= allowed:
             break
         distance *= STEPS

@@ -8,8 +8,6 @@ patch is a square between neighbouring knots, and the field on it a polynomial. 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +15,8 @@ from camsim.arrays import F64, I64
 from camsim.quadrature import gauss_legendre, gauss_pieces
 from camsim.rendering.fields.cover import Cover, cover_of
 from camsim.rendering.fields.layer import Layer, basis, reach_of, refined
+from camsim.rendering.fields.light import Lattice, Samples
+from camsim.rendering.fields.points import PointLayer
 
 LONGEST_PATCH = 9.0  # radians of half a patch's phase at the highest frequency, before its samples are refined
 LONGEST_SQUARE = 8.0  # pitches: larger squares would bring in light from beyond what a window takes
@@ -24,43 +24,23 @@ THREE = 3  # samples in place of one
 MOST_NODES = 64
 
 
-class Lattice(NamedTuple):
-    """Splines on a lattice along the photosites' rows."""
-
-    light: F64  # (planes, rows, cols), row 0 at the top
-    first: tuple[float, float]  # where the first of them is, pitches from an origin
-    step: float
-    degree: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Samples:
-    """A layer about a window; lengths in pitches from an origin.
-
-    lattice   : the kept splines, where they are wanted as that, or None
-    places    : (n, 2) of the kept splines;  strengths: (planes, n) their light
-    points    : (m, 2) of what they get wrong;  corrections: (planes, m) light
-    step, degree, axes : of the splines
-    """
-
-    lattice: Lattice | None
-    places: F64
-    strengths: F64
-    points: F64
-    corrections: F64
-    step: float
-    degree: int
-    axes: F64
-
-
 def samples_of(
-    layer: Layer, low: F64, high: F64, *, cut: float, allowed: float, origin: tuple[float, float], aligned: bool = False
+    layer: Layer | PointLayer,
+    low: F64,
+    high: F64,
+    *,
+    cut: float,
+    allowed: float,
+    origin: tuple[float, float],
+    aligned: bool = False,
 ) -> Samples | None:
     """Return what of a layer lies in a box, exactly, and perhaps a little more beyond it; None where nothing does.
 
     low, high : (2,) of the box, pitches from ``origin``;  cut: highest frequency, cycles/pitch
     allowed   : error of the nodes, relative;  aligned: whether splines along the photosites' rows come as a lattice
     """
+    if isinstance(layer, PointLayer):
+        return layer.within(low, high, origin)
     at = np.array(origin)
     box = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]) + at
     u, v = layer.samples_at(box).T
@@ -141,7 +121,7 @@ def _upright(layer: Layer, light: F64, first: F64, step: float, box: tuple[F64, 
     return Lattice(light, (corner[0], corner[1]), step, layer.degree)
 
 
-def parts_of(layer: Layer, cut: float) -> int:
+def parts_of(layer: Layer | PointLayer, cut: float) -> int:
     """Return into how many parts, a power of three, samples are refined: where patches are cut they are to be small."""
     whole = layer.degree == 0 and layer.outline is None
     longest = max(LONGEST_SQUARE, 0.5 / cut) if whole else LONGEST_PATCH / (math.pi * cut)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import C128, F64
-from camsim.rendering.fields.samples import Samples
+from camsim.rendering.fields.light import Samples
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, strips
 from camsim.rendering.fourier.kernels import SceneBlock
 from camsim.rendering.fourier.plan import Sizes

@@ -1,0 +1,59 @@
+"""Points of light: all there is of a star, or of a pinhole far away, is how much light it sends."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from camsim.arrays import F64
+from camsim.scene.primitives import Shape
+from camsim.scene.raster import Field
+from camsim.scene.shapes import Group
+from camsim.spectra.curve import Reflectance, Spectrum, spectrum_at
+from camsim.typed import Point, Positive, judge, refusal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointSource(Field):
+    """A point of light. It has no area and hides nothing; what is painted after it and covers it hides it.
+
+    electrons   : that all photosites together collect of it in one frame, were all of the channel that collects most
+                  (on average over its places, where they do not fill their pitch); the exposure does not change them
+    photosites  : or, in its place, how many photosites full of a surface of this reflectance send as much light
+    centre_um   : where it is, anywhere between the photosites
+    reflectance : of a surface with light of that colour, under the light of the scene
+
+    >>> star = PointSource(electrons=2e4, centre_um=(0.3, -1.1))
+    >>> star.electrons, star.reflectance
+    (20000.0, 1.0)
+    """
+
+    electrons: Positive | None = None
+    photosites: Positive | None = None
+    centre_um: Point = (0.0, 0.0)
+    reflectance: Reflectance = 1.0
+
+    def __post_init__(self) -> None:
+        judge(self)
+        if (self.electrons is None) == (self.photosites is None):
+            said = "missing; give one of electrons and photosites"
+            raise refusal(
+                self, "electrons", said if self.electrons is None else "given beside photosites; leave one out"
+            )
+
+    def lit(self, wavelength_nm: F64, electrons: F64) -> PointSource:
+        """Return it in photosites; electrons: (channels, n) of one full of a perfect diffuser, by wavelength."""
+        if self.electrons is None:
+            return self
+        most = float((electrons @ spectrum_at(self.reflectance, wavelength_nm)).max())
+        # What no channel sees is as good as nothing.
+        return dataclasses.replace(self, electrons=None, photosites=self.electrons / most if most > 0.0 else 1.0)
+
+    @property
+    def surfaces(self) -> tuple[Spectrum, ...]:
+        """Its own colour."""
+        return (self.reflectance,)
+
+    def frame(self, reflectance: Spectrum) -> Shape:
+        """Return nothing: it has no outline."""
+        return Group(shapes=())

@@ -1,0 +1,163 @@
+"""Point sources: the pattern itself over photosite and OLPF, by plain quadrature that shares nothing with camsim."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from examples import worst
+from truth.round_lenses import Airy
+
+import camsim
+from camsim.errors import CamsimError
+from camsim.rendering.fields import job
+
+PITCH_UM, NM, ROWS, COLS = 4.0, 550.0, 30, 41
+GRID = camsim.Grid(rows=ROWS, cols=COLS, pitch_um=PITCH_UM)
+SYSTEM = [camsim.FourSpotOlpf(split_um=3.0), camsim.RectangularPhotosite(width_um=4.0, height_um=3.0)]
+SPOTS = [(x, y) for x in (-0.375, 0.375) for y in (-0.375, 0.375)]
+X = GRID.first_centre[0] + np.arange(COLS)
+Y = (GRID.first_centre[1] + np.arange(ROWS))[:, None]
+
+
+def light(at, pattern):
+    """The light of a point of 1 over a photosite and its spots, (rows, cols)."""
+    nodes, weights = np.polynomial.legendre.leggauss(24)
+    total = np.zeros((ROWS, COLS))
+    for across, w in zip(0.5 * nodes, 0.5 * weights, strict=True):
+        for down, v in zip(0.375 * nodes, 0.5 * weights, strict=True):
+            for x, y in SPOTS:
+                total += 0.25 * w * v * pattern(np.hypot(X + across + x - at[0], Y + down + y - at[1]))
+    return total
+
+
+def point(x, y, photosites, **more):
+    return camsim.PointSource(photosites=photosites, centre_um=(PITCH_UM * x, PITCH_UM * y), **more)
+
+
+def rendered(shapes, lens, tolerance, background=0.1, **more):
+    scene = camsim.Scene(background=background, shapes=shapes)
+    found = camsim.render(scene, [lens, *SYSTEM], GRID, wavelength_nm=NM, tolerance=tolerance, **more)
+    assert found.error_estimate <= tolerance
+    return found.image
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("bright", [0.2, 40.0, 3000.0])
+@pytest.mark.parametrize("kind", ["airy", "annular"])
+def test_a_point_is_the_pattern(kind, bright, tolerance):
+    """Inside the frame and outside; the error is of a perfect diffuser, however bright a point is."""
+    lens = camsim.Airy(f_number=8.0) if kind == "airy" else camsim.AnnularAiry(f_number=8.0, obstruction=0.4)
+    blur = 8.0 * NM * 1e-3 / PITCH_UM
+    pattern = Airy(blur, 0.0 if kind == "airy" else 0.4).pattern
+    image = rendered([point(0.3, -1.1, bright), point(23.4, 9.7, 0.5 * bright)], lens, tolerance)
+    right = 0.1 + bright * light((0.3, -1.1), pattern) + 0.5 * bright * light((23.4, 9.7), pattern)
+    assert worst(image, right) <= tolerance
+
+
+def test_far_points_are_heard_as_their_powers():
+    """Where rings are averaged: a bright point 300 pitches off, and one in the frame that sets the tolerance."""
+    blur = 8.0 * NM * 1e-3 / PITCH_UM
+    image = rendered([point(300.0, 41.0, 2000.0), point(1.2, 2.1, 30.0)], camsim.Airy(f_number=8.0), 1e-4)
+    right = 0.1 + 2000.0 * light((300.0, 41.0), Airy(blur).pattern) + 30.0 * light((1.2, 2.1), Airy(blur).pattern)
+    assert worst(image, right) <= 1e-4
+
+
+def test_what_covers_a_point_hides_it_and_what_lies_under_it_does_not():
+    lens, spot = camsim.Airy(f_number=4.0), point(1.0, 2.0, 5.0)
+    disc = camsim.Disc(radius_um=12.0, centre_um=(6.0, 8.0), reflectance=0.4)
+    ring = camsim.Ring(radius_um=12.0, inner_radius_um=6.0, centre_um=(6.0, 8.0), reflectance=0.4)
+    alone = rendered([disc], lens, 1e-6)
+    assert worst(rendered([spot, disc], lens, 1e-6), alone) <= 2e-6
+    seen = rendered([spot], lens, 1e-6, background=0.0)
+    assert worst(seen, 5.0 * light((1.0, 2.0), Airy(4.0 * NM * 1e-3 / PITCH_UM).pattern)) <= 1e-6
+    assert worst(rendered([disc, spot], lens, 1e-6), alone + seen) <= 3e-6
+    through = rendered([spot, ring], lens, 1e-6) - rendered([ring], lens, 1e-6)  # the hole of a ring hides nothing
+    assert worst(through, seen) <= 3e-6
+
+
+def test_a_point_behind_any_lens_is_what_a_small_square_of_as_much_light_is():
+    """A square of 0.02 pitches is off by 0.02²/24 of the pattern's second derivative."""
+    lens = camsim.Wavefront(
+        f_number=8.0, pupil=camsim.Pupil(shape="square"), zernike_waves=((7, 0.1),), reference_nm=NM
+    )
+    side_um = 0.02 * PITCH_UM
+    square = camsim.Rectangle(width_um=side_um, height_um=side_um, centre_um=(1.2, -4.4), reflectance=1.0)
+    small = rendered([square], lens, 1e-8, background=0.0)
+    own = rendered([point(0.3, -1.1, 0.02**2)], lens, 1e-8, background=0.0)
+    assert small.max() > 4e-5
+    assert worst(own, small) <= 4e-8
+
+
+def test_its_electrons_are_those_of_the_channel_that_collects_most():
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=16.0))
+    frame = camera.expose(
+        camsim.Scene(background=0.0, shapes=[camsim.PointSource(electrons=5e4, centre_um=(2.0, 1.0), reflectance=0.5)]),
+        light=camsim.Light("D55", illuminance_lux=2000.0),
+        exposure=camsim.Exposure(time_s=0.01, iso=200.0),
+        region=camsim.Region(rows=160, cols=160),
+        tolerance=1e-4,
+        noise=False,
+        products=("truth",),
+    )
+    totals = frame.truth.sum(axis=(0, 1))
+    # Nothing passes the lens that photosites would alias; 80 of them off all but 2λN/π²r of the light has arrived.
+    assert totals.max() == pytest.approx(5e4, rel=0.02)
+    assert totals.min() < 0.8 * totals.max()
+    with pytest.raises(CamsimError, match="electrons: needs a camera"):
+        rendered([camsim.PointSource(electrons=5.0)], camsim.Airy(f_number=4.0), 1e-4)
+    with pytest.raises(CamsimError, match="electrons: given beside photosites"):
+        camsim.PointSource(electrons=5.0, photosites=1.0)
+
+
+def test_the_check_sees_a_point_that_was_moved_or_lost(monkeypatch):
+    layer_of, seen_of = job.layer_of, job.seen_of
+    spot, lens = point(0.3, -1.1, 2.0), camsim.Airy(f_number=8.0)
+    scene = camsim.Scene(background=0.1, shapes=[spot])
+
+    def error():
+        return camsim.render(scene, [lens, *SYSTEM], GRID, wavelength_nm=NM, tolerance=1e-4).error_estimate
+
+    def moved(*given):
+        found = layer_of(*given)
+        found.at[:] += 0.01
+        return found
+
+    monkeypatch.setattr(job, "layer_of", moved)
+    assert error() > 1e-4
+    monkeypatch.setattr(job, "layer_of", layer_of)
+    monkeypatch.setattr(job, "seen_of", lambda *given: seen_of(*given)[1:])
+    assert error() > 1e-4
+
+
+def test_a_file_and_its_twin(tmp_path: Path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shape = {"kind": "point-source", "electrons": 20000, "centre": [1.3, -2.2], "reflectance": 0.5}
+    scene = {
+        "camsim": "scene/1", "sensor": "d40-like", "lens": {"kind": "airy", "f_number": 8},
+        "light": {"illuminant": "D55", "illuminance_lux": 5000}, "exposure": {"time_s": 0.01, "iso": 200},
+        "region": {"rows": 8, "cols": 10}, "render": {"tolerance": 1e-3},
+        "scene": {"unit": "um", "background": {"reflectance": 0.3}, "shapes": [shape]},
+    }  # fmt: skip
+    Path("scene.yaml").write_text(json.dumps(scene), encoding="utf-8")
+    frame = camsim.load("scene.yaml").frame()
+    frame.save("a.dng")
+    twin = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0)).expose(
+        camsim.Scene(
+            background=0.3,
+            shapes=[camsim.PointSource(electrons=20000.0, centre_um=(1.3, -2.2), reflectance=0.5)],
+        ),
+        light=camsim.Light("D55", illuminance_lux=5000.0),
+        exposure=camsim.Exposure(time_s=0.01, iso=200.0),
+        region=camsim.Region(rows=8, cols=10),
+        tolerance=1e-3,
+    )
+    twin.save("b.dng")
+    assert Path("a.dng").read_bytes() == Path("b.dng").read_bytes()
+    shape["kind"] = "group"
+    scene["scene"]["shapes"] = [{"kind": "group", "shapes": [shape | {"kind": "point-source"}]}]
+    Path("scene.yaml").write_text(json.dumps(scene), encoding="utf-8")
+    with pytest.raises(CamsimError, match=r"shapes\.0\.shapes\.0\.kind: must be rectangle"):
+        camsim.load("scene.yaml")
