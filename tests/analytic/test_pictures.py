@@ -246,19 +246,24 @@ def test_many_wavelengths_behind_a_wavefront():
 
 
 def test_the_check_is_coarser_before_it_refuses():
-    """Windows that memory does not hold at the check's tolerance are looked at as finely as it does hold them."""
+    """Windows that memory does not hold at the check's tolerance, or that would take long, are as fine as they can be."""
 
     class Windows:
+        seconds_bytes = 0.0, 1e5
+
         def __init__(self, tolerance):
             self.tolerance = tolerance
 
         def expected(self, origin, shape):
-            return Cost(seconds=1.0, memory_bytes=1e5 / self.tolerance), 1.0
+            seconds, memory_bytes = (taken / self.tolerance for taken in self.seconds_bytes)
+            return Cost(seconds=seconds, memory_bytes=memory_bytes), 1.0
 
         def rendered(self, origin, channel):
             return np.full(channel.shape, self.tolerance)
 
-    for coarsest, found in ((1e-3, 6.4e-5), (3e-5, 3e-5), (1e-9, 1e-6)):
+    long = 1e-5, 0.0
+    for coarsest, found, taken in ((1e-3, 6.4e-5, None), (3e-5, 3e-5, None), (1e-9, 1e-6, None), (1e-3, 4e-6, long)):
+        Windows.seconds_bytes = taken or Windows.seconds_bytes
         windows = Fitting(Windows, wanted=1e-6, coarsest=coarsest)
         assert windows.rendered((0.0, 0.0), np.zeros((2, 2), np.uint8))[0, 0] == pytest.approx(found, rel=1e-12)
 

@@ -1,4 +1,4 @@
-"""Windows that the check has transformed: as finely as it wants them, or as memory allows."""
+"""Windows that the check has transformed: as finely as it wants them, or as memory and patience allow."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from camsim.arrays import F64, U8
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 
 COARSER = 4.0  # times, from one try to the next: a pattern's reach falls as fast
+PATIENCE_SECONDS = 4.0  # of one core, expected: a check forty times as fine as the image took ten times as long as it
 
 
 class Windows(Protocol):
@@ -24,7 +25,7 @@ class Windows(Protocol):
 
 
 class Fitting:
-    """Windows to a tolerance that is wanted, coarser where memory asks for it, but no coarser than the image is.
+    """Windows to a tolerance that is wanted, coarser where they would take long, but no coarser than the image is.
 
     A scene that the image's own tolerance can be rendered to is not refused because the check would be finer.
     """
@@ -48,7 +49,8 @@ class Fitting:
             if tolerance not in self._made:
                 self._made[tolerance] = self._make(tolerance)
             found = self._made[tolerance]
-            fits = found.expected(origin, shape)[0].memory_bytes <= MEMORY_LIMIT_BYTES
+            cost = found.expected(origin, shape)[0]
+            fits = cost.memory_bytes <= MEMORY_LIMIT_BYTES and cost.seconds <= PATIENCE_SECONDS
             if fits or tolerance >= self._coarsest:
                 return found
             tolerance = min(COARSER * tolerance, self._coarsest)
