@@ -246,7 +246,7 @@ def test_many_wavelengths_behind_a_wavefront():
 
 
 def test_the_check_is_coarser_before_it_refuses():
-    """Windows that memory does not hold at the check's tolerance, or that would take long, are as fine as they can be."""
+    """Windows that memory does not hold at the check's tolerance, or that would take long, are as fine as may be."""
 
     class Windows:
         seconds_bytes = 0.0, 1e5
