@@ -141,3 +141,12 @@ def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) ->
     assert memory.available_bytes() == 3_000_000
     monkeypatch.undo()
     assert memory.available_bytes() > 2**20
+
+
+def test_what_a_limit_on_addresses_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) -> None:
+    resource = pytest.importorskip("resource", reason="Windows has no such limits")
+    taken = types.SimpleNamespace(memory_info=lambda: types.SimpleNamespace(vms=1_000_000))
+    monkeypatch.setattr(memory.psutil, "Process", lambda: taken)
+    for soft, left in ((2_500_000, 1_500_000), (900_000, 0)):
+        monkeypatch.setattr(resource, "getrlimit", lambda which, soft=soft: (soft, resource.RLIM_INFINITY))
+        assert memory.available_bytes() == left
