@@ -121,6 +121,7 @@ def test_every_product_takes_memory() -> None:
     # Four bytes a channel of truth; the preview's own planes besides.
     assert held["truth"] >= held["mosaic"] + 2e6 * 3 * 4
     assert held["preview"] >= held["mosaic"] + 2e6 * 3 * 4
+    assert memory.needed_bytes(2000, 1000, 3, ("mosaic", "truth")) == held["truth"]  # a frame on its side
 
 
 def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) -> None:
