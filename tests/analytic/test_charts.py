@@ -92,6 +92,9 @@ def test_it_is_told_what_a_chart_became_and_what_was_left_out(name):
         assert became == f"{name} 0: {left_out.sides[:outlines].sum()} sides"
         assert made_of.startswith("".join(f"{count} × {kind}, " for kind, count in kinds.most_common()))
         assert f", {outlines} outline" in made_of
+        if kinds.keys() <= {"Rectangle", "Polygon", "Disc", "Sector"}:
+            one_each = kinds["Disc"] + kinds["Sector"]
+            assert made_of.count(f", {one_each} curves among them") == made_of.count("curves") == (one_each > 0)
         if cover in shapes:
             assert f"{outlines} left out: wholly under a later one" in made_of
             assert any(topic == "scene" and text.startswith("4 edges from ") for topic, text, _ in told)

@@ -316,11 +316,12 @@ def exposed(*shapes, background=0.2, **how):
     )
 
 
-def test_a_colour_is_its_spectrum():
-    """Three planes of a flat colour give every channel what a rectangle of that reflectance gives it."""
-    rgb, placed = (0.7, 0.2, 0.05), {"width_um": 40.0, "rotate_deg": 5.0}
-    picture = exposed(camsim.Picture.of_rgb(np.full((3, 4, 3), rgb), **placed))
-    drawn = exposed(camsim.Rectangle(height_um=30.0, reflectance=reflectance_of_rgb(rgb), **placed))
+@pytest.mark.parametrize(("rgb", "background"), [((0.7, 0.2, 0.05), 0.2), ((0.4,) * 3, camsim.reflectance("orange"))])
+def test_a_colour_is_its_spectrum(rgb, background):
+    """Planes of a flat colour, or a grey, give every channel what a rectangle of that reflectance gives it."""
+    placed, how = {"width_um": 40.0, "rotate_deg": 5.0}, {"background": background}
+    picture = exposed(camsim.Picture.of_rgb(np.full((3, 4, 3), rgb), **placed), **how)
+    drawn = exposed(camsim.Rectangle(height_um=30.0, reflectance=reflectance_of_rgb(rgb), **placed), **how)
     full = 1e-5 * drawn.mean_electrons.max() * 4
     assert worst(picture.mean_electrons, drawn.mean_electrons) <= full
 

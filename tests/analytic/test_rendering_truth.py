@@ -61,6 +61,25 @@ def test_middle_of_a_long_edge_tends_to_the_half_plane(distance):
     assert one_photosite(square, (0.0, distance), 1.3) == pytest.approx(expected, abs=1e-6 + lacking)
 
 
+@pytest.mark.parametrize(("turn_deg", "lambda_n", "tolerance"), [(12.0, 1.3, 1e-6), (78.0, 0.3, 1e-4)])
+def test_a_long_edge_through_many_tiles_is_the_half_plane(turn_deg, lambda_n, tolerance):
+    """What a photosite sees of it hangs on its distance alone, and with what lies as far on the other side is all."""
+    half, turn = 4000.0, math.radians(turn_deg)
+    along = half * np.array([math.cos(turn), math.sin(turn)])
+    inward = np.array([-along[1], along[0]])
+    square = [-along, along, along + 2 * inward, 2 * inward - along]
+    scene = camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=square, reflectance=1.0)])
+    lens, grid = camsim.Airy(f_number=2.0 * lambda_n), camsim.Grid(rows=40, cols=60, pitch_um=1.0)
+    image = camsim.render(scene, [lens], grid, wavelength_nm=500.0, tolerance=tolerance, method="boundary").image
+    lacking = 3 * 2.0 * lambda_n / (math.pi**3 * half)
+    assert np.abs(image + image[::-1, ::-1] - 1.0).max() <= 2.0 * (tolerance + lacking)
+    y, x = np.indices(image.shape) + np.array(grid.first_centre)[::-1, None, None]
+    distance = (x * inward[0] + y * inward[1]) / half
+    for place in np.argsort(np.abs(distance), axis=None)[:120:30]:
+        expected = rays.half_plane(distance.flat[place], lambda_n)
+        assert image.flat[place] == pytest.approx(expected, abs=tolerance + lacking)
+
+
 def test_sharp_limit_is_the_clipped_area():
     # f/0.02 at 500 nm: λN is a hundredth of the pitch; what is left of blur at a distance h is 0.065·λN/h.
     grid = camsim.Grid(rows=9, cols=11, pitch_um=1.0)

@@ -121,6 +121,7 @@ def test_every_product_takes_memory() -> None:
     # Four bytes a channel of truth; the preview's own planes besides.
     assert held["truth"] >= held["mosaic"] + 2e6 * 3 * 4
     assert held["preview"] >= held["mosaic"] + 2e6 * 3 * 4
+    assert memory.needed_bytes(2000, 1000, 3, ("mosaic", "truth")) == held["truth"]  # a frame on its side
 
 
 def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -141,3 +142,12 @@ def test_what_a_limit_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) ->
     assert memory.available_bytes() == 3_000_000
     monkeypatch.undo()
     assert memory.available_bytes() > 2**20
+
+
+def test_what_a_limit_on_addresses_leaves_is_what_is_free(monkeypatch: pytest.MonkeyPatch) -> None:
+    resource = pytest.importorskip("resource", reason="Windows has no such limits")
+    taken = types.SimpleNamespace(memory_info=lambda: types.SimpleNamespace(vms=1_000_000))
+    monkeypatch.setattr(memory.psutil, "Process", lambda: taken)
+    for soft, left in ((2_500_000, 1_500_000), (900_000, 0)):
+        monkeypatch.setattr(resource, "getrlimit", lambda which, soft=soft: (soft, resource.RLIM_INFINITY))
+        assert memory.available_bytes() == left

@@ -41,6 +41,7 @@ FILES: dict[str, tuple[str | bytes, str | int | None]] = {
     ),
     "its unit in a remark": ("# measured at home; wavelengths in µm\n0.4 0.1\n0.5505 0.35\n0.7 0.2\n", None),
     "comments and blank lines": ("# mine\nnm,QE\n\n// first\n400,0.1\n# half\n550.5,0.35\n700,0.2\n\n", None),
+    "a remark above the header": ("# measured twice, in %\nnm,QE\n400,0.1\n550.5,0.35\n700,0.2\n", None),
     "cells left empty": ("nm,R,G\n400,9,0.1\n500,9,\n550.5,,0.35\n700,,0.2\n", "G"),
     "signs of per cent": ("nm;QE\n400;10%\n550.5;35 %\n700;20%\n", None),
 }

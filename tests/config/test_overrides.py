@@ -61,6 +61,8 @@ def test_tables_that_are_not_there_are_made() -> None:
 def test_one_spectrum_can_take_the_place_of_the_other() -> None:
     light = with_set("light.illuminant=null", "light.line_nm=550").light
     assert (light.spectrum, light.line_nm) == (None, 550.0)
+    # What the file gives instead of it need not be removed.
+    assert with_set("light.line_nm=550").light == light
 
 
 def test_the_later_wins() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 import camsim
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
+from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.render import plan_render
 from tests.truth import picture, waves
 
@@ -166,6 +167,22 @@ def test_distortion_moves_dots_by_what_it_says():
             assert np.abs(centroid(dark) - centroid(same)).max() <= 1e-3
 
 
+def test_long_edges_are_bent_as_the_lens_says():
+    """Three millimetres arch by tenths of a pixel: against corners all along them, each where it falls."""
+    perfect = {"zernike": [4], "waves": [[[0.0]] * len(HEIGHTS_UM)]}
+    ideal_um = 0.6 * RADIUS_UM * np.array([-0.6, 0.8])
+    first = np.floor(ideal_um * (1.0 + 0.05 * 0.6**2) / PITCH_UM).astype(int) + SIDE // 2 - SIZE // 2
+    grid = window((int(first[1]), int(first[0])))
+    corners_um = ideal_um + np.array([(-1500.0, -40.0), (1500.0, 60.0), (200.0, 2500.0)])
+    share = np.arange(512)[:, None] / 512
+    many_um = np.concatenate([a + share * (b - a) for a, b in zip(corners_um, np.roll(corners_um, -1, 0), strict=True)])
+    many_um *= 1.0 + 0.05 * np.sum(many_um**2, axis=1, keepdims=True) / RADIUS_UM**2
+    bent = rendered(revolved(distortion_powers=(0.05,), **perfect), polygon(corners_um), grid, 1e-3).image
+    right = rendered(camsim.Airy(f_number=N), polygon(many_um), grid, 1e-4).image
+    assert np.ptp(right) > 0.5
+    assert np.abs(bent - right).max() <= 1e-3
+
+
 def test_lateral_colour_moves_each_wavelength_by_what_it_says():
     moved_um = np.array([[0.0], [-1.0], [1.0]]) * PITCH_UM * np.array(HEIGHTS_UM) / HEIGHTS_UM[2]
     lens = FieldLens(
@@ -195,6 +212,28 @@ def test_a_shift_of_focus_is_defocus():
     perfect = {"zernike": [4], "waves": [[[0.0]] * len(HEIGHTS_UM)]}
     shifted = rendered(revolved(focus_um=20.0, **perfect), scene, grid).image
     assert np.abs(shifted - rendered(Wavefront(f_number=N, defocus_um=20.0), scene, grid).image).max() <= 1e-4
+
+
+@pytest.mark.parametrize("allowed", [2.5e-2, 2.5e-4])
+def test_between_places_patterns_lose_what_is_said_and_little_less(allowed):
+    """Half of all that an interpolated pattern and the right one differ by, from pupils of their own."""
+    lens, grid = revolved(), camsim.Grid(rows=24, cols=36, pitch_um=200.0)
+    lattice = lattice_for(lens, grid, NM, allowed)
+    (tile,) = lattice.tiles
+    axis = (np.arange(64) + 0.5) / 32.0 - 1.0
+    x, y = np.meshgrid(axis, axis)
+
+    def pattern(x_um, y_um):
+        wave = (np.hypot(x, y) <= 1.0) * np.exp(2j * np.pi * lens.at(x_um, y_um).waves(x, y, NM))
+        light = np.abs(np.fft.fft2(wave, (256, 256))) ** 2
+        return light / light.sum()
+
+    known = {(i, j): pattern(*place_um) for i, j, *place_um in lattice.places_um(tile, grid)}
+    (across, down), (x0, y0), lost = lattice.weights(tile), grid.first_centre, []
+    for row, col in ((0, 0), (12, 1), (22, 35), (8, 18)):
+        found = sum(across[col, i] * down[row, j] * light for (i, j), light in known.items())
+        lost.append(0.5 * np.abs(found - pattern(200.0 * (x0 + col), 200.0 * (y0 + row))).sum())
+    assert max(lost) <= lattice.bound <= min(allowed, 6.0 * max(lost))
 
 
 def test_colours_of_a_wide_frame_keep_the_tolerance_across_tiles():

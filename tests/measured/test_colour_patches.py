@@ -10,6 +10,7 @@ import camsim
 from camsim.errors import UnsupportedError
 from camsim.measure import Picture, picture_of_frame
 from camsim.measure.colour import measure_colour
+from camsim.measure.colour.areas import margin_pixel
 from camsim.measure.colour.picture import halves
 from camsim.measure.picture import mosaic_planes
 from camsim.sensor.colour_matrix import as_shot_neutral, fit_for_development
@@ -169,3 +170,18 @@ def test_a_mono_camera_is_refused():
     capture = camsim.load("siemens-star", overrides=["region={rows: 8, cols: 8}", "render.tolerance=1e-2"])
     with pytest.raises(UnsupportedError, match="channels Y; colours need R, G and B"):
         measure_colour(picture_of_frame(capture.frame()), capture)
+
+
+@pytest.mark.parametrize(
+    ("lens", "blur_um"),
+    [
+        (camsim.Airy(f_number=8.0), 0.55 * 8.0),
+        # Its MTF50 by its closed form, over a perfect lens's, which is 0.404 of the cut-off.
+        (camsim.Gaussian(sigma_um=3.0, f_number=2.0), 0.404 * np.pi * 3.0 / np.sqrt(0.5 * np.log(2.0))),
+    ],
+    ids=["airy", "gaussian"],
+)
+def test_along_a_patch_four_blurs_and_three_pixels_are_left_out(lens, blur_um):
+    capture = captured()
+    capture = replace(capture, camera=capture.camera.replace(lens=lens))
+    assert margin_pixel(capture) == pytest.approx(3.0 + 4.0 * blur_um / capture.camera.pitch_um, rel=0.03)

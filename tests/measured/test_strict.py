@@ -8,11 +8,14 @@ from examples import OPTICS, PICTURE, TOLERANCE, WAVELENGTH_NM, grid_of, scene_o
 
 import camsim
 from camsim.errors import AccuracyError
+from camsim.optics import OpticalSystem
 from camsim.rendering.boundary import engine as boundary_engine
+from camsim.rendering.check.crossings import bounds_of, crossed
 from camsim.rendering.check.judge import WINDOW
 from camsim.rendering.check.outlines import outlines_of
 from camsim.rendering.check.places import _tile_corner, windows
 from camsim.rendering.engine import Marks
+from camsim.rendering.render import plan_render
 from camsim.scene.arcs import Fineness
 
 
@@ -263,3 +266,45 @@ def test_the_check_looks_at_corners_of_tiles_that_are_just_far_enough():
         assert far.any()
         assert not far.all()
     assert found > 30
+
+
+@pytest.mark.parametrize(("turn_deg", "step_um"), [(0.0, -8.0), (180.0, 8.0)])
+def test_the_check_looks_where_what_an_outline_cuts_changes_most(turn_deg, step_um):
+    """Between the second and third sample of eight, each 4 µm wide: at most half a sample beside."""
+    falls = np.array([0.0, 0.0, 1.0, 0.6, 0.3, 0.0, 0.0, 0.0])
+    picture = camsim.Picture(planes=np.tile(falls, (6, 1)), width_um=32.0, rotate_deg=turn_deg)
+    cover = camsim.Rectangle(width_um=100.0, height_um=20.0, centre_um=(0.0, 15.0), reflectance=0.5)
+    bounds = bounds_of(camsim.Scene(background=0.2, shapes=[picture, cover]), 0, 1.0, 0.5, 1e-6)
+    places = crossed([(picture, bounds)], camsim.Grid(rows=30, cols=40, pitch_um=1.0), 20)
+    assert np.abs(places[:, 0] - step_um).max() <= 2.0
+    assert places[:, 1] == pytest.approx(5.0)  # the cover's side
+
+
+def test_what_checks_pictures_hears_all_of_what_is_far_away():
+    """A hundredth of the light of a picture of 400 pitches comes from beyond 20: summed by middles of its samples."""
+    square = {"width_um": 1600.0, "centre_um": (3.0, -2.0), "rotate_deg": 7.0}
+    picture = camsim.Picture(planes=np.full((100, 100), 0.9), **square)
+    drawn = camsim.Rectangle(height_um=1600.0, reflectance=0.9, **square)
+    grid, tolerance = grid_of(9, 11), 1e-3
+    right = camsim.render(
+        camsim.Scene(background=0.0, shapes=[drawn]),
+        OPTICS["f/8"],
+        grid,
+        wavelength_nm=WAVELENGTH_NM,
+        tolerance=1e-8,
+        method="boundary",
+    ).image
+    choice = plan_render(
+        camsim.Scene(background=0.0, shapes=[picture]),
+        OpticalSystem.of(OPTICS["f/8"]),
+        grid,
+        response=np.ones((1, 1)),
+        wavelength_nm=np.array([WAVELENGTH_NM]),
+        tolerance=tolerance,
+        method="fourier",
+    )
+    rows, cols = np.array([0, 5, 8]), np.array([0, 5, 2])
+    found = choice.judge.values(rows, cols, np.zeros(3, np.uint8))
+    assert worst(found, right[rows, cols]) <= tolerance / 40.0
+    # Ten thousand samples, each at a hundred nodes or so, take some ten milliseconds a photosite.
+    assert 1e-3 < choice.judge.seconds(choice.plan) / len(choice.judge.hardest(choice.plan)[0]) < 0.1
