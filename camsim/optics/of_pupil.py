@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
@@ -159,7 +160,7 @@ class OfPupil:
 
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
         """Return what tells how many nodes ``point_spread_on`` takes out to a distance in µm."""
-        degrees = self._degrees(wavelength_nm)
+        degrees = _degrees(self, wavelength_nm)
         return lambda reach_um: float(math.prod(self._orders(degrees, self._turns(reach_um, wavelength_nm))))
 
     def _turns(self, reach_um: float, wavelength_nm: float) -> float:
@@ -168,7 +169,7 @@ class OfPupil:
 
     def _rules(self, wavelength_nm: float, turns: float) -> Iterator[tuple[F64, F64, F64]]:
         """Yield a rule over the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""
-        radial, angular, sides = self._orders(self._degrees(wavelength_nm), turns)
+        radial, angular, sides = self._orders(_degrees(self, wavelength_nm), turns)
         if radial * angular * sides > MOST_NODES:
             raise UnsupportedError(
                 f"this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
@@ -194,46 +195,48 @@ class OfPupil:
             angular = math.ceil(1.06 * turns + 64.0) + round_about
         return radial, angular, self.pupil.sides
 
-    def _degrees(self, wavelength_nm: float) -> tuple[int, int]:
-        """Return the degrees of exp(2πiW) along a radius and along a side of the outline (round it: its harmonics).
-
-        They are read off its Chebyshev (Fourier) coefficients, on as many points as it takes for these to end. A bound
-        by the steepest slope would be blind or absurd: beyond the circle of the coefficients, in the corners of a
-        square, a polynomial of order n is up to 2^(n/2) times as steep as on its rim, but there only.
-        """
-        inner = self.pupil.obstruction
-        shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-        round_rim = self.pupil.sides == 1
-        points = 64
-        while points <= MOST_POINTS:
-            cheb = 0.5 * (1.0 + np.cos(np.pi * (np.arange(points) + 0.5) / points))
-            angle, edge = (a[..., None] for a in self.pupil.rays(np.arange(RAYS) / RAYS))
-            radius = inner + cheb * (edge - inner)
-            waves = self.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
-            # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
-            hidden = max(NOTHING, 2.0 * math.pi * ROUNDING * float(np.abs(waves).max()))
-            along = _degree(np.abs(scipy.fft.dct(np.exp(2j * np.pi * waves), axis=-1)) / points, hidden)
-            angle, edge = self.pupil.rays(np.arange(points) / points if round_rim else cheb)
-            rim = inner + shares[:, None, None] * (edge - inner)
-            factor = self._phase_factor(rim * np.cos(angle), rim * np.sin(angle), wavelength_nm)
-            if round_rim:
-                spectrum = np.abs(scipy.fft.fft(factor, axis=-1)) / points
-                half = points // 2
-                round_about = _degree(np.maximum(spectrum[..., :half], spectrum[..., ::-1][..., :half]), hidden)
-            else:
-                round_about = _degree(np.abs(scipy.fft.dct(factor, axis=-1)) / points, hidden)
-            if along is not None and round_about is not None:
-                return along, round_about
-            points *= 2
-        raise UnsupportedError(
-            f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
-            f"({MOST_POINTS} points do not follow it); give smaller coefficients",
-            key="zernike_waves",
-        )
-
     def _phase_factor(self, x: F64, y: F64, wavelength_nm: float) -> C128:
         factor: C128 = np.exp(2j * np.pi * self.waves(x, y, wavelength_nm))
         return factor
+
+
+@functools.lru_cache(maxsize=256)
+def _degrees(lens: OfPupil, wavelength_nm: float) -> tuple[int, int]:
+    """Return the degrees of exp(2πiW) along a radius and along a side of the outline (round it: its harmonics).
+
+    They are read off its Chebyshev (Fourier) coefficients, on as many points as it takes for these to end. A bound
+    by the steepest slope would be blind or absurd: beyond the circle of the coefficients, in the corners of a
+    square, a polynomial of order n is up to 2^(n/2) times as steep as on its rim, but there only.
+    """
+    inner = lens.pupil.obstruction
+    shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+    round_rim = lens.pupil.sides == 1
+    points = 64
+    while points <= MOST_POINTS:
+        cheb = 0.5 * (1.0 + np.cos(np.pi * (np.arange(points) + 0.5) / points))
+        angle, edge = (a[..., None] for a in lens.pupil.rays(np.arange(RAYS) / RAYS))
+        radius = inner + cheb * (edge - inner)
+        waves = lens.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
+        # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
+        hidden = max(NOTHING, 2.0 * math.pi * ROUNDING * float(np.abs(waves).max()))
+        along = _degree(np.abs(scipy.fft.dct(np.exp(2j * np.pi * waves), axis=-1)) / points, hidden)
+        angle, edge = lens.pupil.rays(np.arange(points) / points if round_rim else cheb)
+        rim = inner + shares[:, None, None] * (edge - inner)
+        factor = lens._phase_factor(rim * np.cos(angle), rim * np.sin(angle), wavelength_nm)
+        if round_rim:
+            spectrum = np.abs(scipy.fft.fft(factor, axis=-1)) / points
+            half = points // 2
+            round_about = _degree(np.maximum(spectrum[..., :half], spectrum[..., ::-1][..., :half]), hidden)
+        else:
+            round_about = _degree(np.abs(scipy.fft.dct(factor, axis=-1)) / points, hidden)
+        if along is not None and round_about is not None:
+            return along, round_about
+        points *= 2
+    raise UnsupportedError(
+        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
+        f"({MOST_POINTS} points do not follow it); give smaller coefficients",
+        key="zernike_waves",
+    )
 
 
 def _degree(coefficients: F64, hidden: float) -> int | None:

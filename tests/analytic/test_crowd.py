@@ -5,6 +5,7 @@ import pytest
 
 import camsim
 from camsim.rendering.boundary.crowd import FEWEST, cell_at_points, gather
+from camsim.rendering.boundary.far import Moments
 from camsim.rendering.edges import Edges
 from tests.truth.closed_forms import edges_by_quadrature
 
@@ -29,8 +30,8 @@ def of(start, end):
 
 def moments(spots=SPOTS):
     z = spots[:, 0] + 1j * spots[:, 1]
-    harmonic = np.array([np.mean(v) for v in (z**2, z**3 * z.conj(), z**4, z**6)])
-    return 0.5 * np.mean(np.abs(z) ** 2), np.mean(np.abs(z) ** 4), harmonic
+    harmonic = (complex(np.mean(v)) for v in (z**2, z**3 * z.conj(), z**4, z**6))
+    return Moments(float(0.5 * np.mean(np.abs(z) ** 2)), float(np.mean(np.abs(z) ** 4)), *harmonic)
 
 
 @pytest.mark.parametrize(("nodes", "allowed"), [(6, 3e-4), (10, 1e-6), (14, 3e-7)])
@@ -42,7 +43,9 @@ def test_a_cell_sends_what_its_edges_send(nodes, allowed):
     assert cells.x.size > 4
     points = np.array([(20.0, 0.0), (-15.0, 14.0), (3.0, -25.0)])
     total = np.zeros((1, len(points)))
-    cell_at_points(0, 1.0, 2.0, points[:, 0] - 1.0, points[:, 1] - 2.0, *moments(), cells, total)
+    cell_at_points(
+        0, 1.0, 2.0, points[:, 0] - 1.0, points[:, 1] - 2.0, moments(), cells, np.empty((8, len(points))), total
+    )
     expected = [edges_by_quadrature(point, start, end, SPOTS, (C1, C3, C5)) for point in points]
     assert np.abs(total[0] - expected).max() < allowed
 
@@ -55,7 +58,7 @@ def test_of_a_wide_footprint_moments_up_to_the_sixth_count():
     points = np.array([(16.0, 0.0), (-12.0, 11.0), (3.0, -16.0)])
     total = np.zeros((1, len(points)))
     spots = 2.0 * SPOTS
-    cell_at_points(0, 0.0, 0.0, points[:, 0], points[:, 1], *moments(spots), cells, total)
+    cell_at_points(0, 0.0, 0.0, points[:, 0], points[:, 1], moments(spots), cells, np.empty((8, len(points))), total)
     expected = [edges_by_quadrature(point, start, end, spots, (0.0, 0.0, 0.0)) for point in points]
     assert np.abs(total[0] - expected).max() < 1e-8  # the eighth's
 

@@ -354,3 +354,17 @@ def test_the_engine_makes_the_image_that_the_pattern_makes():
 def test_what_is_no_lens_is_refused(make, message):
     with pytest.raises(InvalidValueError, match=message.replace("(", r"\(")):
         make()
+
+
+@pytest.mark.parametrize("obstruction", [0.0, 0.4])
+@pytest.mark.parametrize("precision", [1e-4, 1e-8])
+def test_a_difference_is_the_pattern_less_its_core(obstruction, precision):
+    """The core comes from a table along its radius."""
+    lens = Wavefront(f_number=N, zernike_waves={4: 0.2, 8: 0.1}, reference_nm=NM, pupil=Pupil(obstruction=obstruction))
+    split = lens.split()
+    x, y = np.arange(-40, 41) * 0.37, np.arange(-30, 31) * 0.41
+    radius = np.hypot(x - split.moved_um[0], (y - split.moved_um[1])[:, None])
+    core = split.core.point_spread(radius, NM)
+    expected = lens.point_spread_on(x, y, NM, 1e-14) - core
+    found = split.rest.point_spread_on(x, y, NM, precision)
+    assert np.abs(found - expected).max() < precision * split.core.point_spread(np.zeros(1), NM)[0]

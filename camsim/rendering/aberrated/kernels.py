@@ -141,6 +141,8 @@ def add_short(
                 for k in range(total.shape[0]):
                     sums = total[k, target, column + low : column + low + width]
                     for b in range(len(fields)):
+                        if not weights[:, k, b].any():
+                            continue
                         sum_r[:width] = 0.0
                         sum_i[:width] = 0.0
                         area = 0.0

@@ -10,9 +10,8 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.kernels import kernel
 from camsim.rendering.boundary.crowd import Cells, cell_at_points
-from camsim.rendering.boundary.far import weigh
-from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
-from camsim.rendering.boundary.smooth import ENDS, LINE, WHOLE, far_at_points
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame
+from camsim.rendering.boundary.smooth import ENDS, LINE, WHOLE, add_weighed, far_at_points
 
 CELL = 3  # what a tile's list may hold besides a WHOLE edge or a LINE
 
@@ -44,12 +43,14 @@ class Scratch(NamedTuple):
     node_x: F64  # a tile's nodes about its centre, and an edge's far form there (4, order²)
     node_y: F64
     node_g: F64
+    node_sends: F64  # (8, order²) what a dipole sends there
     half_way: F64  # (order, order) what a tile hands down, interpolated along one axis
     line: F64  # (channels, order) what it has collected, on one row of photosites
     site_x: F64  # a tile's photosites about its first one, and an edge's far form there (4, leaf²)
     site_y: F64
     site_g: F64
-    site_sums: F64  # (channels, leaf²) what cells send there
+    site_sends: F64
+    site_sums: F64  # (channels, leaf²) what cells and quiet edges send there
     quiet: U8  # (leaf²,)
     opened: I64  # (cells,)
 
@@ -76,11 +77,13 @@ def scratch_of(world: World) -> Scratch:
         node_x=np.empty(nodes),
         node_y=np.empty(nodes),
         node_g=np.empty((4, nodes)),
+        node_sends=np.empty((8, nodes)),
         half_way=np.empty((order, order)),
         line=np.empty((channels, order)),
         site_x=(index % leaf).astype(np.float64),
         site_y=(index // leaf).astype(np.float64),
         site_g=np.empty((4, sites)),
+        site_sends=np.empty((8, sites)),
         site_sums=np.empty((channels, sites)),
         quiet=np.empty(sites, np.uint8),
         opened=np.empty(world.cells.x.size, np.int64),
@@ -88,7 +91,7 @@ def scratch_of(world: World) -> Scratch:
 
 
 @kernel(forceinline=True)
-def _gap(dx: float, dy: float, half_x: float, half_y: float) -> float:
+def gap_from(dx: float, dy: float, half_x: float, half_y: float) -> float:
     """Distance of a point at (dx, dy) from a box around the origin."""
     gap_x, gap_y = max(abs(dx) - half_x, 0.0), max(abs(dy) - half_y, 0.0)
     return math.sqrt(gap_x * gap_x + gap_y * gap_y)
@@ -108,7 +111,7 @@ def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: Tab
     if state == LINE:
         return LINE if line_gap >= apart and line_gap >= n.quiet_line else -1
     x2, y2 = dx + edges.length[e] * tx, dy + edges.length[e] * ty
-    gap = min(_gap(dx, dy, half, half), _gap(x2, y2, half, half))
+    gap = min(gap_from(dx, dy, half, half), gap_from(x2, y2, half, half))
     if gap < n.quiet_end or gap < apart:
         return -1
     if line_gap >= apart and line_gap >= (n.quiet_line if edges.response[e] >= 0 else n.quiet_end):
@@ -127,7 +130,7 @@ def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, worl
     kept = 0
     lines = 0
     apart = n.separation * half
-    px, py, g, opened = scratch.node_x, scratch.node_y, scratch.node_g, scratch.opened
+    px, py, g, sends, opened = scratch.node_x, scratch.node_y, scratch.node_g, scratch.node_sends, scratch.opened
     for i in range(n.nodes.size):
         for j in range(n.nodes.size):
             px[i * n.nodes.size + j] = half * n.nodes[j]
@@ -143,11 +146,8 @@ def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, worl
                 owed = WHOLE if state[item] == CELL else state[item]
                 part = _smooth_part(e, owed, x, y, half, edges, n)
                 if part >= 0:
-                    far_at_points(e, part, x, y, px, py, edges, n, g)
-                    for k in range(sums.shape[0]):
-                        far = tables.far[edges.pair[e], k]
-                        for i in range(px.size):
-                            sums[k, i] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
+                    far_at_points(e, part, x, y, px, py, edges, n, sends, g)
+                    add_weighed(g, tables.far[edges.pair[e]], sums)
                 if part < 0 or part == ENDS:
                     keep[kept] = e
                     keep_state[kept] = LINE if part == ENDS else owed
@@ -158,7 +158,7 @@ def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, worl
                 waiting -= 1
                 c = opened[waiting]
                 widest = max(cells.half_x[c], cells.half_y[c])
-                gap = _gap(cells.x[c] - x, cells.y[c] - y, half + cells.half_x[c], half + cells.half_y[c])
+                gap = gap_from(cells.x[c] - x, cells.y[c] - y, half + cells.half_x[c], half + cells.half_y[c])
                 if gap < n.quiet_end or gap < n.separation * widest:
                     if last or widest > half:
                         first, end = cells.first_edge[c], cells.first_edge[c + 1]
@@ -167,7 +167,7 @@ def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, worl
                             waiting += 1
                         continue
                 elif gap >= apart:
-                    cell_at_points(c, x, y, px, py, n.sigma2, n.m22, n.harmonic, cells, sums)
+                    cell_at_points(c, x, y, px, py, moments_in_frame(n), cells, sends, sums)
                     continue
                 keep[kept] = c
                 keep_state[kept] = CELL

@@ -1,27 +1,21 @@
 """Many short edges: cells that send their light from a few nodes, so that far tiles need not see every edge.
 
-Far away an edge is a line of dipoles: with z = source − photosite in the plane of complex numbers, a piece dz gives
-
-    dK = Im(F(z)·dz),   F = 2∂⟨Φ⟩,   Φ = (1/2π)·(ln r + c1/r + c3/3r³ + c5/5r⁵)
-
-where ⟨ ⟩ is the footprint's average, to the moments that far.py keeps; with m = M·(z̄/r)ⁿ, M = ⟨ζⁿ⟩ or ⟨ζ³ζ̄⟩,
-
-    2∂Re(M·∂ⁿ ln r)/n! = m/(z·rⁿ),   2∂Re(M·∂² r⁻ᵏ) = −¼k(k + 2)·(z̄/r)·r⁻ᵏ⁻³·[(k + 2)·Re m + 2i·Im m].
- F is smooth over a cell that is far enough
-away, so each piece may be spread over the cell's q × q Chebyshev nodes y_m by the interpolation's own weights: node m
-holds Σ_edges ∫ ℓ_m(z) dz. Larger cells take theirs from the nodes of smaller ones.
+What a dipole sends (dipole.py) is smooth over a cell that is far enough away, so each piece of an edge may be spread
+over the cell's q × q Chebyshev nodes y_m by the interpolation's own weights: node m holds Σ_edges ∫ ℓ_m(z) dz. Larger
+cells take theirs from the nodes of smaller ones.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64
+from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 from camsim.quadrature import chebyshev, gauss_legendre
+from camsim.rendering.boundary.dipole import dipole_at_points
+from camsim.rendering.boundary.far import Moments
 from camsim.rendering.edges import Edges
 
 FEWEST = 32  # edges of a cell: fewer are quicker one by one than its nodes
@@ -150,46 +144,24 @@ def _spread(start: F64, end: F64, pair: I64, far: F64, cells: Cells, gauss_x: F6
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def cell_at_points(
-    c: int, x0: float, y0: float, x: F64, y: F64, sigma2: float, m22: float, harmonic: C128, cells: Cells, total: F64
+    c: int, x0: float, y0: float, x: F64, y: F64, m: Moments, cells: Cells, sends: F64, sums: F64
 ) -> None:
-    """Add cell ``c`` to ``total`` (channels, points) at points (x0 + x, y0 + y), all of them far away.
+    """Add cell ``c`` to ``sums`` (channels, points) at points (x0 + x, y0 + y), all of them far away.
 
-    sigma2, m22, harmonic : the footprint's moments, as in ``edge.Numbers``
+    m : the footprint's moments in the photosite's own frame;  sends: (8, points) memory
     """
     q = cells.nodes.size
-    m2_re, m2_im, m31_re, m31_im = harmonic[0].real, harmonic[0].imag, harmonic[1].real, harmonic[1].imag
-    m4_re, m4_im, m6_re, m6_im = harmonic[2].real, harmonic[2].imag, harmonic[3].real, harmonic[3].imag
-    for k in range(total.shape[0]):
-        for i in range(q):
-            dy = cells.y[c] + cells.half_y[c] * cells.nodes[i] - y0
-            for j in range(q):
-                dx = cells.x[c] + cells.half_x[c] * cells.nodes[j] - x0
+    for i in range(q):
+        dy = cells.y[c] + cells.half_y[c] * cells.nodes[i] - y0
+        for j in range(q):
+            dipole_at_points(cells.x[c] + cells.half_x[c] * cells.nodes[j] - x0, dy, x, y, m, sends)
+            for k in range(sums.shape[0]):
                 s0x, s0y = cells.strength[c, k, 0, 0, i, j], cells.strength[c, k, 0, 1, i, j]
                 s1x, s1y = cells.strength[c, k, 1, 0, i, j], cells.strength[c, k, 1, 1, i, j]
                 s3x, s3y = cells.strength[c, k, 2, 0, i, j], cells.strength[c, k, 2, 1, i, j]
                 s5x, s5y = cells.strength[c, k, 3, 0, i, j], cells.strength[c, k, 3, 1, i, j]
                 for p in range(x.size):
-                    zx, zy = dx - x[p], dy - y[p]
-                    inv2 = 1.0 / (zx * zx + zy * zy)
-                    inv = math.sqrt(inv2)
-                    # e = z̄/r; F is e/r times a factor for each moment of the far form.
-                    e_re, e_im = zx * inv, -zy * inv
-                    e2_re, e2_im = e_re * e_re - e_im * e_im, 2.0 * e_re * e_im
-                    e4_re, e4_im = e2_re * e2_re - e2_im * e2_im, 2.0 * e2_re * e2_im
-                    e6_re, e6_im = e4_re * e2_re - e4_im * e2_im, e4_re * e2_im + e4_im * e2_re
-                    a_re, a_im = m2_re * e2_re - m2_im * e2_im, m2_re * e2_im + m2_im * e2_re
-                    b_re, b_im = m31_re * e2_re - m31_im * e2_im, m31_re * e2_im + m31_im * e2_re
-                    c_re, c_im = m4_re * e4_re - m4_im * e4_im, m4_re * e4_im + m4_im * e4_re
-                    d_re, d_im = m6_re * e6_re - m6_im * e6_im, m6_re * e6_im + m6_im * e6_re
-                    f0_re = 1.0 + inv2 * (a_re + inv2 * (c_re + inv2 * d_re))
-                    f0_im = inv2 * (a_im + inv2 * (c_im + inv2 * d_im))
-                    second = 1.5 * sigma2 + 2.25 * a_re
-                    fourth = 0.703125 * m22 + 1.5625 * b_re + 2.734375 * c_re
-                    f1_re = -inv * (1.0 + inv2 * (second + inv2 * fourth))
-                    f1_im = -inv * inv2 * (1.5 * a_im + inv2 * (0.625 * b_im + 2.1875 * c_im))
-                    f3_re = -inv * inv2 * (1.0 + inv2 * (7.5 * sigma2 + 6.25 * a_re))
-                    f3_im = -inv * inv2 * inv2 * 2.5 * a_im
-                    f5 = -inv * inv2 * inv2
-                    sum_x = f0_re * s0x - f0_im * s0y + f1_re * s1x - f1_im * s1y + f3_re * s3x - f3_im * s3y + f5 * s5x
-                    sum_y = f0_re * s0y + f0_im * s0x + f1_re * s1y + f1_im * s1x + f3_re * s3y + f3_im * s3x + f5 * s5y
-                    total[k, p] += inv * (e_re * sum_y + e_im * sum_x)
+                    sums[k, p] += (
+                        (s0x * sends[0, p] + s0y * sends[1, p] + s1x * sends[2, p] + s1y * sends[3, p])
+                        + (s3x * sends[4, p] + s3y * sends[5, p] + s5x * sends[6, p] + s5y * sends[7, p])
+                    )  # fmt: skip

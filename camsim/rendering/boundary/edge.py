@@ -105,22 +105,16 @@ def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables
     h = dx * ty - dy * tx
     s1 = dx * tx + dy * ty
     s2 = s1 + edges.length[e]
-    far = tables.far[edges.pair[e], channel]
-    moments = moments_of(e, edges, n)
-    r1, r2 = math.hypot(h, s1), math.hypot(h, s2)
-    beside = s1 < 0.0 < s2
-    sees_line = beside and edges.response[e] >= 0 and abs(h) < n.reach
-    if not sees_line and min(r1, r2) >= n.near and (not beside or abs(h) >= n.near):
-        return weigh(far_edge(h, s1, s2, moments), far)
-    field, times = tables.field[edges.alike[e], channel], edges.times[e]
     cut = math.sqrt(max(n.near * n.near - h * h, 0.0))
     low, high = max(s1, -cut), min(s2, cut)
+    far, moments = tables.far[edges.pair[e], channel], moments_of(e, edges, n)
+    field, times = tables.field[edges.alike[e], channel], edges.times[e]
+    sees_line = s1 < 0.0 < s2 and edges.response[e] >= 0 and abs(h) < n.reach
     total: float = 0.0
-    if not sees_line or (r1 < n.near and r2 < n.near and s2 - s1 < 2.0 * cut - (s2 - s1)):
-        if high <= low:  # an end at exactly the near radius: by rounding it is within, and nothing of the edge is
-            whole: float = weigh(far_edge(h, s1, s2, moments), far)
-            return whole
-        total += times * _flux(h, low, high, tx, ty, field, n)
+    if not sees_line or (s1 > -cut and s2 < cut and s2 - s1 < cut):
+        if high <= low:
+            return weigh(far_edge(h, s1, s2, moments), far)
+        total = times * _flux(h, low, high, tx, ty, field, n)
         if s1 < low:
             total += weigh(far_edge(h, s1, low, moments), far)
         if s2 > high:

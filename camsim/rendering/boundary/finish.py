@@ -6,13 +6,13 @@ import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.kernels import kernel
-from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World
+from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World, gap_from
 from camsim.rendering.boundary.crowd import cell_at_points
 from camsim.rendering.boundary.edge import edge_at, line_at
 from camsim.rendering.boundary.edge_rings import rings_at, rings_of_line_at
 from camsim.rendering.boundary.far import across, far_line, weigh
-from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
-from camsim.rendering.boundary.smooth import LINE, far_and_quiet, far_at_points
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame, moments_of
+from camsim.rendering.boundary.smooth import LINE, add_weighed, far_and_quiet, far_at_points
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
@@ -39,6 +39,15 @@ def _add_line(
         if n.quiet_line > n.reach:
             for c in range(cols):
                 image[r, c] += rings_of_line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
+
+
+@kernel(forceinline=True)
+def _quiet_all_over(e: int, x: float, y: float, half: float, edges: TabledEdges, n: Numbers) -> bool:
+    """Whether an edge is far away and quiet, as far as that is told from its middle, for a square about (x, y)."""
+    reach = 0.5 * edges.length[e]
+    gap = gap_from(edges.x[e] + reach * edges.tx[e] - x, edges.y[e] + reach * edges.ty[e] - y, half, half) - reach
+    quiet: bool = gap >= (n.quiet_line if edges.response[e] >= 0 else n.quiet_end)
+    return quiet
 
 
 @kernel()
@@ -74,21 +83,22 @@ def finish(
             image[row + r, col + c] = value
     x0, y0 = origin_x + col, origin_y + row
     px, py, g, quiet = scratch.site_x, scratch.site_y, scratch.site_g, scratch.quiet
-    from_cells = False
+    sends, from_all, half = scratch.site_sends, scratch.site_sums, 0.5 * (n.leaf - 1)
+    from_all[:] = 0.0
     for m in range(count):
         e = source[m]
         if state[m] == LINE:
             part = slice(row, row + rows), slice(col, col + cols)
             _add_line(e, x0, y0, channel[part], image[part], edges, tables, n)
         elif state[m] == CELL:
-            if not from_cells:
-                scratch.site_sums[:] = 0.0
-                from_cells = True
-            cell_at_points(e, x0, y0, px, py, n.sigma2, n.m22, n.harmonic, cells, scratch.site_sums)
+            cell_at_points(e, x0, y0, px, py, moments_in_frame(n), cells, sends, from_all)
         else:
-            far_and_quiet(e, x0, y0, px, py, edges, n, quiet)
             # Not the constant WHOLE: Numba would compile the function for it once more.
-            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, g)  # type: ignore[arg-type]
+            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, sends, g)  # type: ignore[arg-type]
+            if _quiet_all_over(e, x0 + half, y0 + half, half, edges, n):
+                add_weighed(g, tables.far[edges.pair[e]], from_all)
+                continue
+            far_and_quiet(e, x0, y0, px, py, edges, n, quiet)
             for r in range(rows):
                 for c in range(cols):
                     k = channel[row + r, col + c]
@@ -100,7 +110,7 @@ def finish(
                         image[row + r, col + c] += edge_at(x0 + c, y0 + r, e, k, edges, tables, n)
                         if n.quiet_end > n.near:
                             image[row + r, col + c] += rings_at(x0 + c, y0 + r, e, k, edges, tables, n)
-    if from_cells:
+    if size == n.leaf:
         for r in range(rows):
             for c in range(cols):
-                image[row + r, col + c] += scratch.site_sums[channel[row + r, col + c], r * size + c]
+                image[row + r, col + c] += from_all[channel[row + r, col + c], r * size + c]

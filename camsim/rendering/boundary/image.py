@@ -55,6 +55,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         size = root >> level
         to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
     return Numbers(
+        dipoles=settings.dipoles,
         near=settings.near,
         quiet_end=settings.quiet_end,
         reach=settings.reach,

@@ -43,6 +43,7 @@ class Tables(NamedTuple):
 class Numbers(NamedTuple):
     """The plan's settings as the kernels read them; lengths in pitches."""
 
+    dipoles: float  # an edge no longer than this is two dipoles, seen from where it is not integrated
     near: float  # an end within this distance is integrated
     quiet_end: float  # beyond this one it sends no rings
     reach: float  # an edge response is looked up to this distance
@@ -70,3 +71,9 @@ class Numbers(NamedTuple):
 def moments_of(e: int, edges: TabledEdges, n: Numbers) -> Moments:
     """Return the footprint's moments as the end of edge ``e`` sees them."""
     return Moments(n.sigma2, n.m22, edges.m2[e], edges.m31[e], edges.m4[e], edges.m6[e])
+
+
+@kernel(forceinline=True)
+def moments_in_frame(n: Numbers) -> Moments:
+    """Return the footprint's moments in the photosite's own frame."""
+    return Moments(n.sigma2, n.m22, n.harmonic[0], n.harmonic[1], n.harmonic[2], n.harmonic[3])

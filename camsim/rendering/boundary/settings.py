@@ -9,7 +9,7 @@ Every source of error is given its share of the tolerance (budget.py); amplitude
   distance would take long integrals, the rings are computed instead (rings.py) until they are as quiet as that.
 * The footprint's moments end at the sixth: next come |Mₙ|/(2πnRⁿ), n = 8, 10 …, and about 3·c1·M6/(2π R⁷).
 * The eight-point look-up in the field and the six-point one in a line's response: `_step`.
-* The Gauss rule on panels along an edge: `_panel_nodes`.
+* The Gauss rule on panels along an edge: `_panel_nodes`; on short edges far away: `dipole.longest_dipoles`.
 * Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
 """
 
@@ -23,6 +23,7 @@ import numpy as np
 from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import gauss_error
+from camsim.rendering.boundary.dipole import longest_dipoles
 from camsim.rendering.boundary.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, threes
 from camsim.rendering.edges import Edges
 from camsim.rendering.falling import falls_to
@@ -40,6 +41,7 @@ LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an
 OF_PIECES = 16.0  # times what is allowed: as much as a bound for pieces may be over it
 # What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
 EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
+OF_DIPOLES = 0.1  # of what is allowed: panels along edges were seen to take 0.15 of it
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # steps, blurs: as far as these first terms hold (to a tenth)
 RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength
 TABLE_BYTES = 3e8  # of the field: larger ones cost more than rings whatever these cost
@@ -50,6 +52,7 @@ RINGS_NEAREST = 10.0  # blurs, beyond the footprint: their series and the smooth
 class Settings:
     """Settings of one boundary rendering; lengths in pitches.
 
+    dipoles           : an edge no longer than this is two dipoles wherever it is not integrated
     near, quiet_end   : an end is integrated within ``near``; beyond, its rings count until ``quiet_end``
     reach, quiet_line : a line's response is looked up within ``reach``; beyond, its rings count until ``quiet_line``
     (without rings both pairs are equal: near and reach are themselves quiet)
@@ -57,6 +60,7 @@ class Settings:
     """
 
     tolerance: float
+    dipoles: float
     near: float
     quiet_end: float
     reach: float
@@ -116,6 +120,7 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
+        dipoles=longest_dipoles(quiet_end, OF_DIPOLES * budget.allowed("panels")),
         near=near,
         quiet_end=quiet_end,
         reach=reach,

@@ -9,8 +9,9 @@ import math
 
 from camsim.arrays import F64, U8
 from camsim.kernels import kernel
-from camsim.rendering.boundary.far import Moments, across, far_line, mirrored, smooth_tail
-from camsim.rendering.boundary.records import Numbers, TabledEdges, moments_of
+from camsim.rendering.boundary.dipole import GAUSS, dipole_at_points
+from camsim.rendering.boundary.far import Moments, across, far_line, mirrored, smooth_tail, weigh
+from camsim.rendering.boundary.records import Numbers, TabledEdges, moments_in_frame, moments_of
 
 WHOLE, LINE, ENDS = 0, 1, 2  # parts of an edge: all of it, its infinite line, or minus both ends (WHOLE = LINE + ENDS)
 HALF_PI, QUARTER_PI = 0.5 * math.pi, 0.25 * math.pi
@@ -52,14 +53,25 @@ def _ends(h: float, s1: float, length: float, side: float, m: Moments) -> tuple[
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def far_at_points(
-    e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, g: F64
+    e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, sends: F64, g: F64
 ) -> None:
     """Write to ``g`` (4, points) the far form of a part of edge ``e`` at the points (x0 + x, y0 + y).
 
     It means nothing at points that are not far away, and at those beside an edge it takes |h| for at least ``near``.
+    sends: (8, points) memory.
     """
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
+    if part == WHOLE and length <= n.dipoles:
+        g[:] = 0.0
+        for side in (-GAUSS, GAUSS):
+            s = (0.5 + side) * length
+            dipole_at_points(dx + s * tx, dy + s * ty, x, y, moments_in_frame(n), sends)
+            wx, wy = 0.5 * length * tx, 0.5 * length * ty
+            for k in range(4):
+                for i in range(x.size):
+                    g[k, i] += wx * sends[2 * k, i] + wy * sends[2 * k + 1, i]
+        return
     m = moments_of(e, edges, n)
     plain = Moments(m.sigma2, m.m22, 0j, 0j, m.m4, 0j)  # spelt out, so that the compiler leaves the rest away
     is_plain = m.m2 == 0.0 and m.m31 == 0.0 and m.m6 == 0.0
@@ -93,6 +105,14 @@ def far_at_points(
         g[1, i] += counts * c1
         g[2, i] += counts * c3
         g[3, i] += counts * c5
+
+
+@kernel(fastmath={"contract"})
+def add_weighed(g: F64, far: F64, sums: F64) -> None:
+    """Add to ``sums`` (channels, points) what g (4, points) means for the weight sets ``far`` (channels, 4)."""
+    for k in range(len(sums)):
+        for i in range(g.shape[1]):
+            sums[k, i] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far[k])
 
 
 @kernel(fastmath={"contract"})

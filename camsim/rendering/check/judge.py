@@ -27,6 +27,7 @@ from camsim.scene.arcs import Fineness
 WINDOW = 3  # photosites along a side, for lenses that are not round
 JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 DEAR_SECONDS = 0.05  # for one photosite: then windows are asked what they take
+ASKING_SECONDS = 5e-5  # of that for every piece of outline: 0.4 ms, and eight photosites are looked at or more
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 
 
@@ -138,7 +139,7 @@ class Judge:
         if job.finest is None or job.tolerance < job.finest:
             return False
         each = self.integrals.seconds_each
-        if each <= DEAR_SECONDS:
+        if each <= max(DEAR_SECONDS, ASKING_SECONDS * len(self.seen[0].left)):
             return True
         middle = _Frame.about(np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2]))
         return WINDOW**2 * each <= self._taken(self._whole, middle)

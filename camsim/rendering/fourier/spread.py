@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -96,7 +97,8 @@ def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> 
         cutoffs = [system.cutoff_per_um(nm) * pitch_um for nm in wavelength_nm.tolist()]
         return lambda distance: float(sum(math.prod(rule_of(cutoff * distance)) for cutoff in cutoffs))
     each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
-    return lambda distance: sum(nodes(distance * pitch_um) for nodes in each)
+    # Tiles, most of them alike, ask one by one.
+    return functools.cache(lambda distance: sum(nodes(distance * pitch_um) for nodes in each))
 
 
 def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
