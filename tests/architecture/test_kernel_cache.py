@@ -4,12 +4,15 @@ A small package of the same name stands for camsim: its kernel is in one module 
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from camsim.kernels.cache import _sources
 
 KERNELS = Path(__file__).parents[2] / "camsim" / "kernels"
 OUTER = """
@@ -97,3 +100,11 @@ def test_old_versions_go(small, tmp_path):
         small(f"{inside}.0")
     assert len(list((tmp_path / "cache").glob("outer.outer-*.nbi"))) == 8
     assert small("9.0") == ["100.0", "True", "True"]
+
+
+def test_no_kernel_is_compiled_anew_for_a_change_far_away():
+    """A kernel's key has all that its module imports; a scene or a YAML table among that would be half the package."""
+    package = KERNELS.parent
+    modules = [file for file in package.rglob("*.py") if re.search(r"^@kernel\(", file.read_text(), re.MULTILINE)]
+    assert len(modules) > 20
+    assert [file.name for file in modules if _sources(str(file)) & {str(package / "scene" / "__init__.py")}] == []
