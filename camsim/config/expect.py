@@ -99,7 +99,7 @@ class Expected:
             if len(telling := self._words_that_tell(node, key)) > 1:
                 return Expected(Literal[telling])
             if table is not None:
-                field = table.model_fields.get(key)
+                field = table.fields().get(key)
                 return None if field is None else expected_of_field(field)
             return next((Expected.of(get_args(a.kind)[1]) for a in self._with_origin(dict)), None)
         for alternative in self._with_origin(list):

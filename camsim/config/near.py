@@ -101,7 +101,7 @@ def place_of(word: str) -> str | None:
 
 def _all_keys(expected: Expected, path: KeyPath, above: tuple[type[Table], ...] = ()) -> Iterator[KeyPath]:
     for table in expected.tables():
-        for name, field in table.model_fields.items():
+        for name, field in table.fields().items():
             yield (*path, name)
             inside = expected_of_field(field)
             if not {*inside.holds()} & {*above, table}:  # a group's shapes are told once

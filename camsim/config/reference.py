@@ -63,7 +63,7 @@ def markdown() -> str:
             if paths != [""]:
                 lines += [f"### {', '.join(f'`{path}`' for path in _short(paths))}", "", _sentence(table), ""]
             lines += ["| key | value | default | meaning |", "|---|---|---|---|"]
-            lines += [_row(key, field) for key, field in table.model_fields.items() if key != "source"]
+            lines += [_row(key, field) for key, field in table.fields().items() if key != "source"]
             lines.append("")
             for example in shown.get(table.__name__, ()):
                 lines += ["```yaml", example.rstrip(), "```", ""]
@@ -76,7 +76,7 @@ def _tables(table: type[Table], path: str, above: tuple[type[Table], ...] = ()) 
     above : tables that this lies in; what holds others of its own list is told once
     """
     yield path, table
-    for key, field in table.model_fields.items():
+    for key, field in table.fields().items():
         inside = f"{path}.{key}" if path else key
         if set(expected_of_field(field).holds()) & {*above, table}:
             continue

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba as nb
-from numba.core import compiler, event, sigutils, typing
+from numba.core import compiler, event, sigutils, types, typing
 from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import CPUDispatcher
 
@@ -105,15 +105,20 @@ class _Kernel(CPUDispatcher):
         return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
-        """Return the types of a call by another kernel."""
+        """Return the types of a call by another kernel.
+
+        A number that is known is of its type and no more: a count that begins at 1 is Literal[int](1) at first and
+        int64 in the end, and what is called with it would be taken in twice. True and False have a version each.
+        """
         _, args = self._compiler.fold_argument_types(args, kws)
+        args = _numbers_by_type(args)
         name = self.py_func.__name__
-        signature = self._to_take_in(tuple(args)).signature
+        signature = self._to_take_in(args).signature
         return typing.make_concrete_template(name, key=name, signatures=[signature]), self._compiler.pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
         """Return the key under which Numba finds what another kernel calls."""
-        return self._to_take_in(tuple(sigutils.normalize_signature(sig)[0])).entry_point
+        return self._to_take_in(_numbers_by_type(sigutils.normalize_signature(sig)[0])).entry_point
 
     def _to_take_in(self, args: tuple[Any, ...]) -> Any:
         known = self._taken_in.get(args)
@@ -135,6 +140,10 @@ class _Kernel(CPUDispatcher):
             known = self._taken_in[args] = compiled._replace(entry_point=object())
             self.targetctx.insert_user_function(known.entry_point, known.fndesc, [known.library])
         return known
+
+
+def _numbers_by_type(args: Iterable[Any]) -> tuple[Any, ...]:
+    return tuple(arg.literal_type if isinstance(arg, types.IntegerLiteral) else arg for arg in args)
 
 
 class _Source(JITCodeLibrary):

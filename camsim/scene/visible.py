@@ -70,9 +70,11 @@ class Covers:
 
 def _touching(boxes: F64) -> tuple[I64, I64]:
     """Return the pairs of primitives whose boxes touch, the earlier first."""
+    filled = np.flatnonzero(np.isfinite(boxes).all(axis=1))
+    if len(filled) < 2:
+        return filled[:0], filled[:0]
     import shapely
 
-    filled = np.flatnonzero(np.isfinite(boxes).all(axis=1))
     areas = shapely.box(*boxes[filled].T)
     first, second = shapely.STRtree(areas).query(areas)
     earlier = first < second
@@ -84,8 +86,6 @@ def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, fir
 
     Asked of rough outlines, and of boxes larger than these are off.
     """
-    import shapely
-
     size = boxes[:, 2:] - boxes[:, :2]
     grown = boxes + ROUGH * size.max(axis=1)[:, None] * [-1.0, -1.0, 1.0, 1.0]
     slack = ROUGH * size[second].max(axis=1)
@@ -94,6 +94,8 @@ def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, fir
     hidden = np.zeros(len(boxes), bool)
     if not larger.any():
         return hidden
+    import shapely
+
     first, second, slack = first[larger], second[larger], slack[larger]
     covering, number = np.unique(second, return_inverse=True)
     rough = outlines.some(covering).rings(SideLimits())
@@ -112,14 +114,16 @@ def visible_rings(
 
     seen, rings : primitives with their regions, and the polygons of each
     """
-    import shapely
-
     visible = [
         (seen[i][1], [positive(rings[i][0]), *(positive(hole)[::-1].copy() for hole in rings[i][1:])])
         for i in np.flatnonzero(covers.alone).tolist()
         if rings[i]
     ]
     others = np.flatnonzero(~covers.alone)
+    if not len(others):
+        return visible
+    import shapely
+
     areas = np.full(len(seen), None, object)
     for i in others.tolist():
         areas[i] = area_of(seen[i][0], rings[i])

@@ -4,12 +4,17 @@ A small package of the same name stands for camsim: its kernel is in one module 
 """
 
 import os
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from numba.core import types
+
+from camsim.kernels import kernel
+from camsim.kernels.cache import KEPT, _sources
 
 KERNELS = Path(__file__).parents[2] / "camsim" / "kernels"
 OUTER = """
@@ -93,7 +98,34 @@ def test_processes_share_a_cache(small):
 
 
 def test_old_versions_go(small, tmp_path):
-    for inside in range(10):
+    """Fewer are kept here than by camsim: each takes a process."""
+    cache = tmp_path / "camsim" / "kernels" / "cache.py"
+    cache.write_text(cache.read_text().replace(f"KEPT = {KEPT} ", "KEPT = 2 "))
+    for inside in range(4):
         small(f"{inside}.0")
-    assert len(list((tmp_path / "cache").glob("outer.outer-*.nbi"))) == 8
-    assert small("9.0") == ["100.0", "True", "True"]
+    assert len(list((tmp_path / "cache").glob("outer.outer-*.nbi"))) == 2
+    assert small("3.0") == ["40.0", "True", "True"]
+
+
+def test_no_kernel_is_compiled_anew_for_a_change_far_away():
+    """A kernel's key has all that its module imports; a scene or a YAML table among that would be half the package."""
+    package = KERNELS.parent
+    modules = [file for file in package.rglob("*.py") if re.search(r"^@kernel\(", file.read_text(), re.MULTILINE)]
+    assert len(modules) > 20
+    assert [file.name for file in modules if _sources(str(file)) & {str(package / "scene" / "__init__.py")}] == []
+
+
+def test_a_count_that_begins_at_a_known_number_is_taken_in_once():
+    """Numba calls it Literal[int](1) first, and int64 when it has seen that it grows; flags have a version each."""
+
+    @kernel()
+    def inside(count, flag):
+        return count if flag else -count
+
+    for count, flag in (
+        (types.literal(1), types.boolean),
+        (types.int64, types.boolean),
+        (types.int64, types.literal(True)),
+    ):
+        inside.get_call_template((count, flag), {})
+    assert len(inside._taken_in) == 2

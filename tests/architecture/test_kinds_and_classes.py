@@ -45,7 +45,7 @@ def walked(*files: type[BaseModel]) -> set[tuple[str, type[BaseModel]]]:
         place, table = left.pop()
         if (place, table) not in found:
             found.add((place, table))
-            for name, field in table.model_fields.items():
+            for name, field in table.fields().items():
                 left += [(name, inside) for inside in tables(field.annotation)]
     return found
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic.fields import FieldInfo
 
 from camsim.marks import Called
 from camsim.typed import Count, Fraction, NonNegative, Positive
@@ -26,6 +27,16 @@ class Table(BaseModel):
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         """Yield (key, message) for keys that do not go together; types and ranges need not be right yet."""
         yield from ()
+
+    @classmethod
+    def fields(cls) -> Mapping[str, FieldInfo]:
+        """Return what is known of each key, also where its tables come later in their file: groups hold groups.
+
+        Such a table is built here and not when it is imported, which would take longer than all that a capture reads.
+        """
+        if not cls.__pydantic_fields_complete__:
+            cls.model_rebuild()
+        return cls.model_fields
 
     @classmethod
     def can_contradict(cls) -> bool:

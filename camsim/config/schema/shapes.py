@@ -246,6 +246,3 @@ Shape: TypeAlias = Annotated[_Kinds, Field(discriminator="kind")]
 _Fields: TypeAlias = Picture | PointSource | LinearGradient | RadialGradient | SineGrating | SineStar | SineZonePlate
 Placed: TypeAlias = Annotated[_Kinds | _Fields, Field(discriminator="kind")]
 """A shape of a scene; within groups and as clips there are no pictures, gradients and points."""
-
-for _table in (Group, RepeatOnGrid, RepeatOnRing):
-    _table.model_rebuild()

@@ -15,8 +15,8 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
-from camsim.optics import OpticalSystem
 from camsim.optics.pattern import Pattern
+from camsim.optics.system import OpticalSystem
 from camsim.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint

@@ -9,7 +9,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 from camsim.rendering.check.near import Squares, touching
-from camsim.rendering.check.outlines import Outlines
+from camsim.rendering.check.records import Outlines
 
 
 @kernel()

@@ -3,60 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.rendering.check.records import Outlines, Owners
 from camsim.scene import Primitive, Scene, flattened
 from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, joined
-
-
-class Outlines(NamedTuple):
-    """Straight and round parts of outlines, fill by fill and loop by loop.
-
-    x, y, dx, dy : start and vector to the end of a straight part; of a round one its centre, and (radius, 0)
-    from_rad, turn_rad : of a round part, the angle at which it begins and how far it goes, below 0 the other way round;
-                   a turn of 0 is straight
-    """
-
-    x: F64
-    y: F64
-    dx: F64
-    dy: F64
-    from_rad: F64
-    turn_rad: F64
-
-    def some(self, which: I64 | np.ndarray) -> Outlines:
-        """Return picked ones."""
-        return Outlines(*(column[which] for column in self))
-
-    @property
-    def length(self) -> F64:
-        """Of each (n,)."""
-        length: F64 = np.where(self.turn_rad == 0.0, np.hypot(self.dx, self.dy), self.dx * np.abs(self.turn_rad))
-        return length
-
-
-class Owners(NamedTuple):
-    """Whose each part is: parts of fills, fills of layers, layers of primitives, each where the next begins.
-
-    even_odd : (fills,) whether it is filled where a place is wound about an odd number of times
-    ends     : (n, 4) x, y where each part begins and where it ends: the very numbers with which the next one begins
-    """
-
-    part: I64
-    fill: I64
-    layer: I64
-    even_odd: np.ndarray
-    ends: F64
-
-    @property
-    def primitive(self) -> I64:
-        """Of each part (n,)."""
-        first = self.part[self.fill[self.layer]]
-        return np.repeat(np.arange(len(first) - 1), np.diff(first))
 
 
 def outlines_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Outlines, Owners, list[Primitive]]:

@@ -10,7 +10,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.rendering.check.cuts import lies_on
-from camsim.rendering.check.outlines import Outlines, Owners
+from camsim.rendering.check.records import Outlines, Owners
 
 BESIDE = 4.0  # times as far as places that are one: what is seen is asked there, on either side
 PARTS_A_ROW = 4  # at the most, on average

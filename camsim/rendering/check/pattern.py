@@ -15,7 +15,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
-from camsim.optics import RoundLens
+from camsim.optics.protocols import RoundLens
 from camsim.quadrature import quintic_cells
 
 CELLS_PER_BLUR = 64  # a quintic then errs by 5e-12: 32 left 3e-10

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.rendering.check.outlines import Outlines
+from camsim.rendering.check.records import Outlines
 from camsim.rendering.engine import Marks
 from camsim.rendering.grid import Grid
 

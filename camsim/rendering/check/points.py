@@ -10,7 +10,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.check.outlines import Outlines
+from camsim.rendering.check.records import Outlines
 
 PANEL_NODES = 20
 PANEL_BLURS = 4.0

@@ -14,8 +14,9 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.rendering.check.cuts import pieces_between_cuts
 from camsim.rendering.check.near import Squares, pairs
-from camsim.rendering.check.outlines import Outlines, outlines_of
+from camsim.rendering.check.outlines import outlines_of
 from camsim.rendering.check.painter import BESIDE, Near, Rows, sides_of
+from camsim.rendering.check.records import Outlines
 from camsim.scene import Scene
 from camsim.scene.arcs import Fineness
 from camsim.spectra.curve import Spectrum

@@ -16,8 +16,8 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel, shared
-from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round, Separable
+from camsim.optics.system import OpticalSystem
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
