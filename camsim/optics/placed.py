@@ -54,6 +54,11 @@ class PlacedLens(OfPupil):
             part, other = part * x - other * y, part * y + other * x
         return total
 
+    def coefficients(self, wavelength_nm: F64) -> F64:
+        """Return the coefficients (n, k) at wavelengths, waves."""
+        waves: F64 = _spline(self)(wavelength_nm) / wavelength_nm[:, None]
+        return waves
+
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
         """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
         x, y, _ = self.pupil.rule(ACROSS, ACROSS)

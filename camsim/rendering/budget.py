@@ -18,7 +18,7 @@ Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
     "rings", "taper", "reach", "spreading", "pupil",
-    "cut", "hem", "short pupil", "short lines", "between places", "bent edges",
+    "cut", "hem", "short pupil", "short lines", "between places", "bent edges", "near cut", "far cut", "transfers",
     "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
 
@@ -71,6 +71,12 @@ ACROSS: dict[Source, Share] = {
     "between places": Share(0.25, "patterns interpolated over the frame: half of all that they differ by"),
     "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
 }
+FIELD: dict[Source, Share] = {
+    "near cut": Share(0.25, "what a line shows past the near band's reach, measured on the transfers"),
+    "far cut": Share(0.30, "what a line shows past the far band's reach, by the rim's slopes"),
+    "transfers": Share(0.33, "transfers along the radius, over wavelengths, |f| and angle: each a quarter, measured"),
+    "spreading": FOURIER["spreading"],
+}
 PLACES_PART = 0.70  # of the tolerance, over Lebesgue's constants: what each place's own image may be wrong by
 CLOSED_PART = 0.5  # of the tolerance: what an aberrated lens's round part may be wrong by; its difference has the rest
 CHECK: dict[Source, Share] = {
@@ -104,4 +110,4 @@ class ErrorBudget:
         return ErrorBudget(CHECK_PART * self.tolerance)
 
 
-_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | ACROSS | CHECK
+_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | ACROSS | FIELD | CHECK

@@ -9,8 +9,9 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import Varies
+from camsim.optics.protocols import Revolves, Varies
 from camsim.rendering.across.bending import Bending
+from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.judge import AcrossJudge
 from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.across.plan import AcrossPlan
@@ -69,12 +70,14 @@ def choose_across(
     if method == "boundary" and not by_edges:
         raise UnsupportedError(job.unknown or "it cannot keep this tolerance; use fourier", key="method")
     name = "boundary" if by_edges else "fourier"
+    why = "asked for" if method != "auto" else "its places are rendered by it"
+    judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
+    if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
+        return Choice(method=name, why=why, plan=FieldPlan.of_job(job, lens), judge=judge)
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
     plan = AcrossPlan(job=job, lens=lens, lattice=lattice, method=name)
-    judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
-    why = "asked for" if method != "auto" else "its places are rendered by it"
     return Choice(method=name, why=why, plan=plan, judge=judge)
 
 
