@@ -56,12 +56,14 @@ class Bending:
     """How finely bent edges are cut.
 
     lens    : that distorts;  blur_um: its shortest pattern's length
+    peak_per_um : the most that a photosite's own line spread is, in any direction
     allowed : what one edge may be wrong by, of full contrast
     """
 
     lens: Varies
     grid: Grid
     blur_um: float
+    peak_per_um: float
     allowed: float
 
     def sides(self, start_um: F64, end_um: F64) -> Sides:
@@ -108,6 +110,7 @@ class Bending:
         gap = np.maximum(np.maximum(first - np.maximum(a, b), np.minimum(a, b) - last), 0.0)
         x = np.maximum(np.hypot(gap[:, 0], gap[:, 1]) / self.blur_um - FULL, 0.0)
         spread: F64 = np.minimum(PEAK, 1.0 / (TAIL * np.maximum(x, 1e-9) ** 2)) / self.blur_um
+        spread = np.minimum(spread, self.peak_per_um)
         return spread
 
     def _drawn(self, start_um: F64, end_um: F64, owner: I64, low: F64, high: F64) -> Sides:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import Revolves, Varies
+from camsim.optics.protocols import Rectangular, Revolves, Varies
 from camsim.rendering.across.bending import Bending
+from camsim.rendering.across.field_judge import FieldJudge
 from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.judge import AcrossJudge
 from camsim.rendering.across.lattice import lattice_for
@@ -52,7 +54,13 @@ def choose_across(
     bending = None
     if lens.distorts:
         blur_um = system.blur_um(float(seen_nm.min()))
-        bending = Bending(lens=lens, grid=grid, blur_um=blur_um, allowed=budget.allowed("bent edges"))
+        photosite, peak_per_um = system.photosite, math.inf
+        if isinstance(photosite, Rectangular) and min(photosite.sides_um) > 0.0:
+            # A rectangle's shadow is nowhere higher than along its diagonal.
+            peak_per_um = math.hypot(*photosite.sides_um) / math.prod(photosite.sides_um)
+        bending = Bending(
+            lens=lens, grid=grid, blur_um=blur_um, peak_per_um=peak_per_um, allowed=budget.allowed("bent edges")
+        )
         sides = bending.sides(arrangement.start_um, arrangement.end_um)
         arrangement = dataclasses.replace(
             arrangement,
@@ -73,7 +81,8 @@ def choose_across(
     why = "asked for" if method != "auto" else "its places are rendered by it"
     judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
     if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
-        return Choice(method=name, why=why, plan=FieldPlan.of_job(job, lens), judge=judge)
+        plan = FieldPlan.of_job(job, lens)
+        return Choice(method=name, why=why, plan=plan, judge=FieldJudge(job=plan.perfect, lens=lens, transforms=FOURIER))
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))

@@ -47,12 +47,7 @@ class FieldPlan:
     @classmethod
     def of_job(cls, job: Job, lens: Revolves) -> FieldPlan:
         """Plan a job whose edges are bent already."""
-        perfect = Airy(f_number=lens.f_number)
-        parts = dataclasses.replace(
-            job,
-            split=Split(core=perfect, moved_um=(0.0, 0.0), rest=None),
-            tolerance=PLACES_PART * job.tolerance,
-        )
+        parts = dataclasses.replace(_perfect(job, lens), tolerance=PLACES_PART * job.tolerance)
         rest = dataclasses.replace(parts, tolerance=(1.0 - CLOSED_PART) * parts.tolerance)
         between = ErrorBudget(job.tolerance).allowed("between places")
         return cls(
@@ -60,6 +55,11 @@ class FieldPlan:
             closed=BOUNDARY.plan(parts.round_part()),
             image=FieldImage(job=rest, lens=lens, between=between),
         )
+
+    @property
+    def perfect(self) -> Job:
+        """The job behind the perfect lens alone, for the check."""
+        return _perfect(self.job, self.image.lens)
 
     @property
     def marks(self) -> Marks:
@@ -135,3 +135,7 @@ class FieldPlan:
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""
         return None
+
+
+def _perfect(job: Job, lens: Revolves) -> Job:
+    return dataclasses.replace(job, split=Split(core=Airy(f_number=lens.f_number), moved_um=(0.0, 0.0), rest=None))

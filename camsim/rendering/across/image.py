@@ -17,7 +17,7 @@ from camsim.optics.protocols import Revolves
 from camsim.rendering.across.bands import SMOOTH_CUT, SIGMA, Band, band_of, far_reach, near_reach
 from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, Sets, add_terms, on_lattice
 from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
-from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers
+from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers, with_ghosts
 from camsim.rendering.engine import Progress
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
@@ -258,8 +258,7 @@ class _Fields:
             spectrum[..., : most + 1], spectrum[..., -most:] = own[..., most:], own[..., :most]
             around = scipy.fft.ifft(spectrum, axis=-1, norm="forward", workers=-1)
             half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
-            half = np.concatenate([half[:, BEFORE:0:-1].conj(), half], axis=1)
-            moved = np.moveaxis(half, 0, -1)
+            moved = np.moveaxis(with_ghosts(half), 0, -1)[: len(values)]
             values[: moved.shape[0], :, q, :, 0], values[: moved.shape[0], :, q, :, 1] = moved.real, moved.imag
         active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
         return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)

@@ -32,6 +32,7 @@ TRIED = 5  # places, and wavelengths, at which the others' nodes are counted
 MARGIN = 2  # harmonics more
 SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
 COLOURS = (12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 80, 96, 128, 192, 256)  # nodes of a spectrum
+GHOSTS = np.array([[21.0, -70.0, 105.0, -84.0, 35.0, -6.0], [6.0, -15.0, 20.0, -15.0, 6.0, -1.0]])
 FINEST = 1920  # steps of |f| to the cut-off
 TIMES = (2, 4, 6, 8, 10, 12, 16, 20, 24, 30, 32, 40)  # of which so many may be one
 
@@ -278,10 +279,19 @@ def _times(values: C128, cut: float, allowed: float, heard: Callable[[F64], F64]
     return best
 
 
+def with_ghosts(values: C128) -> C128:
+    """Return values (…, |f|, angles), 0 first, with two more before and three after it, as a six-point look-up takes them.
+
+    Along a ray a transfer is smooth up to 0 and no further: those before are where a polynomial through the first six
+    goes on. Beyond the last there is nothing.
+    """
+    before = np.einsum("gk,...ka->...ga", GHOSTS, values[..., :6, :])
+    return np.concatenate([before, values, np.zeros_like(values[..., :3, :])], axis=-2)
+
+
 def six_between(values: C128) -> C128:
-    """Return values half way between rows (…, |f|, angles), 0 first; beyond the last there are none."""
-    mirrored = np.concatenate([values[..., 2:0:-1, :].conj(), values, np.zeros_like(values[..., :2, :])], axis=-2)
-    count = values.shape[-2] - 1
+    """Return values half way between rows (…, |f|, angles), 0 first."""
+    more, count = with_ghosts(values), values.shape[-2] - 1
     weights = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
-    found: C128 = sum(w * mirrored[..., k : k + count, :] for k, w in enumerate(weights))
+    found: C128 = sum(w * more[..., k : k + count, :] for k, w in enumerate(weights))
     return found
