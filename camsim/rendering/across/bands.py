@@ -30,7 +30,7 @@ SMOOTH_CUT = 6.0  # σ, where nothing is left: 1e-13
 DIRECTIONS = 16  # in which lines are looked at
 LINE = 4096  # points of what one shows
 TIMES = {"near": 5.0, "far": 4.0}  # the reach: sides of tiles
-LEAST_SIDE = 48
+LEAST_SIDE, LEAST_REACH = 48, 1.0  # pitches
 WAVELENGTHS, RADII = 12, 3  # at which far light is bounded
 
 
@@ -109,7 +109,7 @@ def near_reach(transfers: Transfers, contrast: F64, edges: Edges, allowed: float
 
     def reach_of(lines: float) -> float:
         heard_there = np.flatnonzero(beyond > allowed / lines)
-        return float(place[heard_there[-1] + 1 if heard_there.size and heard_there[-1] + 1 < place.size else 0])
+        return max(LEAST_REACH, float(place[min(heard_there[-1] + 1, place.size - 1)]) if heard_there.size else 0.0)
 
     return sighted(edges, reach_of)
 
@@ -142,6 +142,6 @@ def far_reach(
 
     def reach_of(lines: float) -> float:
         loud = np.flatnonzero(heard > allowed / lines)
-        return float(x[min(loud[-1] + 1, x.size - 1)]) if loud.size else 0.0
+        return max(LEAST_REACH, float(x[min(loud[-1] + 1, x.size - 1)]) if loud.size else 0.0)
 
     return sighted(edges, reach_of)

@@ -24,7 +24,7 @@ from camsim.optics.difference import Bent, rim_of
 from camsim.optics.protocols import PlacedByTerms, Revolves
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import zernike
-from camsim.quadrature import barycentric, chebyshev, gauss_legendre, interpolation, quintic_cells
+from camsim.quadrature import barycentric, chebyshev, gauss_legendre, interpolation
 from camsim.rendering.across.bands import far_reach
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.judge import Found, Judge, Transforms
@@ -39,9 +39,10 @@ from camsim.rendering.job import Job
 SECONDS = 3.0  # for each photosite
 FEWEST_NODES = (14, 28, 20, 16)  # of the overlap's rule, shifts, half a circle of angles, wavelengths
 PER_WAVE = (2.2, 3.4, 3.2, 4.5)  # of the steepest slope, waves per radius: nodes more
-FINER = 3.0  # directions for each wave that passes between a photosite and the farthest end
-STEPS = 12.0  # of a direction's table in the finest wave
-CHUNK = 256  # directions at a time
+FINER = 1.5  # directions, times what a sum over them takes to be exact of waves that go so far
+STEPS = 8.0  # of a direction's table in the finest wave
+PERIOD = 6.0  # of such a table, in what is seen to one side
+CHUNK = 64  # directions at a time
 FLAT = 1e-2  # of a step: ends this near are one place, and Q's slope
 
 
@@ -107,7 +108,7 @@ class FieldJudge:
             radii_um=(radius_um, radius_um),
             pitch_um=pitch_um,
             edges=self._edges,
-            allowed=0.25 * DIFFERENCE_CHECK_PART * job.tolerance,
+            allowed=0.5 * DIFFERENCE_CHECK_PART * job.tolerance,
         )
         box = min(max(reach, 8.0), 2.0 * max(job.span, 8.0))
         seen = clamped(self._edges.seen_from(place), (-box, -box), (box, box))
@@ -129,51 +130,46 @@ class FieldJudge:
         """Return (transfers, spectra): what some directions give of the regions of each spectrum, added up."""
         pitch_um = self.job.grid.pitch_um
         step = 1.0 / (STEPS * cut)
-        length = fast_length(math.ceil(2.0 * 3.0 * box / step), real=True)
+        length = fast_length(math.ceil(PERIOD * box / step), real=True)
         frequency = np.arange(1, math.ceil(cut * length * step)) / (length * step)
         cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
         foot = self.job.system.footprint_otf(frequency * cos / pitch_um, frequency * sin / pitch_um)
         transfer = own.on(frequency / pitch_um, theta) * (foot / (4.0 * math.pi**2 * np.arange(1, frequency.size + 1)))
         spectrum = np.zeros((*transfer.shape[:-1], length // 2 + 1), complex)
         spectrum[..., 1 : 1 + frequency.size] = transfer.conj()
-        table = scipy.fft.irfft(spectrum, n=length, axis=-1, norm="forward")
-        most = math.ceil(math.sqrt(2.0) * box / step) + 1
-        index = np.arange(-most - 2, most + 4)
-        cells = quintic_cells(table[..., index % length])
-        out = np.zeros((len(transfer), int(max(seen.left.max(), seen.right.max()))))
+        tables = scipy.fft.irfft(spectrum, n=length, axis=-1, norm="forward")
         along = seen.end - seen.start
-        for d in range(theta.size):
-            n = float(cos[d, 0]), float(sin[d, 0])
-            begin, end = (p[:, 0] * n[0] + p[:, 1] * n[1] for p in (seen.start, seen.end))
-            turned, gap = n[0] * along[:, 1] - n[1] * along[:, 0], end - begin
-            flat = np.abs(gap) < FLAT * step
-            for k in range(len(transfer)):
-                q = cells[k, d]
-                a, slope = _looked_up(q, begin / step + most)
-                b, _ = _looked_up(q, end / step + most)
-                each = turned * np.where(flat, -slope / step, (a - b) / np.where(flat, 1.0, gap))
-                for side, sign in ((seen.left, 1.0), (seen.right, -1.0)):
-                    there = side > 0
-                    out[k] += sign * np.bincount(side[there] - 1, each[there], out.shape[1])
-        whole = np.zeros((len(transfer), self._spectra))
-        whole[:, : out.shape[1]] = out
-        return whole
+        begin, end = (p[:, 0] * cos + p[:, 1] * sin for p in (seen.start, seen.end))
+        # Ends that are one place show the slope there.
+        close = np.abs(end - begin) < FLAT * step
+        begin, end = np.where(close, begin - step, begin) / step, np.where(close, begin + step, end) / step
+        turned = (cos * along[:, 1] - sin * along[:, 0]) / (step * (end - begin))
+        out = np.zeros((len(transfer), self._spectra))
+        for own_out, table in zip(out, tables, strict=True):
+            each = np.sum(turned * (_looked_up(table, begin) - _looked_up(table, end)), axis=0)
+            for side, sign in ((seen.left, 1.0), (seen.right, -1.0)):
+                there = side > 0
+                own_out += sign * np.bincount(side[there] - 1, each[there], out.shape[1])
+        return out
 
     @property
     def _spectra(self) -> int:
         return len(self._perfect.seen[2]) - 1
 
 
-def _looked_up(cells: F64, place: F64) -> tuple[F64, F64]:
-    """Return values and slopes of quintics at places, in cells."""
-    cell = np.clip(place.astype(np.int64), 0, len(cells) - 1)
-    t, p = place - cell, cells[cell].T
-    value = p[5]
-    slope = np.zeros_like(t)
-    for c in p[4::-1]:
-        slope = slope * t + value
-        value = value * t + c
-    return value, slope
+def _looked_up(table: F64, place: F64) -> F64:
+    """Return values (directions, n) at places, in steps, from periodic tables (directions, steps), by six points."""
+    cell = np.floor(place)
+    t, first = place - cell, cell.astype(np.int64)
+    row = np.arange(len(table))[:, None]
+    value = np.zeros_like(t)
+    for k in range(-2, 4):
+        weight = np.ones_like(t)
+        for other in range(-2, 4):
+            if other != k:
+                weight *= (t - other) / (k - other)
+        value += weight * table[row, (first + k) % table.shape[1]]
+    return value
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

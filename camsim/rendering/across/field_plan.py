@@ -27,7 +27,7 @@ from camsim.rendering.job import Job, Nodes
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
-FEWEST = 6  # photosites checked, each with a pattern of its own
+FEWEST = 4  # photosites checked, each with a pattern of its own
 SECONDS = 4.0  # of the transfers along the radius
 EACH_FREQUENCY = 1.5e-7  # seconds: its part of the scene, and of some thirty terms
 

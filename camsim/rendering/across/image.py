@@ -18,18 +18,20 @@ from camsim.rendering.across.bands import SMOOTH_CUT, SIGMA, Band, band_of, far_
 from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, Sets, add_terms, on_lattice
 from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
 from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers, with_ghosts
+from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Progress
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.lens import footprint_transfer, frequencies
-from camsim.rendering.fourier.nearby import Nearby, regions_of
+from camsim.rendering.fourier.nearby import MANY, Nearby, regions_of
 from camsim.rendering.job import Job
 from camsim.rendering.spectral import multiples
 
 GROUPS = {"near": 4, "far": 1}  # tiles along a side that have places in common
 EACH = 0.25  # of the transfers' share: what each of their approximations may leave
 HARDEST = 3  # boxes on which places are counted
+TOGETHER = 4  # tiles
 ROWS = 16  # of a block: fewer are no work for a thread of its own
 
 
@@ -208,30 +210,45 @@ class FieldImage:
             return
         fields = _Fields(image=self, band=band, basis=basis)
         weights = basis.weights(box)
+        for some in groups(seen, TOGETHER):
+            self._add_tiles(some, box, fields, weights, channel, image)
+
+    def _add_tiles(
+        self, seen: list[tuple[Tile, Edges]], box: Box, fields: _Fields, weights: F64, channel: U8, image: F64
+    ) -> None:
+        """Add some tiles of a box, whose transfers are read once for all of them."""
         _, of_set, taken = self.signals
+        cuts, tiles = fields.basis.cuts, []
         for tile, edges in seen:
             part = slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols)
-            own, mine = channel[part], slice(tile.row - box.row, tile.row - box.row + tile.rows)
-            across = slice(tile.col - box.col, tile.col - box.col + tile.cols)
             spectra, regions = regions_of(edges, tile, 0.0, self.job.tolerance)
-            present = np.unique(own)
+            present = np.unique(channel[part])
             index = np.full(int(self.job.signals.scale.size), -1)
             index[present] = np.arange(present.size)
             # Transfers hold the contrast already.
-            sets = Sets(np.ascontiguousarray(taken[spectra - 1]) / _nonzero(self.contrast), index[of_set], basis.cuts)
-            total = np.zeros((present.size, basis.cuts.size, *tile.sums, 2))
-            for block, scene in regions.blocks():
+            shares = np.ascontiguousarray(taken[spectra - 1]) / np.where(self.contrast == 0.0, 1.0, self.contrast)
+            total = np.zeros((present.size, cuts.size, tile.sums[0], 2, tile.sums[1]))
+            tiles.append((part, present, regions, Sets(shares, index[of_set], cuts), total))
+        for blocks in zip(*(regions.blocks() for _, _, regions, _, _ in tiles), strict=True):
+            for (tile, _), (_, _, _, sets, total), (block, scene) in zip(seen, tiles, blocks, strict=True):
                 add = functools.partial(add_terms, total, scene, fields.on_block(block, tile), sets, block.place(tile))
                 shared(total.shape[2], add, least=ROWS)
+        for (tile, _), (part, present, _, _, total) in zip(seen, tiles, strict=True):
+            mine = slice(tile.row - box.row, tile.row - box.row + tile.rows)
+            across = slice(tile.col - box.col, tile.col - box.col + tile.cols)
             for k, letter in enumerate(present):
-                here = own == letter
-                for q in range(basis.cuts.size):
-                    term = inverse(total[k, q].view(complex)[..., 0], tile)
+                here = channel[part] == letter
+                for q in range(cuts.size):
+                    term = inverse(total[k, q, :, 0] + 1j * total[k, q, :, 1], tile)
                     image[part][here] += (weights[q, mine, across] * term)[here]
 
 
-def _nonzero(values: F64) -> F64:
-    return np.where(values == 0.0, 1.0, values)
+def groups(seen: list[tuple[Tile, Edges]], most: int) -> Iterator[list[tuple[Tile, Edges]]]:
+    """Yield tiles that are transformed the same way: edge by edge, or from nodes along them; at most so many at once."""
+    for spread in (False, True):
+        own = [each for each in seen if (len(each[1]) > MANY) == spread]
+        for first in range(0, len(own), most):
+            yield own[first : first + most]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -12,6 +12,7 @@ from camsim.kernels import kernel
 from camsim.rendering.fourier.blocks import Place
 from camsim.rendering.fourier.kernels import COLUMNS, SceneBlock
 
+PIECE = 32  # frequencies whose transfers stay in a cache
 BEFORE, AFTER = 2, 3  # points of a six-point look-up on either side of the first
 
 
@@ -44,34 +45,41 @@ def on_lattice(place: Place, polar: Polar, more: F64, out: F64, first_row: int, 
     values = polar.values
     angles = values.shape[1] - BEFORE - AFTER
     last = polar.active.size - 1
-    along, round_about, total = np.empty(6), np.empty(6), np.empty(values.shape[2])
+    # Some columns at a time: a transfer's own row is written as a whole.
+    along, round_about, total = np.empty(6), np.empty(6), np.empty((PIECE, values.shape[2]))
     for r in range(first_row, stop_row):
         ky = (place.first_j + r) / place.py
-        for c in range(place.count_i):
-            kx = (place.first_i + c) / place.px
-            at = math.sqrt(kx * kx + ky * ky) * polar.per_frequency
-            row = int(at)
-            active = polar.active[row] if row <= last else 0
-            if active == 0:
-                continue
-            back = ky < 0.0 or (ky == 0.0 and kx < 0.0)
-            angle = math.atan2(-ky, -kx) if back else math.atan2(ky, kx)
-            turn = angle * (angles / math.pi)
-            column = min(int(turn), angles - 1)
-            _six(at - row, along)
-            _six(turn - column, round_about)
-            wide = 2 * active
-            total[:wide] = 0.0
-            for a in range(6):
-                for b in range(6):
-                    weight, own = along[a] * round_about[b], values[row + a, column + b]
-                    for n in range(wide):
-                        total[n] += weight * own[n]
-            real, imaginary = more[r, c, 0], more[r, c, 1]
-            for n in range(active):
-                x, y = total[2 * n], -total[2 * n + 1] if back else total[2 * n + 1]
-                out[n, r, 0, c] = x * real - y * imaginary
-                out[n, r, 1, c] = x * imaginary + y * real
+        for low in range(0, place.count_i, PIECE):
+            width, most = min(PIECE, place.count_i - low), 0
+            for c in range(width):
+                own = total[c]
+                own[:] = 0.0
+                kx = (place.first_i + low + c) / place.px
+                at = math.sqrt(kx * kx + ky * ky) * polar.per_frequency
+                row = int(at)
+                active = polar.active[row] if row <= last else 0
+                if active == 0:
+                    continue
+                most, wide = max(most, active), 2 * active
+                back = ky < 0.0 or (ky == 0.0 and kx < 0.0)
+                angle = math.atan2(-ky, -kx) if back else math.atan2(ky, kx)
+                turn = angle * (angles / math.pi)
+                column = min(int(turn), angles - 1)
+                _six(at - row, along)
+                _six(turn - column, round_about)
+                for a in range(6):
+                    for b in range(6):
+                        weight, there = along[a] * round_about[b], values[row + a, column + b]
+                        for n in range(wide):
+                            own[n] += weight * there[n]
+                real, imaginary = more[r, low + c, 0], more[r, low + c, 1]
+                sign = -1.0 if back else 1.0
+                for n in range(active):
+                    x, y = own[2 * n], sign * own[2 * n + 1]
+                    own[2 * n], own[2 * n + 1] = x * real - y * imaginary, x * imaginary + y * real
+            for n in range(most):
+                for c in range(width):
+                    out[n, r, 0, low + c], out[n, r, 1, low + c] = total[c, 2 * n], total[c, 2 * n + 1]
 
 
 class Sets(NamedTuple):
@@ -84,7 +92,7 @@ class Sets(NamedTuple):
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Place, first: int, stop: int) -> None:
-    """Add a block to rows ``first`` … ``stop`` of ``total`` (channels, terms, rows, columns, 2).
+    """Add a block to rows ``first`` … ``stop`` of ``total`` (channels, terms, rows, 2, columns).
 
     fields : (terms · sets, count_j, 2, count_i) transfers with all that they are multiplied by
     """
@@ -123,9 +131,13 @@ def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Pla
                         farthest = px * math.sqrt(inside)
                         begin = max(0, math.ceil(-farthest) - first_i - low)
                         end = min(width, math.floor(farthest) + 1 - first_i - low)
-                        sums = total[sets.channel[k], q, target]
-                        field = fields[q * count + k, r]
-                        for c in range(begin, end):
-                            x, y = field[0, low + c], field[1, low + c]
-                            sums[column + low + c, 0] += sum_r[c] * x - sum_i[c] * y
-                            sums[column + low + c, 1] += sum_r[c] * y + sum_i[c] * x
+                        if begin >= end:
+                            continue
+                        a, b = low + begin, low + end
+                        into_r = total[sets.channel[k], q, target, 0, column + a : column + b]
+                        into_i = total[sets.channel[k], q, target, 1, column + a : column + b]
+                        x, y = fields[q * count + k, r, 0, a:b], fields[q * count + k, r, 1, a:b]
+                        own_r, own_i = sum_r[begin:end], sum_i[begin:end]
+                        for c in range(end - begin):
+                            into_r[c] += own_r[c] * x[c] - own_i[c] * y[c]
+                            into_i[c] += own_r[c] * y[c] + own_i[c] * x[c]

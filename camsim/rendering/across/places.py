@@ -19,6 +19,7 @@ from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.fast_length import fast_length
 
 COARSE = 40  # frequencies at which places are compared
+ALONG, LEFT, CUT = 0.25, 0.3, 0.2  # of what places may leave: along x and y each, all but some terms, their ends
 MOST_PLACES = 14  # along a side of a box
 
 
@@ -99,7 +100,7 @@ class Places:
         found = [1, 1]
         for axis in (0, 1):
             for box in boxes:
-                while found[axis] < MOST_PLACES and self._lost(box, axis, found[axis]) > 0.25 * self.allowed:
+                while found[axis] < MOST_PLACES and self._lost(box, axis, found[axis]) > ALONG * self.allowed:
                     found[axis] += 1
         if max(found) >= MOST_PLACES:
             raise UnsupportedError(
@@ -124,7 +125,7 @@ class Places:
         x, y = (axis.ravel() for axis in np.meshgrid(nodes(counts[0]), nodes(counts[1])))
         taken, shown = self._seen(box.places_um(x, y))
         left, flat = shown.copy(), shown.shape[0]
-        allowed = 0.5 * self.allowed / (lebesgue(counts[0]) * lebesgue(counts[1]))
+        allowed = LEFT * self.allowed / (lebesgue(counts[0]) * lebesgue(counts[1]))
         shares, makes, terms = [], [], []
         loud = loudness(left)
         while loud.max() > allowed and len(terms) < flat:
@@ -145,7 +146,7 @@ class Places:
         if not terms:
             return Basis(made_of=taken[:0], shares=np.zeros((0, counts[1], counts[0])), cuts=np.zeros(0))
         largest = np.abs(np.array(shares)).max(axis=1)
-        cuts = np.array([self._cut(term * own, allowed / len(terms)) for term, own in zip(terms, largest, strict=True)])
+        cuts = np.array([self._cut(term * own, CUT * self.allowed / len(terms)) for term, own in zip(terms, largest, strict=True)])
         cuts = np.maximum.accumulate(cuts[::-1])[::-1] * spacing
         return Basis(
             made_of=np.einsum("qp,pkm->qkm", np.array(makes), taken),
