@@ -2,12 +2,13 @@
 
     python -m bench.field [ROWS COLS TOLERANCE [d55]]
 
-Slanted edges in a window of a 3008 × 2000 frame, 200 × 300 without arguments: one wavelength, no noise; or with ``d55`` in
-daylight behind Bayer filters, noise on, to a DNG.
+Slanted edges in a window of a 3008 × 2000 frame, 200 × 300 without arguments: one wavelength, no noise; or with
+``d55`` in daylight behind Bayer filters, noise on, to a DNG.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import resource
 import sys
 import tempfile
@@ -26,11 +27,11 @@ SQUARE_UM, APART_UM = 600.0, 1200.0
 
 def scene_of(grid: camsim.Grid) -> camsim.Scene:
     """Squares turned by 5° all over the window."""
-    x0, y0 = (PITCH_UM * place for place in grid.first_centre)
+    x0, y0 = (grid.pitch_um * place for place in grid.first_centre)
     squares = [
         camsim.Rectangle(width_um=SQUARE_UM, height_um=SQUARE_UM, centre_um=(x, y), rotate_deg=5.0, reflectance=0.05)
-        for x in np.arange(x0 + 0.5 * APART_UM, x0 + grid.cols * PITCH_UM, APART_UM)
-        for y in np.arange(y0 + 0.5 * APART_UM, y0 + grid.rows * PITCH_UM, APART_UM)
+        for x in np.arange(x0 + 0.5 * APART_UM, x0 + grid.cols * grid.pitch_um, APART_UM)
+        for y in np.arange(y0 + 0.5 * APART_UM, y0 + grid.rows * grid.pitch_um, APART_UM)
     ]
     return camsim.Scene(background=0.9, shapes=squares)
 
@@ -57,10 +58,10 @@ def taken_in_daylight(lens: object, grid: camsim.Grid, tolerance: float) -> floa
     with tempfile.TemporaryDirectory() as folder:
         began, clock = time.process_time(), time.perf_counter()
         frame = camera.expose(
-            scene_of(grid),
+            scene_of(dataclasses.replace(grid, pitch_um=camera.pitch_um)),
             light=camsim.Light("D55", illuminance_lux=5000.0),
             exposure=camsim.Exposure(time_s=0.01, iso=200),
-            region=camsim.Region(rows=grid.rows, cols=grid.cols),
+            region=camsim.Region(rows=grid.rows, cols=grid.cols, origin=grid.origin),
             tolerance=tolerance,
             seed=1,
         )

@@ -6,7 +6,7 @@ nothing asks what kind of lens it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from camsim.arrays import F64
@@ -299,46 +299,6 @@ class Varies(_Ability, Protocol):
 
     def lacks(self, wavelength_nm: F64, corners_um: F64) -> str:
         """Return why the lens cannot take a frame with these corners (n, 2) in light of wavelengths, "" if it can."""
-        ...
-
-
-class PlacedByTerms(Placed, Protocol):
-    """A place's path difference as a sum of Zernike polynomials."""
-
-    @property
-    def zernike(self) -> tuple[int, ...]:
-        """Their OSA indices."""
-        ...
-
-    def coefficients(self, wavelength_nm: F64) -> F64:
-        """Return the coefficients (n, k) at wavelengths, waves."""
-        ...
-
-
-@runtime_checkable
-class Revolves(Varies, Protocol):
-    """A lens of revolution, known along one radius; its pupil is round, without a hole."""
-
-    @property
-    def f_number(self) -> float: ...  # noqa: D102 (above)
-
-    @property
-    def turns(self) -> bool:
-        """Whether it is one."""
-        ...
-
-    @property
-    def height_um(self) -> Sequence[float]:
-        """Where along the radius it is known; splines between."""
-        ...
-
-    @property
-    def wavelength_nm(self) -> Sequence[float]:
-        """At which wavelengths; splines between."""
-        ...
-
-    def at(self, x_um: float, y_um: float) -> PlacedByTerms:
-        """Return the lens that a photosite at a place sees through."""
         ...
 
 

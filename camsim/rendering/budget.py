@@ -3,8 +3,10 @@
 An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to
 1, and so do ``SCENE`` and ``FOURIER``. An aberrated lens is rendered as two, each to its part of the tolerance: a round
 one and a difference; ``SCENE`` and ``DIFFERENCE`` add to 1. Behind a lens that changes over the frame all this holds of
-the image of each place, to ``PLACES_PART`` of the tolerance; that and ``ACROSS`` add to 1. The check is no source of
-error in an image; what *it* may be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that.
+the image of each place, to ``PLACES_PART`` of the tolerance; that and ``ACROSS`` add to 1. Where such a lens is one of
+revolution, what differs from the perfect lens is rendered for all places at once: ``SCENE`` and ``FIELD`` add to 1. The
+check is no source of error in an image; what *it* may be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK``
+adds to 1 within that.
 Shares are large where a digit costs most: ends and lines grow with the power −2/5 of what they may leave, a
 difference's reach with −1/3, everything else with −1/6 or slower.
 """

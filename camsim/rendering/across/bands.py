@@ -1,24 +1,24 @@
 """What differs from the perfect lens, in two bands of frequencies: fine and short, smooth and far.
 
 A pattern's tail comes from the corner that its transfer has at frequency 0. A smooth window takes that part out,
-exp(−q)·(1 + q + q²/2), q = (f/σ)²: what it leaves is as flat there as its sixth power, and short; what it takes goes on for
-hundreds of photosites, and needs few frequencies.
+exp(−q)·(1 + q + q²/2), q = (f/σ)²: what it leaves is as flat there as its sixth power, and short; what it takes goes
+on for hundreds of photosites, and needs few frequencies.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
+from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.optics.difference import Difference
 from camsim.optics.airy import Airy
-from camsim.optics.protocols import Revolves
+from camsim.optics.difference import Difference
+from camsim.optics.placed import Revolves
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
@@ -93,7 +93,7 @@ def near_reach(transfers: Transfers, contrast: F64, edges: Edges, allowed: float
     contrast : (sets,) the most that two sides differ by
     """
     count, most = transfers.harmonics.shape[2], transfers.most
-    frequency = transfers.step * np.arange(count)
+    frequency: F64 = transfers.step * np.arange(count, dtype=np.float64)
     angle = math.pi * np.arange(DIRECTIONS) / DIRECTIONS
     around = np.exp(1j * np.multiply.outer(np.arange(-most, most + 1), angle))
     weight = np.zeros(count)
@@ -131,12 +131,14 @@ def far_reach(
     """
     cuts = np.linspace(0, wavelength_nm.size, min(WAVELENGTHS, wavelength_nm.size) + 1).round().astype(int)
     light = np.add.reduceat(np.abs(weights), cuts[:-1], axis=1)
-    nm = [wavelength_nm[(a + b) // 2] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    nm = [wavelength_nm[(a + b) // 2] for a, b in pairwise(cuts)]
     rings = system.ring_share(wavelength_nm)
     x = np.geomspace(0.5, 1e5, 400)
     heard = np.zeros(x.size)
     for radius in np.unique(np.linspace(*radii_um, RADII)):
-        rest = Difference(lens=lens.at(float(radius), 0.0), core=Airy(f_number=lens.f_number), obstruction=0.0, moved_um=(0.0, 0.0))
+        rest = Difference(
+            lens=lens.at(float(radius), 0.0), core=Airy(f_number=lens.f_number), obstruction=0.0, moved_um=(0.0, 0.0)
+        )
         each = np.stack([rest.light_beyond(x * pitch_um, float(w), rings) for w in nm])
         heard = np.maximum(heard, np.einsum("sw,wx->sx", light, each).max(axis=0))
 

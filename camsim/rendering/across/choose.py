@@ -10,7 +10,8 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import Rectangular, Revolves, Varies
+from camsim.optics.placed import Revolves
+from camsim.optics.protocols import Rectangular, Varies
 from camsim.rendering.across.bending import Bending
 from camsim.rendering.across.field_judge import FieldJudge
 from camsim.rendering.across.field_plan import FieldPlan
@@ -82,7 +83,9 @@ def choose_across(
     judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
     if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
         plan = FieldPlan.of_job(job, lens)
-        return Choice(method=name, why=why, plan=plan, judge=FieldJudge(job=plan.perfect, lens=lens, transforms=FOURIER))
+        return Choice(
+            method=name, why=why, plan=plan, judge=FieldJudge(job=plan.perfect, lens=lens, transforms=FOURIER)
+        )
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))

@@ -1,7 +1,7 @@
 """The check of a lens of revolution: every photosite with the transfer of its own place, and no lattice.
 
-The perfect lens is integrated as everywhere. What differs is summed over directions: the transform of a side is that of its
-two ends, so a photosite sees
+The perfect lens is integrated as everywhere. What differs is summed over directions: the transform of a side is that of
+its two ends, so a photosite sees
 
     Σ over sides ∫ (n × e)/(n·e)·[Q(n·a) − Q(n·b)] dθ        n = (cos θ, sin θ), θ = 0 … π; a, b the ends about it
 
@@ -20,8 +20,8 @@ import scipy
 
 from camsim.arrays import C128, F64, I64, U8
 from camsim.optics.airy import NM_PER_UM, airy_otf
-from camsim.optics.difference import Bent, rim_of
-from camsim.optics.protocols import PlacedByTerms, Revolves
+from camsim.optics.difference import rim_of
+from camsim.optics.placed import PlacedLens, Revolves
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import zernike
 from camsim.quadrature import barycentric, chebyshev, gauss_legendre, interpolation
@@ -176,7 +176,7 @@ def _looked_up(table: F64, place: F64) -> F64:
 class _Fused:
     """Transfers of one place, less the perfect one's, for sets of weights (sets, wavelengths)."""
 
-    lens: PlacedByTerms
+    lens: PlacedLens
     wavelength_nm: F64
     weights: F64
 
@@ -185,8 +185,7 @@ class _Fused:
         nm = self.wavelength_nm
         slopes = []
         for at_nm in np.linspace(nm[0], nm[-1], 4):
-            lens: Bent = self.lens  # type: ignore[assignment]
-            slopes.append(rim_of(lens, 0.0, float(at_nm), np.zeros(2)).inside_waves)
+            slopes.append(rim_of(self.lens, 0.0, float(at_nm), np.zeros(2)).inside_waves)
         steep = max(slopes)
         counts = [math.ceil(few + per * steep) for few, per in zip(FEWEST_NODES, PER_WAVE, strict=True)]
         return counts[0], counts[1], counts[2], counts[3]
@@ -214,7 +213,7 @@ class _Fused:
 
     @functools.cached_property
     def _harmonics(self) -> tuple[I64, C128]:
-        alpha, nm, samples = self._samples
+        samples = self._samples[2]
         count = samples.shape[-1]
         spectrum = scipy.fft.fft(samples, axis=-1) / count
         m = np.arange(-(count // 2) + 1, count // 2)
@@ -222,8 +221,7 @@ class _Fused:
 
     def on(self, frequency_per_um: F64, theta: F64) -> C128:
         """Return transfers (sets, directions, frequencies)."""
-        alpha, nm, _ = self._samples
-        m, harmonics = self._harmonics
+        m, _ = self._harmonics
         fused = self._over(frequency_per_um)
         around = np.exp(1j * np.multiply.outer(theta, m))
         found: C128 = np.einsum("smf,tm->stf", fused, around, optimize=True)
@@ -241,7 +239,7 @@ class _Fused:
                 own = interpolation(chebyshev(nm.size), (2.0 * self.wavelength_nm - low - high) / (high - low))
             x, w = gauss_legendre(alpha.size)
             signs = (-1.0) ** np.arange(x.size) * np.sqrt((1.0 - x * x) * w)
-            f_number = float(self.lens.f_number)  # type: ignore[attr-defined]
+            f_number = self.lens.f_number
             fused = np.zeros((len(self.weights), harmonics.shape[-1], frequency_per_um.size), complex)
             for j, each_nm in enumerate(self.wavelength_nm):
                 nu = frequency_per_um * f_number * each_nm / NM_PER_UM

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from camsim.arrays import F64, I64, U8
 from camsim.optics.airy import Airy
 from camsim.optics.difference import Split
-from camsim.optics.protocols import Revolves
+from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
 from camsim.rendering.across.image import FieldImage
 from camsim.rendering.auto import BOUNDARY

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Iterator
@@ -13,8 +12,8 @@ import scipy
 
 from camsim.arrays import F64, I64, U8
 from camsim.kernels import shared
-from camsim.optics.protocols import Revolves
-from camsim.rendering.across.bands import SMOOTH_CUT, SIGMA, Band, band_of, far_reach, near_reach
+from camsim.optics.placed import Revolves
+from camsim.rendering.across.bands import SIGMA, SMOOTH_CUT, Band, band_of, far_reach, near_reach
 from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, Sets, add_terms, on_lattice
 from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
 from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers, with_ghosts
@@ -48,7 +47,7 @@ class FieldImage:
 
     @functools.cached_property
     def signals(self) -> tuple[F64, I64, F64]:
-        """Weights (sets, wavelengths) of transfers, each one's channel, and what spectra but the background's take of it.
+        """Weights (sets, wavelengths) of transfers, each one's channel, and what spectra but the background's take.
 
         Spectra that are multiples of one another in a channel have one transfer.
         """
@@ -103,9 +102,7 @@ class FieldImage:
         job, (weights, _, _), (low, high) = self.job, self.signals, self.radii_um
         extent = job.footprint.extent if job.footprint is not None else 0.0
         shape = job.grid.rows, job.grid.cols
-        near = extent + near_reach(
-            self.transfers, np.ones(len(weights)), job.edges, job.budget.allowed("near cut")
-        )
+        near = extent + near_reach(self.transfers, np.ones(len(weights)), job.edges, job.budget.allowed("near cut"))
         far = extent + far_reach(
             self.lens,
             job.system,
@@ -126,7 +123,7 @@ class FieldImage:
     def angles(self) -> int:
         """Points of half a circle from which a six-point look-up keeps its share."""
         transfers, allowed = self.transfers, EACH * self.job.budget.allowed("transfers")
-        frequency = transfers.step * np.arange(transfers.harmonics.shape[2])
+        frequency = transfers.step * np.arange(float(transfers.harmonics.shape[2]))
         size = (np.abs(transfers.harmonics).max(axis=(0, 1)) * self._heard(frequency)[:, None]).max(axis=0)
         m = np.abs(np.arange(-transfers.most, transfers.most + 1))
         count = transfers.most + 1
@@ -148,7 +145,9 @@ class FieldImage:
         heard = passes * (band.window(frequency) * transfers.step * times / (math.pi * frequency))[:, None]
         sets = len(self.signals[1])
         allowed = 0.5 * self.between
-        return Places(transfers=transfers, heard=np.broadcast_to(heard, (sets, *heard.shape)), index=index, allowed=allowed), transfers.step * times
+        return Places(
+            transfers=transfers, heard=np.broadcast_to(heard, (sets, *heard.shape)), index=index, allowed=allowed
+        ), transfers.step * times
 
     def _box(self, row: int, col: int, rows: int, cols: int) -> Box:
         grid = self.job.grid
@@ -173,7 +172,9 @@ class FieldImage:
         """Places along x and y of a box of each band."""
         found = {}
         for band in self.bands:
-            boxes = sorted(self.boxes(band), key=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0])))
+            boxes = sorted(
+                self.boxes(band), key=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0]))
+            )
             some = [boxes[0], boxes[len(boxes) // 2], boxes[-1]]
             found[band.name] = self._places(band)[0].counts(list(dict.fromkeys(some)))
         return found
@@ -244,7 +245,7 @@ class FieldImage:
 
 
 def groups(seen: list[tuple[Tile, Edges]], most: int) -> Iterator[list[tuple[Tile, Edges]]]:
-    """Yield tiles that are transformed the same way: edge by edge, or from nodes along them; at most so many at once."""
+    """Yield tiles that are transformed the same way, edge by edge or from nodes along them, at most so many at once."""
     for spread in (False, True):
         own = [each for each in seen if (len(each[1]) > MANY) == spread]
         for first in range(0, len(own), most):

@@ -120,7 +120,10 @@ def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Pla
                     for s in range(spectra):
                         weight = sets.weights[s, k]
                         if weight != 0.0:
-                            real, imaginary = transforms[s, r, 0, low : low + width], transforms[s, r, 1, low : low + width]
+                            real, imaginary = (
+                                transforms[s, r, 0, low : low + width],
+                                transforms[s, r, 1, low : low + width],
+                            )
                             for c in range(width):
                                 sum_r[c] += weight * scale[c] * real[c]
                                 sum_i[c] += weight * scale[c] * imaginary[c]

@@ -1,7 +1,7 @@
 """Transfers of round pupils with many wavefronts at once: overlaps of two shifted copies, summed by one rule for all.
 
-T(ν, θ) = (1/π)·∫ exp(2πi·[W(p − d) − W(p + d)]) dp over the lens that two circles of radius 1 share, d = ν·(cos θ, sin θ),
-ν in units of the cut-off. W is linear in its coefficients, so a node's polynomials serve all of them.
+T(ν, θ) = (1/π)·∫ exp(2πi·[W(p − d) − W(p + d)]) dp over the lens that two circles of radius 1 share, ν in units of the
+cut-off, d = ν·(cos θ, sin θ). W is linear in its coefficients: a node's polynomials serve all of them.
 """
 
 from __future__ import annotations

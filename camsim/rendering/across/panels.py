@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 from camsim.quadrature import chebyshev, interpolation
 
 COUNTS = (3, 4, 5, 6, 8, 10, 12, 16)  # nodes tried in a panel
@@ -49,7 +49,7 @@ class Panels:
         return out
 
 
-def panels(sampled: Callable[[F64], F64], low: float, high: float, knots: Sequence[float], allowed: float) -> Panels:
+def panels(sampled: Callable[[F64], C128], low: float, high: float, knots: Sequence[float], allowed: float) -> Panels:
     """Return panels from whose nodes ``sampled`` is interpolated to what is allowed.
 
     sampled : places (n,) → (n, …) numbers, real or complex
@@ -73,7 +73,7 @@ def panels(sampled: Callable[[F64], F64], low: float, high: float, knots: Sequen
     return Panels(ends=(low, *(b for _, b, _ in found)), counts=tuple(n for *_, n in found))
 
 
-def _enough(sampled: Callable[[F64], F64], low: float, high: float, allowed: float) -> int | None:
+def _enough(sampled: Callable[[F64], C128], low: float, high: float, allowed: float) -> int | None:
     """Return how many nodes are enough in one panel, None where the most are not."""
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     between = np.cos(math.pi * np.arange(COUNTS[-1] + 1) / COUNTS[-1])

@@ -126,7 +126,9 @@ class Places:
         taken, shown = self._seen(box.places_um(x, y))
         left, flat = shown.copy(), shown.shape[0]
         allowed = LEFT * self.allowed / (lebesgue(counts[0]) * lebesgue(counts[1]))
-        shares, makes, terms = [], [], []
+        shares: list[F64] = []
+        makes: list[F64] = []
+        terms: list[C128] = []
         loud = loudness(left)
         while loud.max() > allowed and len(terms) < flat:
             pick = int(np.argmax(loud))
@@ -146,7 +148,9 @@ class Places:
         if not terms:
             return Basis(made_of=taken[:0], shares=np.zeros((0, counts[1], counts[0])), cuts=np.zeros(0))
         largest = np.abs(np.array(shares)).max(axis=1)
-        cuts = np.array([self._cut(term * own, CUT * self.allowed / len(terms)) for term, own in zip(terms, largest, strict=True)])
+        cuts = np.array(
+            [self._cut(term * own, CUT * self.allowed / len(terms)) for term, own in zip(terms, largest, strict=True)]
+        )
         cuts = np.maximum.accumulate(cuts[::-1])[::-1] * spacing
         return Basis(
             made_of=np.einsum("qp,pkm->qkm", np.array(makes), taken),

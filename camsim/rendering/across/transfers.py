@@ -1,8 +1,8 @@
 """Transfers of a lens of revolution all over the frame: along one radius, all wavelengths of a signal in one.
 
-What differs from the perfect lens, T − Airy, is followed in all that it depends on: along the radius of the frame and over
-wavelengths by polynomials in panels, over |f| on √(1 − ν), which takes both of its ends, round about by its harmonics:
-a place turned about the axis turns them by a phase. How many nodes each takes is measured on the transfers themselves.
+What differs from the perfect lens, T − Airy, is followed in all that it depends on: along the radius of the frame by
+polynomials in panels, over wavelengths by one, over |f| on √(1 − ν), which takes both of its ends, round about by its
+harmonics: a place turned about the axis turns them by a phase. How many nodes each takes is measured on the transfers.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import scipy
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
 from camsim.optics.airy import NM_PER_UM, airy_otf
-from camsim.optics.protocols import Revolves
+from camsim.optics.placed import Revolves
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.across.overlap import Terms, overlaps
 from camsim.rendering.across.panels import Panels, panels
@@ -53,13 +53,13 @@ class Transfers:
     @property
     def most(self) -> int:
         """The highest harmonic."""
-        return self.harmonics.shape[-1] // 2
+        return int(self.harmonics.shape[-1]) // 2
 
     def turned(self, radius_um: F64, angle_rad: F64) -> C128:
         """Return what radii and harmonics weigh (places, radii, harmonics) at places of the frame."""
         m = np.arange(-self.most, self.most + 1)
-        weights: C128 = self.radii.weights(radius_um)[:, :, None] * np.exp(-1j * np.multiply.outer(angle_rad, m))[:, None]
-        return weights
+        turns: C128 = np.exp(-1j * np.multiply.outer(angle_rad, m))
+        return self.radii.weights(radius_um)[:, :, None] * turns[:, None]
 
 
 def fused_transfers(
@@ -87,9 +87,9 @@ def fused_transfers(
         return _fusing(frequency / pitch_um, lens.f_number, wavelength_nm, weights[:, :, None] * own, shifts)
 
     cut = pitch_um * NM_PER_UM / (lens.f_number * float(wavelength_nm[0]))
-    times = _times(_fused(fusing(cut / FINEST * np.arange(FINEST + 1)), samples[-1:]), cut, allowed, heard)
+    times = _times(_fused(fusing(cut / FINEST * np.arange(FINEST + 1.0)), samples[-1:]), cut, allowed, heard)
     step = times * cut / FINEST
-    fused = _fused(fusing(step * np.arange(FINEST // times + 1)), samples)
+    fused = _fused(fusing(step * np.arange(FINEST // times + 1.0)), samples)
     # Half a circle of angles, the other half their conjugates.
     spectrum = scipy.fft.fft(np.concatenate([fused, fused.conj()], axis=-1), axis=-1) / (2 * angles)
     most = angles - 1
@@ -153,7 +153,9 @@ class _Sampler:
                 right = np.einsum("sj,rjn->srn", self.weights, self.probed(radius_um, nm))
             x = chebyshev(nodes)
             own = interpolation(x, (nm - middle) / half)
-            found = np.einsum("sk,rkn->srn", np.einsum("sj,jk->sk", self.weights, own), self.probed(radius_um, middle + half * x))
+            found = np.einsum(
+                "sk,rkn->srn", np.einsum("sj,jk->sk", self.weights, own), self.probed(radius_um, middle + half * x)
+            )
             if float(np.abs(found - right).max()) <= self.allowed:
                 return middle + half * x, own
         return nm, np.eye(count)
@@ -205,8 +207,8 @@ def _fusing(frequency_per_um: F64, f_number: float, wavelength_nm: F64, own: F64
     out = np.zeros((sets, frequency_per_um.size, nodes, shifts))
     scaled = np.multiply.outer(frequency_per_um, f_number * wavelength_nm / NM_PER_UM)
     x = chebyshev(shifts)
-    k = np.arange(shifts)
-    weights = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / shifts)
+    k = np.arange(float(shifts))
+    weights: F64 = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / shifts)
     shared(frequency_per_um.size, functools.partial(_weigh, scaled, np.ascontiguousarray(own), x, weights, out))
     return out.reshape(sets, frequency_per_um.size, -1)
 
@@ -272,7 +274,7 @@ def _times(values: C128, cut: float, allowed: float, heard: Callable[[F64], F64]
         between = slice(times // 2, None, times)
         right = values[..., between, :]
         error = np.abs(six_between(values[..., ::times, :])[..., : right.shape[-2], :] - right)
-        frequency = cut / FINEST * np.arange(FINEST + 1)[between]
+        frequency = cut / FINEST * np.arange(FINEST + 1.0)[between]
         if float((error * heard(frequency)[:, None]).max()) > allowed:
             break
         best = times
@@ -280,7 +282,7 @@ def _times(values: C128, cut: float, allowed: float, heard: Callable[[F64], F64]
 
 
 def with_ghosts(values: C128) -> C128:
-    """Return values (…, |f|, angles), 0 first, with two more before and three after it, as a six-point look-up takes them.
+    """Return values (…, |f|, angles), 0 first, with two more before and three after it, for a six-point look-up.
 
     Along a ray a transfer is smooth up to 0 and no further: those before are where a polynomial through the first six
     goes on. Beyond the last there is nothing.
