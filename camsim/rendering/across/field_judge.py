@@ -30,6 +30,7 @@ from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.judge import Found, Judge, Transforms
 from camsim.rendering.check.places import hardest_photosites
 from camsim.rendering.check.polygons import polygons
+from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Plan
 from camsim.rendering.fast_length import fast_length
@@ -43,6 +44,7 @@ FINER = 1.5  # directions, times what a sum over them takes to be exact of waves
 STEPS = 8.0  # of a direction's table in the finest wave
 PERIOD = 6.0  # of such a table, in what is seen to one side
 CHUNK = 64  # directions at a time
+RAYS = 2.0  # λN that a ray goes for a wave of slope: what turns with the wavelength
 FLAT = 1e-2  # of a step: ends this near are one place, and Q's slope
 
 
@@ -97,7 +99,13 @@ class FieldJudge:
         """Return what one photosite sees besides the perfect lens's image, in each of some channels."""
         job, pitch_um = self.job, self.job.grid.pitch_um
         _, wavelength_nm, density = self._perfect.seen
-        contrast = (density[1:] - density[0])[:, channels]
+        lens = self.lens.at(place[0] * pitch_um, place[1] * pitch_um)
+        wavelength_nm, contrast = condensed(
+            wavelength_nm,
+            (density[1:] - density[0])[:, channels],
+            phase=RAYS * 2.0 * math.pi * _steepest(lens, wavelength_nm),
+            allowed=job.budget.of_check.allowed("own wavelengths"),
+        )
         weights = contrast.reshape(-1, wavelength_nm.size)
         radius_um = pitch_um * math.hypot(*place)
         reach = far_reach(
@@ -114,7 +122,6 @@ class FieldJudge:
         seen = clamped(self._edges.seen_from(place), (-box, -box), (box, box))
         if not len(seen):
             return np.zeros(channels.size)
-        lens = self.lens.at(place[0] * pitch_um, place[1] * pitch_um)
         own = _Fused(lens=lens, wavelength_nm=wavelength_nm, weights=weights)
         found = np.zeros((len(weights), len(contrast)))
         cut = job.system.highest_per_um(wavelength_nm) * pitch_um
@@ -157,6 +164,12 @@ class FieldJudge:
         return len(self._perfect.seen[2]) - 1
 
 
+def _steepest(lens: PlacedLens, wavelength_nm: F64) -> float:
+    """Return the steepest slope of the wavefront, waves per radius."""
+    some_nm = np.linspace(wavelength_nm.min(), wavelength_nm.max(), 4)
+    return max(rim_of(lens, 0.0, float(nm), np.zeros(2)).inside_waves for nm in some_nm)
+
+
 def _looked_up(table: F64, place: F64) -> F64:
     """Return values (directions, n) at places, in steps, from periodic tables (directions, steps), by six points."""
     cell = np.floor(place)
@@ -182,11 +195,7 @@ class _Fused:
 
     @functools.cached_property
     def _nodes(self) -> tuple[int, int, int, int]:
-        nm = self.wavelength_nm
-        slopes = []
-        for at_nm in np.linspace(nm[0], nm[-1], 4):
-            slopes.append(rim_of(self.lens, 0.0, float(at_nm), np.zeros(2)).inside_waves)
-        steep = max(slopes)
+        steep = _steepest(self.lens, self.wavelength_nm)
         counts = [math.ceil(few + per * steep) for few, per in zip(FEWEST_NODES, PER_WAVE, strict=True)]
         return counts[0], counts[1], counts[2], counts[3]
 

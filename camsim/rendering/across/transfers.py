@@ -33,8 +33,8 @@ MARGIN = 2  # harmonics more
 SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
 COLOURS = (12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 80, 96, 128, 192, 256)  # nodes of a spectrum
 GHOSTS = np.array([[21.0, -70.0, 105.0, -84.0, 35.0, -6.0], [6.0, -15.0, 20.0, -15.0, 6.0, -1.0]])
-FINEST = 1920  # steps of |f| to the cut-off
-TIMES = (2, 4, 6, 8, 10, 12, 16, 20, 24, 30, 32, 40)  # of which so many may be one
+FINEST = 960  # steps of |f| to the cut-off
+TIMES = (2, 4, 6, 8, 10, 12, 16, 20)  # of which so many may be one
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
