@@ -39,7 +39,8 @@ from camsim.rendering.job import Job
 
 SECONDS = 3.0  # for each photosite
 FEWEST_NODES = (14, 28, 20, 16)  # of the overlap's rule, shifts, half a circle of angles, wavelengths
-PER_WAVE = (2.2, 3.4, 3.2, 4.5)  # of the steepest slope, waves per radius: nodes more
+PER_WAVE = (2.2, 3.4, 3.2, 4.5)  # of the steepest slope, waves per radius: nodes more, at 1e-5
+COARSEST = 0.7  # of them, at 2e-3 and more
 FINER = 1.5  # directions, times what a sum over them takes to be exact of waves that go so far
 STEPS = 8.0  # of a direction's table in the finest wave
 PERIOD = 6.0  # of such a table, in what is seen to one side
@@ -122,7 +123,7 @@ class FieldJudge:
         seen = clamped(self._edges.seen_from(place), (-box, -box), (box, box))
         if not len(seen):
             return np.zeros(channels.size)
-        own = _Fused(lens=lens, wavelength_nm=wavelength_nm, weights=weights)
+        own = _Fused(lens=lens, wavelength_nm=wavelength_nm, weights=weights, tolerance=job.tolerance)
         found = np.zeros((len(weights), len(contrast)))
         cut = job.system.highest_per_um(wavelength_nm) * pitch_um
         count = math.ceil(FINER * math.pi * cut * math.sqrt(2.0) * box)
@@ -192,11 +193,13 @@ class _Fused:
     lens: PlacedLens
     wavelength_nm: F64
     weights: F64
+    tolerance: float
 
     @functools.cached_property
     def _nodes(self) -> tuple[int, int, int, int]:
         steep = _steepest(self.lens, self.wavelength_nm)
-        counts = [math.ceil(few + per * steep) for few, per in zip(FEWEST_NODES, PER_WAVE, strict=True)]
+        share = min(1.0, max(COARSEST, (3.0 - math.log10(self.tolerance)) / 8.0))
+        counts = [math.ceil(share * (few + per * steep)) for few, per in zip(FEWEST_NODES, PER_WAVE, strict=True)]
         return counts[0], counts[1], counts[2], counts[3]
 
     @functools.cached_property
