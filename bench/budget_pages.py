@@ -12,7 +12,7 @@ TABLES = {
     "rendering.md": {"scene": budget.SCENE, "boundary": budget.BOUNDARY, "check": budget.CHECK},
     "fourier.md": {"fourier": budget.FOURIER},
     "aberrations.md": {"difference": budget.DIFFERENCE},
-    "field.md": {"across": budget.ACROSS},
+    "field.md": {"across": budget.ACROSS, "field": budget.FIELD},
 }
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import scipy
@@ -15,6 +16,7 @@ from camsim.arrays import F64
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.difference import Difference, Split, rim_of
 from camsim.optics.of_pupil import ACROSS, OfPupil
+from camsim.optics.protocols import Varies
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import orders, radial_powers
 
@@ -53,6 +55,11 @@ class PlacedLens(OfPupil):
                 total += np.polyval(sines, square) * other
             part, other = part * x - other * y, part * y + other * x
         return total
+
+    def coefficients(self, wavelength_nm: F64) -> F64:
+        """Return the coefficients (n, k) at wavelengths, waves."""
+        waves: F64 = _spline(self)(wavelength_nm) / wavelength_nm[:, None]
+        return waves
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
         """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
@@ -93,6 +100,33 @@ class PlacedLens(OfPupil):
         )
 
 
+@runtime_checkable
+class Revolves(Varies, Protocol):
+    """A lens of revolution, known along one radius; its pupil is round, without a hole."""
+
+    @property
+    def f_number(self) -> float: ...  # noqa: D102 (above)
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is one."""
+        ...
+
+    @property
+    def height_um(self) -> Sequence[float]:
+        """Where along the radius it is known; splines between."""
+        ...
+
+    @property
+    def wavelength_nm(self) -> Sequence[float]:
+        """At which wavelengths; splines between."""
+        ...
+
+    def at(self, x_um: float, y_um: float) -> PlacedLens:
+        """Return the lens that a photosite at a place sees through."""
+        ...
+
+
 @functools.lru_cache(maxsize=4096)
 def _harmonics(lens: PlacedLens, wavelength_nm: float) -> tuple[tuple[F64, F64], ...]:
     """Return polynomials in r², highest power first, of r^m·cos mθ and r^m·sin mθ for m = 0, 1 …: waves."""
@@ -107,7 +141,7 @@ def _harmonics(lens: PlacedLens, wavelength_nm: float) -> tuple[tuple[F64, F64],
 
 
 @functools.lru_cache(maxsize=1024)
-def _spline(lens: PlacedLens) -> Callable[[float], F64]:
+def _spline(lens: PlacedLens) -> Callable[..., F64]:
     """Return the path differences (k,) as a function of the wavelength."""
     return along(lens.wavelength_nm, np.array(lens.path_nm).reshape(len(lens.wavelength_nm), -1))
 

@@ -3,8 +3,10 @@
 An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to
 1, and so do ``SCENE`` and ``FOURIER``. An aberrated lens is rendered as two, each to its part of the tolerance: a round
 one and a difference; ``SCENE`` and ``DIFFERENCE`` add to 1. Behind a lens that changes over the frame all this holds of
-the image of each place, to ``PLACES_PART`` of the tolerance; that and ``ACROSS`` add to 1. The check is no source of
-error in an image; what *it* may be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that.
+the image of each place, to ``PLACES_PART`` of the tolerance; that and ``ACROSS`` add to 1. Where such a lens is one of
+revolution, what differs from the perfect lens is rendered for all places at once: ``SCENE`` and ``FIELD`` add to 1. The
+check is no source of error in an image; what *it* may be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK``
+adds to 1 within that.
 Shares are large where a digit costs most: ends and lines grow with the power −2/5 of what they may leave, a
 difference's reach with −1/3, everything else with −1/6 or slower.
 """
@@ -18,7 +20,7 @@ Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
     "rings", "taper", "reach", "spreading", "pupil",
-    "cut", "hem", "short pupil", "short lines", "between places", "bent edges",
+    "cut", "hem", "short pupil", "short lines", "between places", "bent edges", "near cut", "far cut", "transfers",
     "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
 
@@ -71,6 +73,12 @@ ACROSS: dict[Source, Share] = {
     "between places": Share(0.25, "patterns interpolated over the frame: half of all that they differ by"),
     "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
 }
+FIELD: dict[Source, Share] = {
+    "near cut": Share(0.25, "what a line shows past the near band's reach, measured on the transfers"),
+    "far cut": Share(0.30, "what a line shows past the far band's reach, by the rim's slopes"),
+    "transfers": Share(0.33, "transfers along the radius, over wavelengths, |f| and angle: each a quarter, measured"),
+    "spreading": FOURIER["spreading"],
+}
 PLACES_PART = 0.70  # of the tolerance, over Lebesgue's constants: what each place's own image may be wrong by
 CLOSED_PART = 0.5  # of the tolerance: what an aberrated lens's round part may be wrong by; its difference has the rest
 CHECK: dict[Source, Share] = {
@@ -104,4 +112,4 @@ class ErrorBudget:
         return ErrorBudget(CHECK_PART * self.tolerance)
 
 
-_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | ACROSS | CHECK
+_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | ACROSS | FIELD | CHECK

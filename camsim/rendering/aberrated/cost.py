@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.quadrature import gauss_pieces
-from camsim.rendering.aberrated.image import MANY, ShortImage
+from camsim.rendering.aberrated.image import ShortImage
 from camsim.rendering.engine import Cost
+from camsim.rendering.fourier.nearby import MANY
 from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, spreading_precision
 
 SEEN = 2.0  # spectra in one window besides the background's

@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
+from camsim.arrays import F64, U8
 from camsim.kernels import shared
 from camsim.optics.difference import Difference
 from camsim.rendering.aberrated.kernels import Lines, Responses, add_lines, add_short, mark
 from camsim.rendering.aberrated.pattern import ShortPattern
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.aberrated.windows import Window, windows
-from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Progress
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.inverse import inverse
-from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
-from camsim.rendering.fourier.regions import Regions, clamped
+from camsim.rendering.fourier.nearby import Nearby, regions_of
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.prune import joined_outlines
 
 SAME_DIRECTION = 1e-13  # of a normal: lines this nearly parallel share a response
 ROWS = 64  # of a window's transform: fewer are no work for a thread of its own
-MANY = 120  # edges in a window: from here on non-uniform transforms of them cost less
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -105,44 +99,17 @@ class ShortImage:
         return image
 
     @functools.cached_property
-    def _outlines(self) -> tuple[I64, F64, F64]:
-        """The outline that each edge belongs to, and their lowest and highest x and y (n, 2)."""
-        outline, count = joined_outlines(self.job.edges)
-        low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-        np.minimum.at(low, np.tile(outline, 2), self.job.edges.points)
-        np.maximum.at(high, np.tile(outline, 2), self.job.edges.points)
-        return outline, low, high
-
-    def _seen(self, tile: Tile, first: tuple[float, float]) -> Edges:
-        """Return the edges about a window, clamped; an outline beyond one side of its box would be flat: nothing."""
-        outline, low, high = self._outlines
-        inside = (low <= np.add(tile.high, first)) & (high >= np.add(tile.low, first))
-        meets = inside[:, 0] & inside[:, 1]
-        return clamped(self.job.edges.some(meets[outline]).seen_from(first), tile.low, tile.high)
+    def _nearby(self) -> Nearby:
+        return Nearby(edges=self.job.edges)
 
     def _in_window(self, window: Window, channel: U8) -> F64:
         tile = self.settings.tile(*window)
         x0, y0 = self.job.grid.first_centre
-        seen = self._seen(tile, (x0 + window.col, y0 + window.row))
-        spectra = np.setdiff1d(np.concatenate([seen.left, seen.right]), [0])
+        seen = self._nearby.seen(tile, (x0 + window.col, y0 + window.row))
         values = np.zeros(channel.shape)
-        if not spectra.size:
+        if not len(seen):
             return values
-        left, right = (np.searchsorted(spectra, side) + (side > 0) for side in (seen.left, seen.right))
-        own = dataclasses.replace(seen, left=left, right=right)
-        sizes = Sizes(
-            tiles=(tile,),
-            margin=0.0,
-            sharpness=self.settings.sharpness,
-            spread=len(own) > MANY,
-            channels=1,
-            fields=0,
-            block_points=BLOCK_POINTS,
-            strip_points=STRIP_POINTS,
-            seconds=0.0,
-            memory_bytes=0.0,
-        )
-        regions = Regions.of(own, tile, sizes, spectra.size, self.job.tolerance)
+        spectra, regions = regions_of(seen, tile, self.settings.sharpness, self.job.tolerance)
         present = np.unique(channel)
         weights = np.ascontiguousarray(self.pattern.sets[1][spectra - 1][:, present])
         total = np.full((present.size, *tile.sums, 2), 0.0)

@@ -8,6 +8,7 @@ fourier/plan.py, so its period is about its side and twice the reach: whatever t
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from camsim.optics.airy import AIRY
 from camsim.optics.difference import Difference
 from camsim.rendering.boundary.settings import SIX_POINTS, crowding, smooth_corners
+from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.taper import taper_margin
@@ -70,6 +72,14 @@ class Settings:
         )
 
 
+def sighted(edges: Edges, reach_of: Callable[[float], float]) -> float:
+    """Return the reach for as many lines as a photosite may have in sight; reach_of: lines → distance, pitches."""
+    alone = reach_of(1.0)
+    if smooth_corners(edges, alone):
+        return reach_of(ALL_ROUND)
+    return reach_of(min(1.0 + CORNER * crowding(edges, 2.0 * alone), ALL_ROUND))
+
+
 def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Settings:
     """Choose the settings of windows ``times`` the reach and more along a side."""
     pitch_um, blur, budget = job.grid.pitch_um, job.blur, job.budget
@@ -79,9 +89,7 @@ def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Sett
     def reach_of(lines: float) -> float:
         return max(rest.reach_um(allowed / lines, nm, rings) for nm in ends_nm) / pitch_um
 
-    alone = reach_of(1.0)
-    lines = min(1.0 + CORNER * crowding(job.edges, 2.0 * alone), ALL_ROUND)
-    reach = min(reach_of(ALL_ROUND if smooth_corners(job.edges, alone) else lines), job.span)
+    reach = min(sighted(job.edges, reach_of), job.span)
     beyond = max(float(rest.light_beyond(np.array(reach * pitch_um), nm, rings)) for nm in ends_nm)
     margin, sharpness = taper_margin(min(max(budget.allowed("hem") / (HEARD * beyond), 1e-14), 1.0))
     grain = max(FINEST_GRAIN, round(0.125 * (reach + extent)))

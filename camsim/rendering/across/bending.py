@@ -56,12 +56,14 @@ class Bending:
     """How finely bent edges are cut.
 
     lens    : that distorts;  blur_um: its shortest pattern's length
+    peak_per_um : the most that a photosite's own line spread is, in any direction
     allowed : what one edge may be wrong by, of full contrast
     """
 
     lens: Varies
     grid: Grid
     blur_um: float
+    peak_per_um: float
     allowed: float
 
     def sides(self, start_um: F64, end_um: F64) -> Sides:
@@ -107,8 +109,9 @@ class Bending:
         last = first + np.array([self.grid.cols - 1, self.grid.rows - 1]) * self.grid.pitch_um
         gap = np.maximum(np.maximum(first - np.maximum(a, b), np.minimum(a, b) - last), 0.0)
         x = np.maximum(np.hypot(gap[:, 0], gap[:, 1]) / self.blur_um - FULL, 0.0)
-        spread: F64 = np.minimum(PEAK, 1.0 / (TAIL * np.maximum(x, 1e-9) ** 2)) / self.blur_um
-        return spread
+        spread = np.minimum(PEAK, 1.0 / (TAIL * np.maximum(x, 1e-9) ** 2)) / self.blur_um
+        lower: F64 = np.minimum(spread, self.peak_per_um)
+        return lower
 
     def _drawn(self, start_um: F64, end_um: F64, owner: I64, low: F64, high: F64) -> Sides:
         start, end = start_um[owner], end_um[owner]

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import Varies
+from camsim.optics.placed import Revolves
+from camsim.optics.protocols import Rectangular, Varies
 from camsim.rendering.across.bending import Bending
+from camsim.rendering.across.field_judge import FieldJudge
+from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.judge import AcrossJudge
 from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.across.plan import AcrossPlan
@@ -51,7 +55,13 @@ def choose_across(
     bending = None
     if lens.distorts:
         blur_um = system.blur_um(float(seen_nm.min()))
-        bending = Bending(lens=lens, grid=grid, blur_um=blur_um, allowed=budget.allowed("bent edges"))
+        photosite, peak_per_um = system.photosite, math.inf
+        if isinstance(photosite, Rectangular) and min(photosite.sides_um) > 0.0:
+            # A rectangle's shadow is nowhere higher than along its diagonal.
+            peak_per_um = math.hypot(*photosite.sides_um) / math.prod(photosite.sides_um)
+        bending = Bending(
+            lens=lens, grid=grid, blur_um=blur_um, peak_per_um=peak_per_um, allowed=budget.allowed("bent edges")
+        )
         sides = bending.sides(arrangement.start_um, arrangement.end_um)
         arrangement = dataclasses.replace(
             arrangement,
@@ -69,12 +79,17 @@ def choose_across(
     if method == "boundary" and not by_edges:
         raise UnsupportedError(job.unknown or "it cannot keep this tolerance; use fourier", key="method")
     name = "boundary" if by_edges else "fourier"
+    why = "asked for" if method != "auto" else "its places are rendered by it"
+    judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
+    if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
+        plan = FieldPlan.of_job(job, lens)
+        return Choice(
+            method=name, why=why, plan=plan, judge=FieldJudge(job=plan.perfect, lens=lens, transforms=FOURIER)
+        )
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
     plan = AcrossPlan(job=job, lens=lens, lattice=lattice, method=name)
-    judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
-    why = "asked for" if method != "auto" else "its places are rendered by it"
     return Choice(method=name, why=why, plan=plan, judge=judge)
 
 

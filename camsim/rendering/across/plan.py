@@ -17,6 +17,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.optics.protocols import Varies
+from camsim.rendering.across.decided import bent_sides
 from camsim.rendering.across.lattice import Lattice, Tile
 from camsim.rendering.auto import BY_EDGES, FOURIER
 from camsim.rendering.budget import PLACES_PART
@@ -108,12 +109,7 @@ class AcrossPlan:
             f"patterns of {across} × {down} places in each",
             reason=f"what lies between is interpolated to {self.lattice.bound:.1g} of the light",
         )
-        if self.job.bending is not None:
-            yield Decision(
-                topic="distortion",
-                decision=f"{len(self.job.edges)} straight sides",
-                reason="edges are mapped before they are blurred, and cut until no photosite can tell them from curves",
-            )
+        yield from bent_sides(self.job)
         yield from self._sample.decisions()
 
     def of(self, job: Job) -> AcrossPlan:

@@ -1,0 +1,141 @@
+"""A lens of revolution as a plan: the perfect lens by edges in closed form, and what differs, one image for all places.
+
+    I(x) = (Airy ∗ scene)(x) + Σ_q u_q(x)·(T_q ∗ scene)(x)
+
+The scene is mapped by the distortion before any of it (bending.py). Each photosite gathers with the pattern of its own
+place; the check recomputes photosites with just that.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from camsim.arrays import F64, I64, U8
+from camsim.optics.airy import Airy
+from camsim.optics.difference import Split
+from camsim.optics.placed import Revolves
+from camsim.rendering.across.decided import bent_sides
+from camsim.rendering.across.image import FieldImage
+from camsim.rendering.auto import BOUNDARY
+from camsim.rendering.boundary.engine import BoundaryPlan
+from camsim.rendering.budget import CLOSED_PART, PLACES_PART, ErrorBudget
+from camsim.rendering.engine import Cost, Decision, Marks, Progress, added, one_by_one
+from camsim.rendering.job import Job, Nodes
+from camsim.rendering.work import Work
+from camsim.repeated import Channels
+
+FEWEST = 4  # photosites checked, each with a pattern of its own
+SECONDS = 4.0  # of the transfers along the radius
+EACH_FREQUENCY = 1.5e-7  # seconds: its part of the scene, and of some thirty terms
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FieldPlan:
+    """A job behind a lens of revolution.
+
+    job    : of the whole window, behind the lens of the axis
+    closed : what renders the perfect lens;  image: the difference
+    """
+
+    job: Job
+    closed: BoundaryPlan
+    image: FieldImage
+
+    @classmethod
+    def of_job(cls, job: Job, lens: Revolves) -> FieldPlan:
+        """Plan a job whose edges are bent already."""
+        parts = dataclasses.replace(_perfect(job, lens), tolerance=PLACES_PART * job.tolerance)
+        rest = dataclasses.replace(parts, tolerance=(1.0 - CLOSED_PART) * parts.tolerance)
+        between = ErrorBudget(job.tolerance).allowed("between places")
+        return cls(
+            job=job,
+            closed=BOUNDARY.plan(parts.round_part()),
+            image=FieldImage(job=rest, lens=lens, between=between),
+        )
+
+    @property
+    def perfect(self) -> Job:
+        """The job behind the perfect lens alone, for the check."""
+        return _perfect(self.job, self.image.lens)
+
+    @property
+    def marks(self) -> Marks:
+        """Where the perfect lens changes its ways, and the near band ends."""
+        return dataclasses.replace(self.closed.marks, reach=self.image.bands[0].reach)
+
+    @property
+    def fewest(self) -> int:
+        """How many photosites are checked whatever it takes."""
+        return FEWEST
+
+    @property
+    def nodes(self) -> Nodes:
+        """Wavelengths of the perfect lens."""
+        return self.closed.nodes
+
+    @property
+    def wavelengths(self) -> int:
+        """Number of wavelength nodes."""
+        return self.nodes.wavelength_nm.size
+
+    @functools.cached_property
+    def frequencies(self) -> float:
+        """Frequencies of all tiles."""
+        grid = self.job.grid
+        return sum(
+            band.tile(0, 0, band.side, band.side).points * grid.rows * grid.cols / band.side**2
+            for band in self.image.bands
+        )
+
+    @property
+    def cost(self) -> Cost:
+        """What one image takes."""
+        closed, grid = self.closed.cost, self.job.grid
+        points = max(band.tile(0, 0, band.side, band.side).points for band in self.image.bands)
+        return Cost(
+            seconds=closed.seconds + SECONDS + EACH_FREQUENCY * self.frequencies,
+            memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + 16.0 * 40.0 * points,
+        )
+
+    def work(self, images: int) -> Work:
+        """Count what is done."""
+        return dataclasses.replace(self.closed.work(images), frequencies=images * round(self.frequencies))
+
+    def decisions(self) -> Iterator[Decision]:
+        """Yield what is done of the lens, and what distortion makes of edges."""
+        near, far = self.image.bands
+        transfers = self.image.transfers
+        across, down = self.image.counts["near"]
+        yield Decision(
+            topic="field",
+            decision=f"the perfect lens, and what differs within {far.reach:.3g} pitches, the fine part of it within "
+            f"{near.reach:.3g}: patterns of {across} × {down} places in boxes of {near.side * near.group} photosites",
+            reason=f"transfers at {transfers.radii.nodes.size} distances from the axis, turned and interpolated",
+        )
+        yield from bent_sides(self.job)
+        yield from self.closed.decisions()
+
+    def of(self, job: Job) -> FieldPlan:
+        """Return the same lens for other edges."""
+        return FieldPlan.of_job(job, self.image.lens)
+
+    def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
+        """Yield the image band by band."""
+        rest = self.image.rendered(channel[:], lambda done: progress(0.8 * done))
+        closed = self.closed.bands(channel, lambda done: progress(0.8 + 0.2 * done))
+        yield from added([closed, iter((rest,))])
+
+    def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
+        """Yield the bands of several images in turn."""
+        return one_by_one(self, channels, progress)
+
+    def standard_error(self, rows: I64, cols: I64) -> float | None:
+        """Return None: no chance."""
+        return None
+
+
+def _perfect(job: Job, lens: Revolves) -> Job:
+    return dataclasses.replace(job, split=Split(core=Airy(f_number=lens.f_number), moved_um=(0.0, 0.0), rest=None))

@@ -1,0 +1,146 @@
+"""Polar tables of transfers looked up on a lattice of frequencies, and their products with a scene; arrays only."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.kernels import kernel
+from camsim.rendering.fourier.blocks import Place
+from camsim.rendering.fourier.kernels import COLUMNS, SceneBlock
+
+PIECE = 32  # frequencies whose transfers stay in a cache
+BEFORE, AFTER = 2, 3  # points of a six-point look-up on either side of the first
+
+
+class Polar(NamedTuple):
+    """Transfers over |f| and half a circle of angles, on the other half their conjugates."""
+
+    values: F64  # (|f|, angles, 2·transfers), BEFORE and AFTER more of the first two
+    per_frequency: float  # points in a cycle/pitch
+    active: I64  # (|f|,) how many transfers are something there: the first ones
+
+
+@kernel(forceinline=True)
+def _six(t: float, weights: F64) -> None:
+    """Set Lagrange's weights of −2 … 3 at t."""
+    a, b, c, d, e = t + 2.0, t + 1.0, t - 1.0, t - 2.0, t - 3.0
+    weights[0] = -b * t * c * d * e / 120.0
+    weights[1] = a * t * c * d * e / 24.0
+    weights[2] = -a * b * c * d * e / 12.0
+    weights[3] = a * b * t * d * e / 12.0
+    weights[4] = -a * b * t * c * e / 24.0
+    weights[5] = a * b * t * c * d / 120.0
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def on_lattice(place: Place, polar: Polar, more: F64, out: F64, first_row: int, stop_row: int) -> None:
+    """Fill in rows of (transfers, count_j, 2, count_i).
+
+    more : (count_j, count_i, 2) what all are multiplied by
+    """
+    values = polar.values
+    angles = values.shape[1] - BEFORE - AFTER
+    last = polar.active.size - 1
+    # Some columns at a time: a transfer's own row is written as a whole.
+    along, round_about, total = np.empty(6), np.empty(6), np.empty((PIECE, values.shape[2]))
+    for r in range(first_row, stop_row):
+        ky = (place.first_j + r) / place.py
+        for low in range(0, place.count_i, PIECE):
+            width, most = min(PIECE, place.count_i - low), 0
+            for c in range(width):
+                own = total[c]
+                own[:] = 0.0
+                kx = (place.first_i + low + c) / place.px
+                at = math.sqrt(kx * kx + ky * ky) * polar.per_frequency
+                row = int(at)
+                active = polar.active[row] if row <= last else 0
+                if active == 0:
+                    continue
+                most, wide = max(most, active), 2 * active
+                back = ky < 0.0 or (ky == 0.0 and kx < 0.0)
+                angle = math.atan2(-ky, -kx) if back else math.atan2(ky, kx)
+                turn = angle * (angles / math.pi)
+                column = min(int(turn), angles - 1)
+                _six(at - row, along)
+                _six(turn - column, round_about)
+                for a in range(6):
+                    for b in range(6):
+                        weight, there = along[a] * round_about[b], values[row + a, column + b]
+                        for n in range(wide):
+                            own[n] += weight * there[n]
+                real, imaginary = more[r, low + c, 0], more[r, low + c, 1]
+                sign = -1.0 if back else 1.0
+                for n in range(active):
+                    x, y = own[2 * n], sign * own[2 * n + 1]
+                    own[2 * n], own[2 * n + 1] = x * real - y * imaginary, x * imaginary + y * real
+            for n in range(most):
+                for c in range(width):
+                    out[n, r, 0, low + c], out[n, r, 1, low + c] = total[c, 2 * n], total[c, 2 * n + 1]
+
+
+class Sets(NamedTuple):
+    """Which transfers make which sums: transfer (term · sets + set) goes to sum (channel, term)."""
+
+    weights: F64  # (spectra, sets) of each spectrum's transform
+    channel: I64  # (sets,) −1: of no channel that is wanted
+    cuts: F64  # (terms,) beyond which a term is nothing, cycles/pitch
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Place, first: int, stop: int) -> None:
+    """Add a block to rows ``first`` … ``stop`` of ``total`` (channels, terms, rows, 2, columns).
+
+    fields : (terms · sets, count_j, 2, count_i) transfers with all that they are multiplied by
+    """
+    transforms = scene.transforms
+    first_i, first_j, column, row, rows = place.first_i, place.first_j, place.column, place.row, place.rows
+    px, py = place.px, place.py
+    spectra, count_j, _, count_i = transforms.shape
+    count = sets.channel.size
+    scale, sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS), np.empty(COLUMNS)
+    # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
+    for target in range(first, stop):
+        for r in range((target - row) % rows, count_j, rows):
+            ky = (first_j + r) / py
+            for low in range(0, count_i, COLUMNS):
+                width = min(COLUMNS, count_i - low)
+                for c in range(width):
+                    kx = (first_i + low + c) / px
+                    square = kx * kx + ky * ky
+                    scale[c] = 1.0 / (4.0 * math.pi * math.pi * (square if square > 0.0 else 1.0))
+                for k in range(count):
+                    if sets.channel[k] < 0:
+                        continue
+                    sum_r[:width] = 0.0
+                    sum_i[:width] = 0.0
+                    for s in range(spectra):
+                        weight = sets.weights[s, k]
+                        if weight != 0.0:
+                            real, imaginary = (
+                                transforms[s, r, 0, low : low + width],
+                                transforms[s, r, 1, low : low + width],
+                            )
+                            for c in range(width):
+                                sum_r[c] += weight * scale[c] * real[c]
+                                sum_i[c] += weight * scale[c] * imaginary[c]
+                    for q in range(sets.cuts.size):
+                        inside = sets.cuts[q] * sets.cuts[q] - ky * ky
+                        if inside <= 0.0:
+                            break
+                        farthest = px * math.sqrt(inside)
+                        begin = max(0, math.ceil(-farthest) - first_i - low)
+                        end = min(width, math.floor(farthest) + 1 - first_i - low)
+                        if begin >= end:
+                            continue
+                        a, b = low + begin, low + end
+                        into_r = total[sets.channel[k], q, target, 0, column + a : column + b]
+                        into_i = total[sets.channel[k], q, target, 1, column + a : column + b]
+                        x, y = fields[q * count + k, r, 0, a:b], fields[q * count + k, r, 1, a:b]
+                        own_r, own_i = sum_r[begin:end], sum_i[begin:end]
+                        for c in range(end - begin):
+                            into_r[c] += own_r[c] * x[c] - own_i[c] * y[c]
+                            into_i[c] += own_r[c] * y[c] + own_i[c] * x[c]

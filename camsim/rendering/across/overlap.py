@@ -1,0 +1,125 @@
+"""Transfers of round pupils with many wavefronts at once: overlaps of two shifted copies, summed by one rule for all.
+
+T(ν, θ) = (1/π)·∫ exp(2πi·[W(p − d) − W(p + d)]) dp over the lens that two circles of radius 1 share, ν in units of the
+cut-off, d = ν·(cos θ, sin θ). W is linear in its coefficients: a node's polynomials serve all of them.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import C128, F64, I64
+from camsim.kernels import kernel, shared
+from camsim.optics.zernike import orders, radial_powers
+from camsim.quadrature import gauss_legendre
+
+AT_ONCE = 128  # wavefronts whose phases stay in the nearest cache
+
+
+class Terms(NamedTuple):
+    """Zernike polynomials as the kernel takes them: polynomials in r², highest power first, times r^m·cos or sin mθ."""
+
+    powers: F64  # (k, p)
+    order: I64  # (k,) m
+    sine: I64  # (k,) 1: sin
+
+    @classmethod
+    def of(cls, zernike: tuple[int, ...]) -> Terms:
+        """Return those of OSA indices."""
+        each = [radial_powers(index) for index in zernike]
+        powers = np.zeros((len(each), max((p.size for p in each), default=1)))
+        for own, p in zip(powers, each, strict=True):
+            own[powers.shape[1] - p.size :] = p
+        m = np.array([orders(index)[1] for index in zernike], np.int64)
+        return cls(powers, np.abs(m), (m < 0).astype(np.int64))
+
+
+def overlaps(terms: Terms, waves: F64, shift: F64, angle_rad: F64, nodes: int) -> C128:
+    """Return transfers (wavefronts, shifts, angles).
+
+    waves : (k, wavefronts) coefficients;  shift: ν, 0 … 1;  nodes: of the rule, along and across
+    """
+    t, v = gauss_legendre(nodes)
+    out = np.empty((shift.size, angle_rad.size, 2, waves.shape[1]))
+    whole = np.ascontiguousarray(waves)
+    shared(shift.size * angle_rad.size, functools.partial(_overlaps, terms, whole, shift, angle_rad, t, v, out))
+    found: C128 = np.moveaxis(out[:, :, 0] + 1j * out[:, :, 1], 2, 0)
+    return found
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _overlaps(
+    terms: Terms, waves: F64, shift: F64, angle_rad: F64, t: F64, v: F64, out: F64, first: int, stop: int
+) -> None:
+    """Fill in some of (shifts · angles)."""
+    count, many = waves.shape
+    nodes = t.size
+    steps = np.empty((nodes * nodes, count))
+    share = np.empty(nodes * nodes)
+    phase, real, imaginary = np.empty(AT_ONCE), np.empty(AT_ONCE), np.empty(AT_ONCE)
+    for place in range(first, stop):
+        nu, angle = shift[place // angle_rad.size], angle_rad[place % angle_rad.size]
+        cos, sin = math.cos(angle), math.sin(angle)
+        widest = math.sqrt(max(1.0 - nu * nu, 0.0))
+        for a in range(nodes):
+            # Spaced as a cosine across: what is left of a line's length at either end are square roots.
+            turn = 0.5 * math.pi * (1.0 + t[a])
+            across, slope = -widest * math.cos(turn), 0.5 * math.pi * widest * math.sin(turn) * v[a]
+            half = max(math.sqrt(max(1.0 - across * across, 0.0)) - nu, 0.0)
+            for b in range(nodes):
+                along, n = half * t[b], a * nodes + b
+                share[n] = slope * half * v[b] / math.pi
+                for z in range(count):
+                    steps[n, z] = 0.0
+                for side in range(2):
+                    u = along - nu if side == 0 else along + nu
+                    x, y = u * cos - across * sin, u * sin + across * cos
+                    square = x * x + y * y
+                    for z in range(count):
+                        value = terms.powers[z, 0]
+                        for p in range(1, terms.powers.shape[1]):
+                            value = value * square + terms.powers[z, p]
+                        part, other = 1.0, 0.0
+                        for _ in range(terms.order[z]):
+                            part, other = part * x - other * y, part * y + other * x
+                        value *= other if terms.sine[z] else part
+                        steps[n, z] += value if side == 0 else -value
+        for low in range(0, many, AT_ONCE):
+            width = min(AT_ONCE, many - low)
+            real[:], imaginary[:] = 0.0, 0.0
+            for n in range(nodes * nodes):
+                phase[:] = 0.0
+                for z in range(count):
+                    step, own = steps[n, z], waves[z, low : low + width]
+                    for q in range(width):
+                        phase[q] += step * own[q]
+                weight = share[n]
+                for q in range(width):
+                    # sin and cos of half the turn, at most a quarter, by their series: 2e-11.
+                    half_turn = math.pi * (phase[q] - math.floor(phase[q] + 0.5))
+                    h = half_turn * half_turn
+                    s = 1.0 - h * (1.0 / 272.0)
+                    s = 1.0 - h * (1.0 / 210.0) * s
+                    s = 1.0 - h * (1.0 / 156.0) * s
+                    s = 1.0 - h * (1.0 / 110.0) * s
+                    s = 1.0 - h * (1.0 / 72.0) * s
+                    s = 1.0 - h * (1.0 / 42.0) * s
+                    s = 1.0 - h * (1.0 / 20.0) * s
+                    s = half_turn * (1.0 - h * (1.0 / 6.0) * s)
+                    c = 1.0 - h * (1.0 / 240.0)
+                    c = 1.0 - h * (1.0 / 182.0) * c
+                    c = 1.0 - h * (1.0 / 132.0) * c
+                    c = 1.0 - h * (1.0 / 90.0) * c
+                    c = 1.0 - h * (1.0 / 56.0) * c
+                    c = 1.0 - h * (1.0 / 30.0) * c
+                    c = 1.0 - h * (1.0 / 12.0) * c
+                    c = 1.0 - h * (1.0 / 2.0) * c
+                    real[q] += weight * (1.0 - 2.0 * s * s)
+                    imaginary[q] += weight * 2.0 * s * c
+            for q in range(width):
+                out[place // angle_rad.size, place % angle_rad.size, 0, low + q] = real[q]
+                out[place // angle_rad.size, place % angle_rad.size, 1, low + q] = imaginary[q]

@@ -1,0 +1,177 @@
+"""Few transfers that stand for all places of a box: images with them are added up with weights of every photosite.
+
+Chebyshev places along x and y, as many as their transfers ask for; of these, one after the other, the one that those
+before it follow worst, until what is left of all is nothing that a line could show.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64
+from camsim.errors import UnsupportedError
+from camsim.rendering.across.lattice import cardinal, lebesgue, nodes
+from camsim.rendering.across.transfers import Transfers
+from camsim.rendering.fast_length import fast_length
+
+COARSE = 40  # frequencies at which places are compared
+ALONG, LEFT, CUT = 0.25, 0.3, 0.2  # of what places may leave: along x and y each, all but some terms, their ends
+MOST_PLACES = 14  # along a side of a box
+
+
+class Box(NamedTuple):
+    """Photosites row … row + rows, col … col + cols, of a window whose first one is at ``first_um``."""
+
+    row: int
+    col: int
+    rows: int
+    cols: int
+    first_um: tuple[float, float]
+    pitch_um: float
+
+    def places_um(self, x: F64, y: F64) -> F64:
+        """Return places (n, 2) from their coordinates in the box, −1 … 1 along either side."""
+        first = self.first_um[0] + self.col * self.pitch_um, self.first_um[1] + self.row * self.pitch_um
+        half = 0.5 * (self.cols - 1) * self.pitch_um, 0.5 * (self.rows - 1) * self.pitch_um
+        places: F64 = np.stack([first[0] + half[0] * (1.0 + x), first[1] + half[1] * (1.0 + y)], axis=-1)
+        return places
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Basis:
+    """Transfers that stand for all places of a box.
+
+    made_of : (terms, radii, harmonics) what each takes of ``Transfers.harmonics``
+    shares  : (terms, along y, along x) of each at the box's Chebyshev places
+    cuts    : (terms,) frequency beyond which each is nothing, falling
+    """
+
+    made_of: C128
+    shares: F64
+    cuts: F64
+
+    def weights(self, box: Box) -> F64:
+        """Return (terms, rows, cols): what each term's image weighs at photosites."""
+
+        def along(count: int, size: int) -> F64:
+            return cardinal(count, np.linspace(-1.0, 1.0, size) if size > 1 else np.zeros(1))
+
+        down, across = along(self.shares.shape[1], box.rows), along(self.shares.shape[2], box.cols)
+        weights: F64 = np.einsum("qyx,ry,cx->qrc", self.shares, down, across, optimize=True)
+        return weights
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Places:
+    """What compares transfers.
+
+    heard   : (sets, frequencies, angles) of the window: what a line of full contrast shows of an error there
+    index   : (frequencies,) of ``transfers`` at which they are compared
+    allowed : of an image
+    """
+
+    transfers: Transfers
+    heard: F64
+    index: np.ndarray
+    allowed: float
+
+    def _seen(self, places_um: F64) -> tuple[C128, C128]:
+        """Return what places take of the transfers, and what they show (places, sets, frequencies, angles)."""
+        radius, angle = np.hypot(places_um[:, 0], places_um[:, 1]), np.arctan2(places_um[:, 1], places_um[:, 0])
+        taken = self.transfers.turned(radius, angle)
+        used = np.flatnonzero(np.abs(taken).max(axis=(0, 2)) > 0.0)
+        most, sets = self.transfers.most, self.heard.shape[0]
+        around = 2 * self.heard.shape[2]
+        shown = np.empty((len(places_um), *self.heard.shape), complex)
+        for k in range(sets):
+            own = self.transfers.harmonics[used, k][:, self.index]
+            spectrum = np.zeros((len(places_um), self.index.size, around), complex)
+            for m in range(-most, most + 1):
+                spectrum[:, :, m] = np.einsum("pk,kf->pf", taken[:, used, m + most], own[:, :, m + most])
+            shown[:, k] = scipy.fft.ifft(spectrum, axis=-1, norm="forward")[:, :, : around // 2] * self.heard[k]
+        return taken, shown
+
+    def counts(self, boxes: list[Box]) -> tuple[int, int]:
+        """Return how many places along x and along y are enough for boxes."""
+        found = [1, 1]
+        for axis in (0, 1):
+            for box in boxes:
+                while found[axis] < MOST_PLACES and self._lost(box, axis, found[axis]) > ALONG * self.allowed:
+                    found[axis] += 1
+        if max(found) >= MOST_PLACES:
+            raise UnsupportedError(
+                "its pattern changes too quickly over the frame; give it fewer waves, or ask for less", key="lens"
+            )
+        return found[0], found[1]
+
+    def _lost(self, box: Box, axis: int, count: int) -> float:
+        """Return what interpolation along x or y from so many places loses."""
+        between = np.concatenate([-np.cos(np.pi * np.arange(count + 1) / count), [0.3]])
+        lost = 0.0
+        for other in (-0.9, 0.6):
+            at, right = (np.stack([x, np.full(x.size, other)][:: 1 - 2 * axis]) for x in (nodes(count), between))
+            shown = self._seen(box.places_um(*np.concatenate([at, right], axis=1)))[1]
+            own, its = shown[:count], shown[count:]
+            gap = its - np.einsum("pn,nsfa->psfa", cardinal(count, between), own)
+            lost = max(lost, float(loudness(gap).max()))
+        return lost
+
+    def basis(self, box: Box, counts: tuple[int, int], spacing: float) -> Basis:
+        """Return the transfers that stand for a box; ``spacing``: of the compared frequencies, cycles/pitch."""
+        x, y = (axis.ravel() for axis in np.meshgrid(nodes(counts[0]), nodes(counts[1])))
+        taken, shown = self._seen(box.places_um(x, y))
+        left, flat = shown.copy(), shown.shape[0]
+        allowed = LEFT * self.allowed / (lebesgue(counts[0]) * lebesgue(counts[1]))
+        shares: list[F64] = []
+        makes: list[F64] = []
+        terms: list[C128] = []
+        loud = loudness(left)
+        while loud.max() > allowed and len(terms) < flat:
+            pick = int(np.argmax(loud))
+            size = float(np.sqrt(np.sum(np.square(left[pick].real) + np.square(left[pick].imag))))
+            term = left[pick] / size
+            made = np.zeros(flat)
+            made[pick] = 1.0
+            for share, its in zip(shares, makes, strict=True):
+                made -= share[pick] * its
+            # Real shares only: then each term's image is real.
+            share = np.einsum("psfa,sfa->p", left.real, term.real) + np.einsum("psfa,sfa->p", left.imag, term.imag)
+            left -= share[:, None, None, None] * term
+            shares.append(share)
+            makes.append(made / size)
+            terms.append(term)
+            loud = loudness(left)
+        if not terms:
+            return Basis(made_of=taken[:0], shares=np.zeros((0, counts[1], counts[0])), cuts=np.zeros(0))
+        largest = np.abs(np.array(shares)).max(axis=1)
+        cuts = np.array(
+            [self._cut(term * own, CUT * self.allowed / len(terms)) for term, own in zip(terms, largest, strict=True)]
+        )
+        cuts = np.maximum.accumulate(cuts[::-1])[::-1] * spacing
+        return Basis(
+            made_of=np.einsum("qp,pkm->qkm", np.array(makes), taken),
+            shares=np.array(shares).reshape(-1, counts[1], counts[0]),
+            cuts=cuts,
+        )
+
+    @staticmethod
+    def _cut(term: C128, allowed: float) -> int:
+        """Return from which compared frequency on a term is nothing."""
+        beyond = np.cumsum(np.abs(term)[:, ::-1], axis=1)[:, ::-1].max(axis=(0, 2))
+        loud = np.flatnonzero(beyond > allowed)
+        return int(loud[-1]) + 1 if loud.size else 0
+
+
+def loudness(shown: C128) -> F64:
+    """Return what transfers (n, sets, frequencies, angles), as they are heard, show of a line at the most."""
+    most: F64 = np.abs(shown).sum(axis=2).max(axis=(1, 2))
+    return most
+
+
+def angles_of(most: int) -> int:
+    """Return on how many angles of half a circle harmonics are compared."""
+    return fast_length(most + 1)

@@ -1,0 +1,299 @@
+"""Transfers of a lens of revolution all over the frame: along one radius, all wavelengths of a signal in one.
+
+What differs from the perfect lens, T − Airy, is followed in all that it depends on: along the radius of the frame by
+polynomials in panels, over wavelengths by one, over |f| on √(1 − ν), which takes both of its ends, round about by its
+harmonics: a place turned about the axis turns them by a phase. How many nodes each takes is measured on the transfers.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64, I64
+from camsim.kernels import kernel, shared
+from camsim.optics.airy import NM_PER_UM, airy_otf
+from camsim.optics.placed import Revolves
+from camsim.quadrature import chebyshev, interpolation
+from camsim.rendering.across.overlap import Terms, overlaps
+from camsim.rendering.across.panels import Panels, panels
+
+RULES = (12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128)  # nodes of the overlap's rule, either way
+SERIES = (32, 64, 128, 256)  # points on which a series' end is looked for
+SHIFTS = np.array([0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])  # where nodes are counted
+ANGLES = math.pi * np.array([0.02, 0.17, 0.33, 0.48])
+TRIED = 5  # places, and wavelengths, at which the others' nodes are counted
+MARGIN = 2  # harmonics more
+SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
+COLOURS = (12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 80, 96, 128, 192, 256)  # nodes of a spectrum
+GHOSTS = np.array([[21.0, -70.0, 105.0, -84.0, 35.0, -6.0], [6.0, -15.0, 20.0, -15.0, 6.0, -1.0]])
+FINEST = 960  # steps of |f| to the cut-off
+TIMES = (2, 4, 6, 8, 10, 12, 16, 20)  # of which so many may be one
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Transfers:
+    """What a lens adds to the perfect one's transfer.
+
+    radii       : panels along the radius, µm
+    step        : of |f|, cycles/pitch
+    harmonics   : (radii, sets, |f|, 2·most + 1) of exp(imθ), m = −most … most; the place lies at +x
+    """
+
+    radii: Panels
+    step: float
+    harmonics: C128
+
+    @property
+    def most(self) -> int:
+        """The highest harmonic."""
+        return int(self.harmonics.shape[-1]) // 2
+
+    def turned(self, radius_um: F64, angle_rad: F64) -> C128:
+        """Return what radii and harmonics weigh (places, radii, harmonics) at places of the frame."""
+        m = np.arange(-self.most, self.most + 1)
+        turns: C128 = np.exp(-1j * np.multiply.outer(angle_rad, m))
+        return self.radii.weights(radius_um)[:, :, None] * turns[:, None]
+
+
+def fused_transfers(
+    lens: Revolves,
+    wavelength_nm: F64,
+    weights: F64,
+    *,
+    pitch_um: float,
+    radii_um: tuple[float, float],
+    allowed: float,
+    heard: Callable[[F64], F64],
+) -> Transfers:
+    """Return the transfers of sets of weights (sets, wavelengths) within radii of the frame.
+
+    allowed : of a transfer where it is heard;  heard: |f| in cycles/pitch → how much of an error there is
+    """
+    work = _Sampler(lens, wavelength_nm, weights, allowed)
+    at_nm, own = work.colours(np.linspace(*radii_um, TRIED))
+    few_nm = at_nm[np.linspace(0, at_nm.size - 1, min(TRIED, at_nm.size)).round().astype(int)]
+    radii = panels(lambda um: work.probed(um, few_nm), *radii_um, lens.height_um, allowed)
+    shifts, angles = work.series(radii_um[1], at_nm)
+    samples = work.sampled(radii.nodes, at_nm, shifts, angles)
+
+    def fusing(frequency: F64) -> F64:
+        return _fusing(frequency / pitch_um, lens.f_number, wavelength_nm, weights[:, :, None] * own, shifts)
+
+    cut = pitch_um * NM_PER_UM / (lens.f_number * float(wavelength_nm[0]))
+    times = _times(_fused(fusing(cut / FINEST * np.arange(FINEST + 1.0)), samples[-1:]), cut, allowed, heard)
+    step = times * cut / FINEST
+    fused = _fused(fusing(step * np.arange(FINEST // times + 1.0)), samples)
+    # Half a circle of angles, the other half their conjugates.
+    spectrum = scipy.fft.fft(np.concatenate([fused, fused.conj()], axis=-1), axis=-1) / (2 * angles)
+    most = angles - 1
+    harmonics = np.concatenate([spectrum[..., -most:], spectrum[..., : most + 1]], axis=-1)
+    return Transfers(radii=radii, step=step, harmonics=np.ascontiguousarray(harmonics))
+
+
+class _Sampler:
+    """What samples monochromatic transfers along the radius, less the perfect one's."""
+
+    def __init__(self, lens: Revolves, wavelength_nm: F64, weights: F64, allowed: float) -> None:
+        self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
+        self.terms = Terms.of(lens.at(lens.height_um[-1], 0.0).zernike)
+        ends = wavelength_nm[np.linspace(0, wavelength_nm.size - 1, TRIED).round().astype(int)]
+        self.rules = self._rules(ends)
+
+    def waves(self, radius_um: F64, wavelength_nm: F64) -> F64:
+        """Return coefficients (k, radii · wavelengths), waves."""
+        each = [self.lens.at(float(um), 0.0).coefficients(wavelength_nm) for um in radius_um]
+        return np.ascontiguousarray(np.concatenate(each, axis=0).T)
+
+    def _rules(self, wavelength_nm: F64) -> I64:
+        """Return how many nodes settle the hardest overlaps at each of ``SHIFTS``."""
+        waves = self.waves(np.array(self.lens.height_um), wavelength_nm)
+        own = self._hardest(waves)
+        rules = np.zeros(SHIFTS.size, np.int64)
+        before = overlaps(self.terms, own, SHIFTS, ANGLES, RULES[0])
+        for fewer, nodes in pairwise(RULES):
+            open_ends = np.flatnonzero(rules == 0)
+            found = overlaps(self.terms, own, SHIFTS[open_ends], ANGLES, nodes)
+            settled = np.abs(found - before).max(axis=(0, 2)) <= self.allowed
+            rules[open_ends[settled]] = fewer
+            before = found[:, ~settled]
+            if settled.all():
+                break
+        return np.where(rules == 0, RULES[-1], rules)
+
+    def _hardest(self, waves: F64) -> F64:
+        """Return those of wavefronts (k, n) that differ most from a plane."""
+        return np.ascontiguousarray(waves[:, np.argsort(-np.square(waves).sum(axis=0))[:TRIED]])
+
+    def _overlaps(self, waves: F64, shift: F64, angle_rad: F64) -> C128:
+        """Return transfers (wavefronts, shifts, angles), each by as many nodes as its shift takes."""
+        out = np.empty((waves.shape[1], shift.size, angle_rad.size), complex)
+        after = np.clip(np.searchsorted(SHIFTS, shift), 0, SHIFTS.size - 1)
+        nodes = np.maximum(self.rules[after], self.rules[np.maximum(after - 1, 0)])
+        for count in np.unique(nodes):
+            here = nodes == count
+            out[:, here] = overlaps(self.terms, waves, shift[here], angle_rad, int(count))
+        return out
+
+    def colours(self, radius_um: F64) -> tuple[F64, F64]:
+        """Return wavelengths (n,) whose transfers stand for all, and what each of all takes of them (all, n)."""
+        nm, count = self.wavelength_nm, self.wavelength_nm.size
+        middle, half = 0.5 * (nm[0] + nm[-1]), 0.5 * (nm[-1] - nm[0])
+        right = None
+        for nodes in COLOURS:
+            if count <= nodes:
+                break
+            if right is None:
+                right = np.einsum("sj,rjn->srn", self.weights, self.probed(radius_um, nm))
+            x = chebyshev(nodes)
+            own = interpolation(x, (nm - middle) / half)
+            found = np.einsum(
+                "sk,rkn->srn", np.einsum("sj,jk->sk", self.weights, own), self.probed(radius_um, middle + half * x)
+            )
+            if float(np.abs(found - right).max()) <= self.allowed:
+                return middle + half * x, own
+        return nm, np.eye(count)
+
+    def probed(self, radius_um: F64, wavelength_nm: F64) -> C128:
+        """Return a few samples (radii, wavelengths, n) of transfers."""
+        found = self._overlaps(self.waves(radius_um, wavelength_nm), SHIFTS, ANGLES)
+        return found.reshape(radius_um.size, wavelength_nm.size, -1)
+
+    def series(self, radius_um: float, wavelength_nm: F64) -> tuple[int, int]:
+        """Return how many points along √(1 − ν), and half round, follow the transfers at a radius."""
+        waves = self.waves(np.array([radius_um]), wavelength_nm)
+        hardest = np.concatenate([self._hardest(waves), waves[:, [0, -1]]], axis=1)
+        ends = []
+        for along in (True, False):
+            for count in SERIES:
+                shift = 1.0 - (0.5 * (1.0 + chebyshev(count))) ** 2 if along else SHIFTS
+                angle = ANGLES if along else math.pi * np.arange(count) / count
+                found = self._overlaps(hardest, shift, angle)
+                if along:
+                    size = np.abs(scipy.fft.dct(found.real, axis=1)) + np.abs(scipy.fft.dct(found.imag, axis=1))
+                    size = size.max(axis=(0, 2)) / count
+                else:
+                    both = np.abs(scipy.fft.fft(np.concatenate([found, found.conj()], axis=2), axis=2)).max(axis=(0, 1))
+                    size = np.maximum(both[:count], both[::-1][:count]) / (2 * count)
+                end = int(np.flatnonzero(size > self.allowed)[-1]) + 1 if (size > self.allowed).any() else 1
+                if end <= 0.75 * count:
+                    break
+            ends.append(end + MARGIN)
+        return ends[0], ends[1]
+
+    def sampled(self, radius_um: F64, wavelength_nm: F64, shifts: int, angles: int) -> C128:
+        """Return (radii, wavelengths · shifts, angles) of T − Airy."""
+        shift = 1.0 - (0.5 * (1.0 + chebyshev(shifts))) ** 2
+        angle = math.pi * np.arange(angles) / angles
+        half = angles // 2 + 1  # a lens of revolution looks alike on both sides of the radius
+        found = self._overlaps(self.waves(radius_um, wavelength_nm), shift, angle[:half])
+        found -= airy_otf(shift, f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
+        whole = np.concatenate([found, found[..., angles - half : 0 : -1].conj()], axis=-1)
+        return np.ascontiguousarray(whole).reshape(radius_um.size, -1, angles)
+
+
+def _fusing(frequency_per_um: F64, f_number: float, wavelength_nm: F64, own: F64, shifts: int) -> F64:
+    """Return (sets, frequencies, nodes · shifts): what samples weigh in fused transfers.
+
+    own : (sets, wavelengths, nodes)
+    """
+    sets, _, nodes = own.shape
+    out = np.zeros((sets, frequency_per_um.size, nodes, shifts))
+    scaled = np.multiply.outer(frequency_per_um, f_number * wavelength_nm / NM_PER_UM)
+    x = chebyshev(shifts)
+    k = np.arange(float(shifts))
+    weights: F64 = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / shifts)
+    shared(frequency_per_um.size, functools.partial(_weigh, scaled, np.ascontiguousarray(own), x, weights, out))
+    return out.reshape(sets, frequency_per_um.size, -1)
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _weigh(scaled: F64, own: F64, x: F64, weights: F64, out: F64, first: int, stop: int) -> None:
+    """Fill in some frequencies: Lagrange's polynomials on √(1 − ν), by the barycentric formula."""
+    row = np.empty(x.size)
+    for f in range(first, stop):
+        for j in range(scaled.shape[1]):
+            if scaled[f, j] >= 1.0:
+                continue
+            place, total, hit = 2.0 * math.sqrt(1.0 - scaled[f, j]) - 1.0, 0.0, -1
+            for n in range(x.size):
+                gap = place - x[n]
+                if abs(gap) < 1e-14:
+                    hit = n
+                row[n] = weights[n] / gap
+                total += row[n]
+            if hit >= 0:
+                row[:] = 0.0
+                row[hit], total = 1.0, 1.0
+            for s in range(out.shape[0]):
+                for k in range(out.shape[2]):
+                    weight = own[s, j, k] / total
+                    if weight != 0.0:
+                        for n in range(x.size):
+                            out[s, f, k, n] += weight * row[n]
+
+
+def _fused(fusing: F64, samples: C128) -> C128:
+    """Return (radii, sets, frequencies, angles)."""
+    sets, frequencies, _ = fusing.shape
+    radii, _, angles = samples.shape
+    out = np.zeros((radii, sets, frequencies, 2 * angles))
+    shared(frequencies, functools.partial(_fuse, fusing, samples.view(np.float64), out))
+    fused: C128 = out.view(np.complex128)
+    return fused
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _fuse(fusing: F64, samples: F64, out: F64, first: int, stop: int) -> None:
+    """Fill in some frequencies."""
+    for k in range(out.shape[0]):
+        for f in range(first, stop):
+            for s in range(out.shape[1]):
+                total = out[k, s, f]
+                for n in range(fusing.shape[2]):
+                    weight = fusing[s, f, n]
+                    if weight != 0.0:
+                        own = samples[k, n]
+                        for a in range(total.size):
+                            total[a] += weight * own[a]
+
+
+def _times(values: C128, cut: float, allowed: float, heard: Callable[[F64], F64]) -> int:
+    """Return how many steps of |f| may be one for a six-point look-up to keep what is allowed.
+
+    values : (1, sets, FINEST + 1, angles)
+    """
+    best = 1
+    for times in TIMES:
+        between = slice(times // 2, None, times)
+        right = values[..., between, :]
+        error = np.abs(six_between(values[..., ::times, :])[..., : right.shape[-2], :] - right)
+        frequency = cut / FINEST * np.arange(FINEST + 1.0)[between]
+        if float((error * heard(frequency)[:, None]).max()) > allowed:
+            break
+        best = times
+    return best
+
+
+def with_ghosts(values: C128) -> C128:
+    """Return values (…, |f|, angles), 0 first, with two more before and three after it, for a six-point look-up.
+
+    Along a ray a transfer is smooth up to 0 and no further: those before are where a polynomial through the first six
+    goes on. Beyond the last there is nothing.
+    """
+    before = np.einsum("gk,...ka->...ga", GHOSTS, values[..., :6, :])
+    return np.concatenate([before, values, np.zeros_like(values[..., :3, :])], axis=-2)
+
+
+def six_between(values: C128) -> C128:
+    """Return values half way between rows (…, |f|, angles), 0 first."""
+    more, count = with_ghosts(values), values.shape[-2] - 1
+    weights = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
+    found: C128 = sum(w * more[..., k : k + count, :] for k, w in enumerate(weights))
+    return found

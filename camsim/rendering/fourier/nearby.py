@@ -1,0 +1,63 @@
+"""A scene's edges about one window after the other, clamped to a box."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.rendering.edges import Edges
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
+from camsim.rendering.fourier.regions import Regions, clamped
+from camsim.rendering.prune import joined_outlines
+
+MANY = 120  # edges in a window: from here on non-uniform transforms of them cost less
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Nearby:
+    """Edges, pitches."""
+
+    edges: Edges
+
+    @functools.cached_property
+    def _outlines(self) -> tuple[I64, F64, F64]:
+        """The outline that each edge belongs to, and their lowest and highest x and y (n, 2)."""
+        outline, count = joined_outlines(self.edges)
+        low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+        np.minimum.at(low, np.tile(outline, 2), self.edges.points)
+        np.maximum.at(high, np.tile(outline, 2), self.edges.points)
+        return outline, low, high
+
+    def seen(self, tile: Tile, first: tuple[float, float]) -> Edges:
+        """Return the edges about a window whose first photosite is at ``first``, clamped.
+
+        An outline beyond one side of its box would be flat: nothing.
+        """
+        outline, low, high = self._outlines
+        inside = (low <= np.add(tile.high, first)) & (high >= np.add(tile.low, first))
+        meets = inside[:, 0] & inside[:, 1]
+        return clamped(self.edges.some(meets[outline]).seen_from(first), tile.low, tile.high)
+
+
+def regions_of(seen: Edges, tile: Tile, sharpness: float, tolerance: float) -> tuple[I64, Regions]:
+    """Return the spectra (n,) of regions in a window besides the background's, and those regions to be transformed."""
+    spectra = np.setdiff1d(np.concatenate([seen.left, seen.right]), [0])
+    left, right = (np.searchsorted(spectra, side) + (side > 0) for side in (seen.left, seen.right))
+    own = Edges(start=seen.start, end=seen.end, left=left, right=right)
+    sizes = Sizes(
+        tiles=(tile,),
+        margin=0.0,
+        sharpness=sharpness,
+        spread=len(own) > MANY,
+        channels=1,
+        fields=0,
+        block_points=BLOCK_POINTS,
+        strip_points=STRIP_POINTS,
+        seconds=0.0,
+        memory_bytes=0.0,
+    )
+    return spectra, Regions.of(own, tile, sizes, spectra.size, tolerance)
