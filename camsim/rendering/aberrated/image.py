@@ -142,7 +142,7 @@ class ShortImage:
             seconds=0.0,
             memory_bytes=0.0,
         )
-        regions = Regions.of(own, tile, sizes, spectra.size, self.job.tolerance)
+        regions = Regions.of(own, tile, sizes, np.eye(1 + spectra.size)[:, 1:], self.job.tolerance)
         present = np.unique(channel)
         weights = np.ascontiguousarray(self.pattern.sets[1][spectra - 1][:, present])
         total = np.full((present.size, *tile.sums, 2), 0.0)
