@@ -10,14 +10,10 @@ import pytest
 
 import camsim
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
-<<<<<<< HEAD
-from camsim.rendering.across.lattice import lattice_for
-from camsim.rendering.render import plan_render
-=======
 from camsim.rendering.across import bands, image
+from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.named import illuminant
->>>>>>> w-field
 from tests.truth import picture, waves
 
 NM, N, PITCH_UM = 550.0, 5.6, 4.0

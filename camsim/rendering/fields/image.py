@@ -123,7 +123,8 @@ class FieldImage:
                 rest[k] = samples
         if rest:
             scenery = Fields(tile=tile, plan=plan, samples=[*rest.values()], precision=self._precision)
-            image += self._optics([*rest]).tile_image(tile, plan, scenery, channel)
+            optics = self._optics([*rest])
+            image += optics.tile_image(tile, plan, scenery, channel, optics.contrast)
         return image
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:

@@ -34,6 +34,7 @@ from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spread import Kernel, kernel_of
 from camsim.rendering.fourier.together import Sum
 from camsim.rendering.modes import mixed
+from camsim.rendering.spectral import multiples
 
 FINEST, COARSEST = 1e-11, 1e-2
 MOST_SECONDS = 300.0  # of parts by distance, where all at once does not fit the memory
@@ -102,8 +103,9 @@ class FourierImage:
             seen = clamped(edges.seen_from((float(tile.col), float(tile.row))), tile.low, tile.high)
             if not len(seen):
                 continue  # all that could be seen lies elsewhere
-            regions = Regions.of(seen, tile, plan, len(self.density) - 1, self.tolerance)
-            image[part] += self.tile_image(tile, plan, regions, channel[part])
+            shares, contrast = self._alike
+            regions = Regions.of(seen, tile, plan, shares, self.tolerance)
+            image[part] += self.tile_image(tile, plan, regions, channel[part], contrast)
             progress((done + 1) / len(plan.tiles))
         return image
 
@@ -162,6 +164,23 @@ class FourierImage:
         return self.wavelength_nm[:1], self.density.sum(axis=2, keepdims=True)
 
     @functools.cached_property
+    def contrast(self) -> F64:
+        """What every spectrum gives against the background's: (spectra, channels, j)."""
+        against: F64 = self._lit[1][1:] - self._lit[1][0]
+        return against
+
+    @functools.cached_property
+    def _alike(self) -> tuple[F64, F64]:
+        """How much of each of few spectra there is in every one, the background first, and what those few give.
+
+        Greys are multiples of one: all their regions are transformed together.
+        """
+        which, times = multiples(self.contrast.reshape(len(self.contrast), -1))
+        few = np.unique(which)
+        shares = np.concatenate([np.zeros((1, few.size)), times[:, None] * (which[:, None] == few)])
+        return shares, np.ascontiguousarray(self.contrast[few])
+
+    @functools.cached_property
     def kernel(self) -> Kernel:
         """What the plan has to know of the lens."""
         whole = kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
@@ -183,7 +202,7 @@ class FourierImage:
         """Choose tiles and settings; ``edges`` from the first photosite."""
         kernel, corners = self.kernel, edges.points
         spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
-        spectra, channels, wavelengths = self._lit[1].shape
+        spectra, channels, wavelengths = self._alike[1].shape
         longest = 2.0 * (sum(shape) + 4.0 * kernel.reach)  # that an edge may be once it is clamped
         return plan_sizes(
             Task(
@@ -194,7 +213,7 @@ class FourierImage:
                 footprint=np.array([float(spots[0] + photosite[0]), float(spots[1] + photosite[1])]) / self.pitch_um,
                 edges=len(edges),
                 length=float(np.minimum(edges.length, longest).sum()),
-                spectra=spectra - 1,
+                spectra=spectra,
                 channels=channels,
                 wavelengths=wavelengths,
                 tolerance=self.tolerance,
@@ -202,13 +221,14 @@ class FourierImage:
             )
         )
 
-    def tile_image(self, tile: Tile, plan: Sizes, regions: Scenery, channel: U8) -> F64:
-        """Return a tile's image, each photosite in its own channel, less the background."""
-        image = np.empty(channel.shape)
-        present, density = np.unique(channel), self._lit[1]
-        for first in range(0, present.size, plan.channels):
-            some = present[first : first + plan.channels]
-            total = self._spectrum(tile, plan, regions, (density[1:] - density[0])[:, some])
+    def tile_image(self, tile: Tile, plan: Sizes, regions: Scenery, channel: U8, contrast: F64) -> F64:
+        """Return a tile's image, each photosite in its own channel, less the background.
+
+        contrast : (spectra, channels, j) of the regions' spectra against the background
+        """
+        image, present = np.empty(channel.shape), np.unique(channel)
+        for some in np.split(present, range(plan.channels, present.size, plan.channels)):
+            total = self._spectrum(tile, plan, regions, contrast[:, some])
             for k, values in zip(some, total, strict=True):
                 plane = inverse(values.view(complex)[..., 0], tile)
                 mine = channel == k

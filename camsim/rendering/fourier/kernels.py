@@ -53,8 +53,7 @@ class Corners(NamedTuple):
     points: F64  # (n, 2)
     begin: I64  # (edges,) index of each edge's ends
     finish: I64
-    left: I64  # (edges,) spectrum on either side, −1 for one that is not wanted
-    right: I64
+    jump: F64  # (edges, spectra) of how much of each there is more to its left than to its right
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
@@ -73,12 +72,12 @@ def _multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> 
             real[c] = product
 
 
-def edge_transforms(place: Place, edges: Corners, spectra: int) -> F64:
+def edge_transforms(place: Place, edges: Corners) -> F64:
     """Return 4π²|k|²·F of every spectrum's regions, real and imaginary part: (spectra, count_j, 2, count_i).
 
     Beyond the cut they are left at 0.
     """
-    out = np.zeros((spectra, place.count_j, 2, place.count_i))
+    out = np.zeros((edges.jump.shape[1], place.count_j, 2, place.count_i))
     across = np.empty((2, len(edges.points), place.count_i))
     shared(len(edges.points), functools.partial(_turn, place, edges.points, across))
     shared(place.count_j, functools.partial(_transform, place, edges, across, out))
@@ -98,7 +97,7 @@ def _turn(place: Place, points: F64, across: F64, low: int, high: int) -> None:
 @kernel(error_model="numpy", fastmath={"contract"})
 def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int, high_row: int) -> None:
     """Add every edge to some rows."""
-    points, begin, finish, left, right = edges
+    points, begin, finish, jump = edges
     first_i, first_j, count_i = place.first_i, place.first_j, place.count_i
     px, py, cut = place.px, place.py, place.cut
     xr, xi = across[0], across[1]
@@ -157,12 +156,13 @@ def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int
                         2.0 * math.pi * (kx * ey - ky * ex) * (1.0 - along * along / 6.0 * (1.0 - along * along / 20.0))
                     )
                     sum_r[c], sum_i[c] = size * math.sin(turn), size * math.cos(turn)
-                for side, sign in ((left[e], 1.0), (right[e], -1.0)):
-                    if side >= 0:
+                for side in range(len(out)):
+                    times = jump[e, side]
+                    if times != 0.0:
                         out_r, out_i = out[side, r, 0, low : low + width], out[side, r, 1, low : low + width]
                         for c in range(width):
-                            out_r[c] += sign * sum_r[c]
-                            out_i[c] += sign * sum_i[c]
+                            out_r[c] += times * sum_r[c]
+                            out_i[c] += times * sum_i[c]
 
 
 @kernel(error_model="numpy", fastmath={"contract"})

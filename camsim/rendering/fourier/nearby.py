@@ -46,13 +46,13 @@ class Nearby:
 def regions_of(seen: Edges, tile: Tile, sharpness: float, tolerance: float) -> tuple[I64, Regions]:
     """Return the spectra (n,) of regions in a window besides the background's, and those regions to be transformed."""
     spectra = np.setdiff1d(np.concatenate([seen.left, seen.right]), [0])
-    left, right = (np.searchsorted(spectra, side) + (side > 0) for side in (seen.left, seen.right))
-    own = Edges(start=seen.start, end=seen.end, left=left, right=right)
+    shares = np.zeros((1 + int(spectra.max(initial=0)), spectra.size))
+    shares[spectra, np.arange(spectra.size)] = 1.0
     sizes = Sizes(
         tiles=(tile,),
         margin=0.0,
         sharpness=sharpness,
-        spread=len(own) > MANY,
+        spread=len(seen) > MANY,
         channels=1,
         fields=0,
         block_points=BLOCK_POINTS,
@@ -60,4 +60,4 @@ def regions_of(seen: Edges, tile: Tile, sharpness: float, tolerance: float) -> t
         seconds=0.0,
         memory_bytes=0.0,
     )
-    return spectra, Regions.of(own, tile, sizes, spectra.size, tolerance)
+    return spectra, Regions.of(seen, tile, sizes, shares, tolerance)

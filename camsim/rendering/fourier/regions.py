@@ -55,7 +55,7 @@ def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Regions:
-    """The regions of every spectrum on one tile.
+    """The regions of every spectrum on one tile, or of what several spectra are multiples of.
 
     areas       : (spectra,) square pitches
     tile, plan  : whose frequencies they are transformed at, and how
@@ -72,18 +72,22 @@ class Regions:
     precision: float
 
     @classmethod
-    def of(cls, edges: Edges, tile: Tile, plan: Sizes, spectra: int, tolerance: float) -> Regions:
-        """Prepare the edges (pitches from the tile's first photosite) as the plan has it; the background is none."""
-        start, end, left, right = edges.start, edges.end, edges.left - 1, edges.right - 1
+    def of(cls, edges: Edges, tile: Tile, plan: Sizes, shares: F64, tolerance: float) -> Regions:
+        """Prepare the edges (pitches from the tile's first photosite) as the plan has it.
+
+        shares : (sides, spectra) of what lies on a side of an edge, the background first: how much of each spectrum
+        """
+        start, end = edges.start, edges.end
+        jump = shares[edges.left] - shares[edges.right]
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
         points, begins, ends = edges.corners
         precision = spreading_precision(tolerance)
         return cls(
-            areas=np.array([0.5 * (twice[left == s].sum() - twice[right == s].sum()) for s in range(spectra)]),
+            areas=np.array([0.5 * np.sum(twice * own) for own in jump.T]),
             tile=tile,
             plan=plan,
-            corners=Corners(points, begins, ends, left, right),
-            along=_strengths(edges, spectra, tile.cut, precision) if plan.spread else None,
+            corners=Corners(points, begins, ends, jump),
+            along=_strengths(edges, jump, tile.cut, precision) if plan.spread else None,
             precision=precision,
         )
 
@@ -91,7 +95,7 @@ class Regions:
         """Yield the band block by block, with 4π²|k|² times the transform of each spectrum's regions."""
         if self.along is None:
             for block in blocks(self.tile, self.plan.block_points):
-                transforms = edge_transforms(block.place(self.tile), self.corners, self.areas.size)
+                transforms = edge_transforms(block.place(self.tile), self.corners)
                 yield block, SceneBlock(transforms, self.areas)
             return
         for strip in strips(self.tile, self.plan.strip_points):
@@ -104,14 +108,14 @@ class Regions:
                 yield block, SceneBlock(transforms, self.areas)
 
 
-def _strengths(edges: Edges, spectra: int, cut: float, precision: float) -> tuple[tuple[F64, F64], ...]:
+def _strengths(edges: Edges, jump: F64, cut: float, precision: float) -> tuple[tuple[F64, F64], ...]:
     nodes, weights, edge = gauss_nodes(edges.start, edges.end, cut, OF_NODES * precision)
     strengths = weights * (edges.end - edges.start)[edge].T
     regions = []
-    for s in range(1, spectra + 1):
-        sign = np.where(edges.left[edge] == s, 1.0, 0.0) - np.where(edges.right[edge] == s, 1.0, 0.0)
-        mine = sign != 0.0
-        regions.append((nodes[mine], strengths[:, mine] * sign[mine]))
+    for own in jump.T:
+        times = own[edge]
+        mine = times != 0.0
+        regions.append((nodes[mine], strengths[:, mine] * times[mine]))
     return tuple(regions)
 
 
