@@ -11,8 +11,8 @@ from camsim.errors import ConfigError
 
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
-    "repeat-on-grid, repeat-on-ring, chart, svg, picture, point-source, linear-gradient, radial-gradient, sine-grating, "
-    "sine-star or sine-zone-plate"
+    "repeat-on-grid, repeat-on-ring, chart, svg, picture, point-source, linear-gradient, radial-gradient, "
+    "sine-grating, sine-star or sine-zone-plate"
 )
 
 # What is replaced in the good file of conftest.py, by what, and the messages.
