@@ -264,5 +264,5 @@ def _variance_of_lines(mean: F64, channel: np.ndarray, axis: int) -> float:
     lines = np.sum(np.where(channel, mean, 0.0), axis=axis) / np.maximum(count, 1)
     apart = np.where(channel, mean - np.expand_dims(lines, axis), 0.0)
     # Chance is what differs within lines: what is common to them is no part of it.
-    within = float(np.sum(apart**2)) / max(1, int(count.sum()) - np.count_nonzero(there))
+    within = float(np.sum(apart**2)) / max(1, int(count.sum()) - int(np.count_nonzero(there)))
     return max(0.0, float(lines[there].var(ddof=1)) - within / float(count[there].mean()))

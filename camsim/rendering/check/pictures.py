@@ -159,9 +159,24 @@ class PictureJudge:
         """What renders windows of what is not summed, None where all is."""
         finest = self.edges.transforms.finest
         if self._sums is not None:
-            return self.fields.difference(max(DIFFERENCE_CHECK_PART * self.fields.tolerance, finest))
+            wanted, coarsest = max(DIFFERENCE_CHECK_PART * self.fields.tolerance, finest), self.fields.tolerance
+            if self.fields.difference(coarsest) is None:
+                return None
+            return Fitting(self._difference, wanted=wanted, coarsest=coarsest)
         wanted = max(self.edges.job.budget.of_check.tolerance, finest)
         return Fitting(self.fields.windows, wanted=wanted, coarsest=self.fields.tolerance)
+
+    def _difference(self, tolerance: float) -> Windows:
+        found = self.fields.difference(tolerance)
+        assert found is not None
+        return found
+
+    def _seconds_each(self, sums: DirectSums) -> float:
+        """Return what one photosite is expected to take: its sums, and a window of what the lens has besides."""
+        if self._windows is None:
+            return sums.seconds_each
+        side = 2 * RIM + 1
+        return sums.seconds_each + self._windows.expected(self.edges.job.grid.first_centre, (side, side))[0].seconds
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
@@ -173,7 +188,8 @@ class PictureJudge:
             own = _nearest(self._crossed(1), grid) if rows.size else self._places(2)
             more = _windows_of(own, grid.rows, grid.cols)
             return np.concatenate([rows, more[0]]), np.concatenate([cols, more[1]])
-        count = int(np.clip(SHARE_OF_TIME * plan.cost.seconds / sums.seconds_each, self._fewest, MOST))
+        each = self._seconds_each(sums)
+        count = int(np.clip(SHARE_OF_TIME * plan.cost.seconds / each, self._fewest, MOST))
         own = self._places(count)
         some = np.linspace(0, rows.size - 1, min(rows.size, count)).astype(int)
         both = np.concatenate([np.stack([rows[some], cols[some]], axis=1), np.stack(own, axis=1)])
@@ -221,7 +237,7 @@ class PictureJudge:
         sums = self._sums
         if sums is None:
             return self.edges.seconds(plan)
-        return self.edges.seconds(plan) + self._fewest * sums.seconds_each
+        return self.edges.seconds(plan) + self._fewest * self._seconds_each(sums)
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
         """Compare an image's values at photosites with what they should be."""

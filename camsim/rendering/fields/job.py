@@ -28,6 +28,7 @@ from camsim.scene.raster import Field, Raster
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
+POINT_ROOM = 10.0  # photosites' worth of a point's light that are taken for one of a diffuser's
 TAILS = 0.02  # of the tolerance: light at either end of the spectrum whose wavelength may be taken for another
 
 
@@ -84,8 +85,9 @@ class FieldJob:
         if points:
             lit = layer_of(points, grid.pitch_um, colours)
             layers.append(lit)
-            # What is lit as much as a perfect diffuser may be wrong by as much.
-            tolerance = tolerance / max(1.0, lit.loud)
+            # Of light beyond R a photosite before a diffuser gets all, one beside a point 1/2πR² of it: with this much
+            # room a hundredth of what is allowed was left, with point photosites and λN of 0.1 pitches 0.13.
+            tolerance = tolerance / max(1.0, lit.loud / POINT_ROOM)
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
         return cls(
             layers=tuple(layers),
