@@ -12,7 +12,7 @@ from camsim.rendering.auto import Choice
 from camsim.rendering.budget import SCENE
 from camsim.rendering.engine import Decision
 from camsim.rendering.job import Job
-from camsim.scene import Group
+from camsim.scene.point_source import NOTHING
 
 MOST_TOLD = 20  # shapes one by one
 
@@ -55,7 +55,7 @@ def _shapes(job: Job) -> Iterator[Decision]:
     made_of: dict[str, Counter[str]] = {}
     first = 0
     for number, shape in enumerate(job.scene.shapes):
-        if shape == Group(shapes=()):
+        if shape is NOTHING:
             continue  # a point source, which has no outline
         primitives = list(shape.primitives())
         last = first + len(primitives)

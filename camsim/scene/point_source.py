@@ -12,6 +12,9 @@ from camsim.scene.shapes import Group
 from camsim.spectra.curve import Reflectance, Spectrum, spectrum_at
 from camsim.typed import Point, Positive, judge, refusal
 
+NOTHING = Group(shapes=())
+"""What a point looks like to those who look at outlines."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointSource(Field):
@@ -56,4 +59,4 @@ class PointSource(Field):
 
     def frame(self, reflectance: Spectrum) -> Shape:
         """Return nothing: it has no outline."""
-        return Group(shapes=())
+        return NOTHING

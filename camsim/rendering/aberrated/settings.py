@@ -57,19 +57,8 @@ class Settings:
 
     def tile(self, row: int, col: int, rows: int, cols: int) -> Tile:
         """Return a window as the transforms take it."""
-        low = -self.near
-        return Tile(
-            row=row,
-            col=col,
-            rows=rows,
-            cols=cols,
-            inner=(self.reach, self.reach),
-            outer=(self.outer, self.outer),
-            periods=(self.period, self.period),
-            cut=self.cut,
-            low=(low, low),
-            high=(cols - 1 + self.near, rows - 1 + self.near),
-        )
+        place = row, col, rows, cols
+        return Tile.square(place, inner=self.reach, outer=self.outer, period=self.period, cut=self.cut, near=self.near)
 
 
 def sighted(edges: Edges, reach_of: Callable[[float], float]) -> float:

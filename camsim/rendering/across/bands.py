@@ -63,18 +63,8 @@ class Band:
 
     def tile(self, row: int, col: int, rows: int, cols: int) -> Tile:
         """Return photosites as the transforms take them."""
-        return Tile(
-            row=row,
-            col=col,
-            rows=rows,
-            cols=cols,
-            inner=(self.reach, self.reach),
-            outer=(self.reach, self.reach),
-            periods=(self.period, self.period),
-            cut=self.cut,
-            low=(-self.reach, -self.reach),
-            high=(cols - 1 + self.reach, rows - 1 + self.reach),
-        )
+        place, reach = (row, col, rows, cols), self.reach
+        return Tile.square(place, inner=reach, outer=reach, period=self.period, cut=self.cut, near=reach)
 
 
 def band_of(name: str, reach: float, shape: tuple[int, int], cut: float, group: int) -> Band:

@@ -28,7 +28,6 @@ from camsim.quadrature import barycentric, chebyshev, gauss_legendre, interpolat
 from camsim.rendering.across.bands import far_reach
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.judge import Found, Judge, Transforms
-from camsim.rendering.check.places import hardest_photosites
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.edges import Edges
@@ -64,10 +63,7 @@ class FieldJudge:
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
-        pieces = self._perfect.seen[0]
-        if not len(pieces.left):
-            return np.zeros(1, np.int64), np.zeros(1, np.int64)
-        return hardest_photosites(pieces.outlines, self.job.grid, plan.marks, count=plan.fewest)
+        return self._perfect.fewest(plan)
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""

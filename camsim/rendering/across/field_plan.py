@@ -18,7 +18,7 @@ from camsim.optics.airy import Airy
 from camsim.optics.difference import Split
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
-from camsim.rendering.across.image import FieldImage
+from camsim.rendering.across.image import DifferenceImage
 from camsim.rendering.auto import BOUNDARY
 from camsim.rendering.boundary.engine import BoundaryPlan
 from camsim.rendering.budget import CLOSED_PART, PLACES_PART, ErrorBudget
@@ -42,7 +42,7 @@ class FieldPlan:
 
     job: Job
     closed: BoundaryPlan
-    image: FieldImage
+    image: DifferenceImage
 
     @classmethod
     def of_job(cls, job: Job, lens: Revolves) -> FieldPlan:
@@ -53,7 +53,7 @@ class FieldPlan:
         return cls(
             job=job,
             closed=BOUNDARY.plan(parts.round_part()),
-            image=FieldImage(job=rest, lens=lens, between=between),
+            image=DifferenceImage(job=rest, lens=lens, between=between),
         )
 
     @property

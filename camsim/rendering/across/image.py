@@ -35,7 +35,7 @@ ROWS = 16  # of a block: fewer are no work for a thread of its own
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FieldImage:
+class DifferenceImage:
     """The difference behind a lens of revolution; the job's tolerance is its part.
 
     between : what places that are interpolated may leave
@@ -256,7 +256,7 @@ def groups(seen: list[tuple[Tile, Edges]], most: int) -> Iterator[list[tuple[Til
 class _Fields:
     """A basis's transfers on the lattice of a band's tiles, kept."""
 
-    image: FieldImage
+    image: DifferenceImage
     band: Band
     basis: Basis
 

@@ -10,7 +10,6 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.optics.protocols import Varies
 from camsim.rendering.check.judge import Found, Judge, Transforms
-from camsim.rendering.check.places import hardest_photosites
 from camsim.rendering.engine import Plan
 from camsim.rendering.job import Job
 
@@ -30,10 +29,7 @@ class AcrossJudge:
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
-        pieces = self._whole.seen[0]
-        if not len(pieces.left):
-            return np.zeros(1, np.int64), np.zeros(1, np.int64)
-        return hardest_photosites(pieces.outlines, self.job.grid, plan.marks, count=plan.fewest)
+        return self._whole.fewest(plan)
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take: about a place's image for each photosite."""

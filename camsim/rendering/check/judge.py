@@ -181,6 +181,13 @@ class Judge:
         beyond = 0.0 if self._difference is None else JUST_BEYOND * plan.marks.reach
         return windows(pieces.outlines, grid, WINDOW, beyond)
 
+    def fewest(self, plan: Plan) -> tuple[I64, I64]:
+        """Return those of them that are looked at whatever it takes, each by itself."""
+        outlines = self.seen[0].outlines
+        if not len(self.seen[0].left):
+            return np.zeros(1, np.int64), np.zeros(1, np.int64)
+        return hardest_photosites(outlines, self.job.grid, plan.marks, count=plan.fewest)
+
     def count(self, plan: Plan) -> int:
         """Return how many photosites are looked at."""
         grid, each = self.job.grid, self.integrals.seconds_each

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -31,11 +32,11 @@ class PointLayer:
 
     at: F64
     light: F64
-    kind: str = "point sources"
-    step: float = _STEP
-    degree: int = 0
-    upright: bool = False
-    outline: None = None
+    kind: ClassVar = "point sources"
+    step: ClassVar = _STEP
+    degree: ClassVar = 0
+    upright: ClassVar = False
+    outline: ClassVar = None
 
     @property
     def axes(self) -> F64:
@@ -75,7 +76,8 @@ class PointLayer:
     @property
     def loud(self) -> float:
         """Their light as far as it may add up by chance, square pitches: what lies in one photosite does so surely."""
-        return loudness(self.at, self.light)
+        _, cell = np.unique(np.floor(self.at[:, 0]) + 1j * np.floor(self.at[:, 1]), return_inverse=True)
+        return float(np.sqrt(np.sum(np.bincount(cell.ravel(), self.light.sum(axis=0)) ** 2)))
 
     def within(self, low: F64, high: F64, origin: tuple[float, float]) -> Samples | None:
         """Return those in a box, low … high from an origin; None where there are none."""
@@ -93,12 +95,6 @@ class PointLayer:
             degree=self.degree,
             axes=self.axes,
         )
-
-
-def loudness(at: F64, light: F64) -> float:
-    """Return the root of the sum of squares of the light (planes, n) in each square pitch."""
-    _, cell = np.unique(np.floor(at[:, 0]) + 1j * np.floor(at[:, 1]), return_inverse=True)
-    return float(np.sqrt(np.sum(np.bincount(cell.ravel(), light.sum(axis=0)) ** 2)))
 
 
 def seen_of(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget) -> list[PointSource]:

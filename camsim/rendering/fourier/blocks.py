@@ -32,6 +32,32 @@ class Tile:
     low: tuple[float, float]
     high: tuple[float, float]
 
+    @classmethod
+    def square(
+        cls,
+        place: tuple[int, int, int, int],
+        *,
+        inner: float,
+        outer: float,
+        period: int,
+        cut: float,
+        near: float,
+    ) -> Tile:
+        """Return a window (row, col, rows, cols) that is the same along x and y; near: how far the scene is seen."""
+        row, col, rows, cols = place
+        return cls(
+            row=row,
+            col=col,
+            rows=rows,
+            cols=cols,
+            inner=(inner, inner),
+            outer=(outer, outer),
+            periods=(period, period),
+            cut=cut,
+            low=(-near, -near),
+            high=(cols - 1 + near, rows - 1 + near),
+        )
+
     @property
     def points(self) -> float:
         """Frequencies that are computed: half of those within the band, the others are their mirror images."""
