@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import U8
+from camsim.arrays import F64, U8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,3 +39,23 @@ class Repeated:
 
 Channels: TypeAlias = U8 | Repeated
 """The channel of each photosite, (rows, cols); ``[:]`` makes it an array."""
+
+
+def multiply(rows: F64, channel: Channels, first: int, values: F64) -> None:
+    """Multiply rows of a frame from its row ``first`` on, in place, each photosite by the value of its channel.
+
+    >>> rows = np.ones((2, 3))
+    >>> multiply(rows, Repeated(np.array([[0, 1], [1, 2]], np.uint8), (9, 3)), 1, np.array([2.0, 3.0, 4.0]))
+    >>> rows
+    array([[3., 4., 3.],
+           [2., 3., 2.]])
+    """
+    if values.size == 1:
+        rows *= values[0]
+        return
+    if not isinstance(channel, Repeated):
+        rows *= values[channel[first : first + len(rows)]]
+        return
+    period = len(channel.period)
+    for row in range(min(period, len(rows))):  # a gather of every photosite's would take eight times as long
+        rows[row::period] *= values[channel[first + row : first + row + 1]]

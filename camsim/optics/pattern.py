@@ -71,10 +71,8 @@ class Pattern:
 
     def moment(self, power: int) -> float:
         """Return ∫|OTF|·u^power du: how much there is to follow."""
-        x, w = gauss_legendre(MOMENT_NODES)
-        top = self.breaks[-1]
-        u = 0.5 * top * (1.0 + x)
-        return float(np.abs(self.otf(u)) @ (u**power * w)) * 0.5 * top
+        u, passing = _passing(self)
+        return float(passing @ u**power)
 
     def spread(self, rho: F64) -> F64:
         """Return the most light per square blur at ρ and beyond, where the far form holds: its slope over 2πρ.
@@ -86,6 +84,15 @@ class Pattern:
         swing = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
         light: F64 = (smooth + swing + np.zeros_like(rho)) / (2.0 * math.pi)
         return light
+
+
+@functools.lru_cache(maxsize=16)
+def _passing(pattern: Pattern) -> tuple[F64, F64]:
+    """Return the frequencies of a Gauss rule over all that passes, and |OTF| there times its weights."""
+    x, w = gauss_legendre(MOMENT_NODES)
+    top = pattern.breaks[-1]
+    u = 0.5 * top * (1.0 + x)
+    return u, 0.5 * top * w * np.abs(pattern.otf(u))
 
 
 FOLLOWED, EACH = 200.0, 0.125  # blurs over which rings are added up, eight steps to the shortest

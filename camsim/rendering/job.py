@@ -219,7 +219,7 @@ class Job:
         """Shares of the tolerance."""
         return ErrorBudget(self.tolerance)
 
-    @property
+    @functools.cached_property
     def blur(self) -> F64:
         """The lens's own length at every wavelength of ``signals``, pitches; round lenses only."""
         return self.blur_at(self.signals.wavelength_nm)

@@ -16,7 +16,7 @@ from camsim.rendering.auto import Choice, choose
 from camsim.rendering.check.judge import Found
 from camsim.rendering.engine import Plan, Progress, share
 from camsim.rendering.work import Work
-from camsim.repeated import Channels
+from camsim.repeated import Channels, multiply
 
 TAKEN_PHOTOSITES = 2_000_000
 Report = Callable[[str, float], None]
@@ -149,7 +149,7 @@ def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I
         # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
         step = max(1, TAKEN_PHOTOSITES // channel.shape[1])
         for part in np.split(band, range(step, len(band), step)):
-            part *= scale[channel[first : first + len(part)]] if scale.size > 1 else scale[0]
+            multiply(part, channel, first, scale)
             take(part)
             first += len(part)
         del band, part  # or they would stay until the next band is finished

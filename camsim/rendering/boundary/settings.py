@@ -37,6 +37,7 @@ SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is in
 FEW = 4  # corners, or lines, that the shares below were set for
 SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
 PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
+FEW_CIRCLES = 16  # of which to ask what parts of a turn edges fill takes less than how far rings are heard
 LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
 OF_PIECES = 16.0  # times what is allowed: as much as a bound for pieces may be over it
 # What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
@@ -143,8 +144,10 @@ def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed
     if not radius.size:
         return NO_FOCI
     beyond = 1.01 * float(radius.max())  # no circle asks
-    loud = radius < waves.quiet_distance(allowed, front="focus", within=beyond)
-    found = foci(centre[loud], radius[loud], edges, float(waves.blur.min()))
+    if radius.size > FEW_CIRCLES:
+        loud = radius < waves.quiet_distance(allowed, front="focus", within=beyond)
+        centre, radius = centre[loud], radius[loud]
+    found = foci(centre, radius, edges, float(waves.blur.min()))
     hundredths = np.ceil(100.0 * found.share)
     until = np.zeros_like(found.radius)
     for share in np.unique(hundredths[hundredths > 0.0]):
@@ -216,12 +219,10 @@ def _piece_nodes(pattern: Pattern, allowed: float, order: int) -> tuple[int, ...
     outline behind a Gaussian lens lost a hundredth of the bound, 37 times what is allowed: OF_PIECES is well below.
     """
     counts, count = [], 1
+    on_panel = gauss_error(order, math.pi * PANEL_BLURS)
     for k in range(LENGTHS):
         length = LONGEST_PIECE * (k + 1) / LENGTHS
-        while (
-            gauss_error(count, math.pi * length) > gauss_error(order, math.pi * PANEL_BLURS)
-            or _lost(pattern, count, length) > OF_PIECES * allowed
-        ):
+        while gauss_error(count, math.pi * length) > on_panel or _lost(pattern, count, length) > OF_PIECES * allowed:
             count += 1
         counts.append(count)
     return tuple(counts)

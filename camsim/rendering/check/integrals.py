@@ -27,6 +27,7 @@ LOOKED_AT = 24  # places in the frame where ends are heard
 FALLS = 1.5  # at least this power of the distance is what swings lost with
 NODE_SECONDS, PIECE_SECONDS, POINT_SECONDS = 4e-9, 5e-8, 1e-4  # of one core, measured
 PASSED_SECONDS = 3e-9  # of a piece that lies in another zone
+BLOCK_SECONDS = 1e-3  # of a block of nodes: to hand one on takes a tenth of it
 ROUND = 5.0  # times as long for a node on a round piece: a sine and a cosine
 
 
@@ -146,13 +147,14 @@ class Integrals:
             table.far.reshape(pairs, channels, 4),
         )
         values: F64 = np.zeros(len(points))
+        worth = math.ceil(BLOCK_SECONDS * len(self.rule[0]) / self.seconds_each)
         # All of what is farther is seen by its smooth powers, wherever on the photosite.
         ends = self.zones.ends(radius + self._extent)
         for (least, most), (nodes, weights) in zip(itertools.pairwise(ends), self.zones.rules, strict=True):
             if (least < most).any():
                 asked = Asked(points, sets, radius, nodes, least, most)
                 panel = PANEL_BLURS * float(self._blur.min())
-                values += light_at_points(asked, self.pieces.outlines, self._parts, tables, panel) @ weights
+                values += light_at_points(asked, self.pieces.outlines, self._parts, tables, panel, worth) @ weights
         return values
 
     @functools.cached_property
@@ -251,12 +253,13 @@ class Integrals:
         o, blur, base = self.pieces.outlines, float(self._blur.max()), self.radius
         if not len(o.x):
             return base
-        swing = self._swing
         allowed = self.budget.allowed("meeting")
         gap = np.hypot(o.x - place[0], o.y - place[1])
         about = (o.turn_rad > 0.0) & (gap < 0.3 * o.dx) & (o.dx > base)
-        loud = swing * (base / np.maximum(o.dx, base)) ** FALLS * o.turn_rad / math.tau > allowed
-        radius = float((o.dx + gap)[about & loud].max(initial=base - blur)) + blur
+        radius = base
+        if about.any():
+            loud = self._swing * (base / np.maximum(o.dx, base)) ** FALLS * o.turn_rad / math.tau > allowed
+            radius = float((o.dx + gap)[about & loud].max(initial=base - blur)) + blur
         h, beside = self._feet(place[None])
         length = np.hypot(o.dx, o.dy)
         far = beside[0] & (np.abs(h[0]) > base)
@@ -266,7 +269,7 @@ class Integrals:
             shell = np.floor(distance / (0.5 * blur)).astype(np.int64)
             _, index = np.unique(shell, return_inverse=True)
             together = np.bincount(index.ravel(), weights=share)[index.ravel()]
-            loud = swing * (base / distance) ** FALLS * together > allowed
+            loud = self._swing * (base / distance) ** FALLS * together > allowed
             radius = max(radius, float(distance[loud].max(initial=base)) + blur)
         return radius
 

@@ -239,10 +239,11 @@ def _round(
     return total
 
 
-def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, panel: float) -> F64:
+def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, panel: float, least: int) -> F64:
     """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
 
     panel  : longest that one rule integrates, pitches
+    least  : nodes that are worth a thread's while
     """
     light = np.empty((len(asked.points), len(asked.nodes)))
     rules = Rules(*(np.stack(gauss_legendre(count)) for count in (PANEL_NODES, *(count for count, _ in SHORT))))
@@ -250,7 +251,7 @@ def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, pan
     def work(begin: int, end: int) -> None:
         _light(begin, end, asked, o, parts, tables, panel, rules, np.empty(CUTS), light)
 
-    shared(light.size, work)
+    shared(light.size, work, least=least)
     return light
 
 

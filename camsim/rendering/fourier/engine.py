@@ -8,6 +8,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
@@ -25,6 +27,7 @@ from camsim.rendering.engine import (
 )
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
+from camsim.rendering.fourier.plan import PER_POINT_WEIGHT, PER_ROUND_POINT
 from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.fourier.together import Sum
 from camsim.rendering.job import Job, Nodes
@@ -166,6 +169,20 @@ class Fourier:
     def windows(self, job: Job) -> FourierImage | Sum:
         """Return what renders windows of a job."""
         return self.plan(job).image
+
+    def least_seconds(self, job: Job) -> float:
+        """Return what a plan is sure to take, without one: the band's frequencies of the smallest period there can be.
+
+        That is as long as the farthest that a photosite lies from an edge of the frame's own.
+        """
+        grid, edges = job.grid, job.edges.seen_from(job.grid.first_centre)
+        size = np.array([grid.cols - 1.0, grid.rows - 1.0])
+        low, high = (np.clip(corner, 0.0, size) for corner in (edges.points.min(axis=0), edges.points.max(axis=0)))
+        period = np.maximum(high, size - low)
+        ends_nm = job.signals.wavelength_nm[[0, -1]]
+        band = job.system.highest_per_um(ends_nm) * grid.pitch_um
+        count = 0.5 * math.pi * band * band * float(np.prod(period))
+        return SET_UP_SECONDS + count * (PER_ROUND_POINT + job.signals.density.shape[1] * PER_POINT_WEIGHT)
 
 
 def _nodes(job: Job) -> Nodes:
