@@ -182,7 +182,8 @@ class Fourier:
         ends_nm = job.signals.wavelength_nm[[0, -1]]
         band = job.system.highest_per_um(ends_nm) * grid.pitch_um
         count = 0.5 * math.pi * band * band * float(np.prod(period))
-        return SET_UP_SECONDS + count * (PER_ROUND_POINT + job.signals.density.shape[1] * PER_POINT_WEIGHT)
+        per_point: float = PER_ROUND_POINT + job.signals.density.shape[1] * PER_POINT_WEIGHT
+        return SET_UP_SECONDS + count * per_point
 
 
 def _nodes(job: Job) -> Nodes:
