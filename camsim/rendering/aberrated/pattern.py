@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.nonuniform import at_points
+from camsim.nonuniform import along_line, at_points
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference
 from camsim.quadrature import quintic_cells
@@ -21,6 +22,7 @@ from camsim.rendering.fourier.lens import footprint_transfer
 from camsim.rendering.fourier.sampled_lens import fold
 from camsim.rendering.fourier.taper import taper, tapered
 
+FEW_LINES = 6  # along which the pattern's projections take less than the plane that holds all
 LINE_PRECISION = 0.01  # of a line's response: of what it may be wrong by
 
 
@@ -128,18 +130,36 @@ class ShortPattern:
         period = count * settings.step
         f = np.arange(1, min(math.ceil(settings.cut * period), count // 2)) / period
         fx, fy = np.multiply.outer(normals[:, 0], f), np.multiply.outer(normals[:, 1], f)
-        step = settings.period / self.lattice[0]
-        phases = 2.0 * np.pi * step * fy.ravel(), 2.0 * np.pi * step * fx.ravel()
         footprint = self.system.footprint_otf(fx / self.pitch_um, fy / self.pitch_um)
         index = np.arange(-2, cells + 3) % count
         turn = np.exp(-2j * np.pi * f * settings.near)
         out = np.empty((len(normals), len(self.samples), cells, 6))
-        for b, own in enumerate(self.samples):
-            transfer = at_points(phases, own.astype(complex), precision=max(LINE_PRECISION * allowed, 1e-13), sign=-1)
+        for b, transfer in enumerate(self._along(normals, f, max(LINE_PRECISION * allowed, 1e-13))):
             spectrum = np.zeros((len(normals), count // 2 + 1), complex)
-            spectrum[:, 1 : 1 + f.size] = transfer.reshape(fx.shape) * footprint * turn / (2j * np.pi * f * period)
+            spectrum[:, 1 : 1 + f.size] = transfer * footprint * turn / (2j * np.pi * f * period)
             running = scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward")
             # The side where nothing is seen yet lies half a period back.
             silent = running[:, [(count // 2 + round(settings.near / settings.step)) % count]]
             out[:, b] = quintic_cells((running - silent)[:, index])
         return out
+
+    def _along(self, normals: F64, frequency: F64, precision: float) -> Iterator[C128]:
+        """Yield each pattern's transfer (normals, frequencies) at 1, 2 … times the first frequency along normals."""
+        samples, axis = self.samples, self.lattice[2]
+        # Opposite normals have one line.
+        back = (normals[:, 0] < 0.0) | ((normals[:, 0] == 0.0) & (normals[:, 1] < 0.0))
+        lines, which = np.unique(np.where(back[:, None], -normals, normals) + 0.0, axis=0, return_inverse=True)
+        found = np.empty((len(samples), len(lines), frequency.size), complex)
+        if len(lines) > FEW_LINES:
+            step = 2.0 * np.pi * (axis[1] - axis[0])
+            fx, fy = (step * np.multiply.outer(line, frequency).ravel() for line in lines.T)
+            for own, plane in zip(found, samples, strict=True):
+                points = at_points((fy, fx), plane.astype(complex), precision=precision, sign=-1)
+                own[:] = points.reshape(own.shape)
+        else:
+            flat, turn = samples.reshape(len(samples), -1), 2.0 * np.pi * frequency[0]
+            for n, (x, y) in enumerate(lines):
+                phases = turn * np.add.outer(y * axis, x * axis).ravel()
+                found[:, n] = along_line(phases, flat, frequency.size, precision=precision)
+        whole = found[:, which.ravel()]
+        yield from np.where(back[:, None], whole.conj(), whole)
