@@ -354,8 +354,31 @@ def test_the_choice_says_what_either_engine_takes(monkeypatch):
     monkeypatch.setattr(auto, "CHEAP_SECONDS", 0.0)
     seconds, memory = r"[\d.e-]+ s of one core", r"[\d.e-]+ GB of memory"
     assert re.fullmatch(f"{seconds} expected, (fourier|boundary) {seconds}", why())
+    monkeypatch.setattr(auto.FOURIER, "least_seconds", lambda job: 9.0)
+    assert re.fullmatch(f"{seconds} expected, fourier over 9 s", why())
     monkeypatch.setattr(auto, "MEMORY_LIMIT_BYTES", 1)
     assert re.fullmatch(f"{memory} expected, fourier {memory}", why())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_fourier_takes_at_least_is_no_more_than_it_takes(seed):
+    """A large frame is not priced by an engine whose least is already more than the other takes."""
+    rng = np.random.default_rng(seed)
+    side, apart = rng.uniform(1.0, 200.0), rng.uniform(-300.0, 300.0, 2)
+    f_number, channels = 10.0 ** rng.uniform(0.0, 1.5), int(rng.integers(1, 4))
+    choice = plan_render(
+        camsim.Scene(
+            background=1.0,
+            shapes=[camsim.Rectangle(width_um=side, height_um=9.0, centre_um=apart.tolist(), reflectance=0.0)],
+        ),
+        OpticalSystem.of([camsim.Airy(f_number=f_number), SQUARE]),
+        camsim.Grid(rows=int(rng.integers(1, 600)), cols=int(rng.integers(1, 600)), pitch_um=1.0),
+        response=rng.random((channels, 2)),
+        wavelength_nm=np.array([450.0, 650.0]),
+        tolerance=10.0 ** -rng.uniform(2.0, 8.0),
+    )
+    job, fourier = choice.plan.job, auto.FOURIER
+    assert 0.0 < fourier.least_seconds(job) <= fourier.plan(job).cost.seconds
 
 
 def test_too_much_memory_is_refused_with_the_figure():
