@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from camsim.scene.primitives import Primitive, Shape, counted, flattened
 from camsim.scene.shapes import Group, Rectangle
 from camsim.scene.svg.reader import Reader
 from camsim.spectra.curve import Reflectance, Spectrum
-from camsim.typed import FilePath, Point, Positive, Several, check, judge
+from camsim.typed import FilePath, Number, Place, Point, Positive, Several, check, judge
 
 __all__ = ["Svg", "read_svg"]
 
@@ -40,6 +41,10 @@ class Svg(Shape):
     depth: int = field(init=False, repr=False, compare=False)
     pieces: int = field(init=False, repr=False, compare=False)
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, name: str, shapes: Several[Shape]) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
         depth, pieces = counted(self.shapes)
@@ -55,10 +60,10 @@ class Svg(Shape):
 def read_svg(
     file: str | os.PathLike[str],
     *,
-    width_um: float | None = None,
-    height_um: float | None = None,
-    centre_um: Point = (0.0, 0.0),
-    rotate_deg: float = 0.0,
+    width_um: Number | None = None,
+    height_um: Number | None = None,
+    centre_um: Place = (0.0, 0.0),
+    rotate_deg: Number = 0.0,
     palette: Mapping[str, Spectrum] | None = None,
     shown: str = "",
 ) -> Svg:
