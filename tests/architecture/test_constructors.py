@@ -42,7 +42,7 @@ def test_type_checkers_see_numpys_numbers_in_each() -> None:
     taking = [name for name, told, _ in CLASSES if re.search(r"Number|Whole|Truth|Place|Segments", told)]
     assert [name for name in taking if f"camsim.{name}(" not in made] == [
         "Capture"
-    ]  # which ``expose`` and ``load`` make
+    ]  # made by ``expose``
 
 
 def parameters(block: str) -> Iterator[tuple[str, bool, bool]]:
