@@ -14,7 +14,6 @@ import numpy as np
 from camsim.errors import InvalidValueError
 from camsim.scene.primitives import Primitive, Shape, counted, flattened
 from camsim.scene.shapes import Group, Rectangle
-from camsim.scene.svg.reader import Reader
 from camsim.spectra.curve import Reflectance, Spectrum
 from camsim.typed import FilePath, Number, Place, Point, Positive, Several, check, judge
 
@@ -96,6 +95,8 @@ def read_svg(
     kept = check(dict(palette or {}), Mapping[str, Reflectance], "palette", "read_svg")
     x, y = check(centre_um, Point, "centre_um", "read_svg")
     angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
+    from camsim.scene.svg.reader import Reader  # and a parser of XML, which most scenes do without
+
     view, shapes = Reader(Path(file), name, kept).shapes()
     scale = kept_um / (view.width_px if height_um is None else view.height_px)
     boxes = [fill.curves.boxes for primitive in flattened(shapes) for fill in primitive.fills]
