@@ -40,9 +40,7 @@ def test_type_checkers_see_numpys_numbers_in_each() -> None:
     """tests/typing/right.py makes one of every class that takes a number, of NumPy's numbers."""
     made = (Path(__file__).parents[1] / "typing" / "right.py").read_text(encoding="utf-8").partition("# NumPy's")[2]
     taking = [name for name, told, _ in CLASSES if re.search(r"Number|Whole|Truth|Place|Segments", told)]
-    assert [name for name in taking if f"camsim.{name}(" not in made] == [
-        "Capture"
-    ]  # made by ``expose``
+    assert [name for name in taking if f"camsim.{name}(" not in made] == ["Capture"]  # made by ``expose``
 
 
 def parameters(block: str) -> Iterator[tuple[str, bool, bool]]:
