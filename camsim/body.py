@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Annotated, Self, TypeAlias, Unpack
+from typing import Annotated, Any, Self, TypeAlias, Unpack
 
 import numpy as np
 from annotated_types import MinLen
@@ -28,9 +28,9 @@ from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.full_well import FullWell
 from camsim.sensor.stages.read_noise import ReadNoise
-from camsim.spectra.curve import Curve, Filter, Spectrum
+from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum
 from camsim.spectra.light import Light, LightSamples
-from camsim.typed import Count, Positive, Seed, Several, check, refusal, spelled_out
+from camsim.typed import Count, Number, Positive, Seed, Several, Whole, check, refusal, spelled_out
 from camsim.window import Region, grid_of
 
 OwnLens: TypeAlias = Annotated[
@@ -44,18 +44,18 @@ Olpf: TypeAlias = Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(spl
 class Changes(ElectronicChanges, total=False):
     """What ``replace`` may exchange: the fields of ``Body``."""
 
-    name: Annotated[str, MinLen(1)]
-    serial: Seed
-    rows: Count
-    cols: Count
-    pitch_um: Positive
+    name: str
+    serial: Whole
+    rows: Whole
+    cols: Whole
+    pitch_um: Number
     lens: OwnLens
     olpf: Olpf | None
     photosite: Photosite
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
-    filters: Several[Filter]
-    magnification: Magnification
+    filters: Several[NumberOrCurve]
+    magnification: Number
     falloff: Falloff | None
     dual_gain: DualGain | None
     adc: Adc
@@ -117,7 +117,8 @@ class Body(Electronics):
         for name in changes:
             if name not in known:
                 raise UnknownNameError("parameter", name, known, stage=type(self).__name__)
-        return dataclasses.replace(self, **changes)
+        exchanged: dict[str, Any] = {**changes}  # dataclasses.replace knows of the kept types only
+        return dataclasses.replace(self, **exchanged)
 
     @property
     def working_f_number(self) -> float:

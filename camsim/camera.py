@@ -5,16 +5,24 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Unpack
 
 from camsim.body import Body
 from camsim.exposing import Capture, Method
 from camsim.frame import Frame, Products
-from camsim.optics import Lens
+from camsim.optics import Lens, LowPass, OpticalStage, PhotositeShape
 from camsim.scene import Scene
+from camsim.sensor.adc import Adc
+from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import MatrixOf
+from camsim.sensor.conversion_gain import DualGain
+from camsim.sensor.electronics import ElectronicChanges
 from camsim.sensor.exposure import Exposure
+from camsim.sensor.falloff import Falloff
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra.curve import NumberOrCurve
 from camsim.spectra.light import Light
-from camsim.typed import Several
+from camsim.typed import Number, Several, Truth, Whole
 from camsim.window import Region
 from camsim.words import brief
 
@@ -43,6 +51,30 @@ class Camera(Body):
     FullWell(capacity_e=5000.0)
     """
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            name: str = "camera",
+            serial: Whole = 1,
+            rows: Whole,
+            cols: Whole,
+            pitch_um: Number,
+            lens: Lens,
+            olpf: LowPass | None = None,
+            photosite: PhotositeShape,
+            cfa: Cfa,
+            quantum_efficiency: QuantumEfficiency,
+            filters: Several[NumberOrCurve] = (),
+            magnification: Number = 0.0,
+            falloff: Falloff | None = None,
+            dual_gain: DualGain | None = None,
+            adc: Adc,
+            extra_optics: Several[OpticalStage] = (),
+            **electronics: Unpack[ElectronicChanges],
+        ) -> None: ...
+
     __repr__ = brief
 
     @classmethod
@@ -58,15 +90,15 @@ class Camera(Body):
         *,
         light: Light,
         exposure: Exposure,
-        seed: int = 0,
-        frame_number: int = 0,
+        seed: Whole = 0,
+        frame_number: Whole = 0,
         region: Region | None = None,
-        tolerance: float = 1e-6,
+        tolerance: Number = 1e-6,
         method: Method = "auto",
-        strict: bool = False,
-        noise: bool = True,
+        strict: Truth = False,
+        noise: Truth = True,
         colour_matrix: MatrixOf = "standard",
-        spectral_nm: Several[float] | None = None,
+        spectral_nm: Several[Number] | None = None,
         scene_name: str = "scene",
         products: Products = ("mosaic",),
         progress: Callable[[str, float], None] | None = None,

@@ -21,7 +21,7 @@ from camsim.exposing import Capture, Progress
 from camsim.frame import Frame, Products
 from camsim.marks import Before, Called
 from camsim.optics import FieldLens, Lens
-from camsim.typed import Seed, check, text_of_path
+from camsim.typed import Seed, Whole, check, text_of_path
 
 PathOrName = str | os.PathLike[str]
 T = TypeVar("T")
@@ -48,7 +48,7 @@ def capture(
     *,
     sensor: PathOrName | None = None,
     overrides: Iterable[str] = (),
-    seed: int | None = None,
+    seed: Whole | None = None,
     products: Products = ("mosaic",),
     sensors: Iterable[PathOrName] = (),
     progress: Progress | None = None,
@@ -79,7 +79,7 @@ def load(
     *,
     sensor: PathOrName | None = None,
     overrides: Iterable[str] = (),
-    seed: int | None = None,
+    seed: Whole | None = None,
     products: Products = ("mosaic",),
     sensors: Iterable[PathOrName] = (),
     held: bool = True,
@@ -252,7 +252,7 @@ def _parsed(texts: Iterable[str]) -> tuple[list[Override], list[Fault]]:
     return overrides.parse(check(texts, _CHANGES, "overrides"))
 
 
-def _seed(seed: int | None) -> int | None:
+def _seed(seed: Whole | None) -> int | None:
     try:
         return None if seed is None else int(check(seed, Seed, "--seed"))
     except InvalidValueError as error:

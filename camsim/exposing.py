@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -16,7 +16,7 @@ from camsim.arrays import F64, U16
 from camsim.body import Body
 from camsim.description import OWN_STAGES, describe
 from camsim.errors import InvalidValueError
-from camsim.frame import ChannelSignal, Frame, Products, Report, check_products
+from camsim.frame import Frame, Products, Report, check_products
 from camsim.lit import Lit, Window
 from camsim.marks import Called
 from camsim.notes import Setting, notes_after, notes_before
@@ -36,7 +36,7 @@ from camsim.sensor.exposure import Exposure
 from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
-from camsim.typed import Positive, Seed, Several, judge, refusal
+from camsim.typed import Number, Positive, Seed, Several, Truth, Whole, judge, refusal
 from camsim.window import Region
 from camsim.words import brief
 
@@ -45,6 +45,12 @@ Method: TypeAlias = Literal["auto", "boundary", "fourier"]
 
 STREAMED = ("mosaic", "spectral")
 """Products that a capture can give while it holds no photosites."""
+
+DESCRIBED = (
+    *("camera", "scene", "light", "exposure", "region", "seed", "frame_number"),
+    *("tolerance", "method", "noise", "colour_matrix", "spectral_nm"),
+)
+"""What a frame is made of."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +85,27 @@ class Capture:
     colour_matrix: MatrixOf = "standard"
     spectral_nm: Several[Positive] | None = None
     scene_name: str = "scene"
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            camera: Body,
+            scene: Scene,
+            light: Light,
+            exposure: Exposure,
+            seed: Whole = 0,
+            frame_number: Whole = 0,
+            region: Region | None = None,
+            tolerance: Number = 1e-06,
+            method: Method = "auto",
+            strict: Truth = False,
+            noise: Truth = True,
+            colour_matrix: MatrixOf = "standard",
+            spectral_nm: Several[Number] | None = None,
+            scene_name: str = "scene",
+        ) -> None: ...
 
     __repr__ = brief
 
@@ -148,11 +175,6 @@ class Capture:
         """The electronic stages that act."""
         return self.camera.electronics(self.exposure.iso, noise=self.noise)
 
-    @property
-    def own_stages(self) -> tuple[str, ...]:
-        """The names of the stages of one's own, which nobody has who reads a file of the capture."""
-        return own_stages((*self.camera.optics.stages, *self.camera.stages))
-
     def plan(self) -> Choice:
         """Decide how the scene is rendered, in electrons per J/m², and render nothing."""
         return plan_render(
@@ -183,19 +205,13 @@ class Capture:
 
     def optical_image(self, *, products: Products = ("mosaic",), progress: Progress | None = None) -> OpticalImage:
         """Render what the lens throws on the photosites, for captures that differ in nothing that comes before."""
-        choice = self.plan()
-        rendering = carry_out(
-            choice,
-            self.window.channels_of_all(),
-            every_channel="truth" in products,
-            strict=self.strict,
-            progress=progress,
-        )
+        choice, channels, truth = self.plan(), self.window.channels_of_all(), "truth" in products
+        rendering = carry_out(choice, channels, every_channel=truth, strict=self.strict, progress=progress)
         return OpticalImage(choice=choice, rendering=rendering)
 
     def frames(
         self,
-        count: int = 1,
+        count: Whole = 1,
         *,
         products: Products = ("mosaic",),
         progress: Progress | None = None,
@@ -228,7 +244,7 @@ class Capture:
                 channel_index=lit.channel,
                 spectral=cube,
                 frame_number=frame_number,
-                report=self._report(rendering, clock.seconds, signals.all(), notes),
+                report=self._report(rendering, clock, signals, notes),
             )
             clock = Clock()
 
@@ -281,7 +297,7 @@ class Capture:
             spectral=cube,
             passed_rows=passed,
             frame_number=self.frame_number,
-            report=self._report(rendering, clock.seconds, signals.all(), self.notes(choice, products)),
+            report=self._report(rendering, clock, signals, self.notes(choice, products)),
         )
 
     def _exposed(self, image: F64, *, own: bool) -> F64:
@@ -330,23 +346,9 @@ class Capture:
 
     def description(self, frame_number: int) -> dict[str, Any]:
         """Return all that a frame is made of, as files carry it."""
-        described: dict[str, Any] = describe(
-            {
-                "camera": self.camera,
-                "scene": self.scene,
-                "light": self.light,
-                "exposure": self.exposure,
-                "region": self.region,
-                "seed": self.seed,
-                "frame_number": frame_number,
-                "tolerance": self.tolerance,
-                "method": self.method,
-                "noise": self.noise,
-                "colour_matrix": self.colour_matrix,
-                "spectral_nm": self.spectral_nm,
-                **({OWN_STAGES: own} if (own := self.own_stages) else {}),
-            }
-        )
+        own = own_stages((*self.camera.optics.stages, *self.camera.stages))
+        parts = {name: getattr(self, name) for name in DESCRIBED} | {"frame_number": frame_number}
+        described: dict[str, Any] = describe(parts | ({OWN_STAGES: own} if own else {}))
         return described
 
     def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
@@ -375,13 +377,8 @@ class Capture:
             description=self.description(frame_number),
         )
 
-    def _report(
-        self,
-        rendering: Rendering,
-        seconds: Mapping[str, float],
-        signal: tuple[ChannelSignal, ...],
-        notes: tuple[str, ...],
-    ) -> Report:
+    def _report(self, rendering: Rendering, clock: Clock, signals: Signals, notes: tuple[str, ...]) -> Report:
+        signal = signals.all()
         return Report(
             scene=self.scene_name,
             optics=tuple(brief(stage) for stage in self.camera.optics.stages),
@@ -392,7 +389,7 @@ class Capture:
             error_estimate=rendering.error_estimate,
             truth_error_estimate=rendering.planes_error,
             checked_photosites=rendering.checked_photosites,
-            seconds=dict(seconds),
+            seconds=dict(clock.seconds),
             signal=signal,
             notes=(*accuracy_notes(rendering), *notes, *notes_after(signal, self.camera, self.exposure.iso)),
             standard_error=rendering.standard_error,

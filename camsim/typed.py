@@ -15,6 +15,7 @@ import typing
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
 
+import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
@@ -22,6 +23,11 @@ from camsim.errors import InvalidValueError
 from camsim.kind import Kind
 from camsim.kinds import kind_of
 from camsim.marks import Before, Called
+
+Number: TypeAlias = float | np.floating[Any] | np.integer[Any]
+Whole: TypeAlias = int | np.integer[Any]
+Truth: TypeAlias = bool | np.bool_
+"""What constructors take where Python's float, int and bool are kept."""
 
 Positive: TypeAlias = Annotated[float, Gt(0)]
 NonNegative: TypeAlias = Annotated[float, Ge(0)]
@@ -54,6 +60,9 @@ else:
             return tuple[item, ...]
 
     Point = tuple[float, float]
+
+Place: TypeAlias = Sequence[Number] | npt.NDArray[Any]
+"""What constructors take for a point."""
 
 Corners: TypeAlias = Annotated[
     Several[Point], Called("a list of corners (x, y)", "of a shapely polygon give its exterior.coords")

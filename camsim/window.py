@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from camsim.errors import InvalidValueError
 from camsim.rendering import Grid
-from camsim.typed import Count, Index, judge
+from camsim.typed import Count, Index, Whole, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +24,10 @@ class Region:
     rows: Count
     cols: Count
     origin: tuple[Index, Index] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(self, rows: Whole, cols: Whole, origin: tuple[Whole, Whole] | None = None) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

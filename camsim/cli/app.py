@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import errno
 import gc
 import sys
@@ -10,6 +11,8 @@ from typing import Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
+from typer.main import get_command_name
+from typer.models import CommandInfo
 
 from camsim.cli.bench import bench
 from camsim.cli.dataset import dataset
@@ -90,9 +93,22 @@ def run() -> None:
     # made and once more at exit, takes 0.9 s; ``take`` switches the collector on again for its work.
     gc.disable()
     try:
-        app()
+        _ready_for(sys.argv[1:2])()
     finally:
         gc.freeze()
+
+
+def _ready_for(first: list[str]) -> typer.Typer:
+    """Return the commands, but only one of them where the first argument names it: each takes 2 ms to be made ready."""
+    ready = copy.copy(app)
+    named = [command for command in app.registered_commands if [_name_of(command)] == first]
+    if named:
+        ready.registered_commands, ready.registered_groups = named, []
+    return ready
+
+
+def _name_of(command: CommandInfo) -> str:
+    return command.name or get_command_name(getattr(command.callback, "__name__", ""))
 
 
 def _say(text: str) -> None:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.errors import CamsimError, InputError, InvalidValueError
@@ -18,7 +16,7 @@ from camsim.scene import Picture
 from camsim.scene.raster import Interpolation
 from camsim.spectra.light import Light
 from camsim.spectra.rgb import linear_of_srgb
-from camsim.typed import FilePath, NonNegative, Positive, check
+from camsim.typed import FilePath, NonNegative, Number, Place, Positive, Several, check
 
 Encoding: TypeAlias = Literal["srgb", "linear"]
 TOLERANCE = 1e-4
@@ -28,13 +26,13 @@ def read_picture(
     path: str | os.PathLike[str],
     *,
     encoding: Encoding | float | None = None,
-    scale: float = 1.0,
+    scale: Number = 1.0,
     light: Light | None = None,
-    wavelength_nm: Sequence[float] | npt.NDArray[Any] | None = None,
-    tolerance: float = TOLERANCE,
-    width_um: float,
-    centre_um: Sequence[float] = (0.0, 0.0),
-    rotate_deg: float = 0.0,
+    wavelength_nm: Several[Number] | None = None,
+    tolerance: Number = TOLERANCE,
+    width_um: Number,
+    centre_um: Place = (0.0, 0.0),
+    rotate_deg: Number = 0.0,
     interpolation: Interpolation = "squares",
 ) -> Picture:
     """Read a picture: PNG, JPEG, TIFF, EXR, NPY, NPZ, ENVI or MATLAB; colours or spectra.
@@ -59,10 +57,10 @@ def read_picture(
     (60.0, (1, 4))
     """
     path = check(path, FilePath, "path")
-    scale = check(scale, Positive, "scale")
-    tolerance = check(tolerance, NonNegative, "tolerance")
-    bands = None if wavelength_nm is None else np.asarray(wavelength_nm, np.float64).tolist()
-    how = {"encoding": encoding, "scale": scale, "wavelength_nm": bands, "tolerance": tolerance}
+    factor: float = check(scale, Positive, "scale")
+    allowed: float = check(tolerance, NonNegative, "tolerance")
+    bands: list[float] | None = None if wavelength_nm is None else np.asarray(wavelength_nm, np.float64).tolist()
+    how = {"encoding": encoding, "scale": factor, "wavelength_nm": bands, "tolerance": allowed}
     with opened(path) as (file, size):
         read = read_samples(Path(path), file, size)
         placed: dict[str, Any] = {
@@ -74,9 +72,9 @@ def read_picture(
             "read": None if light is not None else how,
         }
         try:
-            if read.wavelength_nm is not None or wavelength_nm is not None:
-                return _cube(read, wavelength_nm, scale, light, tolerance, placed)
-            return _colours(read, encoding, scale, placed)
+            if read.wavelength_nm is not None or bands is not None:
+                return _cube(read, bands, factor, light, allowed, placed)
+            return _colours(read, encoding, factor, placed)
         except InputError:
             raise
         except CamsimError as error:
@@ -124,7 +122,7 @@ def _decoded(values: F64, encoding: Encoding | float, scale: float) -> F64:
 
 def _cube(
     read: Read,
-    wavelength_nm: Sequence[float] | npt.NDArray[Any] | None,
+    wavelength_nm: list[float] | None,
     scale: float,
     light: Light | None,
     tolerance: float,

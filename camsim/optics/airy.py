@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics.bessel import bessel_j0_j1
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
-from camsim.spectra.curve import Transmission
-from camsim.typed import Positive, judge
+from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.typed import Number, Positive, judge
 
 NM_PER_UM = 1e3
 
@@ -64,6 +64,10 @@ class Airy:
 
     f_number: Positive
     transmission: Transmission = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, f_number: Number, transmission: NumberOrCurve = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 import scipy
@@ -15,8 +15,8 @@ from camsim.arrays import F64
 from camsim.optics.airy import AIRY, NM_PER_UM, airy_otf
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
 from camsim.quadrature import gauss_legendre
-from camsim.spectra.curve import Transmission
-from camsim.typed import Positive, judge
+from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.typed import Number, Positive, judge
 
 LARGEST_OBSTRUCTION = 0.95
 PANEL = 0.5  # of the tabulated integral, in x: 12 Gauss nodes on it are exact
@@ -43,6 +43,10 @@ class AnnularAiry:
     f_number: Positive
     obstruction: Annotated[float, Ge(0), Le(LARGEST_OBSTRUCTION)]
     transmission: Transmission = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, f_number: Number, obstruction: Number, transmission: NumberOrCurve = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

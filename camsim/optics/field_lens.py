@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -18,8 +18,8 @@ from camsim.optics.placed import PlacedLens, along, defocus_nm
 from camsim.optics.pupil import Pupil
 from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import LARGEST_INDEX, orders
-from camsim.spectra.curve import Transmission
-from camsim.typed import Fraction, NonNegative, Positive, Several, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.typed import Fraction, NonNegative, Number, Positive, Several, Whole, judge, refusal
 
 FOLD_POINTS = 1024  # along a radius, where a distortion that folds is looked for
 TILT, DEFOCUS = 2, 4  # OSA indices
@@ -73,6 +73,26 @@ class FieldLens:
     relative_illumination: Several[Fraction] = ()
     focus_um: float = 0.0
     transmission: Transmission = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            f_number: Number,
+            wavelength_nm: Several[Number],
+            zernike: Several[Whole],
+            waves: Any,
+            height_um: Several[Number] = (),
+            x_um: Several[Number] = (),
+            y_um: Several[Number] = (),
+            distortion: Several[Number] = (),
+            distortion_powers: Several[Number] = (),
+            lateral_colour_um: Several[Several[Number]] = (),
+            relative_illumination: Several[Number] = (),
+            focus_um: Number = 0.0,
+            transmission: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     def __repr__(self) -> str:
         size = _size(np.shape(self.waves))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics.pattern import Pattern, of_unit
-from camsim.spectra.curve import Spectrum, Transmission
-from camsim.typed import Positive, check, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.typed import Number, Positive, check, judge, refusal
 
 HIGHEST = 1.37  # cycles per σ: exp(−2π²·1.37²) is 8e-17
 
@@ -36,11 +36,15 @@ class Gaussian:
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, sigma_um: Number, f_number: Number = 8.0, transmission: NumberOrCurve = 1.0) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
     @classmethod
-    def from_mtf50(cls, mtf50_per_um: float) -> Gaussian:
+    def from_mtf50(cls, mtf50_per_um: Number) -> Gaussian:
         """Return the Gaussian whose transfer is one half at ``mtf50_per_um`` cycles/µm."""
         check(mtf50_per_um, Positive, "mtf50_per_um", cls.__name__)
         return cls(sigma_um=math.sqrt(math.log(2.0) / 2.0) / (math.pi * mtf50_per_um))
@@ -100,6 +104,16 @@ class EllipticalGaussian:
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            covariance_um2: tuple[tuple[Number, Number], tuple[Number, Number]],
+            f_number: Number = 8.0,
+            transmission: NumberOrCurve = 1.0,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
         (xx, xy), (yx, yy) = self.covariance_um2
@@ -111,11 +125,11 @@ class EllipticalGaussian:
     def from_axes(
         cls,
         *,
-        sigma_um: float,
-        sigma_across_um: float,
-        rotate_deg: float,
-        f_number: float = 8.0,
-        transmission: Spectrum = 1.0,
+        sigma_um: Number,
+        sigma_across_um: Number,
+        rotate_deg: Number,
+        f_number: Number = 8.0,
+        transmission: NumberOrCurve = 1.0,
     ) -> EllipticalGaussian:
         """Return the Gaussian with standard deviations along two axes, the first turned clockwise from x."""
         sigma_um = check(sigma_um, Positive, "sigma_um", cls.__name__)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
 from camsim.nonuniform import at_points
-from camsim.spectra.curve import Transmission
-from camsim.typed import Positive, Several, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.typed import Number, Positive, Several, judge, refusal
 from camsim.words import brief
 
 MOST_SAMPLES = 256  # along a side: the description in every file holds them all
@@ -49,6 +49,17 @@ class MeasuredPsf:
     spacing_um: Positive
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            irradiance: Several[Several[Number]],
+            spacing_um: Number,
+            f_number: Number = 8.0,
+            transmission: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     __repr__ = brief
 
@@ -130,6 +141,17 @@ class MeasuredOtf:
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
     _pattern: MeasuredPsf = field(init=False, repr=False, compare=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            values: Several[Several[complex]],
+            spacing_per_um: Number,
+            f_number: Number = 8.0,
+            transmission: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     __repr__ = brief
 

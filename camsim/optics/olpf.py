@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.marks import Called
-from camsim.typed import Positive, check, judge
+from camsim.typed import Number, Positive, check, judge
 
 Split: TypeAlias = Annotated[Positive, Called("a number above 0", "without a split leave the filter out")]
 
@@ -36,12 +36,16 @@ class FourSpotOlpf:
     split_y_um: Split | None = None
     rotate_deg: float = 0.0
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, split_um: Number, split_y_um: Number | None = None, rotate_deg: Number = 0.0) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
     @classmethod
     def from_pitches(
-        cls, *, pitch_um: float, split_pitches: float, split_y_pitches: float | None = None, rotate_deg: float = 0.0
+        cls, *, pitch_um: Number, split_pitches: Number, split_y_pitches: Number | None = None, rotate_deg: Number = 0.0
     ) -> FourSpotOlpf:
         """Return the filter whose splits are so many pitches."""
         split_um = _in_um(cls, "split_pitches", split_pitches, pitch_um)
@@ -84,11 +88,15 @@ class TwoSpotOlpf:
     split_um: Split
     rotate_deg: float = 0.0
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, split_um: Number, rotate_deg: Number = 0.0) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
     @classmethod
-    def from_pitches(cls, *, pitch_um: float, split_pitches: float, rotate_deg: float = 0.0) -> TwoSpotOlpf:
+    def from_pitches(cls, *, pitch_um: Number, split_pitches: Number, rotate_deg: Number = 0.0) -> TwoSpotOlpf:
         """Return the filter whose split is so many pitches."""
         return cls(split_um=_in_um(cls, "split_pitches", split_pitches, pitch_um), rotate_deg=rotate_deg)
 
@@ -111,7 +119,7 @@ class TwoSpotOlpf:
         return _otf(self.splits_um, self.rotate_deg, fx_per_um, fy_per_um)
 
 
-def _in_um(kind: type, name: str, pitches: float, pitch_um: float) -> float:
+def _in_um(kind: type, name: str, pitches: Number, pitch_um: Number) -> float:
     split: float = check(pitches, Split, name, kind.__name__)
     return split * float(check(pitch_um, Positive, "pitch_um", kind.__name__))
 

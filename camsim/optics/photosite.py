@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 import scipy
@@ -13,7 +13,7 @@ from annotated_types import Gt, Le
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_legendre
-from camsim.typed import Corners, NonNegative, Positive, check, judge, refusal
+from camsim.typed import Corners, NonNegative, Number, Place, Positive, Several, check, judge, refusal
 from camsim.words import brief
 
 
@@ -30,11 +30,15 @@ class SquarePhotosite:
 
     side_um: NonNegative
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, side_um: Number) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
     @classmethod
-    def from_fill_factor(cls, *, pitch_um: float, fill_factor: float) -> SquarePhotosite:
+    def from_fill_factor(cls, *, pitch_um: Number, fill_factor: Number) -> SquarePhotosite:
         """Return the square whose area is ``fill_factor`` (0..1) of the pitch squared."""
         pitch_um = check(pitch_um, Positive, "pitch_um", cls.__name__)
         fill_factor = check(fill_factor, Annotated[float, Gt(0), Le(1)], "fill_factor", cls.__name__)
@@ -75,6 +79,10 @@ class RectangularPhotosite:
     width_um: Positive
     height_um: Positive
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, width_um: Number, height_um: Number) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
@@ -111,6 +119,10 @@ class CircularPhotosite:
     place: ClassVar[str] = "photosite"
 
     diameter_um: Positive
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, diameter_um: Number) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -149,6 +161,10 @@ class RoundedPhotosite:
     width_um: Positive
     height_um: Positive
     radius_um: NonNegative
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, width_um: Number, height_um: Number, radius_um: Number) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -205,6 +221,10 @@ class PolygonPhotosite:
     place: ClassVar[str] = "photosite"
 
     points_um: Corners
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, points_um: Several[Place]) -> None: ...
 
     __repr__ = brief
 

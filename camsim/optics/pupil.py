@@ -10,14 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_legendre
-from camsim.typed import judge, refusal
+from camsim.typed import Number, Whole, judge, refusal
 
 MOST_BLADES = 64
 
@@ -40,6 +40,17 @@ class Pupil:
     obstruction: Annotated[float, Ge(0), Le(0.95)] = 0.0
     blades: Annotated[int, Ge(0), Le(MOST_BLADES)] = 0
     rotate_deg: float = 0.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            shape: Literal["circular", "square", "bladed"] = "circular",
+            obstruction: Number = 0.0,
+            blades: Whole = 0,
+            rotate_deg: Number = 0.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

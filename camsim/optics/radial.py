@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 import scipy
@@ -15,8 +15,8 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.optics.pattern import UNIT_NM, Pattern
-from camsim.spectra.curve import Transmission
-from camsim.typed import NonNegative, Positive, Several, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.typed import NonNegative, Number, Positive, Several, judge, refusal
 from camsim.words import brief
 
 CHUNK = 2_000_000  # Bessel functions at a time
@@ -45,6 +45,17 @@ class RadialOtf:
     values: Several[Annotated[float, Ge(-1), Le(1)]]
     f_number: Positive = 8.0
     transmission: Transmission = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            freq_per_um: Several[Number],
+            values: Several[Number],
+            f_number: Number = 8.0,
+            transmission: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     __repr__ = brief
 

@@ -16,8 +16,8 @@ from camsim.optics.difference import Difference, Split, rim_of
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
-from camsim.spectra.curve import Transmission
-from camsim.typed import Positive, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.typed import Number, Positive, Whole, judge, refusal
 from camsim.words import brief
 
 MOST_WAVES = 50.0
@@ -31,7 +31,7 @@ def _as_pairs(given: Any) -> Any:
 _Index: TypeAlias = Annotated[int, Ge(0), Le(LARGEST_INDEX)]
 _Waves: TypeAlias = Annotated[float, Ge(-MOST_WAVES), Le(MOST_WAVES)]
 if TYPE_CHECKING:
-    Zernikes: TypeAlias = Mapping[int, float] | Sequence[tuple[int, float] | Sequence[float]] | npt.NDArray[Any]
+    Zernikes: TypeAlias = Mapping[int, Number] | Sequence[tuple[Whole, Number] | Sequence[Number]] | npt.NDArray[Any]
 else:
     Zernikes = Annotated[
         tuple[tuple[_Index, _Waves], ...], Called("pairs of index and waves, such as {4: 0.1}"), Before(_as_pairs)
@@ -67,6 +67,19 @@ class Wavefront(OfPupil):
     defocus_um: float = 0.0
     pupil: Pupil = field(default_factory=Pupil)
     transmission: Transmission = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            f_number: Number,
+            zernike_waves: Zernikes = (),
+            reference_nm: Number = 550.0,
+            defocus_um: Number = 0.0,
+            pupil: Pupil = ...,
+            transmission: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     __repr__ = brief
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,15 +11,16 @@ from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.check.judge import Checks, Judge
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
 from camsim.rendering.flat import FlatPlan
-from camsim.rendering.fourier.engine import Fourier
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
 
 if TYPE_CHECKING:
     from camsim.rendering.aberrated.engine import AberratedPlan
+    from camsim.rendering.check.fitting import Windows
+    from camsim.rendering.fourier.engine import Fourier, FourierPlan
 
-BOUNDARY, FOURIER = Boundary(), Fourier()
+BOUNDARY = Boundary()
 
 
 class ByEdges:
@@ -33,15 +35,42 @@ class ByEdges:
         return Aberrated().plan(job, samples)
 
 
-BY_EDGES = ByEdges()
+class ByTransforms:
+    """Any lens: an engine that is imported when it is asked, which captures of a few edges never do."""
+
+    @functools.cached_property
+    def _engine(self) -> Fourier:
+        from camsim.rendering.fourier.engine import Fourier
+
+        return Fourier()
+
+    @property
+    def finest(self) -> float:
+        """The finest tolerance that it keeps."""
+        return self._engine.finest
+
+    def plan(self, job: Job, samples: int | None = None) -> FourierPlan:
+        """Choose nodes; ``samples`` must be None."""
+        return self._engine.plan(job, samples)
+
+    def least_seconds(self, job: Job) -> float:
+        """Return what a plan is sure to take, without one."""
+        return self._engine.least_seconds(job)
+
+    def windows(self, job: Job) -> Windows:
+        """Return what renders windows of a job."""
+        return self._engine.windows(job)
+
+
+BY_EDGES, FOURIER = ByEdges(), ByTransforms()
 ENGINES: dict[str, Engine] = {
     "boundary": BY_EDGES,
     "fourier": FOURIER,
     **{method: Paper(method) for method in rules.METHODS},
 }
 NAMES = ("auto", *ENGINES)
-CHEAP_SECONDS = 0.05  # the answer can save no more than this, and asking what the other engine would take costs 20 ms:
-CHEAP_SPLIT_SECONDS = 0.1  # of a lens that is taken apart it takes 20 ms
+CHEAP_SECONDS = 0.05  # the answer saves no more than this; to import and ask the other engine takes nearly as long
+CHEAP_SPLIT_SECONDS = 0.1  # of a lens that is taken apart it takes 20 ms more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

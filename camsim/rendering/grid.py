@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from camsim.typed import Count, Positive, judge
+from camsim.typed import Count, Number, Positive, Whole, judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +26,18 @@ class Grid:
     pitch_um: Positive
     origin: tuple[int, int] = (0, 0)
     frame: tuple[Count, Count] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            rows: Whole,
+            cols: Whole,
+            pitch_um: Number,
+            origin: tuple[Whole, Whole] = (0, 0),
+            frame: tuple[Whole, Whole] | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

@@ -80,7 +80,7 @@ class Waves:
         """Return (n, j) the turns of a ring at distances."""
         known = self._waves.get(u, np.empty((0, self.blur.size), complex))
         if len(known) < distance.size:
-            more = np.exp(2j * np.pi * u * distance[len(known) :, None] / self.blur)
+            more = _turns(distance[len(known) :], u / self.blur)
             known = self._waves[u] = np.concatenate([known, more])
         return known[: distance.size]
 
@@ -100,6 +100,17 @@ class Waves:
     @functools.cached_property
     def _heard(self) -> dict[tuple[float, float], F64]:
         return {}
+
+
+def _turns(distance: F64, freq: F64) -> C128:
+    """Return (n, j) exp(2πi·distance·frequency) at even distances (n,), each a multiple of some and some steps.
+
+    Of n exponentials 2√n are left.
+    """
+    some = math.isqrt(distance.size) + 1
+    first, steps = distance[::some], distance[:some] - distance[0]
+    turns: C128 = np.exp(2j * np.pi * first[:, None] * freq)[:, None] * np.exp(2j * np.pi * steps[:, None] * freq)
+    return turns.reshape(-1, freq.size)[: distance.size]
 
 
 def _at(front: Front, ring: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -26,7 +26,7 @@ from camsim.rendering.outlines import arranged
 from camsim.rendering.running import Rendering, Report, Take, carry_out
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
-from camsim.typed import Positive, check
+from camsim.typed import Number, Positive, Several, Whole, check
 
 AnyMethod: TypeAlias = Literal[
     "auto", "boundary", "fourier", "area", "uniform-pixel", "uniform", "importance", "strips"
@@ -40,10 +40,10 @@ def render(
     optics: Sequence[OpticalStage],
     grid: Grid,
     *,
-    wavelength_nm: float | Sequence[float] | F64,
-    tolerance: float = 1e-6,
+    wavelength_nm: Number | Several[Number],
+    tolerance: Number = 1e-6,
     method: AnyMethod = "auto",
-    samples: int | None = None,
+    samples: Whole | None = None,
     strict: bool = False,
     prune: bool = True,
 ) -> Rendering:
@@ -69,12 +69,12 @@ def render(
     check_method(method)
     check(scene, Scene, "scene")
     check(grid, Grid, "grid")
-    check(samples, int | None, "samples")
-    tolerance = check(tolerance, float, "tolerance")
+    counted: int | None = check(samples, int | None, "samples")
+    allowed: float = check(tolerance, float, "tolerance")
     each_nm = np.atleast_1d(np.asarray(check(wavelength_nm, _WAVELENGTHS, "wavelength_nm"), np.float64))
     system = OpticalSystem.of(optics)
     channel = np.zeros((grid.rows, grid.cols), np.uint8)
-    framed, budget = scene.framed(scene.background), ErrorBudget(edges_share(scene) * tolerance)
+    framed, budget = scene.framed(scene.background), ErrorBudget(edges_share(scene) * allowed)
     arrangement = arranged(framed, system, grid, each_nm, budget, textured=framed is not scene)
     parts = []
     for nm in each_nm:
@@ -85,14 +85,14 @@ def render(
             grid,
             response=np.ones((1, 1)),
             wavelength_nm=np.array([nm]),
-            tolerance=tolerance,
+            tolerance=allowed,
             method=method,
-            samples=samples,
+            samples=counted,
             arrangement=arrangement,
         )
         part = carry_out(choice, channel, prune=prune, strict=strict)
         parts.append(dataclasses.replace(part, seconds=time.perf_counter() - begin))
-    if np.ndim(wavelength_nm) == 0:
+    if np.asarray(wavelength_nm).ndim == 0:
         return parts[0]
     return Rendering(
         image=np.stack([part.image for part in parts]),
@@ -100,7 +100,7 @@ def render(
         checked_photosites=sum(part.checked_photosites for part in parts),
         seconds=sum(part.seconds for part in parts),
         method=parts[0].method,
-        tolerance=tolerance,
+        tolerance=allowed,
         wavelengths=len(parts),
         work=functools.reduce(operator.add, (part.work for part in parts)),
         standard_error=max((part.standard_error or 0.0 for part in parts), default=0.0) or None,

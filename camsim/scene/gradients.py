@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 import math
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -15,8 +15,8 @@ from camsim.scene.primitives import Shape
 from camsim.scene.raster import Field
 from camsim.scene.shapes import Disc, Rectangle, Ring
 from camsim.scene.shapes.rounds import judge_radii
-from camsim.spectra.curve import Curve, Reflectance, Spectrum, spectrum_at
-from camsim.typed import Point, Positive, judge
+from camsim.spectra.curve import Curve, NumberOrCurve, Reflectance, Spectrum, spectrum_at
+from camsim.typed import Number, Place, Point, Positive, Whole, judge
 
 Cycles = Annotated[int, Ge(1), Le(100_000)]
 
@@ -100,6 +100,19 @@ class LinearGradient(Gradient):
     low: Reflectance = 0.0
     high: Reflectance = 1.0
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            width_um: Number,
+            height_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            rotate_deg: Number = 0.0,
+            low: NumberOrCurve = 0.0,
+            high: NumberOrCurve = 1.0,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
@@ -130,6 +143,17 @@ class RadialGradient(Gradient):
     centre_um: Point = (0.0, 0.0)
     low: Reflectance = 0.0
     high: Reflectance = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            radius_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            low: NumberOrCurve = 0.0,
+            high: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -167,6 +191,21 @@ class SineGrating(Gradient):
     rotate_deg: float = 0.0
     low: Reflectance = 0.0
     high: Reflectance = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            width_um: Number,
+            height_um: Number,
+            period_um: Number,
+            phase_deg: Number = 0.0,
+            centre_um: Place = (0.0, 0.0),
+            rotate_deg: Number = 0.0,
+            low: NumberOrCurve = 0.0,
+            high: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -209,6 +248,20 @@ class SineStar(Gradient):
     rotate_deg: float = 0.0
     low: Reflectance = 0.0
     high: Reflectance = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            radius_um: Number,
+            inner_radius_um: Number,
+            cycles: Whole,
+            centre_um: Place = (0.0, 0.0),
+            rotate_deg: Number = 0.0,
+            low: NumberOrCurve = 0.0,
+            high: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -263,6 +316,18 @@ class SineZonePlate(Gradient):
     centre_um: Point = (0.0, 0.0)
     low: Reflectance = 0.0
     high: Reflectance = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            radius_um: Number,
+            finest_period_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            low: NumberOrCurve = 0.0,
+            high: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

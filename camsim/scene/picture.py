@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,7 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.spectra.pca import planes_of_cube
 from camsim.spectra.rgb import rgb_basis
-from camsim.typed import Point, Positive, judge, refusal
+from camsim.typed import Number, Place, Point, Positive, Several, judge, refusal
 
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision
@@ -52,6 +52,21 @@ class Picture(Raster, Field):
     source: str = ""
     read: Mapping[str, Any] | None = field(default=None, metadata={"described": "if any"})
     sha256: str = field(default="", init=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            planes: Any,
+            spectra: Any = (1.0,),
+            width_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            rotate_deg: Number = 0.0,
+            interpolation: Interpolation = "squares",
+            source: str = "",
+            read: Mapping[str, Any] | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -98,9 +113,9 @@ class Picture(Raster, Field):
         cls,
         rgb: ArrayLike,
         *,
-        width_um: float,
-        centre_um: Sequence[float] = (0.0, 0.0),
-        rotate_deg: float = 0.0,
+        width_um: Number,
+        centre_um: Place = (0.0, 0.0),
+        rotate_deg: Number = 0.0,
         interpolation: Interpolation = "squares",
         source: str = "",
         read: Mapping[str, Any] | None = None,
@@ -136,12 +151,12 @@ class Picture(Raster, Field):
     def of_cube(
         cls,
         cube: ArrayLike,
-        wavelength_nm: Sequence[float],
+        wavelength_nm: Several[Number],
         *,
         tolerance: float = 1e-4,
-        width_um: float,
-        centre_um: Sequence[float] = (0.0, 0.0),
-        rotate_deg: float = 0.0,
+        width_um: Number,
+        centre_um: Place = (0.0, 0.0),
+        rotate_deg: Number = 0.0,
         interpolation: Interpolation = "squares",
         source: str = "",
         read: Mapping[str, Any] | None = None,

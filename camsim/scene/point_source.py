@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from camsim.arrays import F64
 from camsim.scene.primitives import Shape
 from camsim.scene.raster import Field
 from camsim.scene.shapes import Group
-from camsim.spectra.curve import Reflectance, Spectrum, spectrum_at
-from camsim.typed import Point, Positive, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum, spectrum_at
+from camsim.typed import Number, Place, Point, Positive, judge, refusal
 
 NOTHING = Group(shapes=())
 """What a point looks like to those who look at outlines."""
@@ -35,6 +36,17 @@ class PointSource(Field):
     photosites: Positive | None = None
     centre_um: Point = (0.0, 0.0)
     reflectance: Reflectance = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            electrons: Number | None = None,
+            photosites: Number | None = None,
+            centre_um: Place = (0.0, 0.0),
+            reflectance: NumberOrCurve = 1.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from camsim import notebook
 from camsim.arrays import F64
@@ -12,7 +13,7 @@ from camsim.errors import InvalidValueError
 from camsim.scene.point_source import PointSource
 from camsim.scene.primitives import Shape, counted
 from camsim.scene.raster import Field
-from camsim.spectra.curve import Reflectance, Spectrum
+from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum
 from camsim.typed import judge, refusal
 from camsim.words import brief
 
@@ -34,6 +35,10 @@ class Scene:
 
     background: Reflectance
     shapes: Sequence[Shape | Field] = ()
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, background: NumberOrCurve, shapes: Sequence[Shape | Field] = ()) -> None: ...
 
     __repr__ = brief
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64, U16
-from camsim.typed import Index, Positive, Several, judge, refusal
+from camsim.typed import Index, Number, Positive, Several, Whole, judge, refusal
 from camsim.words import brief
 
 
@@ -36,6 +36,18 @@ class Adc:
     electrons_per_dn: Positive
     base_iso: Positive
     black_offsets_dn: Several[Several[int]] = ((0,),)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            bit_depth: Whole,
+            black_level_dn: Whole,
+            electrons_per_dn: Number,
+            base_iso: Number,
+            black_offsets_dn: Several[Several[Whole]] = ((0,),),
+        ) -> None: ...
 
     __repr__ = brief
 

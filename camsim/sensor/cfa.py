@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -13,7 +13,7 @@ from camsim.arrays import U8
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.marks import Called
 from camsim.repeated import Repeated
-from camsim.typed import Several, check, judge, refusal
+from camsim.typed import Several, Whole, check, judge, refusal
 from camsim.words import brief
 
 _FIRST = "RGB"
@@ -51,6 +51,10 @@ class Cfa:
 
     pattern: Annotated[Several[str], Called("a list of rows such as ('RG', 'GB')", "Cfa.bayer('RGGB') makes one")]
 
+    if TYPE_CHECKING:
+
+        def __init__(self, pattern: Several[str]) -> None: ...
+
     __repr__ = brief
 
     def __post_init__(self) -> None:
@@ -72,7 +76,7 @@ class Cfa:
         return cls((pattern[:2], pattern[2:]))
 
     @classmethod
-    def quad_bayer(cls, pattern: str = "RGGB", group: int = 2) -> Cfa:
+    def quad_bayer(cls, pattern: str = "RGGB", group: Whole = 2) -> Cfa:
         """Return a Bayer array whose every letter is a square of ``group`` × ``group`` photosites.
 
         >>> Cfa.quad_bayer("RGGB").pattern

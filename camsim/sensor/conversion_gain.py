@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from camsim.typed import NonNegative, Positive, judge
+from camsim.typed import NonNegative, Number, Positive, judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,6 +25,12 @@ class DualGain:
     from_iso: Positive
     capacity_e: Positive | None = None
     read_noise_e: NonNegative | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, *, from_iso: Number, capacity_e: Number | None = None, read_noise_e: Number | None = None
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -15,7 +15,7 @@ from camsim.errors import InvalidValueError
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
-from camsim.typed import Celsius, Positive, judge, refusal
+from camsim.typed import Celsius, Number, Positive, judge, refusal
 
 # Where "auto" puts a perfect diffuser: the brightest surface without a highlight keeps a quarter of headroom.
 AUTO_LEVEL = 0.8
@@ -41,6 +41,17 @@ class Exposure:
     iso: Annotated[float, Ge(LEAST_ISO), Le(MOST_ISO)]
     datetime: str = "2000-01-01 00:00:00"
     temperature_c: Celsius | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            time_s: Number | Literal["auto"],
+            iso: Number,
+            datetime: str = "2000-01-01 00:00:00",
+            temperature_c: Number | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

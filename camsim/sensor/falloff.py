@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64
-from camsim.typed import Fraction, NonNegative, Positive, Several, check, judge, refusal
+from camsim.typed import Fraction, NonNegative, Number, Positive, Several, check, judge, refusal
 from camsim.words import brief
 
 
@@ -26,6 +26,10 @@ class Cos4Falloff:
     """
 
     exit_pupil_mm: Positive
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, exit_pupil_mm: Number) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -50,6 +54,10 @@ class RadialFalloff:
 
     radius_mm: Several[NonNegative]
     values: Several[Fraction]
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, radius_mm: Several[Number], values: Several[Number]) -> None: ...
 
     __repr__ = brief
 

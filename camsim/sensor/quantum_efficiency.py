@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from annotated_types import Gt, Le
@@ -15,7 +15,7 @@ from camsim.marks import Called
 from camsim.spectra.curve import Curve
 from camsim.spectra.light import LIGHT_SPEED_M_PER_S, PLANCK_J_S
 from camsim.spectra.named import sensitivities
-from camsim.typed import judge, refusal
+from camsim.typed import Number, judge, refusal
 from camsim.words import brief
 
 ELECTRON_CHARGE_C = 1.602176634e-19
@@ -52,6 +52,16 @@ class QuantumEfficiency:
     peak: Annotated[float, Gt(0), Le(1)] | Literal["as given"]
     source: str = ""
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            curves: Sequence[tuple[str, Curve]],
+            per: Literal["energy", "photon"],
+            peak: Number | Literal["as given"],
+            source: str = "",
+        ) -> None: ...
+
     __repr__ = brief
 
     def __post_init__(self) -> None:
@@ -80,7 +90,7 @@ class QuantumEfficiency:
             raise refusal(self, "curves", message)
 
     @classmethod
-    def named(cls, name: str, *, peak: float, source: str = "") -> QuantumEfficiency:
+    def named(cls, name: str, *, peak: Number, source: str = "") -> QuantumEfficiency:
         """Return those of a measured camera (``camsim list sensitivities``), whose curves are per energy."""
         return cls(_in_order(sensitivities(name)), per="energy", peak=peak, source=source)
 

@@ -6,7 +6,7 @@ import dataclasses
 import os
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Literal, Protocol, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self, TypeAlias
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After, Called
 from camsim.spectra.csv_table import Column, read_points
-from camsim.typed import Count, Fraction, NonNegative, Positive, Several, check, judge
+from camsim.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, judge
 from camsim.words import brief
 
 
@@ -39,6 +39,16 @@ class Curve:
     values: Several[NonNegative]
     name: str = ""
     outside: Literal["zero", "hold"] | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            wavelength_nm: Several[Number],
+            values: Several[Number],
+            name: str = "",
+            outside: Literal["zero", "hold"] | None = None,
+        ) -> None: ...
 
     __repr__ = brief
 
@@ -104,6 +114,9 @@ class Curve:
 
 
 Spectrum: TypeAlias = float | Curve
+
+NumberOrCurve: TypeAlias = Number | Curve
+"""What constructors take for it."""
 
 
 def _of_fractions(curve: Curve) -> Curve:

@@ -7,7 +7,7 @@ import functools
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -18,7 +18,7 @@ from camsim.marks import After
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer
-from camsim.typed import NonNegative, Positive, judge, refusal
+from camsim.typed import NonNegative, Number, Positive, judge, refusal
 from camsim.words import brief, either, percent
 
 # CODATA 2018; all three are exact in the SI of 2019.
@@ -101,6 +101,21 @@ class Light:
     irradiance_w_per_m2: Positive | None = field(default=None, kw_only=True)
     luminance_cd_per_m2: Positive | None = field(default=None, kw_only=True)
     at: Literal["scene", "sensor"] = field(default="scene", kw_only=True)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            spectrum: str | _Spectrum | None = None,
+            *,
+            line_nm: Number | None = None,
+            width_nm: Number = 0.0,
+            blackbody_k: Number | None = None,
+            illuminance_lux: Number | None = None,
+            irradiance_w_per_m2: Number | None = None,
+            luminance_cd_per_m2: Number | None = None,
+            at: Literal["scene", "sensor"] = "scene",
+        ) -> None: ...
 
     __repr__ = brief
 

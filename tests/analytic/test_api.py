@@ -6,14 +6,13 @@ import dataclasses
 import inspect
 import io
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import camsim
-from camsim.body import Body, Changes
 from camsim.errors import UnknownNameError
 from camsim.files.png import picture
 from camsim.files.preview import develop
@@ -130,11 +129,10 @@ def test_reprs_of_what_is_large(frame: camsim.Frame) -> None:
 
 
 def test_help_of_replace_names_every_stage() -> None:
-    """The keywords are the camera's fields, and their types; to the type checkers the same (tests/typing)."""
+    """The keywords are the camera's fields; their types are judged in tests/architecture/test_constructors.py."""
     listed = inspect.signature(camsim.Camera.replace).parameters
     assert set(listed) == {"self", *(field.name for field in dataclasses.fields(camsim.Camera))}
     assert str(listed["olpf"]) == "olpf: 'Olpf | None' = kept"
-    assert get_type_hints(Changes, include_extras=True) == get_type_hints(Body, include_extras=True)
 
 
 def test_no_public_call_hides_its_arguments() -> None:

@@ -8,7 +8,7 @@ import re
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, ParamSpec, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -56,6 +56,10 @@ class Chart(Shape):
     shapes: tuple[Shape, ...] = field(init=False, repr=False, compare=False)
     depth: int = field(init=False, repr=False, compare=False)
     pieces: int = field(init=False, repr=False, compare=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, name: str, parameters: Mapping[str, Any]) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -13,7 +13,7 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.scene.primitives import Fill, Primitive, Shape, counted
-from camsim.typed import Count, Point, Positive, Several, judge, refusal
+from camsim.typed import Count, Number, Place, Point, Positive, Several, Truth, Whole, judge, refusal
 
 Matrix = tuple[float, float, float, float, float, float]
 Finite = Annotated[float, Ge(-1e6), Le(1e6)]
@@ -44,6 +44,20 @@ class Group(Shape):
     clip: Shape | None = None
     depth: int = field(init=False, repr=False, compare=False)
     pieces: int = field(init=False, repr=False, compare=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            shapes: Several[Shape],
+            mirror: Literal["left-right", "up-down"] | None = None,
+            scale: Number | tuple[Number, Number] = 1.0,
+            turn_deg: Number = 0.0,
+            move_um: Place = (0.0, 0.0),
+            matrix: Several[Number] | None = None,
+            clip: Shape | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -97,6 +111,10 @@ class RepeatOnGrid(Shape):
     depth: int = field(init=False, repr=False, compare=False)
     pieces: int = field(init=False, repr=False, compare=False)
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, shapes: Several[Shape], cols: Whole = 1, rows: Whole = 1, step_um: Place) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
         _count(self, self.shapes, self.cols * self.rows)
@@ -129,6 +147,12 @@ class RepeatOnRing(Shape):
     upright: bool = False
     depth: int = field(init=False, repr=False, compare=False)
     pieces: int = field(init=False, repr=False, compare=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, *, shapes: Several[Shape], count: Whole, centre_um: Place = (0.0, 0.0), upright: Truth = False
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

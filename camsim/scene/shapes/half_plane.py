@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from camsim.scene.curves import through
 from camsim.scene.primitives import Primitive, Shape, one, turned
-from camsim.spectra.curve import Reflectance
-from camsim.typed import Point, judge
+from camsim.spectra.curve import NumberOrCurve, Reflectance
+from camsim.typed import Number, Place, Point, judge
 
 REACH_UM = 1e10
 """How far it goes: behind an f/8 lens less than 1e-10 of the light comes from beyond."""
@@ -37,6 +37,12 @@ class HalfPlane(Shape):
     through_um: Point = (0.0, 0.0)
     towards_deg: float = 0.0
     reflectance: Reflectance
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, *, through_um: Place = (0.0, 0.0), towards_deg: Number = 0.0, reflectance: NumberOrCurve
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

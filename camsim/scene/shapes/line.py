@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -14,8 +14,8 @@ from camsim.scene.arcs import Arcs, Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, Pen
 from camsim.scene.shapes.path import Drawn, Segments
 from camsim.scene.shapes.ways import DOT, Way, dashes_of, unit
-from camsim.spectra.curve import Reflectance
-from camsim.typed import NonNegative, Positive, Several, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Reflectance
+from camsim.typed import NonNegative, Number, Positive, Several, judge, refusal
 
 Cap = Literal["butt", "round", "square"]
 Join = Literal["miter", "round", "bevel"]
@@ -52,6 +52,21 @@ class Line(Drawn):
     dash_offset_um: float = 0.0
     reflectance: Reflectance
     _curves: Curves = field(init=False, repr=False, compare=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            segments_um: Segments,
+            width_um: Number,
+            cap: Cap = "butt",
+            join: Join = "miter",
+            miter_limit: Number = 4.0,
+            dashes_um: Several[Number] = (),
+            dash_offset_um: Number = 0.0,
+            reflectance: NumberOrCurve,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

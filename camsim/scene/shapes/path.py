@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from camsim.kind import LARGEST, Misfit
 from camsim.marks import After, Called
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, Shape, one
-from camsim.spectra.curve import Reflectance
+from camsim.spectra.curve import NumberOrCurve, Reflectance
 from camsim.typed import Several, judge, refusal
 
 Segment = tuple[Any, ...]
@@ -100,6 +100,12 @@ class Path(Drawn):
     reflectance: Reflectance
     _curves: Curves = field(init=False, repr=False, compare=False)
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, *, segments_um: Segments, fill_rule: FillRule = "nonzero", reflectance: NumberOrCurve
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
         pen = Pen()
@@ -108,7 +114,7 @@ class Path(Drawn):
         self._keep(pen, "an arc")
 
     @classmethod
-    def of(cls, area: Any, *, reflectance: Reflectance, fill_rule: FillRule = "evenodd") -> Path:
+    def of(cls, area: Any, *, reflectance: NumberOrCurve, fill_rule: FillRule = "evenodd") -> Path:
         """Return what an area covers: a polygon or multipolygon of Shapely's, or corners (n, 2), µm.
 
         Holes stay holes; an outline of corners may cross itself.

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -14,8 +14,8 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.scene.curves import joined, through
 from camsim.scene.primitives import Primitive, Shape, one
-from camsim.spectra.curve import Reflectance
-from camsim.typed import Corners, Point, Positive, Several, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Reflectance
+from camsim.typed import Corners, Number, Place, Point, Positive, Several, Whole, judge, refusal
 from camsim.words import brief
 
 Sides = Annotated[int, Ge(3), Le(100_000)]
@@ -39,6 +39,12 @@ class Polygon(Shape):
     points_um: Corners
     holes_um: Several[Corners] = ()
     reflectance: Reflectance
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, *, points_um: Several[Place], holes_um: Several[Several[Place]] = (), reflectance: NumberOrCurve
+        ) -> None: ...
 
     __repr__ = brief
 
@@ -83,6 +89,18 @@ class Rectangle(Shape):
     rotate_deg: float = 0.0
     reflectance: Reflectance
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            width_um: Number,
+            height_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            rotate_deg: Number = 0.0,
+            reflectance: NumberOrCurve,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
@@ -120,6 +138,18 @@ class RegularPolygon(Shape):
     rotate_deg: float = 0.0
     reflectance: Reflectance
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            sides: Whole,
+            radius_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            rotate_deg: Number = 0.0,
+            reflectance: NumberOrCurve,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
@@ -152,6 +182,19 @@ class Star(Shape):
     centre_um: Point = (0.0, 0.0)
     rotate_deg: float = 0.0
     reflectance: Reflectance
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            tips: Whole,
+            radius_um: Number,
+            inner_radius_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            rotate_deg: Number = 0.0,
+            reflectance: NumberOrCurve,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

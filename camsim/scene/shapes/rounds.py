@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
@@ -13,8 +13,8 @@ from annotated_types import Ge, Gt, Le
 from camsim.arrays import F64
 from camsim.scene.curves import ARC, Curves, around, joined
 from camsim.scene.primitives import Primitive, Shape, one, turned
-from camsim.spectra.curve import Reflectance
-from camsim.typed import NonNegative, Point, Positive, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Reflectance
+from camsim.typed import NonNegative, Number, Place, Point, Positive, judge, refusal
 
 Turn = Annotated[float, Gt(0), Le(360)]
 Angle = Annotated[float, Ge(-1e6), Le(1e6)]
@@ -34,6 +34,10 @@ class Disc(Shape):
     radius_um: Positive
     centre_um: Point = (0.0, 0.0)
     reflectance: Reflectance
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, radius_um: Number, centre_um: Place = (0.0, 0.0), reflectance: NumberOrCurve) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -62,6 +66,18 @@ class Ellipse(Shape):
     rotate_deg: float = 0.0
     reflectance: Reflectance
 
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            radius_x_um: Number,
+            radius_y_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            rotate_deg: Number = 0.0,
+            reflectance: NumberOrCurve,
+        ) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
@@ -86,6 +102,17 @@ class Ring(Shape):
     inner_radius_um: Positive
     centre_um: Point = (0.0, 0.0)
     reflectance: Reflectance
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            radius_um: Number,
+            inner_radius_um: Number,
+            centre_um: Place = (0.0, 0.0),
+            reflectance: NumberOrCurve,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -116,6 +143,19 @@ class Sector(Shape):
     turn_deg: Turn
     centre_um: Point = (0.0, 0.0)
     reflectance: Reflectance
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            radius_um: Number,
+            inner_radius_um: Number = 0.0,
+            from_deg: Number = 0.0,
+            turn_deg: Number,
+            centre_um: Place = (0.0, 0.0),
+            reflectance: NumberOrCurve,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

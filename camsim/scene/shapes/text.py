@@ -7,15 +7,15 @@ import io
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, Primitive, Shape, one, turned
-from camsim.spectra.curve import Reflectance
-from camsim.typed import Point, Positive, judge, refusal
+from camsim.spectra.curve import NumberOrCurve, Reflectance
+from camsim.typed import Number, Place, Point, Positive, judge, refusal
 
 Weight = Literal[
     "Light", "LightItalic", "Regular", "Italic", "SemiBold", "SemiBoldItalic", "Bold", "BoldItalic", "ExtraBold",
@@ -54,6 +54,22 @@ class Text(Shape):
     rotate_deg: float = 0.0
     reflectance: Reflectance
     pieces: int = field(init=False, repr=False, compare=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            text: str,
+            size_um: Number,
+            at_um: Place = (0.0, 0.0),
+            align: Literal["left", "centre", "right"] = "left",
+            vertical: Literal["baseline", "middle"] = "baseline",
+            weight: Weight = "Regular",
+            line: Number = 1.36,
+            rotate_deg: Number = 0.0,
+            reflectance: NumberOrCurve,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

@@ -7,15 +7,15 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from camsim.errors import InvalidValueError
 from camsim.scene.primitives import Primitive, Shape, counted, flattened
 from camsim.scene.shapes import Group, Rectangle
-from camsim.scene.svg.reader import Reader
 from camsim.spectra.curve import Reflectance, Spectrum
-from camsim.typed import FilePath, Point, Positive, Several, check, judge
+from camsim.typed import FilePath, Number, Place, Point, Positive, Several, check, judge
 
 __all__ = ["Svg", "read_svg"]
 
@@ -40,6 +40,10 @@ class Svg(Shape):
     depth: int = field(init=False, repr=False, compare=False)
     pieces: int = field(init=False, repr=False, compare=False)
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, name: str, shapes: Several[Shape]) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
         depth, pieces = counted(self.shapes)
@@ -55,10 +59,10 @@ class Svg(Shape):
 def read_svg(
     file: str | os.PathLike[str],
     *,
-    width_um: float | None = None,
-    height_um: float | None = None,
-    centre_um: Point = (0.0, 0.0),
-    rotate_deg: float = 0.0,
+    width_um: Number | None = None,
+    height_um: Number | None = None,
+    centre_um: Place = (0.0, 0.0),
+    rotate_deg: Number = 0.0,
     palette: Mapping[str, Spectrum] | None = None,
     shown: str = "",
 ) -> Svg:
@@ -91,6 +95,8 @@ def read_svg(
     kept = check(dict(palette or {}), Mapping[str, Reflectance], "palette", "read_svg")
     x, y = check(centre_um, Point, "centre_um", "read_svg")
     angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
+    from camsim.scene.svg.reader import Reader  # and a parser of XML, which most scenes do without
+
     view, shapes = Reader(Path(file), name, kept).shapes()
     scale = kept_um / (view.width_px if height_um is None else view.height_px)
     boxes = [fill.curves.boxes for primitive in flattened(shapes) for fill in primitive.fills]

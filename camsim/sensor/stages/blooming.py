@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.full_well import FullWell
-from camsim.typed import Fraction, judge
+from camsim.typed import Fraction, Number, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +33,10 @@ class Blooming(ElectronicStage):
     whole_window: ClassVar = True
 
     spill: Fraction = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(self, spill: Number = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

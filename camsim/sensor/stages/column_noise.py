@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from camsim.arrays import F32, F64
 from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.typed import NonNegative, judge
+from camsim.typed import NonNegative, Number, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +27,10 @@ class ColumnNoise(ElectronicStage):
     stream: ClassVar = 8
 
     sigma_e: NonNegative
+
+    if TYPE_CHECKING:
+
+        def __init__(self, sigma_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

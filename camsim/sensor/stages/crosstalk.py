@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from camsim.arrays import F64
 from camsim.marks import Called
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.stage import Context, ElectronicStage, Phase
-from camsim.typed import Fraction, Several, judge, refusal
+from camsim.typed import Fraction, Number, Several, judge, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +34,10 @@ class Crosstalk(ElectronicStage):
     margin: ClassVar = 1
 
     kernel: Annotated[Several[Several[Fraction]], Called("3 rows of 3 fractions")]
+
+    if TYPE_CHECKING:
+
+        def __init__(self, kernel: Several[Several[Number]]) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

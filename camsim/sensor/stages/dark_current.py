@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
-from camsim.typed import Celsius, Fraction, NonNegative, check, judge
+from camsim.typed import Celsius, Fraction, NonNegative, Number, check, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +33,12 @@ class DarkCurrent(ElectronicStage):
     nonuniformity: Fraction = 0.0
     at_c: Celsius = 25.0
     doubling_c: Annotated[float, Ge(1), Le(1000)] = 7.0
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, e_per_s: Number, nonuniformity: Number = 0.0, at_c: Number = 25.0, doubling_c: Number = 7.0
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

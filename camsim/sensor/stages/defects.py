@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.streams import BLOCK_ROWS
-from camsim.typed import Fraction, Index, NonNegative, Several, judge, refusal
+from camsim.typed import Fraction, Index, NonNegative, Number, Several, Whole, judge, refusal
 from camsim.words import brief
 
 Places: TypeAlias = tuple[I64, I64]
@@ -43,6 +43,18 @@ class Defects(ElectronicStage):
     dead_fraction: Fraction = 0.0
     hot: Annotated[Several[tuple[Index, Index, NonNegative]], Called("a list of (row, col, e_per_s)")] = ()
     dead: Annotated[Several[tuple[Index, Index]], Called("a list of (row, col)")] = ()
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            hot_fraction: Number = 0.0,
+            hot_e_per_s: Number = 0.0,
+            dead_fraction: Number = 0.0,
+            hot: Several[tuple[Whole, Whole, Number]] = (),
+            dead: Several[tuple[Whole, Whole]] = (),
+        ) -> None: ...
 
     __repr__ = brief
 

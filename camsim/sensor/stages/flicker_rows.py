@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.typed import NonNegative, judge
+from camsim.typed import NonNegative, Number, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +31,10 @@ class FlickerRows(ElectronicStage):
 
     sigma_e: NonNegative
     exponent: Annotated[float, Ge(0), Le(2)] = 1.0
+
+    if TYPE_CHECKING:
+
+        def __init__(self, sigma_e: Number, exponent: Number = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage, Phase
-from camsim.typed import Positive, judge
+from camsim.typed import Number, Positive, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +27,10 @@ class FullWell(ElectronicStage):
     without_noise: ClassVar = True
 
     capacity_e: Positive
+
+    if TYPE_CHECKING:
+
+        def __init__(self, capacity_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

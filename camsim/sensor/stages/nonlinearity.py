@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.typed import NonNegative, Positive, Several, judge, refusal
+from camsim.typed import NonNegative, Number, Positive, Several, judge, refusal
 from camsim.words import brief
 
 
@@ -32,6 +32,10 @@ class PolynomialResponse(ElectronicStage):
 
     coefficients: Several[float]
     scale_e: Positive
+
+    if TYPE_CHECKING:
+
+        def __init__(self, coefficients: Several[Number], scale_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)
@@ -85,6 +89,10 @@ class ResponseTable(ElectronicStage):
 
     electrons_in: Several[NonNegative]
     electrons_out: Several[NonNegative]
+
+    if TYPE_CHECKING:
+
+        def __init__(self, electrons_in: Several[Number], electrons_out: Several[Number]) -> None: ...
 
     __repr__ = brief
 

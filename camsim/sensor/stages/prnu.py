@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
-from camsim.typed import Fraction, judge
+from camsim.typed import Fraction, Number, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +25,10 @@ class Prnu(ElectronicStage):
     stream: ClassVar = 1
 
     fraction: Fraction
+
+    if TYPE_CHECKING:
+
+        def __init__(self, fraction: Number) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
-from camsim.typed import NonNegative, judge
+from camsim.typed import NonNegative, Number, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +27,10 @@ class ReadNoise(ElectronicStage):
     temporal: ClassVar = True
 
     sigma_e: NonNegative
+
+    if TYPE_CHECKING:
+
+        def __init__(self, sigma_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
         judge(self)

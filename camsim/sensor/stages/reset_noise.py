@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
-from camsim.typed import Celsius, NonNegative, check, judge
+from camsim.typed import Celsius, NonNegative, Number, check, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +29,15 @@ class ResetNoise(ElectronicStage):
 
     sigma_e: NonNegative
 
+    if TYPE_CHECKING:
+
+        def __init__(self, sigma_e: Number) -> None: ...
+
     def __post_init__(self) -> None:
         judge(self)
 
     @classmethod
-    def of_capacitance(cls, capacitance_ff: float, temperature_c: float = 25.0) -> ResetNoise:
+    def of_capacitance(cls, capacitance_ff: Number, temperature_c: Number = 25.0) -> ResetNoise:
         """Return the noise of a capacitance, √(kTC)/q (Boltzmann's k and the charge q: exact in the SI).
 
         >>> round(ResetNoise.of_capacitance(1.6).sigma_e, 1)

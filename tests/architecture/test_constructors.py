@@ -1,0 +1,82 @@
+"""What classes tell type checkers about their constructors follows from their fields."""
+
+import ast
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import camsim
+from bench.constructors import PACKAGE, constructor, files, judged, names_of, taken_for, written
+from camsim.sensor.electronics import ElectronicChanges
+
+
+def classes() -> Iterator[tuple[str, str, str]]:
+    """Yield each class with what it tells and what it should."""
+    for path in files():
+        for node in judged(ast.parse(path.read_text(encoding="utf-8"))):
+            told = written(node)
+            yield node.name, "" if told is None else ast.unparse(told), ast.unparse(constructor(node, names_of(path)))
+
+
+CLASSES = list(classes())
+
+
+def test_constructors_take_what_the_fields_keep() -> None:
+    wrong = [name for name, told, wanted in CLASSES if told != wanted]
+    assert wrong == [], "python -m bench.constructors writes them"
+    assert len(CLASSES) > 60
+
+
+@pytest.mark.parametrize(("name", "told"), [(name, told) for name, told, _ in CLASSES])
+def test_what_is_told_is_what_runs(name: str, told: str) -> None:
+    runs = inspect.signature(getattr(camsim, name)).parameters.values()
+    assert list(parameters(told)) == [(p.name, p.kind is p.KEYWORD_ONLY, p.default is not p.empty) for p in runs]
+
+
+def test_type_checkers_see_numpys_numbers_in_each() -> None:
+    """tests/typing/right.py makes one of every class that takes a number, of NumPy's numbers."""
+    made = (Path(__file__).parents[1] / "typing" / "right.py").read_text(encoding="utf-8").partition("# NumPy's")[2]
+    taking = [name for name, told, _ in CLASSES if re.search(r"Number|Whole|Truth|Place|Segments", told)]
+    assert [name for name in taking if f"camsim.{name}(" not in made] == ["Capture"]  # made by ``expose``
+
+
+def parameters(block: str) -> Iterator[tuple[str, bool, bool]]:
+    """Yield (name, by keyword only, has a default) of the function in a block."""
+    said = next(node for node in ast.walk(ast.parse(block)) if isinstance(node, ast.FunctionDef)).args
+    for index, argument in enumerate(said.args[1:], 1):
+        yield argument.arg, False, index >= len(said.args) - len(said.defaults)
+    for argument, default in zip(said.kwonlyargs, said.kw_defaults, strict=True):
+        yield argument.arg, True, default is not None
+
+
+@pytest.mark.parametrize(
+    ("file", "stages", "changes"),
+    [("body.py", "Body", "Changes"), ("sensor/electronics.py", "Electronics", "ElectronicChanges")],
+)
+def test_a_camera_exchanges_what_its_fields_keep(file: str, stages: str, changes: str) -> None:
+    kept, exchanged = (annotations(file, name) for name in (stages, changes))
+    names = names_of(PACKAGE / file)
+    assert {name: ast.unparse(kind) for name, kind in exchanged.items()} == {
+        name: taken_for(kind, names) for name, kind in kept.items()
+    }
+
+
+def annotations(file: str, name: str) -> dict[str, ast.expr]:
+    """Return the annotated names of a class."""
+    tree = ast.parse((PACKAGE / file).read_text(encoding="utf-8"))
+    node = next(node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name)
+    return {ast.unparse(part.target): part.annotation for part in node.body if isinstance(part, ast.AnnAssign)}
+
+
+def test_a_camera_tells_what_runs() -> None:
+    """Its electronic stages are told as those that ``replace`` exchanges."""
+    tree = ast.parse((PACKAGE / "camera.py").read_text(encoding="utf-8"))
+    told = next(written(node) for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Camera")
+    assert told is not None
+    runs = inspect.signature(camsim.Camera).parameters.values()
+    assert list(parameters(ast.unparse(told))) == [
+        (p.name, True, p.default is not p.empty) for p in runs if p.name not in ElectronicChanges.__annotations__
+    ]
