@@ -11,7 +11,7 @@ import argparse
 import resource
 import string
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import camsim
 
@@ -55,7 +55,7 @@ SIZE_UM = 12.0 * PITCH_UM  # of a letter
 LETTERS, FRAME = 100, 1024  # in a line, and lines on the page; photosites along the frame
 
 
-def _page(shapes: list[camsim.scene.Shape], letters: int) -> camsim.Rendering:
+def _page(shapes: Sequence[camsim.scene.Shape], letters: int) -> camsim.Rendering:
     side = round(FRAME * letters / LETTERS)
     return camsim.render(
         camsim.Scene(background=0.9, shapes=shapes),
