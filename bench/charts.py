@@ -1,18 +1,17 @@
-"""How long charts take, warm: ``python -m bench.charts [siemens-star] [dead-leaves] [glyphs] [polygons]``.
+"""How long charts take, warm: ``python -m bench.charts [siemens-star] [dead-leaves] [page]``.
 
 Promised for 2 cores: a star of 144 cycles at 1e-6 on 1024 × 1024 photosites, and dead leaves of 20 000 discs at 1e-4 on
 3008 × 2000 photosites behind a Bayer filter. A page of 10 000 glyphs is to be no slower than as many polygons of as
-many edges: the last figure of both is how many there are.
+many edges: ``page`` says how many times as much of all cores it takes (``--letters 20``: of 400, on as little a frame).
 """
 
 from __future__ import annotations
 
 import argparse
-import functools
 import resource
 import string
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import camsim
 
@@ -52,47 +51,42 @@ def dead_leaves() -> str:
     return f"{frame.report.method}, error {frame.report.error_estimate:.1e}"
 
 
-LETTERS, SIZE_UM = 100, 12.0 * PITCH_UM  # in a line, and lines on the page; how large
+SIZE_UM = 12.0 * PITCH_UM  # of a letter
+LETTERS, FRAME = 100, 1024  # in a line, and lines on the page; photosites along the frame
 
 
-def _page(shapes: list[camsim.scene.Shape]) -> tuple[str, int]:
-    found = camsim.render(
+def _page(shapes: Sequence[camsim.scene.Shape], letters: int) -> camsim.Rendering:
+    side = round(FRAME * letters / LETTERS)
+    return camsim.render(
         camsim.Scene(background=0.9, shapes=shapes),
         [LENS, camsim.SquarePhotosite(side_um=PITCH_UM)],
-        camsim.Grid(rows=1024, cols=1024, pitch_um=PITCH_UM),
+        camsim.Grid(rows=side, cols=side, pitch_um=PITCH_UM),
         wavelength_nm=550.0,
         tolerance=1e-4,
         method="boundary",
     )
-    return f"{found.method}, error {found.error_estimate:.1e}, {found.work.edges} edges", found.work.edges
 
 
-def _text() -> list[camsim.scene.Shape]:
-    letters = (string.ascii_letters + string.digits) * LETTERS**2
-    lines = "\n".join(letters[k : k + LETTERS] for k in range(0, LETTERS**2, LETTERS))
-    return [camsim.Text(text=lines, size_um=SIZE_UM, align="centre", vertical="middle", line=0.8, reflectance=0.1)]
-
-
-def glyphs() -> str:
-    return _page(_text())[0]
-
-
-@functools.cache
-def _edges() -> int:
-    return _page(_text())[1]
-
-
-def polygons() -> str:
-    step_um, sides = 0.8 * SIZE_UM, max(3, round(_edges() / LETTERS**2))
+def page(letters: int) -> str:
+    text = (string.ascii_letters + string.digits) * letters**2
+    lines = "\n".join(text[k : k + letters] for k in range(0, letters**2, letters))
+    glyphs = [camsim.Text(text=lines, size_um=SIZE_UM, align="centre", vertical="middle", line=0.8, reflectance=0.1)]
+    began = time.process_time()
+    found = _page(glyphs, letters)
+    of_glyphs, step_um = time.process_time() - began, 0.8 * SIZE_UM
+    sides = max(3, round(found.work.edges / letters**2))
     polygon = camsim.RegularPolygon(sides=sides, radius_um=0.3 * SIZE_UM, rotate_deg=1.0, reflectance=0.1)
-    return _page([camsim.RepeatOnGrid(shapes=[polygon], cols=LETTERS, rows=LETTERS, step_um=(step_um, step_um))])[0]
+    began = time.process_time()
+    _page([camsim.RepeatOnGrid(shapes=[polygon], cols=letters, rows=letters, step_um=(step_um, step_um))], letters)
+    of_polygons = time.process_time() - began
+    ratio = f"{of_glyphs:.1f} s of all cores, {of_glyphs / of_polygons:.2f} of polygons'"
+    return f"{found.method}, error {found.error_estimate:.1e}, {found.work.edges} edges, {ratio}"
 
 
-CASES: dict[str, Callable[[], str]] = {
-    "siemens-star": siemens_star,
-    "dead-leaves": dead_leaves,
-    "glyphs": glyphs,
-    "polygons": polygons,
+CASES: dict[str, Callable[[int], str]] = {
+    "siemens-star": lambda _: siemens_star(),
+    "dead-leaves": lambda _: dead_leaves(),
+    "page": page,
 }
 
 
@@ -100,11 +94,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", choices=[[], *CASES], help="only these")
     parser.add_argument("--runs", type=int, default=2, help="the first one compiles")
+    parser.add_argument("--letters", type=int, default=LETTERS, help="in a line, and lines on the page")
     chosen = parser.parse_args()
     for name in chosen.names or CASES:
         for _ in range(chosen.runs):
             began, worked = time.perf_counter(), time.process_time()
-            said = CASES[name]()
+            said = CASES[name](chosen.letters)
             seconds, of_cores = time.perf_counter() - began, time.process_time() - worked
             peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
             print(f"{name:13} {seconds:7.2f} s, {of_cores:7.2f} s of all cores, peak {peak:.2f} GB; {said}", flush=True)

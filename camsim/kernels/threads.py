@@ -6,11 +6,16 @@ not be entered by two threads. Threads of Python's cost some 50 µs a call, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import pairwise
+from typing import TypeVar
 
 import numba as nb
+
+Item = TypeVar("Item")
+Done = TypeVar("Done")
 
 BLOCKS = 8  # of a thread: whoever has an easy one takes the next
 
@@ -41,6 +46,26 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) ->
     with ThreadPoolExecutor(min(threads, blocks)) as pool:
         for _ in pool.map(lambda ends: work(*ends), pairwise(ends)):
             pass
+
+
+def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Iterator[Done]:
+    """Yield ``work(item)`` one after the other, while threads do those that come next: never more than ``most`` held.
+
+    >>> list(ahead(str.upper, "abc", 2))
+    ['A', 'B', 'C']
+    """
+    threads: int = min(nb.config.NUMBA_NUM_THREADS, most)  # type: ignore[attr-defined]
+    if threads == 1:
+        yield from map(work, items)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        begun: deque[Future[Done]] = deque()
+        for item in items:
+            begun.append(pool.submit(work, item))
+            if len(begun) == most:
+                yield begun.popleft().result()
+        while begun:
+            yield begun.popleft().result()
 
 
 def use_one_thread() -> None:

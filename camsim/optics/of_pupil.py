@@ -18,7 +18,6 @@ from camsim.optics.annular import AnnularAiry
 from camsim.optics.difference import Core
 from camsim.optics.pupil import Pupil
 
-COARSE = 1e-9  # a non-uniform FFT to this precision may use a grid of less than half the size
 SETTLED = 1e-11  # two rules that differ by no more than this agree
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
 ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coefficients
@@ -153,7 +152,6 @@ class OfPupil:
                 amplitude.shape,
                 precision=max(precision, 1e-14),
                 sign=-1,
-                upsampling=1.25 if precision >= COARSE else 2,
             )
         irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)
         return irradiance

@@ -268,7 +268,7 @@ def test_edges_by_non_uniform_transform(monkeypatch):
     scene = random_scene(rng, size_um=60.0, spectral=True)
     wavelength_nm = np.linspace(400.0, 700.0, 5)
 
-    def image():
+    def image(tolerance):
         return render_channels(
             scene,
             OpticalSystem.of([camsim.Airy(f_number=4.0), camsim.SquarePhotosite(side_um=2.0)]),
@@ -276,13 +276,14 @@ def test_edges_by_non_uniform_transform(monkeypatch):
             response=three_channels(wavelength_nm),
             wavelength_nm=wavelength_nm,
             channel=bayer(24, 30),
-            tolerance=1e-10,
+            tolerance=tolerance,
             method="fourier",
         ).image
 
-    one_by_one = image()
+    one_by_one = {tolerance: image(tolerance) for tolerance in (1e-3, 1e-5, 1e-7, 1e-10)}
     monkeypatch.setattr(fourier_plan, "PER_EDGE_POINT", 1.0)
-    assert np.abs(image() - one_by_one).max() <= 1e-10
+    for tolerance, expected in one_by_one.items():
+        assert np.abs(image(tolerance) - expected).max() <= 0.1 * tolerance
 
 
 def test_tiles_make_the_same_image(monkeypatch):
@@ -335,7 +336,7 @@ def test_scenery_wholly_elsewhere_and_wholly_around(monkeypatch, spread):
         monkeypatch.setattr(fourier_plan, "PER_EDGE_POINT", 1.0)
     lens = [camsim.Gaussian(sigma_um=1.0), SQUARE]
     for elsewhere in ([(1000, 1000), (1100, 1000), (1050, 1100)], [(1000, -5), (1100, -5), (1050, 5)]):
-        np.testing.assert_array_equal(polygon_image(lens, 1e-9, outline=elsewhere, shape=(3, 4)), 1.0)
+        assert np.abs(polygon_image(lens, 1e-9, outline=elsewhere, shape=(3, 4)) - 1.0).max() <= ROUNDING
     around = [(-1e6, -1e6), (1e6, -1e6), (1e6, 1e6), (-1e6, 1e6)]
     assert np.abs(polygon_image(lens, 1e-9, outline=around, shape=(3, 4))).max() <= 1e-9
 

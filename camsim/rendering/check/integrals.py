@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,14 +63,16 @@ class Integrals:
     @functools.cached_property
     def zones(self) -> Zones:
         """This rule for what is near, and others of fewer nodes."""
-        gap = self._parts.gaps(self._listeners)
         contrast = np.abs(self.weights).sum(axis=2).max(axis=1)[self.pair] * np.abs(self.times)
-        light = np.where(gap > self.radius, contrast * self.pieces.outlines.length / np.maximum(gap, self.radius), 0.0)
+        strength, light = contrast * self.pieces.outlines.length, 0.0
+        for gap in self._gaps():
+            far = gap > self.radius
+            light = max(light, float(np.sum(strength[far] / gap[far])))
         return zones_of(
             self._rule,
             order=max(self._orders),
             half=0.5 * max(self.sides),
-            light=float(light.sum(axis=1).max(initial=0.0)) / math.tau,
+            light=light / math.tau,
             allowed=FAR_PART * self.budget.allowed("footprint rule"),
         )
 
@@ -96,45 +99,61 @@ class Integrals:
     @functools.cached_property
     def radius(self) -> float:
         """Distance from which on no end, no corner and no line is heard: E is taken from its table as far as that."""
-        blur = float(self._blur.max())
-        places = self._listeners
-        ends, strength = self._ends
-        distance = np.hypot(*(places[:, None] - ends[None]).transpose(2, 0, 1))
-        h, beside = self._feet(places)
-        heard = np.concatenate([distance, np.where(beside, np.abs(h), np.inf)], axis=1)
-        square = np.concatenate([strength**2, np.full(h.shape[1], 4.0)])
-        everything = self._farthest
+        blur, everything = float(self._blur.max()), self._farthest
         radius = max(NEAREST * blur, 2.0 * self._extent)
-        while radius < everything:
-            beyond = np.sum(square * (radius / np.maximum(heard, radius)) ** 5 * (heard > radius), axis=1)
-            together = max(FEW, float(beyond.max()))
-            swing = self._swing_at(radius)
-            if 2.0 * swing * math.sqrt(blur / radius * together) / (4.0 * math.pi) <= self.budget.allowed("beyond"):
+        steps = math.ceil(math.log(everything / radius, FARTHER)) if everything > radius else 0
+        radii: F64 = radius * FARTHER ** np.arange(steps, dtype=float)
+        for radius, beyond in zip(radii.tolist(), self._heard_beyond(radii).tolist(), strict=True):
+            loud = self._swing_at(radius) * math.sqrt(blur / radius * max(FEW, beyond))
+            if loud / math.tau <= self.budget.allowed("beyond"):
                 break
-            radius *= FARTHER
+        else:
+            radius = max(radius, everything)
         return min(radius, max(everything, NEAREST * blur)) + self._extent
+
+    def _heard_beyond(self, radii: F64) -> F64:
+        """Return Σ strength²·(radius/distance)⁵ of all ends and lines beyond each radius, where that is the most."""
+        ends, strength = self._ends
+        most = np.zeros_like(radii)
+        for place in self._listeners if radii.size else ():  # one by one: there may be millions of ends
+            h, beside = self._feet(place)
+            distance = np.concatenate([np.hypot(*(ends - place).T), np.abs(h[beside])])
+            loud = np.maximum(distance / radii[0], 1.0) ** -5.0
+            loud *= np.concatenate([strength**2, np.full(distance.size - len(ends), 4.0)])
+            shells = np.bincount(np.searchsorted(radii, distance), loud, minlength=radii.size + 1)
+            most = np.maximum(most, (radii / radii[0]) ** 5 * np.cumsum(shells[::-1])[-2::-1])
+        return most
 
     @functools.cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
-        o, blur = self.pieces.outlines, self._blur
+        zones = list(zip(itertools.pairwise(self.zones.ends(np.array([self.radius]))), self.zones.rules, strict=True))
+        passed = len(self.pieces.outlines.x) * PASSED_SECONDS
+        seconds = POINT_SECONDS + passed * sum(len(points) for _, (points, _) in zones)
+        for gap in self._gaps():
+            nodes = self._nodes_on(gap) * NODE_SECONDS + PIECE_SECONDS
+            for (low, high), (points, _) in zones:
+                here = (low <= gap) & (gap < high)
+                seconds += len(points) * float(nodes[here].sum()) / len(self._listeners)
+        return seconds
+
+    def _nodes_on(self, gap: F64) -> F64:
+        """Return how many nodes each piece takes that lies so far away; those on round pieces as many times as long."""
+        o = self.pieces.outlines
         length, bent = o.length, o.turn_rad != 0.0
-        gap = self._parts.gaps(self._listeners)
         near = np.where(gap < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
-        panels = np.ceil(near / (PANEL_BLURS * float(blur.min())))
+        panels = np.ceil(near / (PANEL_BLURS * float(self._blur.min())))
         # Beyond the table a round piece takes panels that double in length on either side, a short one but a few nodes.
         beyond = PANEL_NODES * (2.0 + 2.0 * np.log2(1.0 + length / self.radius))
         for count, short in SHORT:
             beyond = np.where((gap > self.radius) & (0.5 * length < short * (gap + 0.5 * length)), count, beyond)
-        nodes = PANEL_NODES * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
-        seconds = POINT_SECONDS
-        for (low, high), (points, _) in zip(
-            itertools.pairwise(self.zones.ends(np.array([self.radius]))), self.zones.rules, strict=True
-        ):
-            here = (low <= gap) & (gap < high)
-            each = np.where(here, nodes * NODE_SECONDS + PIECE_SECONDS, 0.0).sum(axis=1).mean()
-            seconds += len(points) * (float(each) + len(length) * PASSED_SECONDS)
-        return seconds
+        nodes: F64 = PANEL_NODES * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
+        return nodes
+
+    def _gaps(self) -> Iterator[F64]:
+        """Yield how far all of each piece lies at least from one listener after the other."""
+        for place in self._listeners:  # one by one: there may be millions of pieces
+            yield self._parts.gaps(place[None])[0]
 
     def values(self, points: F64, sets: I64) -> F64:
         """Return the light at points (m, 2) besides the background's, each in its channel."""
@@ -238,12 +257,12 @@ class Integrals:
         np.add.at(jump, index.ravel(), np.concatenate([leaves, -comes], axis=1).T)
         return places, np.minimum(np.hypot(*jump.T) / math.sqrt(2.0), 1.0)
 
-    def _feet(self, places: F64) -> tuple[F64, np.ndarray]:
-        """Return (places, pieces): distance from each straight piece's line, and whether its foot lies on the piece."""
+    def _feet(self, place: F64) -> tuple[F64, np.ndarray]:
+        """Return (pieces,): distance from each straight piece's line, and whether its foot lies on the piece."""
         o = self.pieces.outlines
         straight = o.turn_rad == 0.0
         length = np.where(straight, np.hypot(o.dx, o.dy), 1.0)
-        dx, dy = o.x - places[:, :1], o.y - places[:, 1:]
+        dx, dy = o.x - place[0], o.y - place[1]
         h = (dx * o.dy - dy * o.dx) / length
         s = -(dx * o.dx + dy * o.dy) / length
         return h, straight & (s > 0.0) & (s < length)
@@ -260,11 +279,11 @@ class Integrals:
         if about.any():
             loud = self._swing * (base / np.maximum(o.dx, base)) ** FALLS * o.turn_rad / math.tau > allowed
             radius = float((o.dx + gap)[about & loud].max(initial=base - blur)) + blur
-        h, beside = self._feet(place[None])
+        h, beside = self._feet(place)
         length = np.hypot(o.dx, o.dy)
-        far = beside[0] & (np.abs(h[0]) > base)
+        far = beside & (np.abs(h) > base)
         if np.count_nonzero(far) > 2:
-            distance = np.abs(h[0][far])
+            distance = np.abs(h[far])
             share = np.minimum(length[far], np.sqrt(blur * distance)) / distance / math.tau
             shell = np.floor(distance / (0.5 * blur)).astype(np.int64)
             _, index = np.unique(shell, return_inverse=True)

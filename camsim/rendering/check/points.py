@@ -17,6 +17,7 @@ PANEL_BLURS = 4.0
 SHORT = ((8, 0.25), (4, 0.03))
 """Nodes, and of its distance half an arc for which they do: 8^{−16} of what it gives."""
 STRAIGHTISH = 2.0  # radians that such an arc may turn: it does not go round and back again, as a small circle does
+TINY = 1.0 / 16.0  # of a panel: there SHORT's eight nodes leave less than a panel's twenty on all of it
 CUTS = 10  # where a round piece may be cut, its ends among them
 FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
 
@@ -129,7 +130,9 @@ def _value(r: float, inside: bool, energy: Energy) -> float:
 
 
 @kernel()
-def _straight(x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, g: F64) -> float:
+def _straight(
+    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, rules: Rules
+) -> float:
     far, length = energy.far, math.hypot(o.dx[e], o.dy[e])
     tx, ty = o.dx[e] / length, o.dy[e] / length
     dx, dy = o.x[e] - x, o.y[e] - y
@@ -147,6 +150,7 @@ def _straight(x: float, y: float, o: Outlines, e: int, radius: float, panel: flo
         total += _far_line(h, high, s2, far)
     panels = math.ceil((high - low) / panel)
     half = 0.5 * (high - low) / panels
+    g = rules.few if high - low < TINY * panel else rules.panel
     inside = 0.0
     for p in range(panels):
         middle = low + half * (2 * p + 1)
@@ -221,8 +225,9 @@ def _round(
         at = math.hypot(dx + big * math.cos(middle), dy + big * math.sin(middle))
         if at < radius:
             panels = math.ceil((high - low) * big / panel)
+            rule = few if (high - low) * big < TINY * panel else g
             for p in range(panels):
-                total += _panel(Arc(dx, dy, big, low, high), p / panels, (p + 1) / panels, True, energy, g)
+                total += _panel(Arc(dx, dy, big, low, high), p / panels, (p + 1) / panels, True, energy, rule)
             continue
         # From the nearer end on, panels as long as they are far away.
         at_low = math.hypot(dx + big * math.cos(low), dy + big * math.sin(low))
@@ -284,7 +289,7 @@ def _light(
                 continue
             energy = Energy(tables.cells[sides[e], channel], per_step, tables.far[sides[e], channel])
             if o.turn_rad[e] == 0.0:
-                total += times[e] * _straight(x, y, o, e, reach, panel, energy, rules.panel)
+                total += times[e] * _straight(x, y, o, e, reach, panel, energy, rules)
             else:
                 total += times[e] * _round(x, y, o, e, reach, panel, energy, rules, cuts)
         light[point, node] = total / math.tau

@@ -12,7 +12,7 @@ from camsim.rendering.fields.light import Samples
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, strips
 from camsim.rendering.fourier.kernels import SceneBlock
 from camsim.rendering.fourier.plan import Sizes
-from camsim.rendering.fourier.regions import sums_of_waves
+from camsim.rendering.fourier.regions import phases_of, sums_of_waves
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,4 +63,4 @@ class Fields:
     def _sums(self, strip: Strip, places: F64, strengths: F64) -> C128:
         if not len(places):
             return np.zeros((strip.count_j, strip.count_i), complex)
-        return sums_of_waves(strip, 0, strip.count_i, self.tile.periods, places, strengths, self.precision)
+        return sums_of_waves(strip, phases_of(places, self.tile.periods), strengths, self.precision)

@@ -127,19 +127,16 @@ class Strip:
     """Rows of the half plane i ≥ 0 from its left side to the band's end, whatever aliases they are in.
 
     first_j, count_j : of j;  count_i: of i, from 0 on
-    flat_from        : the i from which on |kx| may be larger than |ky|;  steep_to: up to which it may be smaller
     """
 
     first_j: int
     count_j: int
     count_i: int
-    flat_from: int
-    steep_to: int
 
     @property
     def points(self) -> int:
-        """Frequencies that are spread to, of one kind and of the other."""
-        return self.count_j * (self.count_i - self.flat_from + self.steep_to + 1)
+        """Frequencies that are spread to."""
+        return self.count_j * self.count_i
 
     def blocks(self, tile: Tile, most: int) -> Iterator[Block]:
         """Cut into blocks of one alias, of at most about ``most`` frequencies; those of i < 0 are mirrored."""
@@ -171,40 +168,36 @@ class Strip:
 
 
 def count_strips(tile: Tile, most: int) -> tuple[int, float]:
-    """Return how many strips there are, and about how many frequencies are spread to in all of them."""
+    """Return how many strips of one quadrant each there are, and about how many frequencies in all of them."""
     high, widest = math.floor(tile.cut * tile.periods[1]), math.floor(tile.cut * tile.periods[0]) + 1
     box = (2 * high + 1) * widest
-    count = min(2 * high + 1, -(-box // most))
-    # Each row of a strip is as long as its longest, and both sums are wanted at as many columns as it has rows.
-    return count, min(2.0 * box, tile.points + 3.0 * box / count)
+    count = min(high + 1, -(-(high + 1) * widest // most)) + min(high, -(-high * widest // most))
+    # Each row of a strip is as long as its longest.
+    return count, min(box, tile.points + box / count)
 
 
-def strips(tile: Tile, most: int) -> list[Strip]:
+def strips(tile: Tile, most: int, *, quadrants: bool = False) -> list[Strip]:
     """Cut the half plane i ≥ 0 into strips of at most about ``most`` frequencies, the same number of rows in each.
+
+    quadrants : all j ≤ 0 or all j > 0 in each
 
     >>> tile = Tile(row=0, col=0, rows=1, cols=1, inner=(2.0, 2.0), outer=(4.0, 4.0), periods=(12, 10), cut=1.7,
     ...             low=(0.0, 0.0), high=(1.0, 1.0))
     >>> [(strip.first_j, strip.count_j, strip.count_i) for strip in strips(tile, 300)]
     [(-17, 12, 20), (-5, 11, 21), (6, 12, 20)]
+    >>> [(strip.first_j, strip.count_j, strip.count_i) for strip in strips(tile, 300, quadrants=True)]
+    [(-17, 9, 19), (-8, 9, 21), (1, 8, 21), (9, 9, 18)]
     """
     px, py = tile.periods
     high, widest = math.floor(tile.cut * py), math.floor(tile.cut * px) + 1
-    rows = 2 * high + 1
-    count = min(rows, -(-rows * widest // most))
     found = []
-    for k in range(count):
-        first, stop = round(k * rows / count) - high, round((k + 1) * rows / count) - high
-        nearest, farthest = max(first, 1 - stop, 0), max(-first, stop - 1)
-        last_i = math.floor(px * math.sqrt(max(tile.cut**2 - (nearest / py) ** 2, 0.0)))
-        found.append(
-            Strip(
-                first_j=first,
-                count_j=stop - first,
-                count_i=last_i + 1,
-                flat_from=min(nearest * px // py, last_i + 1),
-                steep_to=min(-(-farthest * px // py), last_i),
-            )
-        )
+    for begin, rows in ((-high, high + 1), (1, high)) if quadrants else ((-high, 2 * high + 1),):
+        count = min(rows, -(-rows * widest // most))
+        for k in range(count):
+            first, stop = begin + round(k * rows / count), begin + round((k + 1) * rows / count)
+            nearest = max(first, 1 - stop, 0)
+            last_i = math.floor(px * math.sqrt(max(tile.cut**2 - (nearest / py) ** 2, 0.0)))
+            found.append(Strip(first_j=first, count_j=stop - first, count_i=last_i + 1))
     return found
 
 

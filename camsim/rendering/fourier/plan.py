@@ -24,7 +24,8 @@ from camsim.rendering.fourier.taper import taper_margin
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
 STRIP_POINTS = 400_000  # spread to at a time, at least, and more with more nodes as long as there is memory
-SPREAD_HELD = 12  # complex numbers for each: a sum on a grid of twice a strip's sides, and what is made of it
+STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
+SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
 PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
 TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
 STRIP_SAMPLES = 4_000_000  # of a pattern at a time, each of which takes STRIP_BYTES until it is added up
@@ -202,7 +203,7 @@ def _strips(task: Task, tile: Tile, nodes: float) -> tuple[int, float]:
     size = STRIP_POINTS
     while size <= most:
         count, points = count_strips(tile, size)
-        seconds = task.spectra * PER_SPREAD_POINT * points + 2.0 * nodes * count * PER_SPREAD_NODE
+        seconds = task.spectra * PER_SPREAD_POINT * points + nodes * count * PER_SPREAD_NODE
         best = min(best, (size, seconds / tile.points), key=lambda one: one[1])
         size *= 2
     return best

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
+from camsim.kernels import ahead
 from camsim.nonuniform import modes
 from camsim.quadrature import gauss_legendre, gauss_pieces
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
 from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
-from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, Sizes, spreading_precision
+from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, STRIPS_AT_ONCE, Sizes, spreading_precision
+
+WORTH_A_THREAD = 100_000  # frequencies of a strip
 
 
 def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -> Edges:
@@ -60,7 +63,7 @@ class Regions:
     areas       : (spectra,) square pitches
     tile, plan  : whose frequencies they are transformed at, and how
     corners     : edges by the corners that they share
-    along       : for each spectrum nodes (m, 2) on its edges and strengths (2, m); None: edge by edge
+    along       : for each spectrum phases (2, m) of nodes on its edges, and strengths (2, m); None: edge by edge
     precision   : of the non-uniform transform, relative
     """
 
@@ -87,7 +90,7 @@ class Regions:
             tile=tile,
             plan=plan,
             corners=Corners(points, begins, ends, jump),
-            along=_strengths(edges, jump, tile.cut, precision) if plan.spread else None,
+            along=_strengths(edges, jump, tile, precision) if plan.spread else None,
             precision=precision,
         )
 
@@ -98,8 +101,7 @@ class Regions:
                 transforms = edge_transforms(block.place(self.tile), self.corners)
                 yield block, SceneBlock(transforms, self.areas)
             return
-        for strip in strips(self.tile, self.plan.strip_points):
-            whole = [_spread(strip, self.tile.periods, *own, self.precision) for own in self.along]
+        for strip, whole in self._strips(self.along):
             for block in strip.blocks(self.tile, self.plan.block_points):
                 transforms = np.empty((self.areas.size, block.count_j, 2, block.count_i))
                 for own, values in zip(transforms, whole, strict=True):
@@ -107,15 +109,28 @@ class Regions:
                     own[:, 0], own[:, 1] = part.real, part.imag
                 yield block, SceneBlock(transforms, self.areas)
 
+    def _strips(self, along: tuple[tuple[F64, F64], ...]) -> Iterator[tuple[Strip, list[C128]]]:
+        """Yield the half plane strip by strip, with the transform of each spectrum's regions."""
 
-def _strengths(edges: Edges, jump: F64, cut: float, precision: float) -> tuple[tuple[F64, F64], ...]:
-    nodes, weights, edge = gauss_nodes(edges.start, edges.end, cut, OF_NODES * precision)
+        def transformed(strip: Strip) -> tuple[Strip, list[C128]]:
+            return strip, [_spread(strip, self.tile.periods, *own, self.precision) for own in along]
+
+        every = strips(self.tile, self.plan.strip_points, quadrants=True)
+        if every[0].points < WORTH_A_THREAD:
+            yield from map(transformed, every)
+        else:
+            yield from ahead(transformed, every, STRIPS_AT_ONCE)
+
+
+def _strengths(edges: Edges, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, F64], ...]:
+    nodes, weights, edge = gauss_nodes(edges.start, edges.end, tile.cut, OF_NODES * precision)
+    phases = phases_of(nodes, tile.periods)
     strengths = weights * (edges.end - edges.start)[edge].T
     regions = []
     for own in jump.T:
         times = own[edge]
         mine = times != 0.0
-        regions.append((nodes[mine], strengths[:, mine] * times[mine]))
+        regions.append((phases.compress(mine, axis=1), strengths.compress(mine, axis=1) * times[mine]))
     return tuple(regions)
 
 
@@ -139,48 +154,36 @@ def gauss_nodes(start: F64, end: F64, cut: float, allowed: float) -> tuple[F64, 
     return np.concatenate(nodes), np.concatenate(weights), np.concatenate(owners)
 
 
-def _spread(strip: Strip, periods: tuple[int, int], nodes: F64, strengths: F64, precision: float) -> C128:
+def _spread(strip: Strip, periods: tuple[int, int], phases: F64, strengths: F64, precision: float) -> C128:
     """Return 4π²|k|²·F = 2πi Σ (kx·ey − ky·ex)·exp(−2πi k·y) over the nodes: (count_j, count_i).
 
+    phases    : (2, m) of the nodes
     strengths : (2, m) weight times the edge's x and y part, times −1 where the region lies to the right
 
-    Outlines are closed, so Σ (k·e)·exp(−2πi k·y) = 0, and the sum over ey or that over ex gives the other:
-    |k|²/kx times the first, where |kx| ≥ |ky|, or −|k|²/ky times the second.
+    Outlines are closed, so Σ (k·e)·exp(−2πi k·y) = 0, and one sum gives both: that of ey ± ex is kx ± ky times what
+    the whole is |k|² times. The sign is ky's, so that nothing is divided by less than |k|.
     """
-    first_j, count_j = strip.first_j, strip.count_j
-    whole = np.zeros((count_j, strip.count_i), complex)
-    if not len(nodes):
-        return whole
+    if not phases.size:
+        return np.zeros((strip.count_j, strip.count_i), complex)
     kx = np.arange(strip.count_i) / periods[0]
-    ky = (first_j + np.arange(count_j))[:, None] / periods[1]
-    square = kx * kx + ky * ky
-    flat_from, steep_stop = strip.flat_from, strip.steep_to + 1
-    if flat_from < strip.count_i:
-        of_y = sums_of_waves(strip, flat_from, strip.count_i, periods, nodes, strengths[1], precision)
-        across = np.where(kx[flat_from:] > 0.0, kx[flat_from:], 1.0)
-        whole[:, flat_from:] = of_y * (2j * np.pi * square[:, flat_from:] / across)
-    steep = np.abs(ky) > kx[:steep_stop]
-    if steep.any():
-        of_x = sums_of_waves(strip, 0, steep_stop, periods, nodes, strengths[0], precision)
-        of_x *= -2j * np.pi * square[:, :steep_stop] / np.where(ky == 0.0, 1.0, ky)
-        whole[:, :steep_stop][steep] = of_x[steep]
+    ky = (strip.first_j + np.arange(strip.count_j))[:, None] / periods[1]
+    across, down = strengths
+    whole = sums_of_waves(strip, phases, down - across if strip.first_j > 0 else down + across, precision)
+    over = kx + np.abs(ky)
+    whole *= 2j * np.pi * ((kx * kx + ky * ky) / np.where(over > 0.0, over, 1.0))
     return whole
 
 
-def sums_of_waves(
-    strip: Strip,
-    first_i: int,
-    stop_i: int,
-    periods: tuple[int, int],
-    nodes: F64,
-    strengths: F64,
-    precision: float,
-) -> C128:
-    """Return Σ strengths·exp(−2πi k·y) over the nodes, on some columns of a strip."""
+def phases_of(places: F64, periods: tuple[int, int]) -> F64:
+    """Return 2π times places (m, 2) in periods along x and y, less whole turns: (2, m)."""
+    turns = np.stack([places[:, axis] / periods[axis] for axis in (0, 1)])
+    return 2.0 * np.pi * (turns - np.rint(turns))
+
+
+def sums_of_waves(strip: Strip, phases: F64, strengths: F64, precision: float) -> C128:
+    """Return Σ strengths·exp(−2πi k·y) over nodes, by their phases (2, m), on a strip: (count_j, count_i)."""
+    x, y = phases
     # The integers of a sum run about 0: the middle is moved there.
-    count = stop_i - first_i
-    middle_i, middle_j = first_i + count // 2, strip.first_j + strip.count_j // 2
-    turn = nodes[:, 0] * middle_i / periods[0] + nodes[:, 1] * middle_j / periods[1]
-    x, y = (2.0 * np.pi * ((nodes[:, axis] / periods[axis] + 0.5) % 1.0 - 0.5) for axis in (0, 1))
-    shifted = strengths * np.exp(-2j * np.pi * (turn % 1.0))
-    return modes((y, x), shifted, (strip.count_j, count), precision=precision, sign=-1)
+    turned = np.exp(-1j * (x * (strip.count_i // 2) + y * (strip.first_j + strip.count_j // 2)))
+    turned *= strengths
+    return modes((y, x), turned, (strip.count_j, strip.count_i), precision=precision, sign=-1)
