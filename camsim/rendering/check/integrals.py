@@ -237,19 +237,13 @@ class Integrals:
         o = self.pieces.outlines
         straight = o.turn_rad == 0.0
         begin, finish = o.from_rad, o.from_rad + o.turn_rad
-        first = np.stack([o.x + np.where(straight, 0.0, o.dx * np.cos(begin)), o.y + o.dx * ~straight * np.sin(begin)])
-        last = np.stack(
-            [
-                o.x + np.where(straight, o.dx, o.dx * np.cos(finish)),
-                o.y + np.where(straight, o.dy, o.dx * np.sin(finish)),
-            ]
-        )
+        cos, sin = np.cos([begin, finish]), np.sin([begin, finish])
+        first = np.stack([o.x + o.dx * ~straight * cos[0], o.y + o.dx * ~straight * sin[0]])
+        last = np.stack([o.x + o.dx * np.where(straight, 1.0, cos[1]), o.y + np.where(straight, o.dy, o.dx * sin[1])])
         size = np.where(straight, np.hypot(o.dx, o.dy), 1.0)
-        leaves = np.stack(
-            [np.where(straight, o.dx / size, -np.sin(begin)), np.where(straight, o.dy / size, np.cos(begin))]
-        )
-        comes = np.stack(
-            [np.where(straight, o.dx / size, -np.sin(finish)), np.where(straight, o.dy / size, np.cos(finish))]
+        leaves, comes = (
+            np.stack([np.where(straight, o.dx / size, -sin[k]), np.where(straight, o.dy / size, cos[k])])
+            for k in (0, 1)
         )
         points = np.round(np.concatenate([first, last], axis=1).T, 9)
         places, index = np.unique(points, axis=0, return_inverse=True)
