@@ -166,8 +166,9 @@ _PATTERN = Pattern(
     breaks=(1.37,),
     powers=(0.0, 0.0, 0.0),
     rings=(),
-    airy=False,
+    tones=(),
+    tones_from=0.0,
     signed=False,
     quiet=lambda allowed: math.sqrt(2.0 * math.log(1.0 / allowed)),
-    finest=1e-9,
+    finest=1e-11,
 )

@@ -30,12 +30,7 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     """Record of one system; ``thorough``: the truth where it takes seconds too; ``patience_s`` 0: wait for ever."""
     system = draw(seed, number)
     rng = np.random.default_rng([seed, number, 1])
-    record = {
-        "seed": seed, "number": number, "lens": system["lens"]["kind"], "photosite": system["photosite"]["kind"],
-        "olpf": _olpf_name(system["olpf"]), "blur": system["lens"]["blur"], "tolerance": system["tolerance"],
-        "asked": system["method"], "rows": system["grid"]["rows"], "cols": system["grid"]["cols"],
-        "wavelengths": len(system["wavelength_nm"]), "shapes": len(system["shapes"]), "faults": [],
-    }  # fmt: skip
+    record = described(system, seed, number) | {"faults": []}
     begin = time.process_time()
     try:
         if not thorough and _expected(system) > QUICK_S:
@@ -76,8 +71,18 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     return record
 
 
+def described(system, seed, number):
+    """What a record begins with."""
+    return {
+        "seed": seed, "number": number, "lens": system["lens"]["kind"], "photosite": system["photosite"]["kind"],
+        "olpf": _olpf_name(system["olpf"]), "blur": system["lens"]["blur"], "tolerance": system["tolerance"],
+        "asked": system["method"], "rows": system["grid"]["rows"], "cols": system["grid"]["cols"],
+        "wavelengths": len(system["wavelength_nm"]), "shapes": len(system["shapes"]),
+    }  # fmt: skip
+
+
 def _expected(system):
-    return systems.expected_seconds(system, tolerance=system["tolerance"], method=system["method"])
+    return systems.choice(system, tolerance=system["tolerance"], method=system["method"]).cost.seconds
 
 
 def _rendered(system, patience_s):
@@ -240,7 +245,7 @@ def _by_the_other(system, truth, method):
             continue
         try:
             # The truth judges round lenses in any case, the other engine where it takes a moment.
-            expected = systems.expected_seconds(system, tolerance=tolerance, method=name)
+            expected = systems.choice(system, tolerance=tolerance, method=name).cost.seconds
             if expected > (0.5 if truth.round is not None else 5.0):
                 continue
             return name, tolerance, systems.rendered(system, tolerance=tolerance, method=name).image

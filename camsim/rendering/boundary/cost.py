@@ -31,7 +31,7 @@ class Counts:
     """What the boundary engine is going to do for one image.
 
     photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × lines close by
-    ringed     : ends × photosites where rings are computed, × wavelengths
+    ringed     : ends × photosites where rings are computed, × wavelengths × tones
     close      : photosites × edges just beyond the near zone;  collected: sources × tiles that sum them up
     tables     : fields and edge responses;  table_values: numbers in them;  table_terms: terms added up for them
     """
@@ -77,9 +77,9 @@ def _inside_length(edges: Edges, grid: Grid, margin: float) -> F64:
 
 
 def boundary_counts(
-    edges: Edges, grid: Grid, settings: Settings, footprint: Footprint, *, sets: int, wavelengths: int
+    edges: Edges, grid: Grid, settings: Settings, footprint: Footprint, *, sets: int, wavelengths: int, tones: int
 ) -> Counts:
-    """Count what the boundary engine is going to do; ``sets``: pairs of spectra times channels."""
+    """Count what the boundary engine is going to do; ``sets``: pairs of spectra times channels; ``tones``: of the pattern."""
     start, end, length = edges.start, edges.end, edges.length
     long = length >= settings.near
     thin = max(1, math.ceil(len(start) / MOST_ENDS))
@@ -100,11 +100,11 @@ def boundary_counts(
     levels = 1.0 + math.log2(root / settings.leaf)
     ringed = 0.0
     if settings.quiet_end > settings.near:
-        ringed = float((within(ends, settings.quiet_end, grid) - near).sum()) * thin * wavelengths
+        ringed = float((within(ends, settings.quiet_end, grid) - near).sum()) * thin * wavelengths * tones
     foci = settings.foci
     if len(foci.radius):
         of_each = np.diff(touching(foci, edges)[0])
-        ringed += 2.0 * float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths
+        ringed += 2.0 * float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths * tones
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step
     taps = (2.0 * footprint.extent) / settings.field_step
@@ -125,7 +125,7 @@ def boundary_counts(
         table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells),
         table_terms=sets * (rows * (rows + taps) * (taps + 8.0) + MATRIX * normals * cells * waves)
         + SINE * cells * waves
-        + RING_TABLE * wavelengths * (settings.quiet_end > settings.near),
+        + RING_TABLE * wavelengths * tones * (settings.quiet_end > settings.near),
     )
 
 

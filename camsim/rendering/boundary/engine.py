@@ -76,6 +76,7 @@ class BoundaryPlan:
             self.footprint,
             sets=self.tabled * job.signals.scale.size,
             wavelengths=self.wavelengths,
+            tones=len(self.pattern.tones),
         )
 
     @property

@@ -14,7 +14,7 @@ from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.focus import ZONE, touching
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
-from camsim.rendering.boundary.rings import airy_rings
+from camsim.rendering.boundary.rings import ring_amplitudes, tone_lengths
 from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import edge_responses, field_tables
 from camsim.rendering.boundary.tiles import render_edges
@@ -132,16 +132,16 @@ def boundary_bands(
         field=field.reshape(len(tabled), channels, *field.shape[1:]),
         response=responses.reshape(len(normals), len(tabled), channels, *responses.shape[2:]),
         base=job.base,
-        rings=_rings(blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
+        rings=_rings(pattern, blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
         ring_weights=np.ascontiguousarray(weights),  # or kernels would be compiled for either layout
-        blur=blur,
+        tones=tone_lengths(pattern.tones, blur),
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
     zones = _zones(some, settings)
     if len(zones.circle):
         long, short = _farther(n, settings)
-        far_rings = tables._replace(rings=_rings(blur, footprint, settings.quiet_end))
+        far_rings = tables._replace(rings=_rings(pattern, blur, footprint, settings.quiet_end))
     # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
@@ -153,11 +153,11 @@ def boundary_bands(
         del part  # or it would stay until the next one is finished
 
 
-def _rings(blur: F64, footprint: Footprint, nearest: float) -> C128:
+def _rings(pattern: Pattern, blur: F64, footprint: Footprint, nearest: float) -> C128:
     """Return the rings' amplitudes, which hold from ``nearest`` on."""
     order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
     nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
-    return airy_rings(blur, nodes, weights, turns=_turns(footprint), nearest=nearest)
+    return ring_amplitudes(pattern.tones, blur, nodes, weights, turns=_turns(footprint), nearest=nearest)
 
 
 def _tabled(

@@ -179,13 +179,15 @@ def _average_taps(side: float, shifts: F64) -> F64:
 
 
 def _slope_taps(side: float, shifts: F64) -> F64:
-    """Filter for the derivative (per step) of that average: a difference between the two sides of the box."""
+    """Filter for the derivative (per step) of that average: between the two sides of the box, a point's own."""
     reach = math.ceil(0.5 * side + float(np.abs(shifts).max())) + ORDER // 2 + 1
     taps = np.zeros(2 * reach + 1)
-    width = max(side, 1e-4)  # a point's slope from a difference this short is exact to 1e-9 of the filter
     for shift in shifts:
-        _add_point(taps, reach, shift + 0.5 * width, 1.0 / width)
-        _add_point(taps, reach, shift - 0.5 * width, -1.0 / width)
+        if side == 0.0:
+            _add_slope(taps, reach, shift)
+            continue
+        _add_point(taps, reach, shift + 0.5 * side, 1.0 / side)
+        _add_point(taps, reach, shift - 0.5 * side, -1.0 / side)
     taps /= shifts.size
     return 0.5 * (taps - taps[::-1])
 
@@ -196,6 +198,17 @@ def _add_point(taps: F64, reach: int, position: float, amount: float) -> None:
     lagrange_weights(position - cell, ORDER, SCALE, weights)
     first = reach + cell + 1 - ORDER // 2
     taps[first : first + ORDER] += amount * weights
+
+
+def _add_slope(taps: F64, reach: int, position: float) -> None:
+    """Add the interpolant's derivative: of a Lagrange polynomial, each of its factors in turn."""
+    cell = math.floor(position)
+    t, nodes = position - cell, np.arange(ORDER) + 1.0 - ORDER // 2
+    first = reach + cell + 1 - ORDER // 2
+    for i in range(ORDER):
+        others = np.delete(nodes, i)
+        products = [float(np.prod(t - np.delete(others, k))) for k in range(ORDER - 1)]
+        taps[first + i] += math.fsum(products) * SCALE[i]
 
 
 def edge_responses(
