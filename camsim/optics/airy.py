@@ -112,7 +112,9 @@ class Airy:
 
 def airy_tone(scale: float, times: float) -> Tone:
     """Return what oscillates in ``times`` (J0² + J1²)(π·scale·ρ)."""
-    return scale, tuple(times * 1j ** (k + 2) * d / math.pi * (math.pi * scale) ** (-2 - k) for k, d in enumerate(_SERIES))
+    return scale, tuple(
+        times * 1j ** (k + 2) * d / math.pi * (math.pi * scale) ** (-2 - k) for k, d in enumerate(_SERIES)
+    )
 
 
 _ENERGY, _OTF = of_unit(Airy(f_number=1.0))

@@ -34,9 +34,16 @@ def tone_lengths(tones: Sequence[Tone], blur: F64) -> F64:
     return np.concatenate([np.empty(0), *(blur / u for u, _ in tones)])
 
 
-def ring_amplitudes(
-    tones: Sequence[Tone], blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: float
-) -> C128:
+def ring_terms(extent: float, shortest: float, *, turns: int, nearest: float) -> tuple[int, int]:
+    """Return how many harmonics and powers follow the shortest tone over a footprint that reaches to ``extent``."""
+    ripple = 2.0 * math.pi * extent / shortest  # radians across the footprint
+    powers = 6 + math.ceil(0.5 * ripple * extent / nearest)
+    # Bessel functions of order n vanish from n = ripple on, within a few times its third root.
+    most = math.ceil((ripple + 4.0 * ripple ** (1.0 / 3.0) + 8.0) / turns)
+    return 2 * most + 1, powers
+
+
+def ring_amplitudes(tones: Sequence[Tone], blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: float) -> C128:
     """Tabulate the amplitudes of tones averaged over a footprint.
 
     blur    : (j,) the pattern's own length, pitches
@@ -47,11 +54,8 @@ def ring_amplitudes(
     """
     extent = float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
     lengths = tone_lengths(tones, blur)
-    ripple = 2.0 * math.pi * extent / lengths.min()  # radians across the footprint
-    powers = 6 + math.ceil(0.5 * ripple * extent / nearest)
-    # Bessel functions of order n vanish from n = ripple on, within a few times its third root.
-    most = math.ceil((ripple + 4.0 * ripple ** (1.0 / 3.0) + 8.0) / turns)
-    count = 2 * most + 1
+    count, powers = ring_terms(extent, float(lengths.min()), turns=turns, nearest=nearest)
+    most = count // 2
     angle = 2.0 * np.pi / turns * np.arange(count) / count
     inverse = 0.5 * (1.0 + np.cos(np.pi * (np.arange(powers) + 0.5) / powers))
     to_powers = np.linalg.inv(np.vander(inverse, powers, increasing=True))

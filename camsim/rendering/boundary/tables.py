@@ -16,7 +16,6 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.optics.pattern import Pattern
-from camsim.optics.system import OpticalSystem
 from camsim.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
@@ -212,20 +211,18 @@ def _add_slope(taps: F64, reach: int, position: float) -> None:
 
 
 def edge_responses(
-    system: OpticalSystem,
     pattern: Pattern,
-    pitch_um: float,
     blur: F64,
     weights: F64,
     normals: F64,
+    footprint: Footprint,
     *,
-    extent: float,
     distance: float,
     step: float,
 ) -> F64:
     """Response across an infinite edge minus its half-way value, as a quintic per cell of ``step``.
 
-    normals  : (o, 2) unit normals of the edges;  extent: how far the footprint reaches
+    normals  : (o, 2) unit normals of the edges
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance
 
     ESF(h) − ½ = ∫_0^{cut-off} OTF(f·normal)·sin(2πfh)/(πf) df. Between two breaks the summed OTF is smooth but for 3/2
@@ -237,7 +234,7 @@ def edge_responses(
     inner = len(pattern.breaks) > 1
     bottom, nodes, node_weights = 0.0, [], []
     for top in np.unique(np.divide.outer(pattern.breaks, blur)):
-        count = 14 + math.ceil((1.6 if inner else 1.1) * math.pi * (distance + extent) * (top - bottom))
+        count = 14 + math.ceil((1.6 if inner else 1.1) * math.pi * (distance + footprint.extent) * (top - bottom))
         x, w = gauss_legendre(count)
         t = 0.5 * (1.0 + x)
         nodes.append(top - (top - bottom) * t * t * ((3.0 - 2.0 * t) if inner else 1.0))
@@ -246,8 +243,8 @@ def edge_responses(
     f, df = np.concatenate(nodes), np.concatenate(node_weights)
     lens = pattern.otf(f[None, :] * blur[:, None])
     spectrum = (weights @ lens) * (df / (np.pi * f))
-    footprint = np.stack([system.footprint_otf(f * n[0] / pitch_um, f * n[1] / pitch_um) for n in normals])
+    passes = np.stack([footprint.otf(f * n[0], f * n[1]) for n in normals])
     h = step * np.arange(-2, cells + 4)
     wave = np.sin((2.0 * np.pi) * np.outer(h, f))
-    values = np.einsum("okf,hf->okh", footprint[:, None, :] * spectrum[None], wave, optimize=True)
+    values = np.einsum("okf,hf->okh", passes[:, None, :] * spectrum[None], wave, optimize=True)
     return quintic_cells(values)

@@ -54,7 +54,7 @@ def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float, allowed: f
 
     blur : (j,), pitches;  weights: (k, j);  allowed: what the tables may be wrong by
     """
-    per_blur = CELLS_PER_BLUR if CELLS_LEAVE <= allowed else 2 * CELLS_PER_BLUR
+    per_blur = CELLS_PER_BLUR if allowed >= CELLS_LEAVE else 2 * CELLS_PER_BLUR
     step = float(blur.min()) / per_blur
     cells = math.ceil(radius / step) + 2 * per_blur
     profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
