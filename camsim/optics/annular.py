@@ -213,7 +213,7 @@ def _pattern(e: float) -> Pattern:
         ),
         rings=rings,
         tones=(airy_tone(1.0, share), airy_tone(e, share * e * e), *tones),
-        tones_from=SERIES_FROM * max(1.0 / e, 2.0 / (1.0 - e)),
+        tones_from_blurs=SERIES_FROM * max(1.0 / e, 2.0 / (1.0 - e)),
         signed=False,
         quiet=lambda allowed: max(5.0, 5.0 / (1.0 - e), (share * (1.0 + e**-5.0) * SEVENTH / allowed) ** (1.0 / 7.0)),
         finest=1e-11,

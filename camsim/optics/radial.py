@@ -154,7 +154,7 @@ def _pattern(lens: RadialOtf) -> Pattern:
         powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
         rings=tuple(rings),
         tones=(),
-        tones_from=0.0,
+        tones_from_blurs=0.0,
         signed=True,
         quiet=lambda allowed: max(5.0, 2.0 / float(knots[1])),
         finest=1e-7,

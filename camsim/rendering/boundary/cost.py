@@ -54,7 +54,8 @@ class Counts:
     @property
     def table_seconds(self) -> float:
         """What tables take."""
-        return sum(1e-9 * PRICES[name] * getattr(self, name) for name in OF_TABLES)
+        seconds: float = sum(1e-9 * PRICES[name] * getattr(self, name) for name in OF_TABLES)
+        return seconds
 
 
 def within(points: F64, radius: float, grid: Grid) -> F64:

@@ -116,7 +116,7 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
     dear = quiet_end > RINGS_FROM * len(pattern.tones) * blur.size * longest or table_bytes > TABLE_BYTES
     if pattern.tones and dear:
-        near = reach = min(near, max(smooth, pattern.tones_from * longest + footprint.extent))
+        near = reach = min(near, max(smooth, pattern.tones_from_blurs * longest + footprint.extent))
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
