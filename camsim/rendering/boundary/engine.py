@@ -170,6 +170,8 @@ class Boundary:
         if job.pattern is None or job.footprint is None:
             raise UnsupportedError(job.unknown)
         best = _planned(job, job.pattern, job.footprint, np.zeros((1, 2)))
+        if not len(job.edges):
+            return best
         count = 1
         while count <= MOST_PARTS and (_rank(best)[0] or best.counts.table_seconds > OF_TABLES * best.cost.seconds):
             part, places = job.footprint.cut(count)
