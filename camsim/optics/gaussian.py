@@ -170,5 +170,5 @@ _PATTERN = Pattern(
     tones_from_blurs=0.0,
     signed=False,
     quiet=lambda allowed: math.sqrt(2.0 * math.log(1.0 / allowed)),
-    finest=1e-11,
+    finest=1e-9,
 )
