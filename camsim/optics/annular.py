@@ -11,16 +11,16 @@ import numpy as np
 import scipy
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
-from camsim.optics.airy import AIRY, NM_PER_UM, airy_otf
-from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
+from camsim.arrays import C128, F64
+from camsim.optics.airy import AIRY, NM_PER_UM, SERIES_FROM, airy_otf, airy_tone
+from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, Tone, of_unit
 from camsim.quadrature import gauss_legendre
 from camsim.spectra.curve import NumberOrCurve, Transmission
 from camsim.typed import Number, Positive, judge
 
 LARGEST_OBSTRUCTION = 0.95
 PANEL = 0.5  # of the tabulated integral, in x: 12 Gauss nodes on it are exact
-TERMS = 8  # of the asymptotic series beyond the table
+TERMS = 10  # of the asymptotic series beyond the table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,8 +153,17 @@ def _gauss_integral(low: F64, high: F64, e: float) -> F64:
 
 
 def _asymptotic(x: F64, e: float) -> F64:
-    """Hankel's expansion of both Bessel functions (DLMF 10.17.3), multiplied and integrated by parts.
+    total = np.zeros(x.shape, complex)
+    for omega, series in _cross_series(e):
+        total += np.exp(1j * omega * x) * np.polynomial.polynomial.polyval(1.0 / x, series) / (x * x)
+    values: F64 = total.real
+    return values
 
+
+def _cross_series(e: float) -> list[tuple[float, C128]]:
+    """Return (ω, c): ∫_x^∞ J1(t)·J1(et)/t dt = Re Σ c_k·x^(−2−k)·exp(iωx), summed over both ω.
+
+    Hankel's expansion of both Bessel functions (DLMF 10.17.3), multiplied and integrated by parts:
     J1(t) = Re √(2/πt)·exp(i(t − 3π/4))·Σ (i/t)^k·a_k; the product of two real parts has the sum and the difference
     of their phases, and ∫_x^∞ t^{−n}·exp(iωt) dt = −exp(iωx)·x^{−n}/(iω)·Σ_m n(n+1)…(n+m−1)/(iωx)^m.
     """
@@ -163,17 +172,16 @@ def _asymptotic(x: F64, e: float) -> F64:
         a.append(a[-1] * (4.0 - (2 * k - 1) ** 2) / (8.0 * k))
     first = np.array([1j**k * a[k] for k in range(TERMS)])
     second = np.array([1j**k * a[k] / e**k for k in range(TERMS)])
-    total = np.zeros(x.shape, complex)
-    for other, phase, omega in ((second.conj(), 0.0, 1.0 - e), (second, -1.5 * math.pi, 1.0 + e)):
-        product = np.convolve(first, other)[:TERMS]
-        for n, factor in enumerate(product, start=2):
-            series, term = np.zeros(x.shape, complex), np.ones(x.shape, complex)
-            for m in range(TERMS):
-                series += term
-                term = term * (n + m) / (1j * omega * x)
-            total += factor * np.exp(1j * (omega * x + phase)) * x ** (-n) * (-1.0 / (1j * omega)) * series
-    values: F64 = total.real / (math.pi * math.sqrt(e))
-    return values
+    found = []
+    for other, turn, omega in ((second.conj(), 1.0, 1.0 - e), (second, 1j, 1.0 + e)):
+        series = np.zeros(TERMS, complex)
+        for k, factor in enumerate(np.convolve(first, other)[:TERMS]):
+            term = -factor * turn / (1j * omega * math.pi * math.sqrt(e))
+            for m in range(k, TERMS):
+                series[m] += term
+                term *= (m + 2) / (1j * omega)
+        found.append((omega, series))
+    return found
 
 
 @functools.cache
@@ -191,6 +199,11 @@ def _pattern(e: float) -> Pattern:
         u = 0.5 * (1.0 + sign * e)
         return u, share * 4.0 * math.sqrt(e) / (1.0 + sign * e) * RING / math.sqrt(u), 2.5
 
+    # Times −4e, with x = πρ.
+    tones: list[Tone] = [
+        (0.5 * omega, tuple(-4.0 * e * share * c * math.pi ** (-2 - k) for k, c in enumerate(series.tolist())))
+        for omega, series in _cross_series(e)
+    ]
     rings = (cross(-1.0), (e, share / math.sqrt(e) * RING, 2.5), cross(1.0), (1.0, share * RING, 2.5))
     return Pattern(
         energy=energy,
@@ -203,8 +216,9 @@ def _pattern(e: float) -> Pattern:
             POWERS[2] * share * (1.0 + e**-3.0),
         ),
         rings=rings,
-        airy=False,
+        tones=(airy_tone(1.0, share), airy_tone(e, share * e * e), *tones),
+        tones_from_blurs=SERIES_FROM * max(1.0 / e, 2.0 / (1.0 - e)),
         signed=False,
         quiet=lambda allowed: max(5.0, 5.0 / (1.0 - e), (share * (1.0 + e**-5.0) * SEVENTH / allowed) ** (1.0 / 7.0)),
-        finest=1e-7,
+        finest=1e-11,
     )

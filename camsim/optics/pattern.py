@@ -9,7 +9,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from camsim.arrays import F64
 from camsim.quadrature import gauss_legendre
 
 MOMENT_NODES = 60  # of a bound: a per cent of it does not matter
+Tone: TypeAlias = tuple[float, tuple[complex, ...]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +30,9 @@ class Pattern:
     breaks  : where the transfer is not smooth, in rising order; it is 0 (or below 1e-16) past the last
     powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + what oscillates
     rings   : (u, a, n): an edge's end at distance R leaves oscillation of frequency u, at most a·R⁻ⁿ, in the far form
-    airy    : rings.py knows what oscillates; else it is kept out by distance
+    tones   : (u, (a₀, a₁ …)): what oscillates in 1 − E is Re Σ aₖ·ρ^(−2−k)·e^{2πiuρ}, all of it added up; none where
+              that is not known, and it is kept out by distance
+    tones_from_blurs : ρ past which they hold, to 1e-9 of the loudest
     signed  : the pattern has negative rings, as no light has: a transfer that was measured or made up
     quiet   : an error → ρ past which the smooth powers leave no more
     finest  : the smallest tolerance
@@ -41,7 +44,8 @@ class Pattern:
     breaks: tuple[float, ...]
     powers: tuple[float, float, float]
     rings: tuple[tuple[float, float, float], ...]
-    airy: bool
+    tones: tuple[Tone, ...]
+    tones_from_blurs: float
     signed: bool
     quiet: Callable[[float], float]
     finest: float

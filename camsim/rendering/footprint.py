@@ -45,7 +45,7 @@ class Footprint:
 
     @classmethod
     def of(cls, system: OpticalSystem, pitch_um: float) -> Footprint:
-        """Measure the system's footprint in pitches; a 9-point Gauss rule is exact for every moment used."""
+        """Measure the system's footprint in pitches."""
         if not isinstance(system.photosite, Rectangular):
             raise UnsupportedError(
                 f"the boundary engine knows rectangles, not {type(system.photosite).__name__}; use fourier",
@@ -58,7 +58,11 @@ class Footprint:
                 key="optics",
             )
         width, height = (side / pitch_um for side in system.photosite.sides_um)
-        spots = system.spots_um() / pitch_um
+        return cls.measured(width, height, system.spots_um() / pitch_um)
+
+    @classmethod
+    def measured(cls, width: float, height: float, spots: F64) -> Footprint:
+        """Measure a rectangle on every spot, pitches; a 9-point Gauss rule is exact for every moment used."""
         zeta, weight = footprint_rule(width, height, spots, 9)
         z = zeta[:, 0] + 1j * zeta[:, 1]
         size2 = np.abs(z) ** 2
@@ -86,6 +90,23 @@ class Footprint:
             beyond=tuple(abs(mean(z**n)) for n in BEYOND),
         )
 
+    def cut(self, count: int) -> tuple[Footprint, F64]:
+        """Return a rectangle without spots, and offsets (n, 2) at which it makes up the footprint.
+
+        count : parts along the longer side; along the other as many as leave them no longer there
+        """
+        across, down = (max(1, math.ceil(count * side / max(self.side, 1e-300))) for side in (self.width, self.height))
+        x, y = (side * ((np.arange(n) + 0.5) / n - 0.5) for n, side in ((across, self.width), (down, self.height)))
+        part = Footprint.measured(self.width / across, self.height / down, np.zeros((1, 2)))
+        places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+        return part, (self.spots[:, None] + places).reshape(-1, 2)
+
+    def otf(self, fx: F64, fy: F64) -> F64:
+        """Transfer, signed, at (fx, fy) cycles/pitch."""
+        spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx, sy in self.spots], axis=0)
+        otf: F64 = np.sinc(self.width * fx) * np.sinc(self.height * fy) * spots
+        return otf
+
     @property
     def side(self) -> float:
         """The longer side, pitches."""
@@ -108,10 +129,7 @@ class Footprint:
         # One wavelength has narrow lobes where the footprint is many λN wide; a spectrum smears them.
         octants = 1 if self.square else 2 if self.mirrored else 4
         angle = np.linspace(0.0, octants * np.pi / 4, octants * (32 if frequency.size == 1 else 8) + 1)
-        fx, fy = np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency)
-        spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx, sy in self.spots], axis=0)
-        otf: F64 = np.sinc(self.width * fx) * np.sinc(self.height * fy) * spots
-        return otf
+        return self.otf(np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency))
 
 
 def _same_spots(a: F64, b: F64) -> bool:

@@ -26,7 +26,7 @@ def rendered(case, tolerance):
     return camsim.render(scene, optics, grid, wavelength_nm=WAVELENGTH_NM, tolerance=tolerance, method="boundary")
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10])
 def test_reference_values_within_tolerance(tolerance):
     results = [rendered(case, tolerance) for case in CASES]
     errors = np.array([r.image[0, 0] for r in results]) - [case["value"] for case in CASES]

@@ -158,7 +158,7 @@ def test_a_field_is_the_potential_averaged_along_and_differenced_across(reach):
 
 def test_what_the_check_takes_for_the_light_far_out_is_what_bessel_functions_leave():
     """On the mean J0² + J1² = 2/(πx)·(1 + 1/(8x²) − 9/(128x⁴) …), x = πρ; what swings about it falls as ρ⁻²."""
-    table = table_of(camsim.Airy(f_number=2.0), np.array([1.0]), np.ones((1, 1)), 60.0)
+    table = table_of(camsim.Airy(f_number=2.0), np.array([1.0]), np.ones((1, 1)), 60.0, 1e-9)
     powers = [1.0, 2.0 / math.pi**2, 1.0 / (4.0 * math.pi**4), -9.0 / (64.0 * math.pi**6)]
     assert table.far[0] == pytest.approx(powers, rel=1e-3)
     rho = np.linspace(20.0, 60.0, 500)

@@ -20,7 +20,7 @@ SLOWEST_S = 20.0  # of one processor's time: a busy machine makes nothing slow
 PATIENCE_S = 25.0  # then a rendering, or a judge, is stopped
 QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
-FINEST = {"boundary": 1e-9, "fourier": 1e-11}
+FINEST = {"boundary": 1e-11, "fourier": 1e-11}
 ALL_AT_ONCE = 300  # points along the lattice's side: so far the Fourier sum judges every photosite
 IN_ANY_CASE = 1000  # the same where no other road is there
 EVALUATIONS = 3e7  # of line integrals: about a third of a second
@@ -30,12 +30,7 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     """Record of one system; ``thorough``: the truth where it takes seconds too; ``patience_s`` 0: wait for ever."""
     system = draw(seed, number)
     rng = np.random.default_rng([seed, number, 1])
-    record = {
-        "seed": seed, "number": number, "lens": system["lens"]["kind"], "photosite": system["photosite"]["kind"],
-        "olpf": _olpf_name(system["olpf"]), "blur": system["lens"]["blur"], "tolerance": system["tolerance"],
-        "asked": system["method"], "rows": system["grid"]["rows"], "cols": system["grid"]["cols"],
-        "wavelengths": len(system["wavelength_nm"]), "shapes": len(system["shapes"]), "faults": [],
-    }  # fmt: skip
+    record = described(system, seed, number) | {"faults": []}
     begin = time.process_time()
     try:
         if not thorough and _expected(system) > QUICK_S:
@@ -76,8 +71,18 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     return record
 
 
+def described(system, seed, number):
+    """What a record begins with."""
+    return {
+        "seed": seed, "number": number, "lens": system["lens"]["kind"], "photosite": system["photosite"]["kind"],
+        "olpf": _olpf_name(system["olpf"]), "blur": system["lens"]["blur"], "tolerance": system["tolerance"],
+        "asked": system["method"], "rows": system["grid"]["rows"], "cols": system["grid"]["cols"],
+        "wavelengths": len(system["wavelength_nm"]), "shapes": len(system["shapes"]),
+    }  # fmt: skip
+
+
 def _expected(system):
-    return systems.expected_seconds(system, tolerance=system["tolerance"], method=system["method"])
+    return systems.choice(system, tolerance=system["tolerance"], method=system["method"]).cost.seconds
 
 
 def _rendered(system, patience_s):
@@ -240,7 +245,7 @@ def _by_the_other(system, truth, method):
             continue
         try:
             # The truth judges round lenses in any case, the other engine where it takes a moment.
-            expected = systems.expected_seconds(system, tolerance=tolerance, method=name)
+            expected = systems.choice(system, tolerance=tolerance, method=name).cost.seconds
             if expected > (0.5 if truth.round is not None else 5.0):
                 continue
             return name, tolerance, systems.rendered(system, tolerance=tolerance, method=name).image

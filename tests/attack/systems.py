@@ -172,9 +172,9 @@ def channel(system):
     return np.tile(tile, (rows // 2 + 1, cols // 2 + 1))[:rows, :cols].copy()
 
 
-def expected_seconds(system, *, tolerance, method):
-    """What camsim expects a method to take, one core."""
-    choice = plan_render(
+def choice(system, *, tolerance, method):
+    """How camsim would render it: a plan with what it expects to take, one core."""
+    return plan_render(
         scene(system),
         OpticalSystem.of(optics(system)),
         grid(system),
@@ -183,7 +183,6 @@ def expected_seconds(system, *, tolerance, method):
         tolerance=tolerance,
         method=method,
     )
-    return choice.cost.seconds
 
 
 def rendered(system, *, tolerance=None, method=None, every_channel=False):

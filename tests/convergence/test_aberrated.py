@@ -179,5 +179,5 @@ def test_other_pupils_are_within_memory():
 
 
 def test_a_tolerance_that_no_one_keeps_is_refused_by_its_own_number():
-    with pytest.raises(camsim.errors.InvalidValueError, match="tolerance: 1e-09 is outside 2e-09 … 0"):
-        rendered(lens_of({4: 0.1}), 4.0, 1e-9)
+    with pytest.raises(camsim.errors.InvalidValueError, match="tolerance: 1e-11 is outside 2e-11 … 0"):
+        rendered(lens_of({4: 0.1}), 4.0, 1e-11)

@@ -280,7 +280,7 @@ CORRUPTIONS = {
     "responses across the wrong normal": (
         boundary_image,
         "edge_responses",
-        lambda f: lambda *a, **k: f(*a[:5], a[5][:, ::-1], **k),
+        lambda f: lambda *a, **k: f(*a[:3], a[3][:, ::-1], *a[4:], **k),
         {"optics": TURNED},
     ),
     "the potential's slope": (tables, "potential", lambda f: scaled(f, 1.001), {}),

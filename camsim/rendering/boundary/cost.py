@@ -14,9 +14,12 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.rendering.boundary.focus import ZONE, touching
-from camsim.rendering.boundary.image import directions, largest_tile
+from camsim.rendering.boundary.image import directions, inside_length, largest_tile, turns
+from camsim.rendering.boundary.potential import ORDER
+from camsim.rendering.boundary.rings import ring_terms
 from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
-from camsim.rendering.edges import Edges, shares_within
+from camsim.rendering.boundary.tables import LONG
+from camsim.rendering.edges import Edges
 from camsim.rendering.engine import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
@@ -31,8 +34,9 @@ class Counts:
     """What the boundary engine is going to do for one image.
 
     photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × lines close by
-    ringed     : ends × photosites where rings are computed, × wavelengths
+    ringed     : ends × photosites where rings are computed, × wavelengths × tones, × terms of each
     close      : photosites × edges just beyond the near zone;  collected: sources × tiles that sum them up
+    parts      : of the footprint, for each of which all of the above is done
     tables     : fields and edge responses;  table_values: numbers in them;  table_terms: terms added up for them
     """
 
@@ -45,6 +49,13 @@ class Counts:
     tables: int
     table_values: float
     table_terms: float
+    parts: int
+
+    @property
+    def table_seconds(self) -> float:
+        """What tables take."""
+        seconds: float = sum(1e-9 * PRICES[name] * getattr(self, name) for name in OF_TABLES)
+        return seconds
 
 
 def within(points: F64, radius: float, grid: Grid) -> F64:
@@ -67,19 +78,23 @@ def within(points: F64, radius: float, grid: Grid) -> F64:
     return step * counts
 
 
-def _inside_length(edges: Edges, grid: Grid, margin: float) -> F64:
-    """Return the length of each edge within the grid, widened by ``margin``, pitches."""
-    low = np.array(grid.first_centre) - margin
-    high = low + np.array([grid.cols - 1 + 2 * margin, grid.rows - 1 + 2 * margin])
-    enters, leaves = shares_within(edges.start, edges.end, low, high)
-    length: F64 = np.maximum(leaves - enters, 0.0) * edges.length
-    return length
-
-
 def boundary_counts(
-    edges: Edges, grid: Grid, settings: Settings, footprint: Footprint, *, sets: int, wavelengths: int
+    edges: Edges,
+    grid: Grid,
+    settings: Settings,
+    footprint: Footprint,
+    *,
+    extent: float,
+    sets: int,
+    wavelengths: int,
+    tones: int,
+    parts: int,
 ) -> Counts:
-    """Count what the boundary engine is going to do; ``sets``: pairs of spectra times channels."""
+    """Count what the boundary engine is going to do.
+
+    extent : of the places of the footprint's parts, along x or y
+    sets : pairs of spectra times channels;  tones: of the pattern;  parts: of the footprint
+    """
     start, end, length = edges.start, edges.end, edges.length
     long = length >= settings.near
     thin = max(1, math.ceil(len(start) / MOST_ENDS))
@@ -94,25 +109,30 @@ def boundary_counts(
     root = largest_tile(settings, (grid.rows, grid.cols))
     # A tile that sees nothing but lines is not quartered: all of it looks them up.
     band = 2.0 * settings.reach + root
-    looked_up = float(np.sum(np.minimum(_inside_length(edges.some(long), grid, settings.reach), 1e9))) * band
+    looked_up = float(np.sum(np.minimum(inside_length(edges.some(long), grid, settings.reach), 1e9))) * band
     photosites = float(grid.rows * grid.cols)
     roots = -(-grid.rows // root) * -(-grid.cols // root)
     levels = 1.0 + math.log2(root / settings.leaf)
     ringed = 0.0
     if settings.quiet_end > settings.near:
-        ringed = float((within(ends, settings.quiet_end, grid) - near).sum()) * thin * wavelengths
+        ringed = float((within(ends, settings.quiet_end, grid) - near).sum()) * thin * wavelengths * tones
     foci = settings.foci
     if len(foci.radius):
         of_each = np.diff(touching(foci, edges)[0])
-        ringed += 2.0 * float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths
+        ringed += 2.0 * float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths * tones
+    shortest = settings.panel / PANEL_BLURS
+    ringed *= math.prod(ring_terms(footprint.extent, shortest, turns=turns(footprint), nearest=settings.near))
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step
-    taps = (2.0 * footprint.extent) / settings.field_step
+    taps = 2.0 * footprint.extent / settings.field_step
+    # A long average runs: it takes as many terms as a slope, a Lagrange rule at either side of every spot.
+    ends_of_spots = 2.0 * ORDER * len(footprint.grid()[0])
+    terms = ORDER + (ends_of_spots if taps > LONG else taps + ORDER) + ends_of_spots
     along = (end - start) / length[:, None]
-    normals = len(directions(along[:, 0], along[:, 1], long, footprint)[1])
+    seen = inside_length(edges, grid, settings.reach + extent) > 0.0
+    normals = len(directions(along[:, 0], along[:, 1], long, seen, footprint)[1])
     cells = settings.reach / settings.response_step
     # Nodes of the edge responses' integrals: some between every two cut-offs, and what the phase asks for.
-    shortest = settings.panel / PANEL_BLURS
     waves = 14.0 * wavelengths + 1.1 * math.pi * (settings.reach + footprint.extent) / shortest
     return Counts(
         photosites=photosites,
@@ -123,9 +143,10 @@ def boundary_counts(
         collected=collected,
         tables=sets * (1 + normals),
         table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells),
-        table_terms=sets * (rows * (rows + taps) * (taps + 8.0) + MATRIX * normals * cells * waves)
+        table_terms=sets * (rows * (rows + 0.5 * taps) * terms + MATRIX * normals * cells * waves)
         + SINE * cells * waves
-        + RING_TABLE * wavelengths * (settings.quiet_end > settings.near),
+        + RING_TABLE * wavelengths * tones * (settings.quiet_end > settings.near),
+        parts=parts,
     )
 
 
@@ -134,17 +155,19 @@ PRICES = {
     "photosites": 8.0,
     "near_nodes": 24.0,
     "looked_up": 11.0,
-    "ringed": 14_900.0,
+    "ringed": 165.0,
     "close": 45.0,
     "collected": 4.6,
     "table_values": 3.0,
     "table_terms": 0.5,
 }
+OF_TABLES = ("table_values", "table_terms")
 
 
 def boundary_cost(counts: Counts) -> Cost:
     """Price the counts."""
-    seconds = SET_UP_SECONDS + sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items())
+    of_each = sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items() if name not in OF_TABLES)
+    seconds = SET_UP_SECONDS + counts.parts * of_each + counts.table_seconds
     return Cost(
         seconds=seconds,
         memory_bytes=8.0 * (counts.photosites + counts.table_values) + 4e6,

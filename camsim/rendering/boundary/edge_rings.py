@@ -15,7 +15,7 @@ def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables
     """Rings of the half line from s ≥ 0 on, going in direction (tx, ty)."""
     if math.hypot(h, s) >= n.quiet_end:
         return 0.0
-    return ring_tail(h, s, tx, ty, weights, tables.blur, tables.rings, n.turns, n.near)
+    return ring_tail(h, s, tx, ty, weights, tables.tones, tables.rings, n.turns, n.near)
 
 
 @kernel()
@@ -23,8 +23,8 @@ def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables,
     """Rings of an infinite line; none within ``reach``, where its response has them."""
     if not n.reach <= abs(h) < n.quiet_line:
         return 0.0
-    ahead = ring_tail(h, 0.0, tx, ty, weights, tables.blur, tables.rings, n.turns, n.near)
-    return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.blur, tables.rings, n.turns, n.near)
+    ahead = ring_tail(h, 0.0, tx, ty, weights, tables.tones, tables.rings, n.turns, n.near)
+    return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.tones, tables.rings, n.turns, n.near)
 
 
 @kernel()

@@ -23,17 +23,21 @@ from camsim.rendering.spectral import multiples
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
+MOST_PARTS, OF_TABLES = 64, 0.5  # along a photosite; of a plan's seconds: then it is worth while to look for parts
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoundaryPlan:
     """A job with a round lens, and how it is rendered.
 
-    pattern, footprint : the job's
+    pattern   : the job's
+    footprint : the job's, or part of it that makes up all of it at (n, 2) ``places`` from a photosite's centre, pitches
     """
 
     job: Job
     pattern: Pattern
     footprint: Footprint
+    places: F64
     settings: Settings
     nodes: Nodes
 
@@ -74,8 +78,11 @@ class BoundaryPlan:
             job.grid,
             self.settings,
             self.footprint,
+            extent=float(np.abs(self.places).max()),
             sets=self.tabled * job.signals.scale.size,
             wavelengths=self.wavelengths,
+            tones=len(self.pattern.tones),
+            parts=len(self.places),
         )
 
     @property
@@ -94,7 +101,7 @@ class BoundaryPlan:
             tables=counts.tables,
             table_values=round(counts.table_values),
             table_terms=round(counts.table_terms),
-            nodes_integrated=images * round(counts.near_nodes),
+            nodes_integrated=images * counts.parts * round(counts.near_nodes),
         )
 
     def decisions(self) -> Iterator[Decision]:
@@ -134,6 +141,7 @@ class BoundaryPlan:
             self.job,
             pattern=self.pattern,
             footprint=self.footprint,
+            places=self.places,
             nodes=self.nodes,
             settings=self.settings,
             channel=channel,
@@ -161,12 +169,31 @@ class Boundary:
             raise UnsupportedError("boundary takes none; only importance takes a number", key="samples")
         if job.pattern is None or job.footprint is None:
             raise UnsupportedError(job.unknown)
-        settings = plan_boundary(job, job.pattern, job.footprint)
-        phase = 2.0 * math.pi * min(settings.quiet_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
-        return BoundaryPlan(
-            job=job,
-            pattern=job.pattern,
-            footprint=job.footprint,
-            settings=settings,
-            nodes=job.nodes(phase=phase),
-        )
+        best = _planned(job, job.pattern, job.footprint, np.zeros((1, 2)))
+        if not len(job.edges):
+            return best
+        count = 1
+        while count <= MOST_PARTS and (_rank(best)[0] or best.counts.table_seconds > OF_TABLES * best.cost.seconds):
+            part, places = job.footprint.cut(count)
+            other = _planned(job, job.pattern, part, places)
+            if _rank(other) >= _rank(best) and count > 1:
+                break
+            best, count = min(best, other, key=_rank), 2 * count
+        return best
+
+
+def _rank(plan: BoundaryPlan) -> tuple[bool, float]:
+    return plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds
+
+
+def _planned(job: Job, pattern: Pattern, footprint: Footprint, places: F64) -> BoundaryPlan:
+    settings = plan_boundary(job, pattern, footprint)
+    phase = 2.0 * math.pi * min(settings.quiet_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+    return BoundaryPlan(
+        job=job,
+        pattern=pattern,
+        footprint=footprint,
+        places=places,
+        settings=settings,
+        nodes=job.nodes(phase=phase),
+    )

@@ -14,13 +14,14 @@ from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.focus import ZONE, touching
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
-from camsim.rendering.boundary.rings import airy_rings
+from camsim.rendering.boundary.rings import ring_amplitudes, tone_lengths
 from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import edge_responses, field_tables
 from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
-from camsim.rendering.edges import Edges
+from camsim.rendering.edges import Edges, shares_within
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
+from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
 from camsim.repeated import Channels
@@ -69,7 +70,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         sigma2=footprint.sigma2,
         m22=footprint.m22,
         harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),
-        turns=_turns(footprint),
+        turns=turns(footprint),
         apart=footprint.grid()[2],
         separation=settings.separation,
         nodes=nodes,
@@ -85,16 +86,18 @@ def boundary_bands(
     *,
     pattern: Pattern,
     footprint: Footprint,
+    places: F64,
     nodes: Nodes,
     settings: Settings,
     channel: Channels,
 ) -> Iterator[F64]:
     """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
 
-    channel : (rows, cols) channel of each photosite
+    footprint : or part of it, and (n, 2) ``places`` from a photosite's centre at which parts make up all of it
+    channel   : (rows, cols) channel of each photosite
     """
     weights = nodes.weights
-    system, pitch_um, origin = job.system, job.grid.pitch_um, job.grid.first_centre
+    origin = job.grid.first_centre
     blur = job.blur_at(nodes.wavelength_nm)
     pairs, channels, count = weights.shape
     flat = weights.reshape(-1, count)
@@ -104,7 +107,8 @@ def boundary_bands(
     which, times = multiples(weights.reshape(pairs, -1))
     tabled, alike = np.unique(which, return_inverse=True)
     different = weights[tabled].reshape(-1, count)
-    edges, normals = _tabled(some, job.pair[order], (alike.ravel(), times), settings, footprint)
+    seen = inside_length(some, job.grid, settings.reach + float(np.abs(places).max())) > 0.0
+    edges, normals = _tabled(some, job.pair[order], (alike.ravel(), times), seen, settings, footprint)
     field = field_tables(
         pattern,
         blur,
@@ -115,13 +119,11 @@ def boundary_bands(
     )
     if len(normals):
         responses = edge_responses(
-            system,
             pattern,
-            pitch_um,
             blur,
             different,
             normals,
-            extent=footprint.extent,
+            footprint,
             distance=settings.reach,
             step=settings.response_step,
         )
@@ -132,45 +134,63 @@ def boundary_bands(
         field=field.reshape(len(tabled), channels, *field.shape[1:]),
         response=responses.reshape(len(normals), len(tabled), channels, *responses.shape[2:]),
         base=job.base,
-        rings=_rings(blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
+        rings=_rings(pattern, blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
         ring_weights=np.ascontiguousarray(weights),  # or kernels would be compiled for either layout
-        blur=blur,
+        tones=tone_lengths(pattern.tones, blur),
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
     zones = _zones(some, settings)
     if len(zones.circle):
         long, short = _farther(n, settings)
-        far_rings = tables._replace(rings=_rings(blur, footprint, settings.quiet_end))
+        far_rings = tables._replace(rings=_rings(pattern, blur, footprint, settings.quiet_end))
     # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
         here = np.ascontiguousarray(channel[row : row + band])
-        part = render_edges(origin[0], origin[1] + row, here, edges, cells, tables, n)
-        if len(zones.circle):
-            add_rings_in_zones(origin[0], origin[1] + row, zones, here, part, edges, far_rings, long, short)
-        yield part
-        del part  # or it would stay until the next one is finished
+        whole = np.zeros(here.shape)
+        for x, y in (origin + places).tolist():
+            part = render_edges(x, y + row, here, edges, cells, tables, n)
+            if len(zones.circle):
+                add_rings_in_zones(x, y + row, zones, here, part, edges, far_rings, long, short)
+            whole = part if len(places) == 1 else whole + part / len(places)
+        yield whole
+        del part, whole  # or it would stay until the next one is finished
 
 
-def _rings(blur: F64, footprint: Footprint, nearest: float) -> C128:
+def _rings(pattern: Pattern, blur: F64, footprint: Footprint, nearest: float) -> C128:
     """Return the rings' amplitudes, which hold from ``nearest`` on."""
     order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
     nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
-    return airy_rings(blur, nodes, weights, turns=_turns(footprint), nearest=nearest)
+    return ring_amplitudes(pattern.tones, blur, nodes, weights, turns=turns(footprint), nearest=nearest)
+
+
+def inside_length(edges: Edges, grid: Grid, margin: float) -> F64:
+    """Return the length of each edge within the grid, widened by ``margin``, pitches."""
+    low = np.array(grid.first_centre) - margin
+    high = low + np.array([grid.cols - 1 + 2 * margin, grid.rows - 1 + 2 * margin])
+    enters, leaves = shares_within(edges.start, edges.end, low, high)
+    length: F64 = np.maximum(leaves - enters, 0.0) * edges.length
+    return length
 
 
 def _tabled(
-    edges: Edges, pair: I64, multiple: tuple[I64, F64], settings: Settings, footprint: Footprint
+    edges: Edges,
+    pair: I64,
+    multiple: tuple[I64, F64],
+    seen: np.ndarray,
+    settings: Settings,
+    footprint: Footprint,
 ) -> tuple[TabledEdges, F64]:
     """Return edges as the kernels read them, and the normals (n, 2) of the edge responses that they look up.
 
     multiple : (pairs,) the tabulated pair that each is a multiple of, and the factor
+    seen     : which edges some photosite has within ``reach``
     """
     along, length = edges.end - edges.start, edges.length
     tx, ty = along[:, 0] / length, along[:, 1] / length
     turn = tx + 1j * ty
-    response, normals = directions(tx, ty, length >= settings.near, footprint)
+    response, normals = directions(tx, ty, length >= settings.near, seen, footprint)
     tabled = TabledEdges(
         x=np.ascontiguousarray(edges.start[:, 0]),
         y=np.ascontiguousarray(edges.start[:, 1]),
@@ -206,12 +226,15 @@ def _farther(n: Numbers, settings: Settings) -> tuple[Numbers, Numbers]:
     return short._replace(reach=settings.quiet_line), short
 
 
-def _turns(footprint: Footprint) -> int:
+def turns(footprint: Footprint) -> int:
+    """Return what part of a turn leaves a footprint as it is: a half (2) or a quarter (4)."""
     return 4 if footprint.square else 2
 
 
-def directions(tx: F64, ty: F64, wanted: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:
+def directions(tx: F64, ty: F64, long: np.ndarray, seen: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:
     """Return each edge's edge response (−1: none) and the distinct normals, the footprint's symmetries folded.
+
+    A long edge that is not seen has a line, which sends rings, but nobody looks up its response: any will do.
 
     A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and
     y exchanged.
@@ -222,7 +245,7 @@ def directions(tx: F64, ty: F64, wanted: np.ndarray, footprint: Footprint) -> tu
         folded = np.abs(folded)
     if footprint.square:
         folded = np.sort(folded, axis=1)
-    distinct, index = np.unique(np.round(folded[wanted], 13), axis=0, return_inverse=True)
-    response = np.full(tx.size, -1, np.int64)
-    response[wanted] = index.ravel()
+    distinct, index = np.unique(np.round(folded[long & seen], 13), axis=0, return_inverse=True)
+    response = np.where(long, 0, -1)
+    response[long & seen] = index.ravel()
     return response, distinct / np.hypot(distinct[:, :1], distinct[:, 1:])

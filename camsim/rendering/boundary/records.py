@@ -35,9 +35,9 @@ class Tables(NamedTuple):
     field: F64  # (pairs, channels, 2, n, n)
     response: F64  # (directions, pairs, channels, cells, 6)
     base: F64  # (channels,) the background
-    rings: C128  # amplitudes of the rings by wavelength (rings.airy_rings), none without rings
+    rings: C128  # amplitudes of the rings by tone and wavelength (rings.ring_amplitudes), none without rings
     ring_weights: F64  # (pairs, channels, wavelengths)
-    blur: F64  # (wavelengths,)
+    tones: F64  # (tones · wavelengths,) their lengths
 
 
 class Numbers(NamedTuple):

@@ -1,12 +1,12 @@
-"""What oscillates in the far form of an Airy pattern: the rings that an edge's end, or a line, sends far out.
+"""What oscillates in the far form of a diffraction pattern: the rings that an edge's end, or a line, sends far out.
 
-1 − E = (smooth powers of 1/r) + ½·Re G(x), x = πr/λN, G = H0² + H1² with Hankel functions of the first kind
-(E = 1 − J0² − J1², J = Re H). G is analytic and falls as e^{2ix}, so the integral along an edge, from its end to
-infinity, may leave the real axis. On the ray s + e^{iπ/4}·ξ the integrand is gone within a few √(λN·r) in every
+1 − E = (smooth powers of 1/r) + Re Σ G(r) over a few tones, G = e^{2πir/l}·(a₀·(l/r)² + a₁·(l/r)³ + …); an Airy
+pattern has one, of length l = λN. G is analytic and falls off the real axis, so the integral along an edge, from its
+end to infinity, may leave it. On the ray s + e^{iπ/4}·ξ the integrand is gone within a few √(l·r) in every
 direction, also where the edge is met square on, and a dozen Gauss nodes give the whole tail.
 
-The footprint enters exactly. Averaged over it the field is e^{2πir/λN}·r⁻³·A(1/r, θ), with A smooth in 1/r and
-band-limited in θ by the footprint's size over λN. A is made once by a product rule over the footprint, as a
+The footprint enters exactly. Averaged over it the field is e^{2πir/l}·r⁻³·A(1/r, θ), with A smooth in 1/r and
+band-limited in θ by the footprint's size over l. A is made once by a product rule over the footprint, as a
 polynomial in 1/r and a Fourier series in 2θ (a footprint is symmetric about its centre) or in 4θ (where a quarter turn
 leaves it as it is); both may be followed off the real axis.
 """
@@ -14,50 +14,64 @@ leaves it as it is); both may be followed off the real axis.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel
+from camsim.optics.pattern import Tone
 from camsim.quadrature import gauss_legendre
 
 RAY_NODES = 14
 RAY_DECAY = 16.0  # nepers along the ray
 _RAY_X, _RAY_W = 0.5 * (1.0 + gauss_legendre(RAY_NODES)[0]), 0.5 * gauss_legendre(RAY_NODES)[1]
 _RAY = complex(math.sqrt(0.5), math.sqrt(0.5))
-# (πx/2)·e^{−2ix}·G = i·(P1² − P0²) = Σ i^{k+1}·d_k/x^k, P the series of DLMF 10.17.5; x ≥ 20 leaves 1e-11 of it.
-_SERIES = np.array([1.0, -1 / 4, 9 / 32, -57 / 128, 1875 / 2048, -19035 / 8192, 460845 / 65536, -6486165 / 262144])
 
 
-def airy_rings(blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: float) -> C128:
-    """Tabulate the amplitudes of Airy patterns averaged over a footprint.
+def tone_lengths(tones: Sequence[Tone], blur: F64) -> F64:
+    """Return the length (tones · j,) of every tone at every wavelength, pitches; blur: (j,), the pattern's own."""
+    return np.concatenate([np.empty(0), *(blur / u for u, _ in tones)])
 
-    blur    : (j,) λN, pitches
-    nodes   : (n, 2), weights (n,): a rule over the footprint that resolves λN
-    turns   : 2, or 4 where a quarter turn leaves the footprint as it is
-    nearest : pitches; they hold from there on, to 1e-6 of themselves
-    returns : (j, 2, m, q): radial and tangential, harmonics of turns·θ from −(m − 1)/2 on, powers of nearest/r
-    """
-    extent = float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
-    ripple = 2.0 * math.pi * extent / blur.min()  # radians across the footprint
+
+def ring_terms(extent: float, shortest: float, *, turns: int, nearest: float) -> tuple[int, int]:
+    """Return how many harmonics and powers follow the shortest tone over a footprint that reaches to ``extent``."""
+    ripple = 2.0 * math.pi * extent / shortest  # radians across the footprint
     powers = 6 + math.ceil(0.5 * ripple * extent / nearest)
     # Bessel functions of order n vanish from n = ripple on, within a few times its third root.
     most = math.ceil((ripple + 4.0 * ripple ** (1.0 / 3.0) + 8.0) / turns)
-    count = 2 * most + 1
+    return 2 * most + 1, powers
+
+
+def ring_amplitudes(tones: Sequence[Tone], blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: float) -> C128:
+    """Tabulate the amplitudes of tones averaged over a footprint.
+
+    blur    : (j,) the pattern's own length, pitches
+    nodes   : (n, 2), weights (n,): a rule over the footprint that resolves λN
+    turns   : 2, or 4 where a quarter turn leaves the footprint as it is
+    nearest : pitches; they hold from there on, to 1e-6 of themselves
+    returns : (tones · j, 2, m, q): radial and tangential, harmonics of turns·θ from −(m − 1)/2 on, powers of nearest/r
+    """
+    extent = float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
+    lengths = tone_lengths(tones, blur)
+    count, powers = ring_terms(extent, float(lengths.min()), turns=turns, nearest=nearest)
+    most = count // 2
     angle = 2.0 * np.pi / turns * np.arange(count) / count
     inverse = 0.5 * (1.0 + np.cos(np.pi * (np.arange(powers) + 0.5) / powers))
     to_powers = np.linalg.inv(np.vander(inverse, powers, increasing=True))
-    amplitude = np.empty((blur.size, 2, count, powers), np.complex128)
-    for j, length in enumerate(blur):
-        samples = _amplitude(length, nodes, weights, nearest / inverse, angle)
+    amplitude = np.empty((lengths.size, 2, count, powers), np.complex128)
+    for j, length in enumerate(lengths):
+        u, series = tones[j // blur.size]
+        own = np.array([a * u ** (2 + k) for k, a in enumerate(series)], np.complex128)
+        samples = _amplitude(length, own, nodes, weights, nearest / inverse, angle)
         harmonics = np.roll(np.fft.fft(samples, axis=2) / count, most, axis=2)
         amplitude[j] = np.einsum("pq,cqm->cmp", to_powers, harmonics)
     return amplitude
 
 
 @kernel()
-def _amplitude(length: float, nodes: F64, weights: F64, radius: F64, angle: F64) -> C128:
-    """Field averaged over the footprint, times r³·e^{−2πir/λN}: (2, radii, angles), radial and tangential."""
+def _amplitude(length: float, series: C128, nodes: F64, weights: F64, radius: F64, angle: F64) -> C128:
+    """Field averaged over the footprint, times r³·e^{−2πir/l}: (2, radii, angles), radial and tangential."""
     out = np.zeros((2, radius.size, angle.size), np.complex128)
     for q in range(radius.size):
         r = radius[q]
@@ -68,14 +82,13 @@ def _amplitude(length: float, nodes: F64, weights: F64, radius: F64, angle: F64)
                 across = nodes[n, 1] * c - nodes[n, 0] * s
                 distance = math.hypot(r + outwards, across)
                 excess = (2.0 * r * outwards + outwards**2 + across**2) / (distance + r)
-                inverse = 1j * length / (math.pi * distance)
-                series = 0j
-                for k in range(_SERIES.size - 1, -1, -1):
-                    series = series * inverse + _SERIES[k]
-                ring = (2.0 / math.pi) * 1j * (length / (math.pi * distance)) * (inverse * series)
+                inverse = length / distance
+                ring = 0j
+                for k in range(series.size - 1, -1, -1):
+                    ring = ring * inverse + series[k]
                 phase = 2.0 * math.pi * excess / length
                 field = ring * complex(math.cos(phase), math.sin(phase))
-                field *= -weights[n] * r**3 / (4.0 * math.pi * distance**2)
+                field *= -weights[n] * r**3 * inverse**2 / (2.0 * math.pi * distance**2)
                 out[0, q, m] += field * (r + outwards)
                 out[1, q, m] += field * across
     return out
@@ -83,21 +96,22 @@ def _amplitude(length: float, nodes: F64, weights: F64, radius: F64, angle: F64)
 
 @kernel()
 def ring_tail(
-    h: float, s: float, tx: float, ty: float, weights: F64, blur: F64, amplitude: C128, turns: int, nearest: float
+    h: float, s: float, tx: float, ty: float, weights: F64, lengths: F64, amplitude: C128, turns: int, nearest: float
 ) -> float:
     """Oscillating part of the half line from s ≥ 0 on, going in direction (tx, ty), seen from h to its left.
 
-    weights : (j,);  blur, amplitude, turns, nearest : as of ``airy_rings``
+    weights : (j,) of wavelengths;  lengths : of ``tone_lengths``;  the rest as of ``ring_amplitudes``
 
     It is ∫ −V·n ds along the ray, n = (−ty, tx), with V from its radial and tangential amplitudes.
     """
     total = 0.0
     r = math.hypot(h, s)
     powers, harmonics = amplitude.shape[3], amplitude.shape[2]
-    for j in range(blur.size):
-        if weights[j] == 0.0:
+    for j in range(lengths.size):
+        weight = weights[j % weights.size]
+        if weight == 0.0:
             continue
-        wave = 2.0 * math.pi / blur[j]
+        wave = 2.0 * math.pi / lengths[j]
         # Im r on the ray is at least (√2·s·ξ + ξ²)/(2(r + ξ)); solved with r alone, RAY_DECAY allows for the rest.
         fall = 2.0 * r * RAY_DECAY / wave
         length = fall / (s * math.sqrt(0.5) + math.sqrt(0.5 * s * s + fall))
@@ -122,5 +136,5 @@ def ring_tail(
                 tangential = tangential * turn + b
             rise = (h * radial - along * tangential) * inverse**4 * np.exp(1j * wave * rr)
             sum_j += _RAY_W[i] * rise * back ** ((harmonics - 1) // 2)
-        total += weights[j] * (sum_j * _RAY).real * length
+        total += weight * (sum_j * _RAY).real * length
     return total

@@ -44,9 +44,8 @@ OF_PIECES = 16.0  # times what is allowed: as much as a bound for pieces may be 
 EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
 OF_DIPOLES = 0.1  # of what is allowed: panels along edges were seen to take 0.15 of it
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # steps, blurs: as far as these first terms hold (to a tenth)
-RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength
+RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength and tone
 TABLE_BYTES = 3e8  # of the field: larger ones cost more than rings whatever these cost
-RINGS_NEAREST = 10.0  # blurs, beyond the footprint: their series and the smooth powers of 1/r hold to 1e-11
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +107,7 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
         # Where a smooth outline is met square on it is a line, however short its sides.
         quiet_end = max(quiet_end, waves.quiet_distance(lines, front="line"))
     loud = _loud_foci(waves, edges, job.grid, quiet_end, lines + budget.allowed("foci"))
-    if not pattern.airy:
+    if not pattern.tones:
         quiet_end, loud = max(quiet_end, (1.0 + ZONE) * float(loud.radius.max(initial=0.0))), NO_FOCI
     count = int(np.count_nonzero(edges.length >= quiet_end))
     quiet_line = max(quiet_end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line"))
@@ -116,8 +115,9 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     response_step = shortest * min(COARSEST_RESPONSE, _step(pattern, 6, 0.5 * budget.allowed("response") / SIX_POINTS))
     near, reach = quiet_end, quiet_line
     table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
-    if pattern.airy and (quiet_end > RINGS_FROM * blur.size * longest or table_bytes > TABLE_BYTES):
-        near = reach = min(near, max(smooth, RINGS_NEAREST * longest + footprint.extent))
+    dear = quiet_end > RINGS_FROM * len(pattern.tones) * blur.size * longest or table_bytes > TABLE_BYTES
+    if pattern.tones and dear:
+        near = reach = min(near, max(smooth, pattern.tones_from_blurs * longest + footprint.extent))
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,

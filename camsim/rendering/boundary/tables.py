@@ -16,7 +16,6 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.optics.pattern import Pattern
-from camsim.optics.system import OpticalSystem
 from camsim.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
@@ -179,13 +178,15 @@ def _average_taps(side: float, shifts: F64) -> F64:
 
 
 def _slope_taps(side: float, shifts: F64) -> F64:
-    """Filter for the derivative (per step) of that average: a difference between the two sides of the box."""
+    """Filter for the derivative (per step) of that average: between the two sides of the box, a point's own."""
     reach = math.ceil(0.5 * side + float(np.abs(shifts).max())) + ORDER // 2 + 1
     taps = np.zeros(2 * reach + 1)
-    width = max(side, 1e-4)  # a point's slope from a difference this short is exact to 1e-9 of the filter
     for shift in shifts:
-        _add_point(taps, reach, shift + 0.5 * width, 1.0 / width)
-        _add_point(taps, reach, shift - 0.5 * width, -1.0 / width)
+        if side == 0.0:
+            _add_slope(taps, reach, shift)
+            continue
+        _add_point(taps, reach, shift + 0.5 * side, 1.0 / side)
+        _add_point(taps, reach, shift - 0.5 * side, -1.0 / side)
     taps /= shifts.size
     return 0.5 * (taps - taps[::-1])
 
@@ -198,21 +199,30 @@ def _add_point(taps: F64, reach: int, position: float, amount: float) -> None:
     taps[first : first + ORDER] += amount * weights
 
 
+def _add_slope(taps: F64, reach: int, position: float) -> None:
+    """Add the interpolant's derivative: of a Lagrange polynomial, each of its factors in turn."""
+    cell = math.floor(position)
+    t, nodes = position - cell, np.arange(ORDER) + 1.0 - ORDER // 2
+    first = reach + cell + 1 - ORDER // 2
+    for i in range(ORDER):
+        others = np.delete(nodes, i)
+        products = [float(np.prod(t - np.delete(others, k))) for k in range(ORDER - 1)]
+        taps[first + i] += math.fsum(products) * SCALE[i]
+
+
 def edge_responses(
-    system: OpticalSystem,
     pattern: Pattern,
-    pitch_um: float,
     blur: F64,
     weights: F64,
     normals: F64,
+    footprint: Footprint,
     *,
-    extent: float,
     distance: float,
     step: float,
 ) -> F64:
     """Response across an infinite edge minus its half-way value, as a quintic per cell of ``step``.
 
-    normals  : (o, 2) unit normals of the edges;  extent: how far the footprint reaches
+    normals  : (o, 2) unit normals of the edges
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance
 
     ESF(h) − ½ = ∫_0^{cut-off} OTF(f·normal)·sin(2πfh)/(πf) df. Between two breaks the summed OTF is smooth but for 3/2
@@ -224,7 +234,7 @@ def edge_responses(
     inner = len(pattern.breaks) > 1
     bottom, nodes, node_weights = 0.0, [], []
     for top in np.unique(np.divide.outer(pattern.breaks, blur)):
-        count = 14 + math.ceil((1.6 if inner else 1.1) * math.pi * (distance + extent) * (top - bottom))
+        count = 14 + math.ceil((1.6 if inner else 1.1) * math.pi * (distance + footprint.extent) * (top - bottom))
         x, w = gauss_legendre(count)
         t = 0.5 * (1.0 + x)
         nodes.append(top - (top - bottom) * t * t * ((3.0 - 2.0 * t) if inner else 1.0))
@@ -233,8 +243,8 @@ def edge_responses(
     f, df = np.concatenate(nodes), np.concatenate(node_weights)
     lens = pattern.otf(f[None, :] * blur[:, None])
     spectrum = (weights @ lens) * (df / (np.pi * f))
-    footprint = np.stack([system.footprint_otf(f * n[0] / pitch_um, f * n[1] / pitch_um) for n in normals])
+    passes = np.stack([footprint.otf(f * n[0], f * n[1]) for n in normals])
     h = step * np.arange(-2, cells + 4)
     wave = np.sin((2.0 * np.pi) * np.outer(h, f))
-    values = np.einsum("okf,hf->okh", footprint[:, None, :] * spectrum[None], wave, optimize=True)
+    values = np.einsum("okf,hf->okh", passes[:, None, :] * spectrum[None], wave, optimize=True)
     return quintic_cells(values)

@@ -209,7 +209,7 @@ class Integrals:
         phase = math.tau * radius * float(1.0 / self._blur.min() - 1.0 / self._blur.max())
         allowed = self.budget.allowed("own wavelengths")
         nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, allowed=allowed)
-        return table_of(self.lens, self._blur_at(nm), weights.reshape(-1, nm.size), radius)
+        return table_of(self.lens, self._blur_at(nm), weights.reshape(-1, nm.size), radius, self.budget.tolerance)
 
     @functools.cached_property
     def _listeners(self) -> F64:

@@ -18,7 +18,8 @@ from camsim.kernels import kernel
 from camsim.optics.protocols import RoundLens
 from camsim.quadrature import quintic_cells
 
-CELLS_PER_BLUR = 64  # a quintic then errs by 5e-12: 32 left 3e-10
+CELLS_PER_BLUR = 64  # a quintic then errs by CELLS_LEAVE: 32 left 3e-10. Where that is too much, twice as many
+CELLS_LEAVE = 5e-12
 SLOPE_DEGREE, SLOPE_POINTS, SLOPE_FITS = 12, 64, 3e-14
 REFERENCE_NM = 550.0
 DIRECTIONS, PER_WAVE, WAVES = 8, 12, 3  # along which, and how finely, rings are averaged over the footprint
@@ -48,23 +49,27 @@ class Table(NamedTuple):
         return rest
 
 
-def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float) -> Table:
-    """Tabulate a round lens out to ``radius`` (pitches) and a little; blur (j,), pitches; weights (k, j)."""
-    step = float(blur.min()) / CELLS_PER_BLUR
-    cells = math.ceil(radius / step) + 2 * CELLS_PER_BLUR
-    profile = _profile(lens, 1 << (cells + 4).bit_length())
+def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float, allowed: float) -> Table:
+    """Tabulate a round lens out to ``radius`` (pitches) and a little.
+
+    blur : (j,), pitches;  weights: (k, j);  allowed: what the tables may be wrong by
+    """
+    per_blur = CELLS_PER_BLUR if allowed >= CELLS_LEAVE else 2 * CELLS_PER_BLUR
+    step = float(blur.min()) / per_blur
+    cells = math.ceil(radius / step) + 2 * per_blur
+    profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
     powers = _far_powers(lens)
     far = weights @ np.stack(
         [np.ones_like(blur), *(c * blur**n for c, n in zip(powers, (1, 3, 5), strict=True))], axis=1
     )
-    return Table(quintic_cells(_contracted(profile, blur, weights, step, cells)), step, far)
+    return Table(quintic_cells(_contracted(profile, per_blur, blur, weights, step, cells)), step, far)
 
 
 @functools.lru_cache(maxsize=16)
-def _profile(lens: RoundLens, cells: int) -> F64:
+def _profile(lens: RoundLens, cells: int, per_blur: int) -> F64:
     """E/ρ² as a quintic per cell (cells, 6), even in ρ; ρ in blurs."""
     blur_um = lens.blur_um(REFERENCE_NM)
-    rho = np.arange(-2, cells + 3) / CELLS_PER_BLUR
+    rho = np.arange(-2, cells + 3) / per_blur
     tiny = np.abs(rho) < 1e-6
     safe = np.where(tiny, 1e-4, np.abs(rho))  # E/ρ² is flat there to 1e-8 of itself, and no difference of ones
     profile = quintic_cells(lens.encircled_energy(safe * blur_um, REFERENCE_NM) / safe**2)
@@ -94,18 +99,18 @@ def _far_powers(lens: RoundLens) -> tuple[float, float, float]:
     return terms[0], terms[1], terms[2]
 
 
-def _contracted(profile: F64, blur: F64, weights: F64, step: float, cells: int) -> F64:
+def _contracted(profile: F64, per_blur: int, blur: F64, weights: F64, step: float, cells: int) -> F64:
     """Σ_j w[k, j]·E/r² of λ_j at multiples −2 … cells + 2 of ``step``."""
     values = np.zeros((cells + 5, len(weights)))  # sets side by side: vectors
-    _contract(profile, blur, np.ascontiguousarray(weights.T), step, values)
+    _contract(profile, float(per_blur), blur, np.ascontiguousarray(weights.T), step, values)
     return np.ascontiguousarray(values.T)
 
 
 @kernel()
-def _contract(profile: F64, blur: F64, of_wavelength: F64, step: float, values: F64) -> None:
+def _contract(profile: F64, per_blur: float, blur: F64, of_wavelength: F64, step: float, values: F64) -> None:
     count, sets = values.shape
     for j in range(blur.size):
-        scale = step * CELLS_PER_BLUR / blur[j]
+        scale = step * per_blur / blur[j]
         inverse_square = 1.0 / (blur[j] * blur[j])
         for m in range(count):
             u = abs(m - 2) * scale
