@@ -124,7 +124,7 @@ class Capture:
     def optical_key(self) -> str:
         """A name of all that makes the optical image: captures that share it may share one."""
         camera, how = self.camera, (self.tolerance, self.method, self.strict)
-        response = camera.electrons_per_reflectance(self.samples, 1.0)
+        response = camera.image_per_reflectance(self.samples)
         return key_of(self.lit_scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how)
 
     @functools.cached_property
@@ -132,6 +132,11 @@ class Capture:
         """The scene, its points as bright as their electrons make them."""
         full_e = self.camera.electrons_per_reflectance(self.samples, self.radiant_exposure_j_per_m2)
         return self.scene.lit(self.samples.wavelength_nm, full_e)
+
+    @functools.cached_property
+    def veil_e(self) -> F64:
+        """(channels,) electrons that veiling glare adds to every photosite on the axis."""
+        return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.lit_scene, self.samples, self.tolerance)
 
     @functools.cached_property
     def white_level_dn(self) -> int:
@@ -159,7 +164,7 @@ class Capture:
             self.lit_scene,
             self.camera.optics,
             self.window.wide,
-            response=self.camera.electrons_per_reflectance(self.samples, 1.0),
+            response=self.camera.image_per_reflectance(self.samples),
             wavelength_nm=self.samples.wavelength_nm,
             tolerance=self.tolerance,
             method=self.method,
@@ -169,7 +174,7 @@ class Capture:
         """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
         setting = Setting(
             camera=self.camera, scene=self.scene, light=self.light, exposure=self.exposure, time_s=self.time_s,
-            noise=self.noise, mean_wanted="truth" in products,
+            veil_e=self.veil_e, noise=self.noise, mean_wanted="truth" in products,
         )  # fmt: skip
         return tuple(notes_before(setting, choice))
 
@@ -184,13 +189,8 @@ class Capture:
     def optical_image(self, *, products: Products = ("mosaic",), progress: Progress | None = None) -> OpticalImage:
         """Render what the lens throws on the photosites, for captures that differ in nothing that comes before."""
         choice = self.plan()
-        rendering = carry_out(
-            choice,
-            self.window.channels_of_all(),
-            every_channel="truth" in products,
-            strict=self.strict,
-            progress=progress,
-        )
+        every, channels = "truth" in products, self.window.channels_of_all()
+        rendering = carry_out(choice, channels, every_channel=every, strict=self.strict, progress=progress)
         return OpticalImage(choice=choice, rendering=rendering)
 
     def frames(
@@ -213,9 +213,9 @@ class Capture:
         seen = optical_image or self.optical_image(products=products, progress=progress)
         rendering, notes = seen.rendering, self.notes(seen.choice, products)
         own = optical_image is None  # and may be overwritten: a large frame needs no second copy
-        lit = self.window.lit(self._exposed(rendering.image, own=own), 0)
+        lit = self.window.lit(self._exposed(rendering.image, own=own), self.veil_e, 0)
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
-        truth = self.window.truth(planes, lit.shown_e)
+        truth = self.window.truth(planes, self.veil_e, lit.shown_e)
         clock.lap("render")
         for frame_number in range(self.frame_number, self.frame_number + count):
             signals = Signals(self.camera.cfa.channels, self.white_level_dn)
@@ -246,9 +246,8 @@ class Capture:
         """
         check_products(products)
         if not set(products) <= set(STREAMED):
-            raise InvalidValueError(
-                f"{', '.join(products)}; row by row there are {' and '.join(STREAMED)}", key="products"
-            )
+            said = f"{', '.join(products)}; row by row there are {' and '.join(STREAMED)}"
+            raise InvalidValueError(said, key="products")
         clock = Clock()
         choice, cube = self.plan(), self._cube(products)
         clock.lap("light")
@@ -257,7 +256,7 @@ class Capture:
 
         def record_rows(image: F64) -> None:
             nonlocal passed
-            lit = self.window.lit(self._exposed(image, own=True), passed)
+            lit = self.window.lit(self._exposed(image, own=True), self.veil_e, passed)
             clock.lap("render")
             _, codes = self._recorded(lit, self.frame_number, clock, signals)
             take(codes)
@@ -296,6 +295,7 @@ class Capture:
             self.camera.optics,
             self.grid,
             light=self.light,
+            veil=self.camera.veil,
             wavelength_nm=None if self.spectral_nm is None else tuple(self.spectral_nm),
             tolerance=self.tolerance,
             method=self.method,
