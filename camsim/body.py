@@ -17,6 +17,8 @@ from camsim.marks import Called
 from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
 from camsim.optics.own import check_own
 from camsim.rendering import Grid
+from camsim.rendering.veil import Veil
+from camsim.scene import Scene
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
@@ -28,7 +30,7 @@ from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.full_well import FullWell
 from camsim.sensor.stages.read_noise import ReadNoise
-from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum
+from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum, Transmission
 from camsim.spectra.light import Light, LightSamples
 from camsim.typed import Count, Number, Positive, Seed, Several, Whole, check, refusal, spelled_out
 from camsim.window import Region, grid_of
@@ -57,6 +59,7 @@ class Changes(ElectronicChanges, total=False):
     filters: Several[NumberOrCurve]
     magnification: Number
     falloff: Falloff | None
+    veiling_glare: NumberOrCurve
     dual_gain: DualGain | None
     adc: Adc
     extra_optics: Several[Blur]
@@ -72,6 +75,7 @@ class Body(Electronics):
     filters    : in front of the sensor (infrared cut, grey, colour): fractions that pass, all of them multiply
     magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
     falloff    : light towards the corners, relative to the axis
+    veiling_glare : fraction of the light that is spread evenly over the frame (docs/glare.md)
     extra_optics : blurs of one's own besides the lens (docs/developers.md), such as a haze
     """
 
@@ -88,6 +92,7 @@ class Body(Electronics):
     filters: Several[Filter] = ()
     magnification: Magnification = 0.0
     falloff: Falloff | None = None
+    veiling_glare: Transmission = dataclasses.field(default=0.0, metadata={"described": "if any"})
     dual_gain: DualGain | None = None
     adc: Adc
     extra_optics: Several[Blur] = dataclasses.field(default=(), metadata={"described": "if any"})
@@ -159,7 +164,7 @@ class Body(Electronics):
     def samples(self, light: Light, surfaces: Iterable[Spectrum] = ()) -> LightSamples:
         """Return a light at nodes that follow every curve it meets: surfaces, lens, filters, quantum efficiency."""
         efficiencies = [curve for _, curve in self.quantum_efficiency.select(self.cfa.channels).curves]
-        passes = ([spectrum] for spectrum in (self.lens.transmission, *self.filters))
+        passes = ([spectrum] for spectrum in (self.lens.transmission, self.veiling_glare, *self.filters))
         return light.samples(surfaces, *passes, efficiencies)
 
     def electrons_per_reflectance(self, samples: LightSamples, time_s: float) -> F64:
@@ -191,6 +196,20 @@ class Body(Electronics):
             light=light,
             matrix=matrix,
         )
+
+    def image_per_reflectance(self, samples: LightSamples) -> F64:
+        """Return (channels, n) what veiling glare leaves to the image of a perfect diffuser, electrons per J/m²."""
+        return self.veil.spared(self.electrons_per_reflectance(samples, 1.0), samples.wavelength_nm)
+
+    def veil_of(self, scene: Scene, samples: LightSamples, tolerance: float) -> F64:
+        """Return (channels,) what it spreads over all photosites, on the axis, electrons per J/m²."""
+        response = self.electrons_per_reflectance(samples, 1.0)
+        return self.veil.light(scene, response, samples.wavelength_nm, tolerance)
+
+    @property
+    def veil(self) -> Veil:
+        """What veiling glare does to the light."""
+        return Veil(share=self.veiling_glare, frame=self.grid())
 
     def full_well_at(self, iso: float) -> FullWell | None:
         """Return the full well at an ISO setting: a high conversion gain holds less."""

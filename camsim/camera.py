@@ -37,6 +37,7 @@ class Camera(Body):
     lens, extra_optics, olpf, photosite : optical stages; blurs of one's own besides the lens
     cfa, quantum_efficiency, filters    : channels, their electrons per photon, and what lies in front of the sensor
     magnification, falloff : image size over object size, in brightness and blur; light towards the corners
+    veiling_glare  : fraction of the light that is spread evenly over the frame
     extra_stages   : electronic stages of one's own
     dual_gain, adc : conversion gain by ISO, and electrons to codes
 

@@ -42,3 +42,9 @@ def describe(value: Any) -> Any:
 
 OWN_STAGES = "not_reproducible_by_camsim_alone"
 """Where a description names the stages of one's own that a capture was taken with."""
+
+OF_A_FRAME = (
+    *("camera", "scene", "light", "exposure", "region", "seed", "frame_number"),
+    *("tolerance", "method", "noise", "colour_matrix", "spectral_nm"),
+)
+"""What a frame is made of: fields of the capture."""

@@ -14,7 +14,7 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import F64, U16
 from camsim.body import Body
-from camsim.description import OWN_STAGES, describe
+from camsim.description import OF_A_FRAME, OWN_STAGES, describe
 from camsim.errors import InvalidValueError
 from camsim.frame import Frame, Products, Report, check_products
 from camsim.lit import Lit, Window
@@ -42,15 +42,6 @@ from camsim.words import brief
 
 Progress = Callable[[str, float], None]
 Method: TypeAlias = Literal["auto", "boundary", "fourier"]
-
-STREAMED = ("mosaic", "spectral")
-"""Products that a capture can give while it holds no photosites."""
-
-DESCRIBED = (
-    *("camera", "scene", "light", "exposure", "region", "seed", "frame_number"),
-    *("tolerance", "method", "noise", "colour_matrix", "spectral_nm"),
-)
-"""What a frame is made of."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +142,7 @@ class Capture:
     def optical_key(self) -> str:
         """A name of all that makes the optical image: captures that share it may share one."""
         camera, how = self.camera, (self.tolerance, self.method, self.strict)
-        response = camera.electrons_per_reflectance(self.samples, 1.0)
+        response = camera.image_per_reflectance(self.samples)
         return key_of(self.lit_scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how)
 
     @functools.cached_property
@@ -159,6 +150,11 @@ class Capture:
         """The scene, its points as bright as their electrons make them."""
         full_e = self.camera.electrons_per_reflectance(self.samples, self.radiant_exposure_j_per_m2)
         return self.scene.lit(self.samples.wavelength_nm, full_e)
+
+    @functools.cached_property
+    def veil_e(self) -> F64:
+        """(channels,) electrons that veiling glare adds to every photosite on the axis."""
+        return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.lit_scene, self.samples, self.tolerance)
 
     @functools.cached_property
     def white_level_dn(self) -> int:
@@ -181,7 +177,7 @@ class Capture:
             self.lit_scene,
             self.camera.optics,
             self.window.wide,
-            response=self.camera.electrons_per_reflectance(self.samples, 1.0),
+            response=self.camera.image_per_reflectance(self.samples),
             wavelength_nm=self.samples.wavelength_nm,
             tolerance=self.tolerance,
             method=self.method,
@@ -191,7 +187,7 @@ class Capture:
         """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
         setting = Setting(
             camera=self.camera, scene=self.scene, light=self.light, exposure=self.exposure, time_s=self.time_s,
-            noise=self.noise, mean_wanted="truth" in products,
+            veil_e=self.veil_e, noise=self.noise, mean_wanted="truth" in products,
         )  # fmt: skip
         return tuple(notes_before(setting, choice))
 
@@ -229,9 +225,9 @@ class Capture:
         seen = optical_image or self.optical_image(products=products, progress=progress)
         rendering, notes = seen.rendering, self.notes(seen.choice, products)
         own = optical_image is None  # and may be overwritten: a large frame needs no second copy
-        lit = self.window.lit(self._exposed(rendering.image, own=own), 0)
+        lit = self.window.lit(self._exposed(rendering.image, own=own), self.veil_e, 0)
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
-        truth = self.window.truth(planes, lit.shown_e)
+        truth = self.window.truth(planes, self.veil_e, lit.shown_e)
         clock.lap("render")
         for frame_number in range(self.frame_number, self.frame_number + count):
             signals = Signals(self.camera.cfa.channels, self.white_level_dn)
@@ -260,11 +256,7 @@ class Capture:
         From the top; the codes are those of ``frame``. The frame says everything else and holds no photosites.
         Blooming runs over the whole window, so that with it the window is held all the same.
         """
-        check_products(products)
-        if not set(products) <= set(STREAMED):
-            raise InvalidValueError(
-                f"{', '.join(products)}; row by row there are {' and '.join(STREAMED)}", key="products"
-            )
+        check_products(products, streamed=True)
         clock = Clock()
         choice, cube = self.plan(), self._cube(products)
         clock.lap("light")
@@ -273,7 +265,7 @@ class Capture:
 
         def record_rows(image: F64) -> None:
             nonlocal passed
-            lit = self.window.lit(self._exposed(image, own=True), passed)
+            lit = self.window.lit(self._exposed(image, own=True), self.veil_e, passed)
             clock.lap("render")
             _, codes = self._recorded(lit, self.frame_number, clock, signals)
             take(codes)
@@ -312,6 +304,7 @@ class Capture:
             self.camera.optics,
             self.grid,
             light=self.light,
+            veil=self.camera.veil,
             wavelength_nm=None if self.spectral_nm is None else tuple(self.spectral_nm),
             tolerance=self.tolerance,
             method=self.method,
@@ -347,7 +340,7 @@ class Capture:
     def description(self, frame_number: int) -> dict[str, Any]:
         """Return all that a frame is made of, as files carry it."""
         own = own_stages((*self.camera.optics.stages, *self.camera.stages))
-        parts = {name: getattr(self, name) for name in DESCRIBED} | {"frame_number": frame_number}
+        parts = {name: getattr(self, name) for name in OF_A_FRAME} | {"frame_number": frame_number}
         described: dict[str, Any] = describe(parts | ({OWN_STAGES: own} if own else {}))
         return described
 

@@ -33,9 +33,15 @@ PRODUCTS: Mapping[Product, str] = {
 }
 """What a capture can be asked for, and a file can hold."""
 
+STREAMED = ("mosaic", "spectral")
+"""Products that a capture can give while it holds no photosites."""
 
-def check_products(products: Collection[str]) -> None:
-    """Refuse the name of a product that does not exist; a bare string is a mistake for a tuple of one."""
+
+def check_products(products: Collection[str], *, streamed: bool = False) -> None:
+    """Refuse the name of a product that does not exist, or is not there row by row (``streamed``).
+
+    A bare string is a mistake for a tuple of one.
+    """
     if not isinstance(products, Collection):
         raise InvalidValueError(f"must be a list of names, not {shown(products)}", key="products")
     for product in (products,) if isinstance(products, str) else products:
@@ -45,6 +51,9 @@ def check_products(products: Collection[str]) -> None:
         raise InvalidValueError(
             f"{products!r} is one name; give several in a tuple, such as ({products!r},)", key="products"
         )
+    if streamed and not set(products) <= set(STREAMED):
+        said = f"{', '.join(products)}; row by row there are {' and '.join(STREAMED)}"
+        raise InvalidValueError(said, key="products")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -53,22 +53,25 @@ class Window:
         grid = self.wide
         return self.camera.cfa.repeated_index(grid.rows, grid.cols, grid.origin)
 
-    def lit(self, image: F64, rows_before: int) -> Lit:
-        """Return rows as they are lit: of the rendered image, from a row of the window on."""
+    def lit(self, image: F64, veil_e: F64, rows_before: int) -> Lit:
+        """Return rows as they are lit: of the rendered image and each channel's veil, from a row of the window on."""
         grid = rows_of(self.wide, rows_before, len(image))
         # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
         mean_e = np.maximum(image, 0.0, out=image)
+        if veil_e.any():
+            mean_e += veil_e[self.channel(grid)]
         if self._falls_off:
             mean_e = mean_e * self._falloff(grid)
         shown_e = mean_e if self.camera.crosstalk is None else mixed(mean_e, self.camera.crosstalk)
         channel = self.channel(rows_of(self.grid, rows_before, len(shown_e)))
         return Lit(rows_before=rows_before, mean_e=mean_e, shown_e=shown_e, channel=channel)
 
-    def truth(self, planes: F64 | None, mean_electrons: F64) -> F32 | None:
+    def truth(self, planes: F64 | None, veil_e: F64, mean_electrons: F64) -> F32 | None:
         """Return (rows, cols, channels) of every channel's rendered plane; its own is a photosite's mean electrons."""
         if planes is None:
             return None
         planes = np.maximum(planes, 0.0, out=planes)
+        planes += veil_e[:, None, None]
         if self._falls_off:
             planes *= self._falloff(self.wide)
         truth = np.empty((self.grid.rows, self.grid.cols, len(planes)), np.float32)

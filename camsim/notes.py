@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from camsim.arrays import F64
 from camsim.body import Body
 from camsim.frame import ChannelSignal
 from camsim.optics.protocols import KnowsSplits, OnLattice, Round
@@ -42,6 +43,7 @@ class Setting:
     """What is known of a picture before it is taken.
 
     time_s      : of the exposure, "auto" found
+    veil_e      : (channels,) electrons of veiling glare on the axis
     noise       : whether the picture has noise
     mean_wanted : whether the mean is wanted for itself, as a truth
     """
@@ -51,6 +53,7 @@ class Setting:
     light: Light
     exposure: Exposure
     time_s: float
+    veil_e: F64
     noise: bool
     mean_wanted: bool = False
 
@@ -60,6 +63,7 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     yield from _of_own_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
     yield from _of_one_line(setting.camera, setting.light)
+    yield from _of_glare(setting)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
     yield from _of_prnu(setting.camera)
     yield from _of_edges(setting.scene, choice)
@@ -137,6 +141,16 @@ def _of_one_line(camera: Body, light: Light) -> Iterator[str]:
         yield (
             f"a colour sensor in light of one line at {light.line_nm:g} nm: every surface has one colour, and channels "
             f"get {shares} of the most; light={{illuminant: D65, illuminance_lux: 2000}} shows colours"
+        )
+
+
+def _of_glare(setting: Setting) -> Iterator[str]:
+    most_e = float(setting.veil_e.max())
+    if most_e > 0.0:
+        most_dn = most_e / setting.camera.adc.electrons_per_dn_at(setting.exposure.iso)
+        yield (
+            f"veiling glare gives every photosite up to {most_e:.3g} e⁻ ({most_dn:.3g} DN), black ones too, in the "
+            "mosaic, mean_electrons and truth; veiling_glare 0 shows the scene without it"
         )
 
 

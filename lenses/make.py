@@ -1,7 +1,11 @@
 """Write the shipped lenses: ``python lenses/make.py`` (needs the extra ``lens``). Prescriptions stand here.
 
-A surface is (radius mm, thickness mm, glass behind it or None, whether it is the stop). Both prescriptions are textbook
-forms as optiland 0.6's samples have them (MIT licence, optiland/samples/objectives.py), with glasses of its catalogue.
+A surface is (radius mm, thickness mm, glass behind it or None, whether it is the stop), see ``surfaces``. The triplet
+and the double Gauss are textbook forms as optiland 0.6's samples have them (MIT licence,
+optiland/samples/objectives.py), with glasses of its catalogue. The mobile lens is the published example of US patent
+7,535,658 (2009) as the documentation of ray-optics has it (BSD-3-Clause, "Cell Phone Camera Lens"), whose K is the
+conic constant and 1; rays that are printed there fall within 5e-6 mm of optiland's (tests/clients/test_optiland.py).
+Of its plastics index and Abbe number are known.
 """
 
 from __future__ import annotations
@@ -16,16 +20,18 @@ from optiland.optic import Optic
 from camsim.config.lens_import import lens_file, surfaces
 
 FLAT = math.inf
-SOURCE = "prescription of optiland 0.6's samples (MIT licence), traced with optiland by lenses/make.py"
+OF_OPTILAND = "prescription of optiland 0.6's samples (MIT licence), traced with optiland by lenses/make.py"
+OF_A_PATENT = "published example of US patent 7,535,658, traced with optiland by lenses/make.py"
 
 
 class Prescription(NamedTuple):
-    """A lens: what its file says first, aperture as optiland has it, half the field in degrees, and surfaces."""
+    """A lens: what its file says first, aperture as optiland has it, half the field in degrees, surfaces, source."""
 
     comment: str
     aperture: tuple[str, float]
     half_deg: float
     surfaces: tuple[tuple[Any, ...], ...]
+    source: str = OF_OPTILAND
 
 
 LENSES = {
@@ -60,6 +66,73 @@ LENSES = {
             (-79.41143, 61.487536, None, False),
         ),
     ),
+    "mobile": Prescription(
+        "Mobile lens, 5.6 mm f/3.5, 64° of field: four plastic aspheres and a cover, waves all over the frame",
+        ("imageFNO", 3.5),
+        31.76,
+        (
+            (FLAT, 0.0, None, True),
+            (
+                1.962,
+                1.19,
+                (1.471, 76.6),
+                False,
+                (1.153, (-1.895e-2, 2.426e-2, -5.123e-2, 8.371e-4, 7.850e-3, 4.091e-3, -7.732e-3, -4.265e-3)),
+            ),
+            (
+                33.398,
+                0.93,
+                None,
+                False,
+                (39.18, (-4.966e-3, -1.434e-2, -6.139e-3, -9.284e-5, 6.438e-3, -5.72e-3, -2.385e-2, 1.108e-2)),
+            ),
+            (
+                -2.182,
+                0.75,
+                (1.603, 27.5),
+                False,
+                (1.105, (-4.388e-2, -2.555e-2, 5.16e-2, -4.307e-2, -2.831e-2, 3.162e-2, 4.630e-2, -4.877e-2)),
+            ),
+            (
+                -6.367,
+                0.1,
+                None,
+                False,
+                (2.382, (-1.131e-1, -7.863e-2, 1.094e-1, 6.228e-3, -2.216e-2, -5.89e-3, 4.123e-3, 1.041e-3)),
+            ),
+            (
+                5.694,
+                0.89,
+                (1.510, 56.2),
+                False,
+                (-222.1, (-7.876e-2, 7.02e-2, 1.575e-3, -9.958e-3, -7.322e-3, 6.914e-4, 2.54e-3, -7.65e-4)),
+            ),
+            (
+                9.192,
+                0.16,
+                None,
+                False,
+                (-0.0669, (9.694e-3, -2.516e-3, -3.606e-3, -2.497e-4, -6.84e-4, -1.414e-4, 2.932e-4, -7.284e-5)),
+            ),
+            (
+                1.674,
+                0.85,
+                (1.510, 56.2),
+                False,
+                (-8.617, (7.429e-2, -6.933e-2, -5.811e-3, 2.396e-3, 2.100e-3, -3.119e-4, -5.552e-5, 7.969e-6)),
+            ),
+            (
+                1.509,
+                0.70,
+                None,
+                False,
+                (-3.707, (1.767e-3, -4.652e-2, 1.625e-2, -3.522e-3, -7.106e-4, 3.825e-4, 6.271e-5, -2.631e-5)),
+            ),
+            (FLAT, 0.40, (1.516, 64.1), False),
+            (FLAT, 0.64, None, False),
+        ),
+        OF_A_PATENT,
+    ),
 }
 PERFECT = """# Perfect lens, f/5.6: no aberration anywhere, no distortion, even light.
 camsim: lens/1
@@ -92,6 +165,7 @@ if __name__ == "__main__":
     for name, prescription in LENSES.items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            text = lens_file(optic_of(prescription), name=name, source=SOURCE, comment=prescription.comment)
+            traced = optic_of(prescription)
+            text = lens_file(traced, name=name, source=prescription.source, comment=prescription.comment)
         (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
         print(f"{name}: {len(text)} characters")

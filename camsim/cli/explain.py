@@ -143,6 +143,7 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
     camera = capture.camera
     if camera.falloff is None:
         yield Decision(topic="fall-off", decision="left out", reason="the lens has none: even light")
+    yield _of_glare(capture)
     if camera.crosstalk is None:
         yield Decision(
             topic="crosstalk", decision="left out", reason="the sensor has none: no photosite beyond the window"
@@ -156,6 +157,25 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
             decision=f"{capture.random_numbers} random numbers",
             reason=f"{' → '.join(stages)}" if stages else "no stage draws any",
         )
+
+
+def _of_glare(capture: Capture) -> Decision:
+    from camsim.rendering.engine import Decision
+    from camsim.words import percent
+
+    camera = capture.camera
+    if not camera.veil.there:
+        return Decision(topic="veiling glare", decision="left out", reason="the lens has none: black stays black")
+    white_e = camera.electrons_per_reflectance(capture.samples, capture.radiant_exposure_j_per_m2).sum(axis=1)
+    shares = ", ".join(
+        f"{name} {percent(veil / white if white else 0.0)}"
+        for name, veil, white in zip(camera.cfa.channels, capture.veil_e, white_e, strict=True)
+    )
+    return Decision(
+        topic="veiling glare",
+        decision=f"the same on every photosite: {shares} of a perfect diffuser",
+        reason="its fraction of the mean light of the scene over the whole frame; the image has the rest",
+    )
 
 
 def _of_files(files: list[tuple[str, str]]) -> Iterator[Decision]:

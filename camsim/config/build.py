@@ -32,6 +32,7 @@ class Mount:
     magnification: float
     filters: tuple[Spectrum, ...]
     falloff: Falloff | None
+    veiling_glare: Spectrum
 
     def on(self, camera: Camera) -> Camera:
         """Return the camera with this in front of it; its own filters stay, behind these."""
@@ -40,6 +41,7 @@ class Mount:
             magnification=self.magnification,
             filters=(*self.filters, *camera.filters),
             falloff=self.falloff,
+            veiling_glare=self.veiling_glare,
         )
 
 
@@ -47,6 +49,7 @@ def mount(scene: SceneDocument) -> Mount | None:
     """Make the lens of a scene file and everything that is on it."""
     transmission = spectrum_at(scene, ("lens", "transmission"), names=False)
     filters = filters_at(scene, ("lens", "filters"))
+    glare = spectrum_at(scene, ("lens", "veiling_glare"), names=False)
     table = scene.part(("lens",), schema.MountTable)
     if table is None or filters is None:
         return None
@@ -55,7 +58,13 @@ def mount(scene: SceneDocument) -> Mount | None:
     falloff = scene.build(("lens", "falloff"), lambda: _falloff(table.falloff))
     if lens is None or (table.falloff is not None and falloff is None):
         return None
-    return Mount(lens=lens, magnification=table.magnification, filters=filters, falloff=falloff)
+    return Mount(
+        lens=lens,
+        magnification=table.magnification,
+        filters=filters,
+        falloff=falloff,
+        veiling_glare=0.0 if glare is None else glare,
+    )
 
 
 def _falloff(table: schema.Cos4Falloff | schema.RadialFalloff | None) -> Falloff | None:

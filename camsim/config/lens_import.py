@@ -125,8 +125,18 @@ def _cone(optic: Any, share: float, wavelength_nm: float) -> float:
 
 
 def surfaces(optic: Any, prescription: Sequence[tuple[Any, ...]]) -> None:
-    """Add surfaces to an empty optic: (radius mm, thickness mm, glass or None, whether it is the stop) each."""
-    for index, (radius, thickness, glass, stop) in enumerate(prescription, start=1):
-        more = {} if glass is None else {"material": glass}
+    """Add surfaces to an empty optic: (radius mm, thickness mm, glass or None, whether it is the stop) each.
+
+    A glass by numbers is (index at 587.56 nm, Abbe number). An asphere has (conic constant, coefficients of r³, r⁴, …)
+    besides, mm.
+    """
+    from optiland.materials import AbbeMaterial
+
+    for index, (radius, thickness, glass, stop, *asphere) in enumerate(prescription, start=1):
+        more: dict[str, Any] = {} if glass is None else {"material": glass}
+        if isinstance(glass, tuple) and isinstance(glass[0], float):
+            more["material"] = AbbeMaterial(*glass, model="buchdahl")
+        for conic, coefficients in asphere:
+            more |= {"surface_type": "odd_asphere", "conic": conic, "coefficients": [0.0, 0.0, *coefficients]}
         optic.surfaces.add(index=index, radius=radius, thickness=thickness, is_stop=stop, **more)
     optic.surfaces.add(index=len(prescription) + 1)

@@ -58,7 +58,7 @@ def middles_um(capture: Capture, places_um: F64, surfaces: tuple[Spectrum, Spect
     camera = capture.camera
     samples = camera.samples(capture.light, surfaces)
     dark, light = (spectrum_at(surface, samples.wavelength_nm) for surface in surfaces)
-    weight = camera.electrons_per_reflectance(samples, 1.0) * np.abs(light - dark)
+    weight = camera.image_per_reflectance(samples) * np.abs(light - dark)
     seen = samples.wavelength_nm[weight.max(axis=0) > 0.0]
     if not seen.size:
         return dict.fromkeys(camera.cfa.channels, np.zeros_like(places_um))

@@ -12,15 +12,19 @@ from camsim.body import Body
 from camsim.exposing import Capture
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.lens_places import scene_place_um, system_at
+from camsim.optics.protocols import Varies
+from camsim.quadrature import gauss_legendre
 from camsim.scene import Scene
 from camsim.scene.outlines import surface_at
 from camsim.spectra.curve import Spectrum, spectrum_at
-from camsim.spectra.integral import lumped
+from camsim.spectra.integral import lagrange, lumped
 from camsim.spectra.light import Light
 from camsim.window import Region
 
 _BESIDE_PIXEL = 3.0
 _DIRECTIONS = 36
+_NODES = 40
+"""Wavelengths of a lens that changes over the frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,15 +97,21 @@ class CameraOtf:
         if letter not in channels:
             return None
         samples = self.camera.samples(self.light, (dark, bright))
-        response = self.camera.electrons_per_reflectance(samples, 1.0)[channels.index(letter)]
+        response = self.camera.image_per_reflectance(samples)[channels.index(letter)]
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
         wavelength_nm, weight = lumped(samples.wavelength_nm, response * difference)
-        used = np.flatnonzero(weight)
-        if not used.size or weight.sum() == 0.0:
+        wavelength_nm, weight = wavelength_nm[weight != 0.0], weight[weight != 0.0]
+        if weight.sum() == 0.0:
             return None
+        if isinstance(self.camera.lens, Varies) and weight.size > _NODES:
+            # Its transfer takes half a second at each wavelength, and varies slowly with it.
+            x, w = gauss_legendre(_NODES)
+            low, high = wavelength_nm[0], wavelength_nm[-1]
+            nodes_nm = 0.5 * (low + high) + 0.5 * (high - low) * x
+            wavelength_nm, weight = nodes_nm, np.einsum("n,nj->j", weight, lagrange(wavelength_nm, nodes_nm, x, w))
         fx, fy = fx / self.camera.pitch_um, fy / self.camera.pitch_um
         system = system_at(self.camera, *place_um)
-        lens = sum(weight[k] * system.point_otf(fx, fy, float(wavelength_nm[k])) for k in used)
+        lens = sum(part * system.point_otf(fx, fy, nm) for nm, part in zip(wavelength_nm.tolist(), weight, strict=True))
         otf: F64 = lens * system.footprint_otf(fx, fy) / weight.sum()
         return otf
 

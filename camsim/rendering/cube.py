@@ -13,6 +13,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.grid import Grid
 from camsim.rendering.render import render_channels
+from camsim.rendering.veil import Veil
 from camsim.scene import Scene
 from camsim.spectra.light import Light
 
@@ -51,6 +52,7 @@ def radiance_cube(
     grid: Grid,
     *,
     light: Light,
+    veil: Veil,
     wavelength_nm: Sequence[float] | None,
     tolerance: float,
     method: str = "auto",
@@ -78,9 +80,13 @@ def radiance_cube(
     everywhere = np.broadcast_to(np.uint8(0), (grid.rows, grid.cols))
 
     def bands(k: int, take: Callable[[F32], None]) -> float:
+        line, white = np.array([nodes[k]]), np.ones((1, 1))
+        glare = veil.light(scene, white, line, tolerance)[0]
+
         def radiance(band: F64) -> None:
             # An error of the tolerance may lie below black.
             np.maximum(band, 0.0, out=band)
+            band += glare
             band *= irradiance[k] / math.pi
             take(band.astype(np.float32))
 
@@ -88,8 +94,8 @@ def radiance_cube(
             scene,
             system,
             grid,
-            response=np.ones((1, 1)),
-            wavelength_nm=np.array([nodes[k]]),
+            response=veil.spared(white, line),
+            wavelength_nm=line,
             channel=everywhere,
             tolerance=tolerance,
             method=method,

@@ -265,6 +265,7 @@ EVERY: dict[str, Any] = EXAMPLES | {
     "filters": (0.9, FLAT),
     "magnification": 0.1,
     "falloff": camsim.RadialFalloff(radius_mm=(0.0, 1.0), values=(1.0, 0.5)),
+    "veiling_glare": camsim.Curve((400.0, 700.0), (0.1, 0.05)),
     "prnu": camsim.Prnu(0.01),
     "defects": camsim.Defects(
         hot_fraction=0.01, hot_e_per_s=9.0, dead_fraction=0.01, hot=((1, 2, 3.0),), dead=((4, 5),)

@@ -34,6 +34,7 @@ DIMENSIONLESS = {
     "high": "a reflectance",
     "background": "a reflectance",
     "transmission": "fraction, or a curve of it",
+    "veiling_glare": "fraction, or a curve of it",
     "fraction": "what the stage is called after",
     "peak": "electrons per photon",
     "values": "a curve's: its user knows",

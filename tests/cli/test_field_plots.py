@@ -24,7 +24,7 @@ waves: [[[0], [0.2]]]
 
 def test_shipped_lenses_are_listed_and_shown() -> None:
     names = [line.split()[0] for line in lines_of_list("lenses")]
-    assert names == list(library.shipped("lens")) == ["cooke-triplet", "double-gauss", "perfect"]
+    assert names == list(library.shipped("lens")) == ["cooke-triplet", "double-gauss", "mobile", "perfect"]
     shown = text_of("double-gauss")
     assert shown.startswith("# lenses/double-gauss.yaml\n")
     assert "#   image circle  49.34 mm" in shown

@@ -51,7 +51,7 @@ SURF 3
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("name", ["cooke-triplet", "double-gauss"])
+@pytest.mark.parametrize("name", ["cooke-triplet", "double-gauss", "mobile"])
 def test_optilands_transfer_is_that_of_the_file(name):
     """Where pupils overlap as much: off the axis optiland's cone of light is an ellipse, and camsim's a circle.
 
@@ -73,6 +73,16 @@ def test_optilands_transfer_is_that_of_the_file(name):
             for own, curve in zip(ours, theirs.mtf[0], strict=True):
                 values = np.ravel(curve)
                 assert np.abs(own - np.interp(LINE_PAIRS_PER_MM, on_axis[: values.size], values)).max() <= 0.01
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_mobile_lens_is_that_of_another_program():
+    """Rays at 587.56 nm as ray-optics prints them of the same patent: the chief one and the upper one, field 22.46°."""
+    optic = MAKE["optic_of"](MAKE["LENSES"]["mobile"])
+    share = math.degrees(math.asin(0.382041)) / 31.76
+    for pupil, right_mm in ((0.0, 2.37370), (1.0, 2.41684)):
+        assert abs(np.ravel(optic.trace_generic(0.0, share, 0.0, pupil, 0.5875618).y)[0] - right_mm) < 1e-5
+    assert abs(float(optic.paraxial.f2()) - 5.555) < 5e-4
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -173,6 +173,8 @@ TWINS = {
     ),
     "macro": on_lens({"magnification": 0.5}, magnification=0.5),
     "filters": on_lens({"filters": [0.5, RISE]}, filters=[0.5, RISING]),
+    "veiling glare": on_lens({"veiling_glare": 0.2}, veiling_glare=0.2),
+    "glare by wavelength": on_lens({"veiling_glare": RISE}, veiling_glare=RISING),
     "cos⁴": on_lens(
         {"falloff": {"kind": "cos4", "exit_pupil_mm": 0.5}}, falloff=camsim.Cos4Falloff(exit_pupil_mm=0.5)
     ),

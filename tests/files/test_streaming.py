@@ -37,6 +37,7 @@ def everything(camera):
         row_noise=camsim.RowNoise(sigma_e=3.0),
         column_noise=camsim.ColumnNoise(sigma_e=3.0),
         falloff=camsim.Cos4Falloff(exit_pupil_mm=30.0),
+        veiling_glare=0.05,
         defects=camsim.Defects(hot_fraction=0.01, hot_e_per_s=1e5, dead_fraction=0.01),
         adc=dataclasses.replace(camera.adc, black_offsets_dn=((0, 3), (5, 7), (9, 11))),
     )

@@ -208,6 +208,13 @@ PARTS = {
         needed=("magnification",),
         whole=True,
     ),
+    "glare": Part(
+        place="lens.veiling_glare",
+        changes=on_camera(veiling_glare=first("veiling_glare")),
+        good={"veiling_glare": (0, 0.02, 1, 1.5)},
+        needed=("veiling_glare",),
+        whole=True,
+    ),
     "light": Part(
         place="light",
         changes=lambda base, v: {"light": camsim.Light(**renamed(v, illuminant="spectrum"))},

@@ -43,6 +43,9 @@ class MountTable(Table):
     transmission: Transmission = Field(default=1.0, description="fraction of the light that passes")
     filters: list[Filter] = Field(default=[], description="in front of the lens, fractions that pass; all multiply")
     falloff: Falloff | None = Field(default=None, description="light towards the corners; leave out for even light")
+    veiling_glare: Transmission = Field(
+        default=0.0, description="fraction of the light that is spread evenly over the frame; see glare.md"
+    )
 
 
 class LensTable(MountTable):

@@ -100,7 +100,7 @@ def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> Tr
         capture.scene,
         camera.optics,
         grid,
-        response=response,
+        response=camera.veil.spared(response, samples.wavelength_nm),
         wavelength_nm=samples.wavelength_nm,
         channel=np.broadcast_to(np.uint8(1), (grid.rows, grid.cols)),
         tolerance=capture.tolerance,
@@ -111,7 +111,8 @@ def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> Tr
     )
     assert rendering.planes is not None
     assert rendering.planes_error is not None
-    xyz = rendering.planes
+    veil = camera.veil.light(capture.scene, response, samples.wavelength_nm, capture.tolerance)
+    xyz = rendering.planes + veil[:, None, None]
     if camera.falloff is not None:
         xyz = xyz * falloff_at(
             camera.falloff,

@@ -1,0 +1,122 @@
+"""Veiling glare: a share of all light that a lens spreads evenly over the frame.
+
+A photosite gets (1 − g)·image + g·mean, the mean that of the scene over the frame's rectangle, without any lens. It is
+the veiling glare index of ISO 9358 for a bright field that ends with the frame: before it a small black patch is as
+bright as g of what it covers.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import Gaussian, OpticalSystem, SquarePhotosite
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fields.share import edges_share
+from camsim.rendering.grid import Grid
+from camsim.rendering.outlines import arranged
+from camsim.rendering.spectral import Signals
+from camsim.scene import Rectangle, Scene
+from camsim.scene.outlines import Outlines
+from camsim.scene.primitives import flattened
+from camsim.spectra.curve import Spectrum, spectrum_at
+
+PHASE = 1.5  # radians of half a patch: nodes enough for a spline's polynomial
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Veil:
+    """How much of the light is spread, at every wavelength, and over which frame."""
+
+    share: Spectrum
+    frame: Grid
+
+    @property
+    def there(self) -> bool:
+        """Whether any light is spread."""
+        return self.share != 0.0
+
+    def spared(self, response: F64, wavelength_nm: F64) -> F64:
+        """Return what of a response (channels, n) makes the image."""
+        if not self.there:
+            return response
+        left: F64 = response * (1.0 - spectrum_at(self.share, wavelength_nm))
+        return left
+
+    def light(self, scene: Scene, response: F64, wavelength_nm: F64, tolerance: float) -> F64:
+        """Return (channels,) what every photosite gets of the veil, in the unit of the whole response (channels, n).
+
+        tolerance : of the scene's mean, relative to a perfect diffuser: ``spared`` has the rest of the light
+        """
+        if not self.there:
+            return np.zeros(len(response))
+        spread = response * spectrum_at(self.share, wavelength_nm)
+        return _mean(scene, self.frame, spread, wavelength_nm, tolerance)
+
+
+def _mean(scene: Scene, frame: Grid, response: F64, wavelength_nm: F64, tolerance: float) -> F64:
+    """Return (channels,) the mean of a scene over a frame."""
+    # What is finer than a photosite does not change a mean: outlines and gradients are cut as for such a blur.
+    pitch_um = frame.pitch_um
+    system = OpticalSystem(lens=Gaussian(sigma_um=pitch_um), photosite=SquarePhotosite(side_um=pitch_um))
+    scene = _cropped(scene, frame)
+    edges, share = scene.framed(scene.background), edges_share(scene)
+    seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
+    found = arranged(edges, system, frame, seen_nm, ErrorBudget(share * tolerance), textured=edges is not scene)
+    signals = Signals.of(found, response, wavelength_nm)
+    start, end = found.start_um / pitch_um, found.end_um / pitch_um
+    enclosed = 0.5 * (start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1])
+    count = len(found.spectra)
+    area = np.bincount(found.left, enclosed, count) - np.bincount(found.right, enclosed, count)
+    level = signals.density.sum(axis=2)
+    light = area @ (level - level[0])
+    if edges is not scene:
+        light = light + _of_fields(scene, system, frame, response, wavelength_nm, signals.scale, tolerance)
+    mean: F64 = signals.scale * (level[0] + light / (frame.rows * frame.cols))
+    return mean
+
+
+def _cropped(scene: Scene, frame: Grid) -> Scene:
+    """Return the scene with everything outside of the frame in the background's colour."""
+    framed = scene.framed(scene.background)
+    boxes = Outlines.of(flattened(framed.shapes)).boxes
+    boxes = boxes[np.isfinite(boxes).all(axis=1)]
+    half_um = 0.5 * frame.pitch_um * np.array([frame.cols, frame.rows])
+    far_um = 2.0 * max(float(np.abs(boxes).max(initial=0.0)), float(half_um.max()))
+    about = []
+    for axis in (0, 1):
+        deep = far_um - half_um[axis]
+        for sign in (-1.0, 1.0):
+            size_um, centre_um = np.full(2, 2.0 * far_um), np.zeros(2)
+            size_um[axis], centre_um[axis] = deep, sign * (half_um[axis] + 0.5 * deep)
+            (width_um, height_um), centre = size_um.tolist(), tuple(centre_um.tolist())
+            about.append(
+                Rectangle(width_um=width_um, height_um=height_um, centre_um=centre, reflectance=scene.background)
+            )
+    return dataclasses.replace(scene, shapes=[*scene.shapes, *about])
+
+
+def _of_fields(
+    scene: Scene, system: OpticalSystem, frame: Grid, response: F64, wavelength_nm: F64, scale: F64, tolerance: float
+) -> F64:
+    """Return (channels,) the light of pictures, gradients and points less the background's, scale × pitch²."""
+    from camsim.rendering.fields.job import FieldJob
+    from camsim.rendering.fields.samples import samples_of
+
+    job = FieldJob.of(
+        scene, system, frame, response=response, wavelength_nm=wavelength_nm, scale=scale, tolerance=tolerance
+    )
+    half = 0.5 * np.array([frame.cols, frame.rows])
+    light, first = np.zeros(len(response)), 0
+    weights = job.density.sum(axis=2)
+    for layer in job.layers:
+        found = samples_of(layer, -half, half, cut=PHASE / (math.pi * layer.step), allowed=tolerance, origin=(0.0, 0.0))
+        if found is not None:
+            area = found.strengths.sum(axis=1) + found.corrections.sum(axis=1)
+            light += area @ weights[first : first + layer.planes]
+        first += layer.planes
+    return light

@@ -1,0 +1,221 @@
+"""Veiling glare: means of scenes by their areas, and what of it a capture, its truths and a sweep have."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+from tolerances import METHOD, ROUNDING
+
+import camsim
+from camsim.measure.truth import truth_in
+from camsim.rendering.veil import Veil
+
+PITCH_UM, ROWS, COLS = 5.0, 60, 80
+FRAME = camsim.Grid(rows=ROWS, cols=COLS, pitch_um=PITCH_UM)
+WIDTH_UM, HEIGHT_UM = PITCH_UM * COLS, PITCH_UM * ROWS
+AREA_UM2 = WIDTH_UM * HEIGHT_UM
+TOLERANCE = 1e-5
+LIGHT = camsim.Light("D55", illuminance_lux=500.0)
+EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
+DISC = camsim.Disc(radius_um=60.0, reflectance=0.0)
+ON_WHITE = camsim.Scene(background=1.0, shapes=[DISC])
+WHITE_SHARE = 1.0 - np.pi * 60.0**2 / AREA_UM2
+SAMPLES = np.random.default_rng(4).uniform(0.0, 1.0, (20, 30))
+CUT = 2.0 * np.arccos(0.5)  # radians of a circle that a chord at half its radius cuts off
+
+
+def mean_of(background, *shapes):
+    """The mean over the frame; a share of one half, so that it must be divided by it."""
+    scene = camsim.Scene(background=background, shapes=shapes)
+    return Veil(share=0.5, frame=FRAME).light(scene, np.full((1, 1), 2.0), np.array([550.0]), TOLERANCE)[0]
+
+
+def picture(**more):
+    return camsim.Picture(planes=SAMPLES, **{"width_um": 120.0, **more})
+
+
+MEANS = {
+    "nothing": ((0.7,), 0.7),
+    "a disc": ((1.0, DISC), WHITE_SHARE),
+    "one cut by the frame's rim": (
+        (1.0, camsim.Disc(radius_um=60.0, centre_um=(WIDTH_UM / 2 - 30.0, 0.0), reflectance=0.2)),
+        1.0 - 0.8 * 3600.0 * (np.pi - 0.5 * (CUT - np.sin(CUT))) / AREA_UM2,
+    ),
+    "one about the frame": ((1.0, camsim.Disc(radius_um=1e5, reflectance=0.3)), 0.3),
+    "one outside": ((0.4, camsim.Disc(radius_um=60.0, centre_um=(1e3, 0.0), reflectance=1.0)), 0.4),
+    "discs one over the other": (
+        (0.5, DISC, camsim.Disc(radius_um=30.0, reflectance=1.0)),
+        0.5 + np.pi * (0.5 * 900.0 - 0.5 * 2700.0) / AREA_UM2,
+    ),
+    "half of it": ((1.0, camsim.HalfPlane(towards_deg=5.0, reflectance=0.1)), 0.55),
+    "squares": ((0.2, picture(rotate_deg=5.0)), 0.2 + (SAMPLES.mean() - 0.2) * 9600.0 / AREA_UM2),
+    # A spline through mirrored samples has their mean.
+    "splines": (
+        (0.2, picture(rotate_deg=5.0, interpolation="cubic")),
+        0.2 + (SAMPLES.mean() - 0.2) * 9600.0 / AREA_UM2,
+    ),
+    "half of a picture": (
+        (0.2, picture(centre_um=(WIDTH_UM / 2, 0.0), rotate_deg=180.0)),
+        0.2 + (SAMPLES[:, 15:].mean() - 0.2) * 4800.0 / AREA_UM2,
+    ),
+    "a picture behind a shape": (
+        (0.2, picture(), camsim.Rectangle(width_um=120.0, height_um=40.0, centre_um=(0.0, -20.0), reflectance=0.9)),
+        0.2 + ((SAMPLES[10:].mean() - 0.2) + 0.7) * 4800.0 / AREA_UM2,
+    ),
+    "a ramp": ((0.0, camsim.LinearGradient(width_um=2 * WIDTH_UM, height_um=2 * HEIGHT_UM)), 0.5),
+    "a bowl": ((0.0, camsim.RadialGradient(radius_um=100.0)), 0.5 * np.pi * 1e4 / AREA_UM2),
+    "waves": (
+        (0.0, camsim.SineGrating(width_um=100.0, height_um=50.0, period_um=15.0)),
+        (50.0 + 7.5 / np.pi * np.sin(np.pi * 100.0 / 15.0)) * 50.0 / AREA_UM2,
+    ),
+    "points, one outside and one hidden": (
+        (
+            0.2,
+            camsim.PointSource(photosites=30.0, centre_um=(9.0, -3.0), reflectance=0.5),
+            camsim.PointSource(photosites=1e3, centre_um=(WIDTH_UM, 0.0)),
+            camsim.PointSource(photosites=1e3, centre_um=(-100.0, 0.0)),
+            camsim.Disc(radius_um=10.0, centre_um=(-100.0, 0.0), reflectance=0.2),
+        ),
+        0.2 + 15.0 / (ROWS * COLS),
+    ),
+}
+
+
+@pytest.mark.parametrize("what", MEANS)
+def test_the_mean_is_that_of_areas(what):
+    made_of, right = MEANS[what]
+    assert abs(mean_of(*made_of) - right) <= 1e-3 * TOLERANCE
+
+
+def camera_of(glare=0.0, **more):
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
+    stages = {
+        "rows": ROWS, "cols": COLS, "pitch_um": PITCH_UM, "photosite": camsim.SquarePhotosite(side_um=4.0),
+        "olpf": None, "veiling_glare": glare,
+    }  # fmt: skip
+    return camera.replace(**(stages | more))
+
+
+def taken(camera, scene=ON_WHITE, **more):
+    how = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": TOLERANCE, "noise": False, "products": ("truth",)}
+    return camera.expose(scene, **(how | more))
+
+
+def white_of(camera, light=LIGHT):
+    return camera.diffuser_electrons(light, EXPOSURE.time_s)
+
+
+def test_a_flat_field_is_unchanged():
+    """Corners that are darker stay as dark: the veil falls off as the image does."""
+    falls_off = {"falloff": camsim.Cos4Falloff(exit_pupil_mm=0.4)}
+    flat = camsim.Scene(background=0.8)
+    without, there = (taken(camera_of(glare, **falls_off), flat) for glare in (0.0, 0.3))
+    np.testing.assert_allclose(there.truth, without.truth, rtol=2e-7)
+    np.testing.assert_allclose(there.mean_electrons, without.mean_electrons, rtol=ROUNDING)
+
+
+LENSES = {
+    "airy": camsim.Airy(f_number=8.0),
+    "wavefront": camsim.Wavefront(f_number=8.0, zernike_waves=((8, 0.05),)),
+    "measured": camsim.MeasuredPsf(f_number=8.0, irradiance=np.ones((3, 3)), spacing_um=2.0),
+    "field": camsim.read_lens("perfect"),
+}
+
+
+@pytest.mark.parametrize(("lens", "method"), [(lens, "auto") for lens in LENSES] + [("airy", "fourier")])
+def test_a_black_disc_on_white_is_as_bright_as_its_share(lens, method):
+    """The image less its share, and the share of the frame's mean, at every photosite and in every channel."""
+    how = {"tolerance": 1e-3, "method": method, "light": camsim.Light(line_nm=550.0, irradiance_w_per_m2=1.0)}
+    how |= {"region": camsim.Region(rows=6, cols=6, origin=(26, 50))} if lens == "field" else {}
+    without, there = (taken(camera_of(glare, lens=LENSES[lens]), **how) for glare in (0.0, 0.25))
+    illumination = taken(camera_of(lens=LENSES[lens]), camsim.Scene(background=1.0), **how).truth
+    right = 0.75 * without.truth + 0.25 * WHITE_SHARE * illumination
+    assert np.abs((there.truth - right) / illumination).max() <= METHOD * 1e-3
+
+
+def test_the_index_is_that_of_iso_9358():
+    """A small black patch before a bright frame, over the same place without it."""
+    patch = camsim.Disc(radius_um=20.0, reflectance=0.0)
+    camera = camera_of(0.03, lens=camsim.Gaussian(f_number=8.0, sigma_um=1.0))
+    black, white = (taken(camera, camsim.Scene(background=1.0, shapes=some)) for some in ([patch], []))
+    index = black.truth[ROWS // 2, COLS // 2] / white.truth[ROWS // 2, COLS // 2]
+    np.testing.assert_allclose(index, 0.03 * (1.0 - np.pi * 400.0 / AREA_UM2), atol=TOLERANCE)
+
+
+def test_no_light_is_lost():
+    """Behind a lens that throws none out of the frame its light is what it was."""
+    lens = camsim.Gaussian(f_number=8.0, sigma_um=1.0)
+    whole = {"photosite": camsim.SquarePhotosite(side_um=PITCH_UM)}
+    shares = [taken(camera_of(glare, lens=lens, **whole)).truth.mean(axis=(0, 1), dtype=float) for glare in (0.0, 0.4)]
+    np.testing.assert_allclose(shares[1], shares[0], rtol=METHOD * TOLERANCE)
+    np.testing.assert_allclose(shares[0], WHITE_SHARE * white_of(camera_of(**whole)), rtol=METHOD * TOLERANCE)
+
+
+def test_a_window_has_the_frames_veil():
+    """Also with crosstalk, whose neighbours lie outside of the window, and row by row."""
+    camera = camera_of(0.1, crosstalk=camsim.Crosstalk(((0.0, 0.01, 0.0), (0.02, 0.95, 0.01), (0.0, 0.01, 0.0))))
+    region = camsim.Region(rows=10, cols=12, origin=(20, 30))
+    frame, window = taken(camera), taken(camera, region=region)
+    error = np.abs(window.truth - frame.truth[20:30, 30:42]) / white_of(camera)
+    assert error.max() <= METHOD * TOLERANCE
+    rows = []
+    how = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": TOLERANCE, "noise": False, "region": region}
+    camsim.Capture(camera=camera, scene=ON_WHITE, **how).rows(rows.append)
+    np.testing.assert_array_equal(np.concatenate(rows), window.mosaic)
+
+
+def test_a_table_is_a_share_at_every_wavelength():
+    """In light of lines; in daylight as numpy sums light, filters and table up on its own."""
+    table = camsim.Curve((400.0, 500.0, 700.0), (0.05, 0.2, 0.1))
+    for nm, share in ((450.0, 0.125), (600.0, 0.15)):
+        line = camsim.Light(line_nm=nm, irradiance_w_per_m2=1.0)
+        camera = camera_of(table)
+        centre = taken(camera, light=line).truth[ROWS // 2, COLS // 2]
+        without = taken(camera_of(), light=line).truth[ROWS // 2, COLS // 2]
+        right = (1.0 - share) * without + share * WHITE_SHARE * white_of(camera, line)
+        assert np.abs((centre - right) / white_of(camera, line)).max() <= METHOD * TOLERANCE
+    camera = camera_of(table)
+    capture = camsim.Capture(camera=camera, scene=ON_WHITE, light=LIGHT, exposure=EXPOSURE)
+    nm = np.arange(300.0, 830.0, 0.01)
+    each = LIGHT.irradiance_at(nm)  # its curves are per energy
+    for filtered in camera.filters:
+        each = each * (filtered.at(nm) if isinstance(filtered, camsim.Curve) else filtered)
+    seen = {letter: curve.at(nm) * each for letter, curve in camera.with_ends(LIGHT).quantum_efficiency.curves}
+    held = np.interp(nm, table.wavelength_nm, table.values)
+    shares = [np.sum(seen[letter] * held) / np.sum(seen[letter]) for letter in camera.cfa.channels]
+    np.testing.assert_allclose(capture.veil_e / white_of(camera), np.multiply(shares, WHITE_SHARE), rtol=1e-4)
+
+
+def test_every_truth_has_it():
+    """Cubes are radiances, and the eye's truths are of the same image."""
+    flat = {"lens": camsim.Gaussian(f_number=8.0, sigma_um=1.0), "rows": ROWS}
+    capture = camsim.Capture(
+        camera=camera_of(0.1, **flat), scene=ON_WHITE, light=LIGHT, exposure=EXPOSURE, tolerance=TOLERANCE, noise=False,
+        region=camsim.Region(rows=2, cols=2), spectral_nm=(550.0,),
+    )  # fmt: skip
+    frame = capture.frame(products=("spectral",))
+    plane, _ = frame.spectral.plane(0)
+    np.testing.assert_allclose(
+        np.pi * plane / LIGHT.irradiance_at(np.array([550.0])), 0.1 * WHITE_SHARE, atol=METHOD * TOLERANCE
+    )
+    eye = truth_in(capture, "xyz")
+    np.testing.assert_allclose(eye.image[..., 1], 0.1 * WHITE_SHARE, atol=METHOD * TOLERANCE)
+
+
+def test_a_sweep_has_it(tmp_path):
+    study = {
+        "scene": "slanted-edge",
+        "sensor": "mono-345",
+        "set": {"region": {"rows": 8, "cols": 9}, "render.tolerance": 1e-3},
+        "vary": {"lens.veiling_glare": [0.0, 0.05]},
+    }
+    swept = camsim.sweep(study, tmp_path / "swept", workers=0)
+    rows = list(csv.DictReader((swept.folder / "manifest.csv").read_text(encoding="utf-8").splitlines()))
+    assert [float(row["lens_veiling_glare"]) for row in rows] == [0.0, 0.05]
+    overrides = ["region={rows: 8, cols: 9}", "render.tolerance=1e-3", "lens.veiling_glare=0.05"]
+    own = camsim.load("slanted-edge", sensor="mono-345", overrides=overrides, seed=1 + 1).frame()
+    camsim.save(own, tmp_path / "own.dng")
+    assert (tmp_path / "own.dng").read_bytes() == (swept.folder / rows[1]["file"]).read_bytes()
+    assert any("veiling glare" in note for note in own.report.notes)
