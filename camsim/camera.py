@@ -70,6 +70,7 @@ class Camera(Body):
             filters: Several[NumberOrCurve] = (),
             magnification: Number = 0.0,
             falloff: Falloff | None = None,
+            veiling_glare: NumberOrCurve = 0.0,
             dual_gain: DualGain | None = None,
             adc: Adc,
             extra_optics: Several[OpticalStage] = (),
