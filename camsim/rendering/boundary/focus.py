@@ -9,6 +9,7 @@ touch one circle, each over the length √(λN·R) along which its phase stands 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,8 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid
 
 NEARLY_PARALLEL = 1e-11  # sine of the angle between two edges that touch no circle together
-MOST_PAIRS = 1e7  # of circles and edges that are looked at
+MOST_PAIRS = 1e7  # of circles and edges: of more, circles that are alike are one, and edges are looked for nearby
+LONG = 0.5  # radii of half an edge that is looked at from everywhere
 SAME = 0.05  # radii by which foci differ that are taken for one: a quarter of their zones
 ZONE = 0.2  # radii about the centre, in which the arc's far side is heard more than a line is: (1 + ζ)^{−5/2}/√ζ of it
 
@@ -65,9 +67,13 @@ def circles(edges: Edges, *, grid: Grid, nearest: float) -> tuple[F64, F64]:
 
 def foci(centre: F64, radius: F64, edges: Edges, blur: float) -> Foci:
     """Return circles with the shares of a turn that edges fill; ``blur``: the pattern's shortest length, pitches."""
-    # Along a smooth outline the circles change slowly: of many so-many-th ones do.
-    step = max(1, math.ceil(radius.size * len(edges) / MOST_PAIRS))
-    return Foci(centre[::step], radius[::step], _shares(centre[::step], radius[::step], edges, blur))
+    if radius.size * len(edges) > MOST_PAIRS:
+        # A smooth outline's circles are alike, and one of each kind does: none is left out.
+        step = 0.25 * SAME * np.exp2(np.floor(np.log2(radius)))
+        kind = np.floor(np.column_stack([centre, radius]) / step[:, None])
+        some = np.sort(np.unique(np.column_stack([kind, step]), axis=0, return_index=True)[1])
+        centre, radius = centre[some], radius[some]
+    return Foci(centre, radius, _shares(centre, radius, edges, blur))
 
 
 def distinct(found: Foci) -> Foci:
@@ -88,11 +94,12 @@ def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
     start, (normal, length) = edges.start, _normals(edges)
     along = (edges.end - start) / length[:, None]
     picked, first = [], [0]
-    for centre, radius in zip(found.centre, found.radius, strict=True):
-        gap = np.sum(normal * (centre - start), axis=1)
-        foot = np.sum(along * (centre - start), axis=1)
-        beside = np.maximum(-foot, foot - length) <= 2.0 * SAME * radius
-        picked.append(np.flatnonzero(beside & (np.abs(np.abs(gap) - radius) <= 2.0 * SAME * radius)))
+    # What is 1.1 radii across, and a tenth of one beyond an edge's end, lies within 1.2 radii of the edge.
+    for centre, radius, here in _about(found.centre, found.radius, 1.2 * found.radius, edges):
+        gap = np.sum(normal[here] * (centre - start[here]), axis=1)
+        foot = np.sum(along[here] * (centre - start[here]), axis=1)
+        beside = np.maximum(-foot, foot - length[here]) <= 2.0 * SAME * radius
+        picked.append(here[beside & (np.abs(np.abs(gap) - radius) <= 2.0 * SAME * radius)])
         first.append(first[-1] + picked[-1].size)
     return np.array(first), np.concatenate([*picked, np.empty(0, np.int64)])
 
@@ -127,10 +134,26 @@ def _shares(centre: F64, radius: F64, edges: Edges, blur: float) -> F64:
     """Return the share of a turn that those edges fill which are a radius from a centre, but for a quarter wave."""
     start, length = edges.start, edges.length
     along = (edges.end - start) / length[:, None]
-    shares = np.empty_like(radius)
-    for i, (c, r) in enumerate(zip(centre, radius, strict=True)):
-        foot = np.clip(np.sum(along * (c - start), axis=1), 0.0, length)
-        distance = np.hypot(*(start + foot[:, None] * along - c).T)
-        in_step = np.abs(distance - r) <= 0.25 * blur
-        shares[i] = np.minimum(length[in_step], math.sqrt(blur * r)).sum() / r / (2.0 * math.pi)
+    shares = []
+    for c, r, here in _about(centre, radius, radius + 0.25 * blur, edges):
+        foot = np.clip(np.sum(along[here] * (c - start[here]), axis=1), 0.0, length[here])
+        distance = np.hypot(*(start[here] + foot[:, None] * along[here] - c).T)
+        in_step = here[np.abs(distance - r) <= 0.25 * blur]
+        shares.append(float(np.minimum(length[in_step], math.sqrt(blur * r)).sum()) / r / (2.0 * math.pi))
     return np.minimum(shares, 1.0)
+
+
+def _about(centre: F64, radius: F64, reach: F64, edges: Edges) -> Iterator[tuple[F64, float, I64]]:
+    """Yield circles, each with the edges (in their order) that may come as near to its centre as a reach."""
+    every = np.arange(len(edges))
+    if radius.size * len(edges) <= MOST_PAIRS:
+        yield from ((c, r, every) for c, r in zip(centre, radius.tolist(), strict=True))
+        return
+    from scipy.spatial import cKDTree  # crowds of outlines alone need it
+
+    middle, half = 0.5 * (edges.start + edges.end), 0.5 * edges.length
+    short = half <= LONG * float(radius.min())
+    shorts = every[short]
+    tree, long, longest = cKDTree(middle[short]), every[~short], float(half[short].max(initial=0.0))
+    for c, r, within in zip(centre, radius.tolist(), (reach + longest).tolist(), strict=True):
+        yield c, r, np.sort(np.concatenate([shorts[tree.query_ball_point(c, within)], long]))
