@@ -50,6 +50,7 @@ def small(tmp_path):
     def begin(inside, cache="cache"):
         (package / "inner.py").write_text(INNER.format(inside))
         environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / cache)}
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"  # Python does not see a change of the same second and size
         return subprocess.Popen(
             [sys.executable, "-m", "camsim.outer"], env=environment, cwd=tmp_path, stdout=subprocess.PIPE, text=True
         )

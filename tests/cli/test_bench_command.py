@@ -100,7 +100,8 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(camsim, folder, arguments,
 
 
 def test_what_a_method_cannot_is_said_once(camsim):
-    done = camsim("bench", "small.yaml", "--methods", "importance,strips,boundary", "--tolerances", "1e-3,1e-10,1e-11")
+    methods = ("--methods", "importance,strips,boundary", "--tolerances", "1e-3,1e-10,1e-11")
+    done = camsim("bench", "small.yaml", *methods, "--set", "lens={kind: gaussian, f_number: 4, sigma_um: 2}")
     assert done.returncode == 0, done.stderr
     left = [line for line in done.stdout.splitlines() if line.startswith("Left out: ")]
     assert [line.split(": ")[1] for line in left] == ["importance", "strips", "boundary 1e-10 and beyond"]

@@ -245,7 +245,7 @@ def test_metameric_neighbours():
     ("change", "message"),
     [
         ({"tolerance": 1e-12}, "tolerance"),
-        ({"tolerance": 1e-10, "method": "boundary"}, "tolerance"),
+        ({"tolerance": 5e-12, "method": "boundary"}, "tolerance"),
         ({"tolerance": 0.1}, "tolerance"),
         ({"tolerance": float("nan")}, "tolerance"),
         ({"wavelength_nm": 0.0}, "wavelength_nm"),

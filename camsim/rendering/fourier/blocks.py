@@ -186,7 +186,7 @@ def strips(tile: Tile, most: int, *, quadrants: bool = False) -> list[Strip]:
     >>> [(strip.first_j, strip.count_j, strip.count_i) for strip in strips(tile, 300)]
     [(-17, 12, 20), (-5, 11, 21), (6, 12, 20)]
     >>> [(strip.first_j, strip.count_j, strip.count_i) for strip in strips(tile, 300, quadrants=True)]
-    [(-17, 9, 19), (-8, 9, 21), (1, 8, 21), (9, 9, 18)]
+    [(-17, 9, 18), (-8, 9, 21), (1, 8, 21), (9, 9, 18)]
     """
     px, py = tile.periods
     high, widest = math.floor(tile.cut * py), math.floor(tile.cut * px) + 1
