@@ -55,9 +55,8 @@ def along_line(phases: F64, strengths: F64, count: int, *, precision: float) -> 
     """
     import finufft
 
-    turned: F64 = (phases + np.pi) % (2.0 * np.pi) - np.pi
     total: C128 = finufft.nufft1d1(
-        turned, strengths.astype(complex), n_modes=2 * count + 1, eps=precision, isign=-1, nthreads=1
+        _less_turns(phases), strengths.astype(complex), n_modes=2 * count + 1, eps=precision, isign=-1, nthreads=1
     )
     return total.reshape(len(strengths), -1)[:, count + 1 :]
 
@@ -69,6 +68,11 @@ def lines_at(phases: F64, coefficients: C128, *, precision: float) -> C128:
     """
     import finufft
 
-    turned: F64 = (phases + np.pi) % (2.0 * np.pi) - np.pi
-    total: C128 = finufft.nufft1d2(turned, coefficients, eps=precision, isign=1, nthreads=1)
+    total: C128 = finufft.nufft1d2(_less_turns(phases), coefficients, eps=precision, isign=1, nthreads=1)
     return total.reshape(len(coefficients), phases.size)
+
+
+def _less_turns(phases: F64) -> F64:
+    """Return phases less whole turns, −π to π: finufft takes them no farther."""
+    turned: F64 = (phases + np.pi) % (2.0 * np.pi) - np.pi
+    return turned
