@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64
 from camsim.kernels import kernel
 from camsim.optics.protocols import RoundLens
 from camsim.quadrature import quintic_cells
@@ -133,28 +133,14 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
     extent = float(np.abs(ahead).max())
     fine = np.arange(-extent - blur, extent + (WAVES + 1.0) * blur, blur / CELLS_PER_BLUR)
     swing = table.oscillation(np.maximum(radius + fine, 0.1 * radius))
-    # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
-    most = np.abs(swing).max(axis=1) * np.abs(weights).sum()
     places = np.linspace(0.0, WAVES * blur, WAVES * PER_WAVE)
-    along, step = np.ascontiguousarray(ahead.T), float(fine[1] - fine[0])
-    return _loudest(swing, most, np.argsort(-most), float(fine[0]), step, places, along, weights)
-
-
-@kernel()
-def _loudest(
-    swing: F64, most: F64, order: I64, first: float, step: float, places: F64, ahead: F64, weights: F64
-) -> float:
-    """Return how loud the loudest average is; most: no set is louder than that, order: of sets, by it."""
-    loudest = 0.0
-    for k in order:
-        if most[k] <= loudest:
-            break
-        for d in range(len(ahead)):
-            for place in places:
-                total = 0.0
-                for m in range(weights.size):
-                    u = (place + ahead[d, m] - first) / step
-                    cell = min(int(u), swing.shape[1] - 2)
-                    total += weights[m] * (swing[k, cell] + (u - cell) * (swing[k, cell + 1] - swing[k, cell]))
-                loudest = max(loudest, abs(total))
-    return loudest
+    place = (places + ahead.T[..., None] - fine[0]) / (fine[1] - fine[0])  # (directions, nodes, places) in cells
+    cell = np.minimum(place.astype(np.int64), fine.size - 2)
+    # What each average takes of the cells, straight between them; then all averages of all sets are one product.
+    average = np.arange(DIRECTIONS)[:, None, None] * places.size + np.arange(places.size)
+    first, share = (average * fine.size + cell).ravel(), np.broadcast_to(weights[:, None], cell.shape).ravel()
+    t = (place - cell).ravel()
+    count = DIRECTIONS * places.size
+    taken = np.bincount(first, share * (1.0 - t), count * fine.size)
+    taken += np.bincount(first + 1, share * t, count * fine.size)
+    return float(np.abs(swing @ taken.reshape(count, fine.size).T).max())
