@@ -1,14 +1,16 @@
 """Work shared among threads: kernels that let go of the interpreter, each called for a block of what there is to do.
 
 Numba's own parallel loops are compiled twice, and its work-queue, the only thread layer that is sure to be there, may
-not be entered by two threads. Threads of Python's cost some 50 µs a call, and what they call takes milliseconds.
+not be entered by two threads. Threads of Python's cost up to a millisecond to start and 50 µs to call: they stay.
 """
 
 from __future__ import annotations
 
+import functools
+import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from itertools import pairwise
 from typing import TypeVar
 
@@ -42,10 +44,35 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) ->
         work(0, count)
         return
     work(0, 0)  # what is not compiled yet is compiled here, once, and on a stack as large as the caller's
-    ends = [count * block // blocks for block in range(blocks + 1)]
-    with ThreadPoolExecutor(min(threads, blocks)) as pool:
-        for _ in pool.map(lambda ends: work(*ends), pairwise(ends)):
-            pass
+    left = deque(pairwise(count * block // blocks for block in range(blocks + 1)))
+
+    def share() -> None:
+        while True:
+            try:
+                first, end = left.popleft()
+            except IndexError:  # the last one is taken
+                return
+            work(first, end)
+
+    others = [_helpers(threads - 1).submit(share) for _ in range(min(threads, blocks) - 1)]
+    try:
+        share()
+    finally:
+        left.clear()
+        begun = [other for other in others if not other.cancel()]  # one that all threads were too busy for is not
+        wait(begun)
+    for other in begun:
+        other.result()
+
+
+@functools.cache
+def _helpers(count: int) -> ThreadPoolExecutor:
+    """Return threads that stay, so many beside the one that asks."""
+    return ThreadPoolExecutor(count)
+
+
+if hasattr(os, "register_at_fork"):  # a forked process has none of its parent's threads
+    os.register_at_fork(after_in_child=_helpers.cache_clear)
 
 
 def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Iterator[Done]:

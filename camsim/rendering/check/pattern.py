@@ -22,7 +22,7 @@ CELLS_PER_BLUR = 64  # a quintic then errs by CELLS_LEAVE: 32 left 3e-10. Where 
 CELLS_LEAVE = 5e-12
 SLOPE_DEGREE, SLOPE_POINTS, SLOPE_FITS = 12, 64, 3e-14
 REFERENCE_NM = 550.0
-DIRECTIONS, PER_WAVE, WAVES = 8, 12, 3  # along which, and how finely, rings are averaged over the footprint
+DIRECTIONS, PER_WAVE, WAVES = 8, 16, 3  # along which, and how finely, rings are averaged over the footprint
 
 
 class Table(NamedTuple):
@@ -129,18 +129,22 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
     From as far away as this the footprint averages plane waves, in the direction where that takes the least.
     """
     angle = math.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    ahead = nodes @ np.stack([np.cos(angle), np.sin(angle)])
-    extent = float(np.abs(ahead).max())
-    fine = np.arange(-extent - blur, extent + (WAVES + 1.0) * blur, blur / CELLS_PER_BLUR)
+    ahead = np.stack([np.cos(angle), np.sin(angle)], axis=1) @ nodes.T
+    step, steps = blur / CELLS_PER_BLUR, CELLS_PER_BLUR // PER_WAVE
+    low = math.floor(float(ahead.min()) / step)
+    width = math.ceil(float(ahead.max()) / step) - low + 2
+    # What each direction's average takes of places a step apart, straight between them.
+    place = ahead / step - low
+    cell = place.astype(np.int64)
+    first = np.arange(DIRECTIONS)[:, None] * width + cell
+    share = weights * (place - cell)
+    taken = np.bincount(first.ravel(), (weights - share).ravel(), DIRECTIONS * width)
+    taken += np.bincount(first.ravel() + 1, share.ravel(), DIRECTIONS * width)
+    # The same some steps on: then all averages of all sets are one product.
+    count = WAVES * PER_WAVE
+    fine = step * (low + np.arange(width + steps * (count - 1)))
+    moved = np.zeros((count, DIRECTIONS, fine.size))
+    for k, own in enumerate(moved):
+        own[:, k * steps : k * steps + width] = taken.reshape(DIRECTIONS, width)
     swing = table.oscillation(np.maximum(radius + fine, 0.1 * radius))
-    places = np.linspace(0.0, WAVES * blur, WAVES * PER_WAVE)
-    place = (places + ahead.T[..., None] - fine[0]) / (fine[1] - fine[0])  # (directions, nodes, places) in cells
-    cell = np.minimum(place.astype(np.int64), fine.size - 2)
-    # What each average takes of the cells, straight between them; then all averages of all sets are one product.
-    average = np.arange(DIRECTIONS)[:, None, None] * places.size + np.arange(places.size)
-    first, share = (average * fine.size + cell).ravel(), np.broadcast_to(weights[:, None], cell.shape).ravel()
-    t = (place - cell).ravel()
-    count = DIRECTIONS * places.size
-    taken = np.bincount(first, share * (1.0 - t), count * fine.size)
-    taken += np.bincount(first + 1, share * t, count * fine.size)
-    return float(np.abs(swing @ taken.reshape(count, fine.size).T).max())
+    return float(np.abs(swing @ moved.reshape(-1, fine.size).T).max())
