@@ -140,11 +140,16 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
     share = weights * (place - cell)
     taken = np.bincount(first.ravel(), (weights - share).ravel(), DIRECTIONS * width)
     taken += np.bincount(first.ravel() + 1, share.ravel(), DIRECTIONS * width)
-    # The same some steps on: then all averages of all sets are one product.
-    count = WAVES * PER_WAVE
-    fine = step * (low + np.arange(width + steps * (count - 1)))
-    moved = np.zeros((count, DIRECTIONS, fine.size))
-    for k, own in enumerate(moved):
-        own[:, k * steps : k * steps + width] = taken.reshape(DIRECTIONS, width)
+    taken = taken.reshape(DIRECTIONS, width)
+    fine = step * (low + np.arange(width + steps * (WAVES * PER_WAVE - 1)))
     swing = table.oscillation(np.maximum(radius + fine, 0.1 * radius))
-    return float(np.abs(swing @ moved.reshape(-1, fine.size).T).max())
+    # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
+    most = np.abs(swing).max(axis=1) * np.abs(weights).sum()
+    loudest = 0.0
+    for k in np.argsort(-most):
+        if most[k] <= loudest:
+            break
+        moved = np.lib.stride_tricks.sliding_window_view(swing[k], width)[::steps]
+        # Not by a matrix product: threads of BLAS would spin for tens of milliseconds after it.
+        loudest = max(loudest, float(np.abs(np.einsum("pc,dc->pd", moved, taken)).max()))
+    return loudest
