@@ -129,8 +129,8 @@ def quintic_cells(values: F64) -> F64:
     15.625
     """
     window = np.lib.stride_tricks.sliding_window_view(values, 6, axis=-1)
-    cells = np.empty(window.shape)
-    for first in range(0, cells.shape[-2], _ONE_THREAD):
+    cells: F64 = np.empty(window.shape)
+    for first in range(0, window.shape[-2], _ONE_THREAD):
         part = slice(first, first + _ONE_THREAD)
         np.matmul(window[..., part, :], _QUINTIC.T, out=cells[..., part, :])
     return cells
