@@ -6,18 +6,17 @@ not know. The format is open: one part, scan lines, 32-bit channels, ZIP of 16 r
 
 from __future__ import annotations
 
-import os
 import struct
 import zlib
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from camsim.arrays import F32
+from camsim.cores import cores
 from camsim.files.exr_reader import MAGIC
+from camsim.kernels import ahead
 
 ROWS_PER_CHUNK = 16
 """Of ZIP compression, by the format's definition."""
@@ -27,7 +26,7 @@ _DEFLATE_LEVEL = 4
 """OpenEXR's own default."""
 
 _AHEAD_BYTES = 16 << 20
-"""Of chunks that wait for their turn to be written; there is always one for each worker."""
+"""Of chunks that wait for their turn to be written; there is always one for each core."""
 
 
 def write_exr(
@@ -51,7 +50,9 @@ def write_exr(
         file.write(header)
         file.write(bytes(8 * len(starts)))
         offsets = []
-        for first, packed in _packed(starts, rows, block):
+        most = max(cores(), _AHEAD_BYTES // (4 * ROWS_PER_CHUNK * cols * len(channels)))
+        # zlib lets go of the interpreter, so threads pay.
+        for first, packed in zip(starts, ahead(_zip, _chunks(starts, rows, block), most), strict=True):
             offsets.append(file.tell())
             file.write(struct.pack("<ii", first, len(packed)))
             file.write(packed)
@@ -59,22 +60,11 @@ def write_exr(
         file.write(struct.pack(f"<{len(offsets)}Q", *offsets))
 
 
-def _packed(starts: range, rows: int, block: Callable[[int, int], F32]) -> Iterator[tuple[int, bytes]]:
-    """Yield first row and bytes of each chunk in order; zlib lets go of the interpreter, so threads pay."""
-    workers = os.cpu_count() or 1
-    with ThreadPoolExecutor(workers) as pool:
-        waiting: deque[tuple[int, Future[bytes]]] = deque()
-        for first in starts:
-            # Channel after channel within a row, row after row.
-            lines = np.swapaxes(block(first, min(ROWS_PER_CHUNK, rows - first)), 0, 1)
-            raw = np.ascontiguousarray(lines, dtype="<f4").tobytes()
-            most = max(workers, _AHEAD_BYTES // len(raw))
-            waiting.append((first, pool.submit(_zip, raw)))
-            if len(waiting) > most:
-                begun, packed = waiting.popleft()
-                yield begun, packed.result()
-        for begun, packed in waiting:
-            yield begun, packed.result()
+def _chunks(starts: range, rows: int, block: Callable[[int, int], F32]) -> Iterator[bytes]:
+    """Yield the bytes of each chunk: channel after channel within a row, row after row."""
+    for first in starts:
+        lines = np.swapaxes(block(first, min(ROWS_PER_CHUNK, rows - first)), 0, 1)
+        yield np.ascontiguousarray(lines, dtype="<f4").tobytes()
 
 
 def _zip(raw: bytes) -> bytes:
