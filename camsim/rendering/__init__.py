@@ -1,6 +1,6 @@
 """The right number in every photosite, and how sure of it we are."""
 
-from camsim.rendering.ahead import compile_kernels, kernels_compiled
+from camsim.rendering.first_use import compile_kernels, kernels_compiled
 from camsim.rendering.grid import Grid
 from camsim.rendering.render import render, render_channels
 from camsim.rendering.running import Rendering

@@ -12,7 +12,7 @@ from pathlib import Path
 CODE = """
 import sys
 from camsim.kernels.dispatch import _Kernel
-from camsim.rendering.ahead import compile_check, compile_kernels
+from camsim.rendering.first_use import compile_check, compile_kernels
 import camsim.capturing
 
 def types():
