@@ -1,11 +1,15 @@
 """Work shared among threads: kernels that let go of the interpreter, each called for a block of what there is to do.
 
 Numba's own parallel loops are compiled twice, and its work-queue, the only thread layer that is sure to be there, may
-not be entered by two threads. Threads of Python's cost some 50 µs a call, and what they call takes milliseconds.
+not be entered by two threads. Threads of Python's are begun once: beginning them for each call took as long as small
+windows took. Whoever calls does blocks as well, and waits for no helper that has not begun: so calls within calls, or
+from many threads, never wait for one another.
 """
 
 from __future__ import annotations
 
+import functools
+import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -42,10 +46,34 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) ->
         work(0, count)
         return
     work(0, 0)  # what is not compiled yet is compiled here, once, and on a stack as large as the caller's
-    ends = [count * block // blocks for block in range(blocks + 1)]
-    with ThreadPoolExecutor(min(threads, blocks)) as pool:
-        for _ in pool.map(lambda ends: work(*ends), pairwise(ends)):
-            pass
+    waiting = deque(pairwise([count * block // blocks for block in range(blocks + 1)]))
+
+    def taken() -> None:
+        while True:
+            try:
+                block = waiting.popleft()
+            except IndexError:
+                return
+            work(*block)
+
+    begun = [_helpers(threads - 1).submit(taken) for _ in range(min(threads, blocks) - 1)]
+    try:
+        taken()
+    finally:
+        waiting.clear()
+        for helper in begun:
+            if not helper.cancel():
+                helper.result()
+
+
+@functools.cache
+def _helpers(threads: int) -> ThreadPoolExecutor:
+    """Return the threads that help whoever calls, kept."""
+    return ThreadPoolExecutor(threads)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_helpers.cache_clear)  # threads stay behind in the parent
 
 
 def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Iterator[Done]:
