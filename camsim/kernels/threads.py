@@ -1,7 +1,9 @@
 """Work shared among threads: kernels that let go of the interpreter, each called for a block of what there is to do.
 
 Numba's own parallel loops are compiled twice, and its work-queue, the only thread layer that is sure to be there, may
-not be entered by two threads. Threads of Python's cost up to a millisecond to start and 50 µs to call: they stay.
+not be entered by two threads. Threads of Python's are begun once: beginning them for each call took as long as small
+windows took. Whoever calls does blocks as well, and waits for no helper that has not begun: so calls within calls, or
+from many threads, never wait for one another.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ import functools
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import pairwise
 from typing import TypeVar
 
@@ -44,35 +46,34 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) ->
         work(0, count)
         return
     work(0, 0)  # what is not compiled yet is compiled here, once, and on a stack as large as the caller's
-    left = deque(pairwise(count * block // blocks for block in range(blocks + 1)))
+    waiting = deque(pairwise([count * block // blocks for block in range(blocks + 1)]))
 
-    def share() -> None:
+    def taken() -> None:
         while True:
             try:
-                first, end = left.popleft()
-            except IndexError:  # the last one is taken
+                block = waiting.popleft()
+            except IndexError:
                 return
-            work(first, end)
+            work(*block)
 
-    others = [_helpers(threads - 1).submit(share) for _ in range(min(threads, blocks) - 1)]
+    begun = [_helpers(threads - 1).submit(taken) for _ in range(min(threads, blocks) - 1)]
     try:
-        share()
+        taken()
     finally:
-        left.clear()
-        begun = [other for other in others if not other.cancel()]  # one that all threads were too busy for is not
-        wait(begun)
-    for other in begun:
-        other.result()
+        waiting.clear()
+        for helper in begun:
+            if not helper.cancel():
+                helper.result()
 
 
 @functools.cache
-def _helpers(count: int) -> ThreadPoolExecutor:
-    """Return threads that stay, so many beside the one that asks."""
-    return ThreadPoolExecutor(count)
+def _helpers(threads: int) -> ThreadPoolExecutor:
+    """Return the threads that help whoever calls, kept."""
+    return ThreadPoolExecutor(threads)
 
 
-if hasattr(os, "register_at_fork"):  # a forked process has none of its parent's threads
-    os.register_at_fork(after_in_child=_helpers.cache_clear)
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_helpers.cache_clear)  # threads stay behind in the parent
 
 
 def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Iterator[Done]:
