@@ -159,6 +159,15 @@ class KnowsCutoff(_Ability, Protocol):
 
 
 @runtime_checkable
+class KnowsBands(_Ability, Protocol):
+    """A lens whose transfer may end sooner along x or y than in other directions."""
+
+    def bands_per_um(self, wavelength_nm: float) -> tuple[float, float]:
+        """The frequencies along x and along y beyond which nothing passes, whatever the other, cycles/µm."""
+        ...
+
+
+@runtime_checkable
 class KnowsReach(_Ability, Protocol):
     """A lens that knows how far its light goes."""
 

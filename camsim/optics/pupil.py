@@ -87,6 +87,14 @@ class Pupil:
         return math.sqrt(2.0) if self.shape == "square" else 1.0
 
     @property
+    def half_extents(self) -> tuple[float, float]:
+        """Half of how far it goes along x and along y; its centre need not lie in the middle."""
+        if self.shape == "circular":
+            return 1.0, 1.0
+        along_x, along_y = 0.5 * np.ptp(self.corners, axis=0)
+        return float(along_x), float(along_y)
+
+    @property
     def area(self) -> float:
         """Area of the opening."""
         hole = math.pi * self.obstruction**2

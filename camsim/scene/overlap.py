@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 
 
@@ -26,7 +26,10 @@ def common_area(area: Any, other: Any) -> float:
         return 0.0
     # About a place nearby, so that the numbers are small.
     low = np.minimum(one[:, :2].min(axis=0), two[:, :2].min(axis=0))
-    return float(_common(one - np.tile(low, 2), two - np.tile(low, 2)))
+    edges = np.concatenate([one, two]) - np.tile(low, 2)
+    order = np.argsort(np.minimum(edges[:, 0], edges[:, 2]), kind="stable")
+    order = order[edges[order, 0] != edges[order, 2]]  # nothing lies below what stands upright
+    return float(_common(edges[order], (order >= len(one)).astype(np.int64)))
 
 
 def _edges(area: Any) -> F64:
@@ -41,18 +44,26 @@ def _edges(area: Any) -> F64:
 
 
 @kernel()
-def _common(one: F64, two: F64) -> float:
+def _common(edges: F64, owner: I64) -> float:
+    """Edges (n, 4) in the order of their left ends, and which of the two areas each is of, 0 or 1.
+
+    A line goes from left to right: an edge that begins meets those of the other area that have begun and not ended.
+    """
+    begun, count = np.empty((2, len(edges)), np.int64), np.zeros(2, np.int64)
     total, lost = 0.0, 0.0
-    for i in range(len(one)):
-        x0, y0, x1, y1 = one[i]
-        if x0 == x1:
-            continue
+    for k in range(len(edges)):
+        own, other = owner[k], 1 - owner[k]
+        x0, y0, x1, y1 = edges[k]
         left, right = min(x0, x1), max(x0, x1)
-        for j in range(len(two)):
-            u0, v0, u1, v1 = two[j]
-            low, high = max(left, min(u0, u1)), min(right, max(u0, u1))
-            if high <= low:
+        met = 0
+        while met < count[other]:
+            u0, v0, u1, v1 = edges[begun[other, met]]
+            if max(u0, u1) <= left:  # it has ended: the last one takes its place
+                count[other] -= 1
+                begun[other, met] = begun[other, count[other]]
                 continue
+            met += 1
+            low, high = left, min(right, max(u0, u1))
             a, b = y0 + (y1 - y0) * ((low - x0) / (x1 - x0)), y0 + (y1 - y0) * ((high - x0) / (x1 - x0))
             c, d = v0 + (v1 - v0) * ((low - u0) / (u1 - u0)), v0 + (v1 - v0) * ((high - u0) / (u1 - u0))
             if (a < c) != (b < d) and a != c and b != d:
@@ -69,4 +80,6 @@ def _common(one: F64, two: F64) -> float:
             raised = total + part
             lost = (raised - total) - part
             total = raised
+        begun[own, count[own]] = k
+        count[own] += 1
     return total

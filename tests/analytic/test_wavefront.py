@@ -368,3 +368,19 @@ def test_a_difference_is_the_pattern_less_its_core(obstruction, precision):
     expected = lens.point_spread_on(x, y, NM, 1e-14) - core
     found = split.rest.point_spread_on(x, y, NM, precision)
     assert np.abs(found - expected).max() < precision * split.core.point_spread(np.zeros(1), NM)[0]
+
+
+@pytest.mark.parametrize("rotate_deg", [0.0, 30.0, 45.0])
+@pytest.mark.parametrize(
+    "shape", [{"shape": "square"}, {"shape": "bladed", "blades": 3}, {"shape": "bladed", "blades": 5}]
+)
+def test_bands_end_where_a_pupil_and_its_moved_copy_part(shape, rotate_deg):
+    """Just inside them something passes at some frequency of the other axis, just outside nothing at any."""
+    pupil = camsim.Pupil(rotate_deg=rotate_deg, **shape)
+    lens = camsim.Wavefront(f_number=4.0, pupil=pupil)
+    other = np.linspace(-1.0, 1.0, 401) * lens.cutoff_per_um(NM)
+    along_x, along_y = lens.bands_per_um(NM)
+    assert max(along_x, along_y) <= lens.cutoff_per_um(NM) * (1.0 + 1e-12)
+    for share, passes in ((0.97, True), (1.0 + 1e-9, False)):
+        assert bool(np.abs(lens.otf(np.full(401, share * along_x), other, NM)).max() > 0.0) == passes
+        assert bool(np.abs(lens.otf(other, np.full(401, share * along_y), NM)).max() > 0.0) == passes

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import shapely
 from examples import OPTICS, PICTURE, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
@@ -13,6 +14,7 @@ from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.check.crossings import bounds_of, crossed
 from camsim.rendering.check.judge import WINDOW
 from camsim.rendering.check.outlines import outlines_of
+from camsim.rendering.check.patch_nodes import in_patch
 from camsim.rendering.check.places import _tile_corner, windows
 from camsim.rendering.engine import Marks
 from camsim.rendering.render import plan_render
@@ -278,6 +280,38 @@ def test_the_check_looks_where_what_an_outline_cuts_changes_most(turn_deg, step_
     places = crossed([(picture, bounds)], camsim.Grid(rows=30, cols=40, pitch_um=1.0), 20)
     assert np.abs(places[:, 0] - step_um).max() <= 2.0
     assert places[:, 1] == pytest.approx(5.0)  # the cover's side
+
+
+def test_what_is_seen_of_a_gradient_has_few_sides():
+    """Its field is as smooth across cells as within them: none counts at once. It was cut into 37 000."""
+    gradient = camsim.RadialGradient(radius_um=30.0)
+    cover = camsim.Disc(radius_um=20.0, centre_um=(20.0, 0.0), reflectance=0.5)
+    bounds = bounds_of(camsim.Scene(background=0.2, shapes=[gradient, cover]), 0, 1.0, 0.5, 1e-10)
+    assert 200 < np.count_nonzero(bounds.in_front) < 10_000
+
+
+def test_what_is_seen_of_a_patch_adds_up():
+    """A wave over what outlines with holes leave of a square, by closed forms of its edges."""
+    rng = np.random.default_rng(3)
+    wave = np.array([1.3, 0.7])
+    for _ in range(200):
+        count = rng.integers(3, 12)
+        turn, middle = np.sort(rng.random(count)) * 2.0 * np.pi, rng.uniform(-0.3, 1.3, 2)
+        spokes = rng.uniform(0.1, 1.5, count)[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        area = shapely.Polygon(middle + spokes, [middle + 0.3 * spokes])
+        if not area.is_valid:
+            continue
+        rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(area)]
+        start, end = np.concatenate([r[:-1] for r in rings]), np.concatenate([r[1:] for r in rings])
+        nodes, weights = in_patch(start, end, 12)
+        seen = shapely.get_rings(shapely.orient_polygons(shapely.get_parts(area.intersection(shapely.box(0, 0, 1, 1)))))
+        exact = 0.0
+        for corners in map(shapely.get_coordinates, seen):
+            a, way = corners[:-1], np.diff(corners, axis=0)
+            # ∮ sin(k·x)·(k × dx)/|k|² along straight edges.
+            mean = np.sin(a @ wave + 0.5 * way @ wave) * np.sinc(way @ wave / (2.0 * np.pi))
+            exact += mean @ (wave[0] * way[:, 1] - wave[1] * way[:, 0]) / (wave @ wave)
+        assert abs(np.cos(nodes @ wave) @ weights - exact) < 1e-13
 
 
 def test_what_checks_pictures_hears_all_of_what_is_far_away():

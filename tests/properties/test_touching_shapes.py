@@ -49,3 +49,13 @@ def test_what_areas_have_in_common():
     assert common_area(square, shapely.Polygon()) == 0.0
     apart = shapely.MultiPolygon([shapely.box(-1.0, 0.0, 0.5, 1.0), shapely.box(1.0, 1.0, 3.0, 3.0)])
     assert common_area(apart, square) == common_area(square, apart) == 1.5
+
+
+def test_common_area_of_outlines_of_many_sides():
+    """What two discs of 200 000 sides have in common: 4e10 pairs of sides, of which those that meet are looked at."""
+    count, apart = 200_000, 0.5
+    turn = 2.0 * np.pi * np.arange(count) / count
+    one, two = (shapely.Polygon(np.stack([np.cos(turn) + x, np.sin(turn) + 0.3 * x], axis=1)) for x in (0.0, apart))
+    half = 0.5 * apart * np.hypot(1.0, 0.3)
+    lens = 2.0 * (np.arccos(half) - half * np.sqrt(1.0 - half**2))
+    assert abs(common_area(one, two) - lens) < 1e-9  # sides lie inside of circles: π³·2/3 over the count squared

@@ -39,7 +39,7 @@ def bounds_of(scene: Scene, number: int, pitch_um: float, longest: float, allowe
     own, beyond = (Curve((1.0, 2.0), ends, name="the picture", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25)))
     covered = Scene(background=beyond, shapes=[field.frame(own), *later]).framed(0.5)
     pieces, spectra = pieces_of(covered, pitch_um)
-    edges = polygons(pieces, longest, allowed, textured=True)
+    edges = polygons(pieces, longest, allowed, textured=isinstance(field, Picture))
     which = spectra.index(own)
     mine = (edges.left == which) | (edges.right == which)
     other = np.where(edges.left == which, edges.right, edges.left)[mine]

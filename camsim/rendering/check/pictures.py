@@ -74,9 +74,10 @@ class PictureJudge:
     @functools.cached_property
     def _bounds(self) -> dict[int, Bounds | None]:
         """What bounds what is seen of every field, by its number among the shapes; None for all of a picture."""
-        job, longest = self.edges.job, 1.0 / self._highest
+        job = self.edges.job
+        pitch_um, allowed = job.grid.pitch_um, job.budget.of_check.tolerance
         return {
-            number: bounds_of(self.scene, number, job.grid.pitch_um, longest, job.budget.of_check.tolerance)
+            number: bounds_of(self.scene, number, pitch_um, 1.0 / (self._highest + _cycles(shape, pitch_um)), allowed)
             for number, shape in enumerate(self.scene.shapes)
             if isinstance(shape, Picture | Gradient)
         }
@@ -142,8 +143,7 @@ class PictureJudge:
         less = np.zeros(len(shape.spectra)) if flat is None or grey is None else grey * flat
         outline = None if bounds is None else (bounds.start, bounds.end)
         raster = Cells.over(shape, pitch_um) if isinstance(shape, Gradient) else shape
-        most = shape.cycles_per_um * pitch_um if isinstance(shape, Gradient) else 0.0
-        phase = math.pi * (highest + most) * min(raster.step_um / pitch_um, LARGEST)
+        phase = math.pi * (highest + _cycles(shape, pitch_um)) * min(raster.step_um / pitch_um, LARGEST)
         order = 3
         while order < 60 and gauss_error(order, phase) > math.log(max(allowed, 1e-12)):
             order += 1
@@ -264,6 +264,11 @@ class PictureJudge:
             channel[places] = sets[..., part]
             value[..., part] += windows.rendered((x0 + col, y0 + row), channel)[places]
         return value
+
+
+def _cycles(field: Field, pitch_um: float) -> float:
+    """Return the most cycles/pitch of a gradient; a picture is told by its samples."""
+    return field.cycles_per_um * pitch_um if isinstance(field, Gradient) else 0.0
 
 
 def _windows_of(places: tuple[I64, I64], rows: int, cols: int) -> tuple[I64, I64]:

@@ -10,20 +10,18 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import scipy
 
 from camsim.arrays import F64
-from camsim.quadrature import gauss_legendre
+from camsim.rendering.check.patch_nodes import NEXT_TO, crossing, in_patch
 from camsim.scene.raster import DEGREES, Raster
 
 Segments = tuple[F64, F64]
 Zone = tuple[float, tuple[float, float]]
 LARGEST = 3.0  # pitches, of a patch
 ASKED_AT = 0.3137  # of a patch, where it is asked whether it is seen: no picture's own side is there, as in its middle
-NEXT_TO = 1e-9  # of a patch: an outline this near to a side may be on it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,11 +129,11 @@ class Seen:
             a, b = start[here], end[here]
             y = row + ASKED_AT
             crosses = (np.minimum(a[:, 1], b[:, 1]) <= y) & (np.maximum(a[:, 1], b[:, 1]) > y)
-            turns = np.searchsorted(np.sort(_crossing(a[crosses], b[crosses], y)), np.arange(cols) + ASKED_AT)
+            turns = np.searchsorted(np.sort(crossing(a[crosses], b[crosses], y)), np.arange(cols) + ASKED_AT)
             whole[row] = turns % 2 == 1
             flat = np.abs(a[:, 1] - b[:, 1]) < NEXT_TO
             at_top, at_bottom = (
-                np.where(flat, place, _crossing(a, np.where(flat[:, None], b + np.array([0.0, 1.0]), b), y))
+                np.where(flat, place, crossing(a, np.where(flat[:, None], b + np.array([0.0, 1.0]), b), y))
                 for place, y in ((a[:, 0], row - NEXT_TO), (b[:, 0], row + 1 + NEXT_TO))
             )
             ends_low, ends_high = np.minimum(a[:, 0], b[:, 0]), np.maximum(a[:, 0], b[:, 0])
@@ -169,7 +167,7 @@ class Seen:
             here = np.flatnonzero((high >= row) & (low <= row + 1))
             a, b = start[here], end[here]
             for col in np.flatnonzero(self._states[1][row]).tolist():
-                nodes, weights = _in_patch(a - [col, row], b - [col, row], self.order)
+                nodes, weights = in_patch(a - [col, row], b - [col, row], self.order)
                 if weights.size:
                     places.append(nodes + np.array([col, row]))
                     lights.append(self._field(row, col, nodes) * weights)
@@ -233,55 +231,6 @@ def _between(coefficients: F64, degree: int, parts: int, axis: int) -> F64:
     weights = _weights(degree, place - first)
     total = sum(mirrored[..., first + k] * weights[:, k] for k in range(degree + 1))
     return np.ascontiguousarray(np.moveaxis(np.asarray(total), -1, axis))
-
-
-def _crossing(a: F64, b: F64, y: float) -> F64:
-    """Return where lines through a and b cross a horizontal."""
-    along = b[:, 1] - a[:, 1]
-    x: F64 = a[:, 0] + (y - a[:, 1]) / np.where(along == 0.0, 1.0, along) * (b[:, 0] - a[:, 0])
-    return x
-
-
-def _rule(order: int, length: float) -> tuple[F64, F64]:
-    """Return a rule on 0 … 1 for a way across a patch, as good as ``order`` nodes are for its side."""
-    x, w = gauss_legendre(math.ceil(order * length) + (3 if length < 1.0 else 0))
-    return 0.5 * (1.0 + x), 0.5 * w
-
-
-def _in_patch(a: F64, b: F64, order: int) -> tuple[F64, F64]:
-    """Return nodes (m, 2) and weights over what lies within outlines, a to b, of the square 0 … 1."""
-    # Between these heights the crossings with the sides and with one another come in one order.
-    safe = np.where(a[:, 0] == b[:, 0], 1.0, b[:, 0] - a[:, 0])
-    heights = [a[:, 1], b[:, 1]]
-    for side in (0.0, 1.0):
-        part = (side - a[:, 0]) / safe
-        heights.append((a[:, 1] + part * (b[:, 1] - a[:, 1]))[(part > 0.0) & (part < 1.0)])
-    breaks = np.unique(np.concatenate([[0.0, 1.0], *heights]))
-    breaks = breaks[(breaks >= 0.0) & (breaks <= 1.0)]
-    places, weights = [], []
-    for top, bottom in pairwise(breaks.tolist()):
-        if bottom - top < NEXT_TO**2:
-            continue
-        middle = 0.5 * (top + bottom)
-        crosses = (np.minimum(a[:, 1], b[:, 1]) <= middle) & (np.maximum(a[:, 1], b[:, 1]) > middle)
-        # From the top to the bottom nodes slide along with the outline: that is the way over which the light changes.
-        ends = np.stack([_crossing(a[crosses], b[crosses], y) for y in (top, bottom)])
-        slide = np.abs(np.diff(np.clip(ends, 0.0, 1.0), axis=0)).max(initial=0.0)
-        ty, wy = _rule(order, math.hypot(bottom - top, float(slide)))
-        y = top + (bottom - top) * ty
-        lines = np.stack([_crossing(a[crosses], b[crosses], float(height)) for height in y])
-        lines = np.sort(np.clip(lines, 0.0, 1.0), axis=1)
-        for k in range(0, lines.shape[1] - 1, 2):
-            length = lines[:, k + 1] - lines[:, k]
-            if length.max() <= 0.0:
-                continue
-            x, w = _rule(order, float(length.max()))
-            across = lines[:, k, None] + length[:, None] * x[None, :]
-            places.append(np.stack([across, np.broadcast_to(y[:, None], across.shape)], axis=-1).reshape(-1, 2))
-            weights.append((((bottom - top) * wy * length)[:, None] * w[None, :]).ravel())
-    if not places:
-        return np.empty((0, 2)), np.empty(0)
-    return np.concatenate(places), np.concatenate(weights)
 
 
 def _weights(degree: int, t: F64) -> F64:

@@ -25,6 +25,7 @@ from camsim.rendering.fourier.plan import (
     STRIP_BYTES,
     STRIP_SAMPLES,
     TRANSFER_BYTES,
+    samples_of,
 )
 from camsim.rendering.fourier.spread import Kernel
 from camsim.words import both
@@ -69,7 +70,7 @@ class Prices:
         """
         planes, channels, wavelengths = self.shape
         all_of_them = min(planes * channels, wavelengths)
-        fitting = self.memory_limit_bytes / (TRANSFER_BYTES * _samples(tile))
+        fitting = self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
         return all_of_them if all_of_them <= OF_ALL * fitting else max(1, int(PART_OF_MEMORY * fitting))
 
     def of(self, tiles: Iterable[tuple[tuple[F64, F64], Tile, Sequence[bool]]]) -> Taken:
@@ -82,7 +83,7 @@ class Prices:
                 fields = self.fields(tile) if self.kernel.tapered else wavelengths
                 transfers = fields if fields == min(planes * channels, wavelengths) else wavelengths
                 if self.kernel.tapered:
-                    own = _of_transfers(tile, wavelengths, transfers, fields)
+                    own = _of_transfers(self.kernel, tile, wavelengths, transfers, fields)
                     own = own._replace(seconds=own.seconds + (self._of_rule(tile) if self.summed else 0.0))
                     held = own.held_bytes
                     # Tiles of one size share them.
@@ -98,7 +99,7 @@ class Prices:
 
     def _of_rule(self, tile: Tile) -> float:
         """Return the seconds that a pattern's sums at all wavelengths take, begun again for each strip of it."""
-        strips = math.ceil(_pattern(tile) / STRIP_SAMPLES)
+        strips = math.ceil(_pattern(self.kernel, tile) / STRIP_SAMPLES)
         return PER_PUPIL_NODE * self.kernel.pupil_nodes(math.hypot(*tile.outer)) * strips
 
 
@@ -139,19 +140,15 @@ def quickest(
     return next((one for one in quick if one[1].held_bytes <= PREFERRED_BYTES), quick[0])
 
 
-def _samples(tile: Tile) -> float:
-    """Return the points of a pattern's period, as finely as the band asks for."""
-    return 4.0 * tile.cut**2 * tile.periods[0] * tile.periods[1]
-
-
-def _pattern(tile: Tile) -> float:
+def _pattern(kernel: Kernel, tile: Tile) -> float:
     """Return the points of the pattern itself, as far as it is taken."""
-    return min(_samples(tile), 16.0 * tile.cut**2 * tile.outer[0] * tile.outer[1])
+    of_all = min(1.0, 4.0 * math.prod(tile.outer) / math.prod(tile.periods))
+    return of_all * samples_of(kernel, tile)
 
 
-def _of_transfers(tile: Tile, wavelengths: int, transfers: int, fields: int) -> Taken:
+def _of_transfers(kernel: Kernel, tile: Tile, wavelengths: int, transfers: int, fields: int) -> Taken:
     """Return what transfers of a lens that is not round take: ``fields`` of them at a time, of so many in all."""
-    samples, pattern = _samples(tile), _pattern(tile)
+    samples, pattern = samples_of(kernel, tile), _pattern(kernel, tile)
     made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
     held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
     return Taken(wavelengths * pattern * PER_PUPIL_SAMPLE + transfers * samples * PER_TRANSFORMED, held)

@@ -284,11 +284,11 @@ class FourierImage:
             if key not in self._made:
                 self._made.clear()
                 precision = budget.allowed("pupil")
-                self._made[key] = fields_of(
-                    tapered_transfers(
-                        self.system, wavelength_nm[some], own, self.pitch_um, tile, plan, precision=precision
-                    )
-                )
+                transfers = tapered_transfers(
+                    self.system, wavelength_nm[some], own, self.pitch_um, tile, plan,
+                    cuts=self.kernel.cuts(tile.cut), precision=precision,
+                )  # fmt: skip
+                self._made[key] = fields_of(transfers)
             yield self._made[key], np.ascontiguousarray(weights[:, :, some])
 
 

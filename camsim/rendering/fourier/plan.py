@@ -102,7 +102,7 @@ class Task:
         """Transfers that are held for a block at a time."""
         if self.kernel.round or not self.kernel.tapered:
             return 0 if self.kernel.round else self.wavelengths
-        fitting = PART_OF_MEMORY * self.memory_limit_bytes / (TRANSFER_BYTES * _samples(tile))
+        fitting = PART_OF_MEMORY * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
         return max(1, min(self.wavelengths, int(fitting)))
 
 
@@ -111,9 +111,9 @@ def spreading_precision(tolerance: float) -> float:
     return max(1e-13, OF_A_CROWD * ErrorBudget(tolerance).allowed("spreading"))
 
 
-def _samples(tile: Tile) -> float:
+def samples_of(kernel: Kernel, tile: Tile) -> float:
     """Return the points of a pattern's period, as finely as the band asks for."""
-    return 4.0 * tile.cut**2 * tile.periods[0] * tile.periods[1]
+    return 4.0 * math.prod(kernel.cuts(tile.cut)) * tile.periods[0] * tile.periods[1]
 
 
 def plan_sizes(task: Task) -> Sizes:
@@ -215,7 +215,7 @@ def _strip_bytes(task: Task) -> float:
 
 def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float]:
     """Return seconds and bytes that a tile's transfer of the lens takes."""
-    kernel, samples = task.kernel, _samples(tile)
+    kernel, samples = task.kernel, samples_of(task.kernel, tile)
     if kernel.round:
         curves = task.spectra * task.channels
         seconds = PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2

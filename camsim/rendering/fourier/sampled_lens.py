@@ -23,15 +23,18 @@ from camsim.rendering.psf import point_spread_of
 
 def fields_of(transfers: list[C128]) -> Fields:
     """Return what gives transfers, half planes as of ``tapered_transfers``: block → (transfers, j, i, 2)."""
-    rows = transfers[0].shape[0]
+    rows, columns = transfers[0].shape
 
     def fields(block: Block) -> F64:
         i = block.first_i + np.arange(block.count_i)
         j = block.first_j + np.arange(block.count_j)
         # The half plane i ≥ 0 is there; the rest is its mirror image.
         mirrored = i < 0
-        place = np.where(mirrored[None], -j[:, None], j[:, None]) % rows, np.abs(i)[None]
+        place = np.where(mirrored[None], -j[:, None], j[:, None]) % rows, np.minimum(np.abs(i), columns - 1)[None]
         taken = np.stack([transfer[place] for transfer in transfers])
+        # Where the band ends sooner along x or along y there is nothing beyond.
+        taken[:, 2 * np.abs(j) > rows] = 0.0
+        taken[:, :, np.abs(i) >= columns] = 0.0
         return parts(np.where(mirrored, taken.conj(), taken))
 
     return fields
@@ -45,17 +48,19 @@ def tapered_transfers(
     tile: Tile,
     plan: Sizes,
     *,
+    cuts: tuple[float, float],
     precision: float,
 ) -> list[C128]:
     """Return half planes i ≥ 0 of sums of a lens's transfers, tapered to a rectangle; rows go round.
 
     weights : (transfers, n) what each takes of the pattern at every wavelength
+    cuts    : the highest frequencies along x and along y, cycles/pitch
     """
     axes: list[F64] = []
     steps: list[float] = []
     sizes: list[int] = []
-    for period, outer in zip(tile.periods, tile.outer, strict=True):
-        size = fast_length(math.ceil(2.04 * tile.cut * period) + 1)
+    for period, outer, cut in zip(tile.periods, tile.outer, cuts, strict=True):
+        size = fast_length(math.ceil(2.04 * cut * period) + 1)
         step = period / size
         reach = math.floor(outer / step)
         axes.append(step * np.arange(-reach, reach + 1.0))
@@ -67,7 +72,9 @@ def tapered_transfers(
         for place, inner, outer, step in zip(axes, tile.inner, tile.outer, steps, strict=True)
     ]
     folded = [np.zeros((sizes[1], sizes[0])) for _ in weights]
-    reach, rows = axes[1].size // 2, max(1, min(sizes[1], STRIP_SAMPLES // (axes[0].size * (1 + len(weights) // 8))))
+    reach = axes[1].size // 2
+    strips = math.ceil(axes[0].size * axes[1].size * (1 + len(weights) // 8) / STRIP_SAMPLES)
+    rows = min(sizes[1], math.ceil(axes[1].size / strips))  # of a strip no two fall on one of the period
     for first in range(0, axes[1].size, rows):
         some = slice(first, min(first + rows, axes[1].size))
         sums = np.zeros((len(weights), some.stop - some.start, axes[0].size))

@@ -11,7 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem, RoundLens
-from camsim.optics.protocols import Fading, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round
+from camsim.optics.protocols import Fading, KnowsBands, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.taper import Hem
 from camsim.rendering.psf import rule_of
@@ -32,6 +32,7 @@ class Kernel:
     longest : the longest wavelength's own length, of a lens that tells its rings
     hem     : the taper, where it is given
     tapers  : how many share what tapers may leave
+    sooner  : by how much its band ends before the cut-off along x and along y, cycles/pitch
     """
 
     cutoff: float
@@ -45,6 +46,11 @@ class Kernel:
     longest: float = 0.0
     hem: Hem | None = None
     tapers: int = 1
+    sooner: tuple[float, float] = (0.0, 0.0)
+
+    def cuts(self, cut: float) -> tuple[float, float]:
+        """Return the highest frequencies along x and along y of a tapered pattern's, which end at ``cut``."""
+        return cut - self.sooner[0], cut - self.sooner[1]
 
     def beyond(self, distance: float, edges: int) -> float:
         """Return what a taper that begins at ``distance`` works on: at most this of an image of so many edges."""
@@ -68,6 +74,10 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         # What one blur takes to its reach, the next takes on from there.
         lost = ErrorBudget(tolerance).allowed("reach") / len(known)
         reach = max(sum(float(stage.reach_um(lost, nm)) for stage in known) for nm in wavelength_nm.tolist()) / pitch_um
+    sooner = (0.0, 0.0)
+    if isinstance(lens, KnowsBands):
+        bands = np.max([lens.bands_per_um(nm) for nm in wavelength_nm.tolist()], axis=0) * pitch_um
+        sooner = (cutoff - float(bands[0]), cutoff - float(bands[1]))
     is_round = isinstance(lens, Round) and not more
     faint = isinstance(lens, Fading) and lens.fades and not more
     rings: tuple[tuple[float, float], ...] = ()
@@ -87,6 +97,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         pupil_nodes=_pupil_nodes(system, wavelength_nm, pitch_um),
         rings=rings,
         longest=longest,
+        sooner=sooner,
     )
 
 

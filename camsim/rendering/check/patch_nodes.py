@@ -1,0 +1,73 @@
+"""Nodes over what outlines leave of a patch, line by line: between crossings there is picture, then there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.quadrature import gauss_legendre
+
+NEXT_TO = 1e-9  # of a patch: an outline this near to a side may be on it
+
+
+def crossing(a: F64, b: F64, y: float | F64) -> F64:
+    """Return where lines through a and b cross a horizontal, or each its own."""
+    along = b[:, 1] - a[:, 1]
+    x: F64 = a[:, 0] + (y - a[:, 1]) / np.where(along == 0.0, 1.0, along) * (b[:, 0] - a[:, 0])
+    return x
+
+
+def _nodes_for(order: int, length: F64) -> I64:
+    """Return how many nodes take a way across a patch as well as ``order`` nodes take its side."""
+    count: I64 = np.ceil(order * length).astype(np.int64) + np.where(length < 1.0, 3, 0)
+    return count
+
+
+def in_patch(a: F64, b: F64, order: int) -> tuple[F64, F64]:
+    """Return nodes (m, 2) and weights over what lies within outlines, a to b, of the square 0 … 1."""
+    # Between these heights the crossings with the sides and with one another come in one order.
+    safe = np.where(a[:, 0] == b[:, 0], 1.0, b[:, 0] - a[:, 0])
+    heights = [a[:, 1], b[:, 1]]
+    for side in (0.0, 1.0):
+        part = (side - a[:, 0]) / safe
+        heights.append((a[:, 1] + part * (b[:, 1] - a[:, 1]))[(part > 0.0) & (part < 1.0)])
+    breaks = np.unique(np.concatenate([[0.0, 1.0], *heights]))
+    breaks = breaks[(breaks >= 0.0) & (breaks <= 1.0)]
+    wide = np.diff(breaks) >= NEXT_TO**2
+    top, bottom = breaks[:-1][wide], breaks[1:][wide]
+    # Every outline with every band that it crosses, in order from the left.
+    middle = 0.5 * (top + bottom)
+    begin, end = (np.searchsorted(middle, pick(a[:, 1], b[:, 1])) for pick in (np.minimum, np.maximum))
+    owner = np.repeat(np.arange(len(a)), end - begin)
+    band = np.arange(owner.size) + np.repeat(begin - np.cumsum(end - begin) + (end - begin), end - begin)
+    sort = np.lexsort((crossing(a[owner], b[owner], middle[band]), band))
+    owner, band = owner[sort], band[sort]
+    over, under = (np.clip(crossing(a[owner], b[owner], y[band]), 0.0, 1.0) for y in (top, bottom))
+    # From the top to the bottom nodes slide along with the outline: that is the way over which the light changes.
+    slide = np.zeros(top.size)
+    np.maximum.at(slide, band, np.abs(under - over))
+    # There is picture between the first and the second, the third and the fourth …
+    rank = np.arange(band.size) - np.searchsorted(band, band)
+    left = np.flatnonzero((rank[:-1] % 2 == 0) & (band[1:] == band[:-1]))
+    longest = np.maximum(over[left + 1] - over[left], under[left + 1] - under[left])
+    left, longest = left[longest > 0.0], longest[longest > 0.0]
+    down = _nodes_for(order, np.hypot(bottom - top, slide))[band[left]]
+    across = _nodes_for(order, longest)
+    places, weights = [np.empty((0, 2))], [np.empty(0)]
+    for rows, cols in np.unique(np.stack([down, across], axis=1), axis=0).tolist():
+        some = left[(down == rows) & (across == cols)]
+        (ty, wy), (tx, wx) = (_rule(count) for count in (rows, cols))
+        low, high = top[band[some], None], bottom[band[some], None]
+        begins, ends = (over[k, None] + ty * (under[k, None] - over[k, None]) for k in (some, some + 1))
+        length = ends - begins
+        x = begins[..., None] + length[..., None] * tx
+        y = np.broadcast_to((low + ty * (high - low))[..., None], x.shape)
+        places.append(np.stack([x, y], axis=-1).reshape(-1, 2))
+        weights.append((((high - low) * wy * length)[..., None] * wx).ravel())
+    return np.concatenate(places), np.concatenate(weights)
+
+
+def _rule(count: int) -> tuple[F64, F64]:
+    """Return Gauss's rule on 0 … 1."""
+    x, w = gauss_legendre(count)
+    return 0.5 * (1.0 + x), 0.5 * w
