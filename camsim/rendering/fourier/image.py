@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
@@ -24,14 +25,15 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
 from camsim.rendering.fourier.lens import Fields, footprint_transfer, plain_fields, round_curves
-from camsim.rendering.fourier.plan import Sizes, Task, plan_sizes
-from camsim.rendering.fourier.regions import Regions, clamped
+from camsim.rendering.fourier.plan import Density, Sizes, Task, plan_sizes
+from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
 from camsim.rendering.fourier.shells import Shell, shells
-from camsim.rendering.fourier.spread import Kernel, kernel_of
+from camsim.rendering.fourier.spread import Kernel, band_of, kernel_of
 from camsim.rendering.fourier.together import Sum
 from camsim.rendering.modes import mixed
 from camsim.rendering.spectral import multiples
@@ -59,6 +61,7 @@ class FourierImage:
     tolerance     : largest error, in the unit of ``density``
     memory_limit_bytes : what the plan keeps below if it can
     shell         : part of a round pattern, by distance; None: all of it
+    quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
     """
 
     edges: Edges
@@ -70,6 +73,7 @@ class FourierImage:
     tolerance: float
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES
     shell: Shell | None = None
+    quiet: Callable[[], float] | None = None
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
@@ -100,11 +104,12 @@ class FourierImage:
             )
         for done, tile in enumerate(plan.tiles):
             part = (..., slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
-            seen = clamped(edges.seen_from((float(tile.col), float(tile.row))), tile.low, tile.high)
+            first = np.array([float(tile.col), float(tile.row)])
+            seen = clamped(edges, first + tile.low, first + tile.high).seen_from(first)
             if not len(seen):
                 continue  # all that could be seen lies elsewhere
             shares, contrast = self._alike
-            regions = Regions.of(seen, tile, plan, shares, self.tolerance)
+            regions = Regions.of(seen, tile, plan, shares, self.tolerance / self.kernel.carries)
             image[part] += self.tile_image(tile, plan, regions, channel[part], contrast)
             progress((done + 1) / len(plan.tiles))
         return image
@@ -133,7 +138,9 @@ class FourierImage:
         known = self._parts.get((origin, shape))
         if known is None:
             edges = self.edges.seen_from(origin)
-            found = shells(self.system, self.kernel, self._lit[0], self.pitch_um, edges, shape, self.tolerance)
+            found = shells(
+                self.system, self.kernel, self._lit[0], self.pitch_um, edges, shape, self.tolerance, self.quiet
+            )
             nothing = np.zeros_like(self.base)
             known = tuple(dataclasses.replace(self, base=nothing, shell=shell) for shell in found)
             if known:
@@ -184,6 +191,12 @@ class FourierImage:
     def kernel(self) -> Kernel:
         """What the plan has to know of the lens."""
         whole = kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
+        if whole.round and whole.tapered:
+            shares, contrast = self._alike
+            weights = (np.abs(shares).max(axis=0)[:, None, None] * contrast).reshape(-1, self._lit[0].size)
+            allowed = ErrorBudget(self.tolerance).allowed("band")
+            band = band_of(self.system, self._lit[0], weights, whole.passes, allowed)
+            whole = dataclasses.replace(whole, cutoff=band)
         return whole if self.shell is None else self.shell.kernel(whole)
 
     @functools.cached_property
@@ -203,16 +216,17 @@ class FourierImage:
         kernel, corners = self.kernel, edges.points
         spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
         spectra, channels, wavelengths = self._alike[1].shape
-        longest = 2.0 * (sum(shape) + 4.0 * kernel.reach)  # that an edge may be once it is clamped
+        low, high, size = corners.min(axis=0), corners.max(axis=0), np.array([shape[1] - 1.0, shape[0] - 1.0])
+        far = kernel.reach if math.isfinite(kernel.reach) else float(np.max(high - low))
         return plan_sizes(
             Task(
                 kernel=kernel,
                 shape=shape,
-                low=corners.min(axis=0),
-                high=corners.max(axis=0),
+                low=low,
+                high=high,
                 footprint=np.array([float(spots[0] + photosite[0]), float(spots[1] + photosite[1])]) / self.pitch_um,
                 edges=len(edges),
-                length=float(np.minimum(edges.length, longest).sum()),
+                density=Density.of(edges, np.maximum(low, -far), np.minimum(high, size + far)),
                 spectra=spectra,
                 channels=channels,
                 wavelengths=wavelengths,

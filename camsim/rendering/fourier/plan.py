@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile, count_blocks, count_strips
 from camsim.rendering.fourier.spread import Kernel
@@ -33,10 +35,11 @@ STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all 
 PART = 2_000_000  # numbers that are transformed back at a time
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
 OF_A_CROWD = 0.14
-MOST_NODES, OF_NODES = 200, 0.1  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
+SQUARES = 64  # along either side of a scene: where edges are, roughly
+MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
 
 # Seconds of one core, measured.
-PER_TILE = 2e-3
+PER_TILE, PER_CLAMPED = 2e-3, 5e-9  # and of an edge of the scene in each
 PER_EDGE_POINT, PER_EDGE_ROW = 1.1e-9, 5e-8
 PER_ROUND_POINT, PER_FIELD_POINT, PER_POINT_WEIGHT = 1e-9, 3e-8, 8e-9
 PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
@@ -68,6 +71,32 @@ class Sizes:
     memory_bytes: float
 
 
+class Density(NamedTuple):
+    """How many edges there are, and how long, in squares of a scene: summed from its low corner on."""
+
+    low: F64
+    step: F64
+    sums: F64  # (2, rows + 1, columns + 1)
+
+    @classmethod
+    def of(cls, edges: Edges, low: F64, high: F64) -> Density:
+        """Count edges by their middles; those beyond the corners count with the outermost squares."""
+        step = np.maximum(high - low, 1.0) / SQUARES
+        column, row = np.clip((0.5 * (edges.start + edges.end) - low) // step, 0, SQUARES - 1).astype(np.int64).T
+        square, sums = row * SQUARES + column, np.zeros((2, SQUARES + 1, SQUARES + 1))
+        for one, weights in zip(sums, (None, edges.length), strict=True):
+            here = np.bincount(square, weights, SQUARES**2).reshape(SQUARES, SQUARES)
+            one[1:, 1:] = here.cumsum(axis=0).cumsum(axis=1)
+        return cls(low, step, sums)
+
+    def within(self, low: F64, high: F64) -> tuple[float, float]:
+        """Return how many edges there are in squares that a box touches, and how long they are together."""
+        x0, y0 = np.clip(np.floor((low - self.low) / self.step), 0, SQUARES).astype(int)
+        x1, y1 = np.clip(np.ceil((high - self.low) / self.step), 0, SQUARES).astype(int)
+        count, length = self.sums[:, y1, x1] - self.sums[:, y0, x1] - self.sums[:, y1, x0] + self.sums[:, y0, x0]
+        return float(count), float(length)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Task:
     """What there is to do; lengths in pitches.
@@ -75,7 +104,7 @@ class Task:
     shape     : rows and columns of photosites
     low, high : (2,) corners of the scene's edges, from the first photosite
     footprint : (2,) how far the footprint reaches along x and y
-    edges, length : how many, and how long all of them are where they can be seen
+    edges, density : how many, and where they are
     spectra, channels, wavelengths : numbers of them
     memory_limit_bytes : what the sizes keep below if they can
     """
@@ -86,7 +115,7 @@ class Task:
     high: F64
     footprint: F64
     edges: int
-    length: float
+    density: Density
     spectra: int
     channels: int
     wavelengths: int
@@ -97,6 +126,17 @@ class Task:
     def weights(self) -> int:
         """Numbers that every frequency is multiplied by."""
         return self.spectra * self.channels * (1 if self.kernel.round else self.wavelengths)
+
+    def nodes(self, tile: Tile) -> tuple[float, float]:
+        """Return how many edges there are in a tile's box, and nodes on them."""
+        first = np.array([tile.col, tile.row], float)
+        low, high = first + tile.low, first + tile.high
+        count, length = self.density.within(low, high)
+        sides = 2.0 * float(np.sum(high - low))  # what is beyond the box is taken to its sides
+        phase = np.array([math.pi * tile.cut * length / max(count, 1.0), math.pi * tile.cut * sides])
+        allowed = OF_NODES * spreading_precision(self.tolerance / self.kernel.carries)
+        pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
+        return count, float(max(count, 1.0) * pieces[0] * orders[0] + pieces[1] * orders[1])
 
     def fields(self, tile: Tile) -> int:
         """Transfers that are held for a block at a time."""
@@ -152,16 +192,15 @@ def _tiled(task: Task, count: int) -> Sizes:
     passes = -(-task.wavelengths // fields) if kernel.tapered and not kernel.round else 1  # over the scene
     held = task.spectra + fields + 4  # numbers of a frequency that are kept while its block is worked on
     block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + task.spectra + fields))
-    phase = np.array([math.pi * largest.cut * task.length / max(task.edges, 1)])
-    pieces, orders = gauss_pieces(phase, OF_NODES * spreading_precision(task.tolerance), MOST_NODES)
-    nodes = float(task.edges * pieces[0] * orders[0])
+    each = [task.nodes(tile) for tile in tiles]
+    edges, nodes = (max(counts) for counts in zip(*each, strict=True))
     # Where an alias has few columns, a row of them takes what its first takes.
     _, rows_of_blocks = count_blocks(largest, block_points)
-    by_edge = task.edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
+    by_edge = edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
     strip_points, by_spreading = _strips(task, largest, nodes)
     spread = by_spreading < by_edge
     per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
-    seconds, fixed, transforms = PER_TILE * len(tiles), 0.0, 0.0
+    seconds, fixed, transforms = len(tiles) * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0
     for tile in tiles:
         of_rows, of_columns = tile.sums
         grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row)

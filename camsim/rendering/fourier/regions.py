@@ -19,58 +19,21 @@ from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, STRIPS_AT_ONCE, 
 WORTH_A_THREAD = 100_000  # frequencies of a strip
 
 
-def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -> Edges:
-    """Move every point into a box, edges cut where they cross its sides.
-
-    A closed outline clamped axis by axis is the outline of what lies in the box: pieces along its sides cancel or
-    close it.
-
-    >>> a = np.array([[-1.0, 0.0], [3.0, 0.0], [0.0, 2.0]])  # a triangle that sticks out to the right and the left
-    >>> b = np.roll(a, -1, axis=0)
-    >>> inside = clamped(Edges(start=a, end=b, left=np.array([1, 2, 3]), right=np.zeros(3, int)), (0, 0), (1, 2))
-    >>> (x0, y0), (x1, y1) = inside.start.T, inside.end.T
-    >>> float(0.5 * np.sum(x0 * y1 - x1 * y0))  # the trapezium within
-    1.6666666666666665
-    >>> sorted(inside.left.tolist())  # the second runs down to the right side and along it
-    [1, 2, 2, 3]
-    """
-    start, end, kept = edges.start, edges.end, np.arange(len(edges))
-    for axis in (0, 1):
-        for bound, sign in ((low[axis], -1.0), (high[axis], 1.0)):
-            a, b = sign * (start[:, axis] - bound), sign * (end[:, axis] - bound)
-            crosses = (a > 0.0) != (b > 0.0)
-            if crosses.any():
-                t = (a / np.where(crosses, a - b, 1.0))[crosses, None]
-                middle = start[crosses] + t * (end[crosses] - start[crosses])
-                middle[:, axis] = bound
-                tail = end[crosses]
-                end = end.copy()
-                end[crosses] = middle
-                start, end = np.concatenate([start, middle]), np.concatenate([end, tail])
-                kept = np.concatenate([kept, kept[crosses]])
-        start, end = start.copy(), end.copy()
-        start[:, axis] = np.clip(start[:, axis], low[axis], high[axis])
-        end[:, axis] = np.clip(end[:, axis], low[axis], high[axis])
-    whole = (start != end).any(axis=1)
-    of = kept[whole]
-    return Edges(start=start[whole], end=end[whole], left=edges.left[of], right=edges.right[of])
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Regions:
     """The regions of every spectrum on one tile, or of what several spectra are multiples of.
 
     areas       : (spectra,) square pitches
     tile, plan  : whose frequencies they are transformed at, and how
-    corners     : edges by the corners that they share
-    along       : for each spectrum phases (2, m) of nodes on its edges, and strengths (2, m); None: edge by edge
+    corners     : edges by the corners that they share; None: not edge by edge, but
+    along       : for each spectrum phases (2, m) of nodes on its edges, and strengths (2, m)
     precision   : of the non-uniform transform, relative
     """
 
     areas: F64
     tile: Tile
     plan: Sizes
-    corners: Corners
+    corners: Corners | None
     along: tuple[tuple[F64, F64], ...] | None
     precision: float
 
@@ -83,13 +46,12 @@ class Regions:
         start, end = edges.start, edges.end
         jump = shares[edges.left] - shares[edges.right]
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
-        points, begins, ends = edges.corners
         precision = spreading_precision(tolerance)
         return cls(
             areas=np.array([0.5 * np.sum(twice * own) for own in jump.T]),
             tile=tile,
             plan=plan,
-            corners=Corners(points, begins, ends, jump),
+            corners=None if plan.spread else Corners(*edges.corners, jump),
             along=_strengths(edges, jump, tile, precision) if plan.spread else None,
             precision=precision,
         )
@@ -97,6 +59,7 @@ class Regions:
     def blocks(self) -> Iterator[tuple[Block, SceneBlock]]:
         """Yield the band block by block, with 4π²|k|² times the transform of each spectrum's regions."""
         if self.along is None:
+            assert self.corners is not None
             for block in blocks(self.tile, self.plan.block_points):
                 transforms = edge_transforms(block.place(self.tile), self.corners)
                 yield block, SceneBlock(transforms, self.areas)
