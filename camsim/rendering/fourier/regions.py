@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
-from camsim.kernels import ahead
+from camsim.kernels import ahead, kernel
 from camsim.nonuniform import modes
-from camsim.quadrature import gauss_legendre, gauss_pieces
+from camsim.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
 from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
@@ -103,18 +103,26 @@ def gauss_nodes(start: F64, end: F64, cut: float, allowed: float) -> tuple[F64, 
     As many as the phase along the edge asks for at the highest frequency; long edges are cut into pieces first.
     """
     pieces, orders = gauss_pieces(np.pi * cut * np.hypot(*(end - start).T), allowed, MOST_NODES)
-    edge = np.repeat(np.arange(len(start)), pieces)
-    place = np.arange(edge.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    nodes, weights, owners = [], [], []
-    for order in np.unique(orders):
-        x, w = gauss_legendre(int(order))
-        which = np.flatnonzero(orders[edge] == order)
-        owner = edge[which]
-        t = (place[which, None] + 0.5 * (1.0 + x)) / pieces[owner, None]
-        nodes.append((start[owner, None] + t[..., None] * (end - start)[owner, None]).reshape(-1, 2))
-        weights.append((0.5 * w / pieces[owner, None]).ravel())
-        owners.append(np.repeat(owner, order))
-    return np.concatenate(nodes), np.concatenate(weights), np.concatenate(owners)
+    edge = np.repeat(np.arange(len(start)), pieces * orders)
+    rules = gauss_rules(tuple(np.unique(orders).tolist()))
+    nodes, weights = np.empty((edge.size, 2)), np.empty(edge.size)
+    _lay(start, end, pieces, np.searchsorted(rules[2], orders), rules, nodes, weights)
+    return nodes, weights, edge
+
+
+@kernel()
+def _lay(start: F64, end: F64, pieces: I64, which: I64, rules: tuple[F64, F64, I64], nodes: F64, weights: F64) -> None:
+    """Write the nodes of each edge's pieces, by its rule, and their weights."""
+    x, w, count = rules
+    n = 0
+    for e in range(len(start)):
+        rule, ex, ey = which[e], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
+        for piece in range(pieces[e]):
+            for q in range(count[rule]):
+                t = (piece + 0.5 * (1.0 + x[rule, q])) / pieces[e]
+                nodes[n, 0], nodes[n, 1] = start[e, 0] + t * ex, start[e, 1] + t * ey
+                weights[n] = 0.5 * w[rule, q] / pieces[e]
+                n += 1
 
 
 def _spread(strip: Strip, periods: tuple[int, int], phases: F64, strengths: F64, precision: float) -> C128:
