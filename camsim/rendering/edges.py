@@ -50,8 +50,13 @@ class Edges:
     @functools.cached_property
     def corners(self) -> tuple[F64, I64, I64]:
         """The distinct ends (m, 2), and which of them each edge starts from and goes to (n,)."""
-        places, index = np.unique(self.points.view(np.complex128).ravel(), return_inverse=True)
-        return places.view(np.float64).reshape(-1, 2), index[: len(self)], index[len(self) :]
+        start, end = (np.ascontiguousarray(ends).view(np.complex128).ravel() for ends in (self.start, self.end))
+        # Most edges go on in the next one: few ends are looked for.
+        loose = np.append(end[:-1] != start[1:], True)[: len(self)]
+        places, index = np.unique(np.concatenate([start, end[loose]]), return_inverse=True)
+        begins, ends = index[: len(self)], np.append(index[1 : len(self)], 0)[: len(self)]
+        ends[loose] = index[len(self) :]
+        return places.view(np.float64).reshape(-1, 2), begins, ends
 
     def pairs(self) -> tuple[I64, I64]:
         """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""

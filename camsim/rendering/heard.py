@@ -13,7 +13,9 @@ import numpy as np
 
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
+from camsim.rendering.falling import falls_to
 from camsim.rendering.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, threes
+from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.quiet import Waves
 
@@ -34,9 +36,9 @@ class Heard(NamedTuple):
     foci: Foci
 
 
-def heard(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget, *, smooth: float) -> Heard:
-    """Return how far rings are heard; ``smooth``: from where on all else is left out as well, at the least."""
-    pattern = waves.pattern
+def heard(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> Heard:
+    """Return how far rings are heard, and no less than from where on the far form holds but for them."""
+    pattern, smooth = waves.pattern, smooth_from(waves, budget)
     ends, lines = budget.allowed("ends"), budget.allowed("lines")
     end = max(smooth, waves.quiet_distance(ends, front="end"))
     corners = crowding(edges, 4.0 * end)
@@ -51,6 +53,17 @@ def heard(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget, *, smooth
     count = int(np.count_nonzero(edges.length >= end))
     line = max(end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line"))
     return Heard(end, line, loud)
+
+
+def smooth_from(waves: Waves, budget: ErrorBudget) -> float:
+    """Return from where on the far form leaves nothing but rings."""
+    pattern, footprint, longest = waves.pattern, waves.footprint, float(waves.blur.max())
+    # What has died away has done so everywhere on the footprint; powers of the distance average out, as moments say.
+    faded = 0.0 if pattern.rings else footprint.extent
+    return max(
+        pattern.quiet(budget.allowed("powers")) * longest + faded,
+        _moment_distance(pattern.powers[0] * longest, footprint, budget.allowed("moments")),
+    )
 
 
 def followed(found: Foci) -> float:
@@ -98,6 +111,17 @@ def crowding(edges: Edges, window: float) -> float:
     corner, turn = np.concatenate([begins, ends]), np.concatenate([along, -along])
     jump = [np.bincount(corner, turn[:, axis], len(points)) for axis in (0, 1)]
     col, row = np.floor((points - points.min(axis=0)) / window).T
-    _, square = np.unique(row + 1j * col, return_inverse=True)
+    _, square = np.unique(row * (col.max() + 1.0) + col, return_inverse=True)
     strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # a right angle counts as one
     return float(np.bincount(square, weights=strength).max(initial=0.0))
+
+
+def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
+    """Distance beyond which the footprint's moments past those of the far form stay below ``allowed``.
+
+    Of the angle they leave |⟨ζⁿ⟩|/(2πnRⁿ), n = 8, 10 …; one of them may be 0 where the next is not, and near the
+    footprint they fall slowly.
+    """
+    sixth: float = (3.0 * c1 * footprint.m66 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
+    sizes = [size / (2.0 * math.pi * n) for n, size in zip(BEYOND, footprint.beyond, strict=True)]
+    return max(falls_to(allowed, sizes, BEYOND), sixth)

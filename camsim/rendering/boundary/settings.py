@@ -22,12 +22,10 @@ from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import gauss_error
 from camsim.rendering.boundary.dipole import longest_dipoles
-from camsim.rendering.falling import falls_to
 from camsim.rendering.focus import Foci
-from camsim.rendering.footprint import BEYOND, Footprint
-from camsim.rendering.heard import heard
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.heard import heard, smooth_from
 from camsim.rendering.job import Job
-from camsim.rendering.quiet import Waves
 
 COARSEST = 1e-2
 SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
@@ -84,22 +82,17 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     """Choose the settings; ``pattern``, ``footprint``: the job's, which are known."""
     check_tolerance(job.tolerance, pattern)
     budget, edges, blur = job.budget, job.edges, job.blur
-    waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)
+    waves = job.waves(pattern, footprint)
     shortest, longest = float(blur.min()), float(blur.max())
-    # What has died away has done so everywhere on the footprint; powers of the distance average out, as moments say.
-    faded = 0.0 if pattern.rings else footprint.extent
-    smooth = max(
-        pattern.quiet(budget.allowed("powers")) * longest + faded,
-        _moment_distance(pattern.powers[0] * longest, footprint, budget.allowed("moments")),
-    )
-    quiet_end, quiet_line, loud = heard(waves, edges, job.grid, budget, smooth=smooth)
+    own = footprint is job.footprint
+    quiet_end, quiet_line, loud = job.heard if own else heard(waves, edges, job.grid, budget)
     field_step = shortest * min(COARSEST_FIELD, _step(pattern, 8, budget.allowed("field") / EIGHT_POINTS))
     response_step = shortest * min(COARSEST_RESPONSE, _step(pattern, 6, 0.5 * budget.allowed("response") / SIX_POINTS))
     near, reach = quiet_end, quiet_line
     table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
     dear = quiet_end > RINGS_FROM * len(pattern.tones) * blur.size * longest or table_bytes > TABLE_BYTES
     if pattern.tones and dear:
-        near = reach = min(near, max(smooth, pattern.tones_from_blurs * longest + footprint.extent))
+        near = reach = min(near, max(smooth_from(waves, budget), pattern.tones_from_blurs * longest + footprint.extent))
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
@@ -172,14 +165,3 @@ def _tile_nodes(allowed: float) -> int:
     while rho**-order / (math.pi * order) > allowed:
         order += 1
     return order
-
-
-def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
-    """Distance beyond which the footprint's moments past those of the far form stay below ``allowed``.
-
-    Of the angle they leave |⟨ζⁿ⟩|/(2πnRⁿ), n = 8, 10 …; one of them may be 0 where the next is not, and near the
-    footprint they fall slowly.
-    """
-    sixth: float = (3.0 * c1 * footprint.m66 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
-    sizes = [size / (2.0 * math.pi * n) for n, size in zip(BEYOND, footprint.beyond, strict=True)]
-    return max(falls_to(allowed, sizes, BEYOND), sixth)

@@ -30,7 +30,7 @@ from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import PER_POINT_WEIGHT, PER_ROUND_POINT
 from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.fourier.together import Sum
-from camsim.rendering.heard import followed, heard
+from camsim.rendering.heard import followed
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import wavefront_phase
@@ -88,12 +88,7 @@ class FourierPlan:
 
     def _quiet(self) -> float:
         """Return from where on the scene's rings, and what is past three powers of 1/r, are within their shares."""
-        job = self.job
-        assert job.pattern is not None
-        assert job.footprint is not None
-        waves = Waves(pattern=job.pattern, blur=job.blur, shares=job.shares, footprint=job.footprint)
-        smooth = job.pattern.quiet(job.budget.allowed("powers")) * float(job.blur.max())
-        found = heard(waves, job.edges, job.grid, job.budget, smooth=smooth)
+        found = self.job.heard
         return max(found.line, followed(found.foci))
 
     @functools.cached_property
@@ -223,7 +218,7 @@ def _nodes(job: Job) -> Nodes:
         pattern, footprint = job.pattern, job.footprint
     else:
         pattern, footprint = AIRY, Footprint.of(OpticalSystem(lens=job.system.lens), job.grid.pitch_um)
-    waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)
+    waves = job.waves(pattern, footprint)
     spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
     followed = waves.quiet_distance(allowed, front="line", within=span)
     while True:
