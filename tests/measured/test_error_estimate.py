@@ -374,7 +374,7 @@ CORRUPTIONS = {
     "a scene cut too near": (
         fourier_image,
         "clamped",
-        lambda f: lambda edges, low, high: f(edges, third(low), third(high)),
+        lambda f: lambda edges, low, high, *seen: f(edges, third(low), third(high), *seen),
         {"method": "fourier"},
     ),
     "a taper of half the width": (

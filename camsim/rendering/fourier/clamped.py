@@ -10,9 +10,13 @@ from camsim.rendering.edges import Edges
 
 ROOM = 1000  # edges, at the least, that are expected in a box; and as many again for every eighth of the scene's
 
+ROUNDING = 1e-15  # of the largest jump: no step
 
-def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -> Edges:
-    """Move every point into a box, edges cut where they cross its sides.
+
+def clamped(
+    edges: Edges, low: tuple[float, float], high: tuple[float, float], origin: tuple[float, float] = (0.0, 0.0)
+) -> Edges:
+    """Move every point into a box, edges cut where they cross its sides; all of it as seen from an origin.
 
     A closed outline clamped axis by axis is the outline of what lies in the box: pieces along its sides cancel or
     close it. Those that follow one another along a side, with the same spectra beside them, are one.
@@ -29,7 +33,7 @@ def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -
     box, room = np.array([*low, *high], float), ROOM + len(edges) // 8
     while True:
         ends, of = np.empty((room, 4)), np.empty(room, np.int64)
-        count, most = _clamp(edges.start, edges.end, edges.left, edges.right, box, ends, of)
+        count, most = _clamp(edges.start, edges.end, edges.left, edges.right, origin, box, ends, of)
         if most <= room:
             break
         room = most
@@ -53,7 +57,9 @@ def _side(x0: float, y0: float, x1: float, y1: float, box: F64) -> int:
 
 
 @kernel()
-def _clamp(start: F64, end: F64, left: I64, right: I64, box: F64, ends: F64, of: I64) -> tuple[int, int]:
+def _clamp(
+    start: F64, end: F64, left: I64, right: I64, origin: tuple[float, float], box: F64, ends: F64, of: I64
+) -> tuple[int, int]:
     """Write pieces (n, 4) and whose they are as far as there is room; return how many, and the most there were.
 
     box : (4,) low x and y, high x and y
@@ -62,7 +68,8 @@ def _clamp(start: F64, end: F64, left: I64, right: I64, box: F64, ends: F64, of:
     x, y = np.empty(6), np.empty(6)
     share = np.empty(4)
     for e in range(len(start)):
-        ax, ay, bx, by = start[e, 0], start[e, 1], end[e, 0], end[e, 1]
+        ax, ay = start[e, 0] - origin[0], start[e, 1] - origin[1]
+        bx, by = end[e, 0] - origin[0], end[e, 1] - origin[1]
         corners = 0
         x[0], y[0] = ax, ay
         # All of what is beyond one side becomes one piece of it.
@@ -102,3 +109,40 @@ def _clamp(start: F64, end: F64, left: I64, right: I64, box: F64, ends: F64, of:
             count, last = count + 1, side
             most = max(most, count)
     return count, most
+
+
+def netted(
+    start: F64, end: F64, jump: F64, low: tuple[float, float], high: tuple[float, float]
+) -> tuple[F64, F64, F64]:
+    """Return edges of which none runs over another one along a side of their box.
+
+    jump : (n, spectra) by how much there is more of each to an edge's left than to its right
+
+    Of a crowd thousands do, and take as many nodes as they are long; together they are what is seen at the side.
+
+    >>> a, b = np.array([[0.0, 0.0], [0.0, 2.0], [0.0, 3.0]]), np.array([[0.0, 2.0], [0.0, 1.0], [1.0, 3.0]])
+    >>> start, end, jump = netted(a, b, np.ones((3, 1)), (0.0, 0.0), (5.0, 5.0))
+    >>> [(p.tolist(), q.tolist(), float(j)) for p, q, j in zip(start, end, jump[:, 0])]
+    [([0.0, 3.0], [1.0, 3.0], 1.0), ([0.0, 0.0], [0.0, 1.0], 1.0)]
+    """
+    least = ROUNDING * float(np.abs(jump).max(initial=0.0))
+    for axis in (0, 1):
+        for bound in (low[axis], high[axis]):
+            along = (start[:, axis] == bound) & (end[:, axis] == bound)
+            if np.count_nonzero(along) < 2:
+                continue
+            places = np.concatenate([start[along, 1 - axis], end[along, 1 - axis]])
+            order = np.argsort(places, kind="stable")
+            places = places[order]
+            steps = np.concatenate([jump[along], -jump[along]])[order]
+            first = np.flatnonzero(np.append(True, np.diff(places) > 0.0))
+            step = np.add.reduceat(steps, first)
+            changes = np.flatnonzero(np.abs(step).max(axis=1) > least)
+            net = np.cumsum(step, axis=0)[changes][:-1]
+            places = places[first[changes]]
+            some = np.abs(net).max(axis=1, initial=0.0) > least * len(steps)
+            pieces = np.full((2, np.count_nonzero(some), 2), bound)
+            pieces[0, :, 1 - axis], pieces[1, :, 1 - axis] = places[:-1][some], places[1:][some]
+            start, end = np.concatenate([start[~along], pieces[0]]), np.concatenate([end[~along], pieces[1]])
+            jump = np.concatenate([jump[~along], net[some]])
+    return start, end, jump

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from types import EllipsisType
 from typing import Protocol
 
 import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
-from camsim.kernels import shared
+from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
@@ -27,7 +27,7 @@ from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.inverse import inverse
-from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
+from camsim.rendering.fourier.kernels import Curves, SceneBlock, add_fields, add_round
 from camsim.rendering.fourier.lens import Fields, footprint_transfer, plain_fields, round_curves
 from camsim.rendering.fourier.plan import Density, Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions
@@ -61,6 +61,7 @@ class FourierImage:
     tolerance     : largest error, in the unit of ``density``
     memory_limit_bytes : what the plan keeps below if it can
     shell         : part of a round pattern, by distance; None: all of it
+    whole         : of which this is a shell
     quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
     """
 
@@ -74,6 +75,7 @@ class FourierImage:
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES
     shell: Shell | None = None
     quiet: Callable[[], float] | None = None
+    whole: FourierImage | None = None
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
@@ -94,7 +96,7 @@ class FourierImage:
         shape = (channel.shape[-2], channel.shape[-1])
         if parts := self._shells(origin, shape):
             return image + Sum(parts=parts).rendered(origin, channel, progress)
-        edges, plan = self._planned(origin, shape)
+        plan = self._planned(origin, shape)
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
                 f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
@@ -102,15 +104,18 @@ class FourierImage:
                 "boundary",
                 key="method",
             )
-        for done, tile in enumerate(plan.tiles):
-            part = (..., slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
-            first = np.array([float(tile.col), float(tile.row)])
-            seen = clamped(edges, first + tile.low, first + tile.high).seen_from(first)
+        shares, contrast = self._alike
+
+        def tiled(tile: Tile) -> tuple[Tile, F64 | None]:
+            seen = clamped(self.edges, tile.low, tile.high, (origin[0] + tile.col, origin[1] + tile.row))
             if not len(seen):
-                continue  # all that could be seen lies elsewhere
-            shares, contrast = self._alike
+                return tile, None  # all that could be seen lies elsewhere
             regions = Regions.of(seen, tile, plan, shares, self.tolerance / self.kernel.carries)
-            image[part] += self.tile_image(tile, plan, regions, channel[part], contrast)
+            return tile, self.tile_image(tile, plan, regions, channel[_part(tile)], contrast)
+
+        for done, (tile, values) in enumerate(ahead(tiled, plan.tiles, plan.at_once)):
+            if values is not None:
+                image[_part(tile)] += values
             progress((done + 1) / len(plan.tiles))
         return image
 
@@ -128,7 +133,7 @@ class FourierImage:
 
     def _expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return the same of all at once."""
-        plan = self._planned(origin, shape)[1]
+        plan = self._planned(origin, shape)
         return Cost(seconds=plan.seconds, memory_bytes=plan.memory_bytes), sum(tile.points for tile in plan.tiles)
 
     def _shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[FourierImage, ...]:
@@ -142,7 +147,7 @@ class FourierImage:
                 self.system, self.kernel, self._lit[0], self.pitch_um, edges, shape, self.tolerance, self.quiet
             )
             nothing = np.zeros_like(self.base)
-            known = tuple(dataclasses.replace(self, base=nothing, shell=shell) for shell in found)
+            known = tuple(dataclasses.replace(self, base=nothing, shell=shell, whole=self) for shell in found)
             if known:
                 whole = self._expected(origin, shape)[0]
                 apart = Sum(parts=known).expected(origin, shape)[0]
@@ -200,33 +205,36 @@ class FourierImage:
         return whole if self.shell is None else self.shell.kernel(whole)
 
     @functools.cached_property
-    def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Edges, Sizes]]:
+    def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], Sizes]:
         return {}
 
-    def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Edges, Sizes]:
-        """Return the edges from the first photosite, and tiles and settings: chosen once, to be priced and rendered."""
+    @functools.cached_property
+    def _density(self) -> Density:
+        """Where the edges are; all shells are asked for the same."""
+        return Density.of(self.edges) if self.whole is None else self.whole._density
+
+    def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> Sizes:
+        """Return tiles and settings: chosen once, to be priced and rendered."""
         known = self._plans.get((origin, shape))
         if known is None:
-            edges = self.edges.seen_from(origin)
-            known = self._plans[origin, shape] = edges, self._plan(edges, shape)
+            known = self._plans[origin, shape] = self._plan(np.array(origin), shape)
         return known
 
-    def _plan(self, edges: Edges, shape: tuple[int, int]) -> Sizes:
-        """Choose tiles and settings; ``edges`` from the first photosite."""
-        kernel, corners = self.kernel, edges.points
+    def _plan(self, origin: F64, shape: tuple[int, int]) -> Sizes:
+        """Choose tiles and settings."""
+        kernel = self.kernel
         spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
         spectra, channels, wavelengths = self._alike[1].shape
-        low, high, size = corners.min(axis=0), corners.max(axis=0), np.array([shape[1] - 1.0, shape[0] - 1.0])
-        far = kernel.reach if math.isfinite(kernel.reach) else float(np.max(high - low))
         return plan_sizes(
             Task(
                 kernel=kernel,
                 shape=shape,
-                low=low,
-                high=high,
+                low=self._density.low - origin,
+                high=self._density.high - origin,
                 footprint=np.array([float(spots[0] + photosite[0]), float(spots[1] + photosite[1])]) / self.pitch_um,
-                edges=len(edges),
-                density=Density.of(edges, np.maximum(low, -far), np.minimum(high, size + far)),
+                edges=len(self.edges),
+                density=self._density,
+                origin=origin,
                 spectra=spectra,
                 channels=channels,
                 wavelengths=wavelengths,
@@ -259,7 +267,12 @@ class FourierImage:
         lens = self.system.lens
         if self.kernel.round and isinstance(lens, Round):
             pattern = lens if self.shell is None else self.shell.of(lens, self.pitch_um)
-            curves = round_curves(pattern, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
+            # Tiles of one size have the same transfer.
+            made = tile.inner, tile.outer, tile.cut, contrast.tobytes()
+            curves = self._curves.get(made)
+            if curves is None:
+                curves = round_curves(pattern, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
+                self._curves[made] = curves
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
@@ -272,6 +285,10 @@ class FourierImage:
                 add = functools.partial(add_fields, total, scene, footprint, values, weights, block.place(tile))
                 shared(total.shape[1], add)
         return total
+
+    @functools.cached_property
+    def _curves(self) -> dict[tuple[object, ...], Curves]:
+        return {}
 
     @functools.cached_property
     def _made(self) -> dict[tuple[object, ...], Fields]:
@@ -304,6 +321,11 @@ class FourierImage:
                     )
                 )
             yield self._made[key], np.ascontiguousarray(weights[:, :, some])
+
+
+def _part(tile: Tile) -> tuple[EllipsisType, slice, slice]:
+    """Return where a tile is in an image."""
+    return ..., slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols)
 
 
 def check_tolerance(tolerance: float) -> None:

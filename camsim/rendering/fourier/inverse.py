@@ -48,9 +48,9 @@ def _one_by_one(values: C128, tile: Tile) -> F64:
     image: F64 = np.einsum("ri,ic->rc", lines, across, optimize=False).real
     if step == 1:
         return image
-    nodes = np.arange(COARSE_POINTS)
+    nodes = np.arange(float(COARSE_POINTS))
     even = (-1.0) ** nodes * scipy.special.binom(COARSE_POINTS - 1, nodes)
-    between = barycentric(nodes - float(before), even, np.arange(step) / step, same=1e-14)
+    between = barycentric(nodes - before, even, np.arange(step) / step, same=1e-14)
     return _filled(np.ascontiguousarray(image), between, (tile.rows, tile.cols))
 
 

@@ -26,6 +26,8 @@ from camsim.rendering.fourier.taper import taper_margin
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
 STRIP_POINTS = 400_000  # spread to at a time, at least, and more with more nodes as long as there is memory
+NODE_BYTES = 128.0  # of a node on an edge, with all that is made of it
+TILES_AT_ONCE = 2  # of round lenses, and then one strip of each
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
 PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
@@ -56,6 +58,7 @@ class Sizes:
     spread   : transform the edges by non-uniform FFT instead of edge by edge, ``strip_points`` frequencies at a time
     channels : at a time;  fields: wavelengths at a time, of a tapered lens that is not round
     block_points : frequencies at a time
+    at_once  : tiles, each of them on one thread
     seconds, memory_bytes : expected, of one core
     """
 
@@ -69,30 +72,36 @@ class Sizes:
     strip_points: int
     seconds: float
     memory_bytes: float
+    at_once: int = 1
 
 
 class Density(NamedTuple):
-    """How many edges there are, and how long, in squares of a scene: summed from its low corner on."""
+    """Corners of a scene, and how many edges there are, and how long, in squares of it: summed from its low corner."""
 
     low: F64
-    step: F64
+    high: F64
     sums: F64  # (2, rows + 1, columns + 1)
 
     @classmethod
-    def of(cls, edges: Edges, low: F64, high: F64) -> Density:
-        """Count edges by their middles; those beyond the corners count with the outermost squares."""
-        step = np.maximum(high - low, 1.0) / SQUARES
-        column, row = np.clip((0.5 * (edges.start + edges.end) - low) // step, 0, SQUARES - 1).astype(np.int64).T
-        square, sums = row * SQUARES + column, np.zeros((2, SQUARES + 1, SQUARES + 1))
+    def of(cls, edges: Edges) -> Density:
+        """Count edges by their middles."""
+        low = np.minimum(edges.start.min(axis=0), edges.end.min(axis=0))
+        high = np.maximum(edges.start.max(axis=0), edges.end.max(axis=0))
+        step = np.maximum(high - low, np.finfo(float).tiny) / SQUARES
+        middle = 0.5 * (edges.start + edges.end) - low
+        square, sums = np.zeros(len(edges), np.int64), np.zeros((2, SQUARES + 1, SQUARES + 1))
+        for axis, times in ((0, 1), (1, SQUARES)):
+            square += times * np.clip(middle[:, axis] / step[axis], 0.0, SQUARES - 1.0).astype(np.int64)
         for one, weights in zip(sums, (None, edges.length), strict=True):
             here = np.bincount(square, weights, SQUARES**2).reshape(SQUARES, SQUARES)
             one[1:, 1:] = here.cumsum(axis=0).cumsum(axis=1)
-        return cls(low, step, sums)
+        return cls(low, high, sums)
 
     def within(self, low: F64, high: F64) -> tuple[float, float]:
         """Return how many edges there are in squares that a box touches, and how long they are together."""
-        x0, y0 = np.clip(np.floor((low - self.low) / self.step), 0, SQUARES).astype(int)
-        x1, y1 = np.clip(np.ceil((high - self.low) / self.step), 0, SQUARES).astype(int)
+        step = np.maximum(self.high - self.low, np.finfo(float).tiny) / SQUARES
+        x0, y0 = np.clip(np.floor((low - self.low) / step), 0, SQUARES).astype(int)
+        x1, y1 = np.clip(np.ceil((high - self.low) / step), 0, SQUARES).astype(int)
         count, length = self.sums[:, y1, x1] - self.sums[:, y0, x1] - self.sums[:, y1, x0] + self.sums[:, y0, x0]
         return float(count), float(length)
 
@@ -104,7 +113,7 @@ class Task:
     shape     : rows and columns of photosites
     low, high : (2,) corners of the scene's edges, from the first photosite
     footprint : (2,) how far the footprint reaches along x and y
-    edges, density : how many, and where they are
+    edges, density : how many, and where they are;  origin: the first photosite there
     spectra, channels, wavelengths : numbers of them
     memory_limit_bytes : what the sizes keep below if they can
     """
@@ -116,6 +125,7 @@ class Task:
     footprint: F64
     edges: int
     density: Density
+    origin: F64
     spectra: int
     channels: int
     wavelengths: int
@@ -131,7 +141,7 @@ class Task:
         """Return how many edges there are in a tile's box, and nodes on them."""
         first = np.array([tile.col, tile.row], float)
         low, high = first + tile.low, first + tile.high
-        count, length = self.density.within(low, high)
+        count, length = self.density.within(self.origin + low, self.origin + high)
         sides = 2.0 * float(np.sum(high - low))  # what is beyond the box is taken to its sides
         phase = np.array([math.pi * tile.cut * length / max(count, 1.0), math.pi * tile.cut * sides])
         allowed = OF_NODES * spreading_precision(self.tolerance / self.kernel.carries)
@@ -192,6 +202,7 @@ def _tiled(task: Task, count: int) -> Sizes:
     passes = -(-task.wavelengths // fields) if kernel.tapered and not kernel.round else 1  # over the scene
     held = task.spectra + fields + 4  # numbers of a frequency that are kept while its block is worked on
     block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + task.spectra + fields))
+    at_once = TILES_AT_ONCE if kernel.round and len(tiles) > 1 else 1
     each = [task.nodes(tile) for tile in tiles]
     edges, nodes = (max(counts) for counts in zip(*each, strict=True))
     # Where an alias has few columns, a row of them takes what its first takes.
@@ -212,8 +223,9 @@ def _tiled(task: Task, count: int) -> Sizes:
         transforms = max(transforms, 16.0 * of_rows * of_columns)
     fixed += block_points * 16.0 * held
     if spread:
-        fixed += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + 128.0 * nodes
+        fixed += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + NODE_BYTES * at_once * nodes
     fixed += 16.0 * shape[0] * shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
+    transforms *= at_once
     channels = task.channels
     if fixed + channels * transforms > task.memory_limit_bytes:
         seconds += (channels - 1) * passes * per_point * sum(tile.points for tile in tiles)
@@ -229,6 +241,7 @@ def _tiled(task: Task, count: int) -> Sizes:
         strip_points=strip_points,
         seconds=seconds,
         memory_bytes=fixed + channels * transforms,
+        at_once=at_once,
     )
 
 

@@ -11,8 +11,9 @@ from camsim.arrays import C128, F64, I64
 from camsim.kernels import ahead, kernel
 from camsim.nonuniform import modes
 from camsim.quadrature import gauss_pieces, gauss_rules
-from camsim.rendering.edges import Edges
+from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
+from camsim.rendering.fourier.clamped import netted
 from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
 from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, STRIPS_AT_ONCE, Sizes, spreading_precision
 
@@ -43,16 +44,16 @@ class Regions:
 
         shares : (sides, spectra) of what lies on a side of an edge, the background first: how much of each spectrum
         """
-        start, end = edges.start, edges.end
         jump = shares[edges.left] - shares[edges.right]
+        start, end, jump = netted(edges.start, edges.end, jump, tile.low, tile.high)
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
         precision = spreading_precision(tolerance)
         return cls(
             areas=np.array([0.5 * np.sum(twice * own) for own in jump.T]),
             tile=tile,
             plan=plan,
-            corners=None if plan.spread else Corners(*edges.corners, jump),
-            along=_strengths(edges, jump, tile, precision) if plan.spread else None,
+            corners=None if plan.spread else Corners(*corners_of(start, end), jump),
+            along=_strengths(start, end, jump, tile, precision) if plan.spread else None,
             precision=precision,
         )
 
@@ -79,16 +80,16 @@ class Regions:
             return strip, [_spread(strip, self.tile.periods, *own, self.precision) for own in along]
 
         every = strips(self.tile, self.plan.strip_points, quadrants=True)
-        if every[0].points < WORTH_A_THREAD:
+        if every[0].points < WORTH_A_THREAD or self.plan.at_once > 1:
             yield from map(transformed, every)
         else:
             yield from ahead(transformed, every, STRIPS_AT_ONCE)
 
 
-def _strengths(edges: Edges, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, F64], ...]:
-    nodes, weights, edge = gauss_nodes(edges.start, edges.end, tile.cut, OF_NODES * precision)
+def _strengths(start: F64, end: F64, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, F64], ...]:
+    nodes, weights, edge = gauss_nodes(start, end, tile.cut, OF_NODES * precision)
     phases = phases_of(nodes, tile.periods)
-    strengths = weights * (edges.end - edges.start)[edge].T
+    strengths = weights * (end - start)[edge].T
     regions = []
     for own in jump.T:
         times = own[edge]
