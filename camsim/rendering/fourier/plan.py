@@ -19,14 +19,14 @@ from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.blocks import Tile, count_blocks, count_strips
+from camsim.rendering.fourier.blocks import CHEAPER, Tile, count_blocks, count_strips
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
 STRIP_POINTS = 400_000  # spread to at a time, at least, and more with more nodes as long as there is memory
-NODE_BYTES = 128.0  # of a node on an edge, with all that is made of it
+NODE_BYTES = 100.0  # of a node on an edge, with all that is made of it
 TILES_AT_ONCE = 2  # of round lenses, and then one strip of each
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
@@ -214,7 +214,7 @@ def _tiled(task: Task, count: int) -> Sizes:
     seconds, fixed, transforms = len(tiles) * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0
     for tile in tiles:
         of_rows, of_columns = tile.sums
-        grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row)
+        grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
         seconds += tile.points * (passes * per_point + task.weights * PER_POINT_WEIGHT)
         seconds += task.channels * grid * PER_GRID_POINT
         kernel_seconds, kernel_bytes = _of_kernel(task, tile, fields)

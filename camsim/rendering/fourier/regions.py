@@ -89,12 +89,17 @@ class Regions:
 def _strengths(start: F64, end: F64, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, F64], ...]:
     nodes, weights, edge = gauss_nodes(start, end, tile.cut, OF_NODES * precision)
     phases = phases_of(nodes, tile.periods)
+    del nodes  # of crowds there are millions
     strengths = weights * (end - start)[edge].T
     regions = []
     for own in jump.T:
-        times = own[edge]
-        mine = times != 0.0
-        regions.append((phases.compress(mine, axis=1), strengths.compress(mine, axis=1) * times[mine]))
+        mine = np.flatnonzero(own)
+        if mine.size == own.size:
+            regions.append((phases, strengths * own[edge]))
+            continue
+        of_them = own[edge] != 0.0
+        few = strengths.compress(of_them, axis=1) * own[edge[of_them]]
+        regions.append((phases.compress(of_them, axis=1), few))
     return tuple(regions)
 
 
