@@ -253,8 +253,7 @@ class Job:
     @functools.cached_property
     def heard(self) -> Heard:
         """How far rings are heard; pattern and footprint are known."""
-        assert self.pattern is not None
-        assert self.footprint is not None
+        assert self.pattern is not None and self.footprint is not None  # noqa: PT018
         return heard(self.waves(self.pattern, self.footprint), self.edges, self.grid, self.budget)
 
     def blur_at(self, wavelength_nm: F64) -> F64:

@@ -21,21 +21,20 @@ from camsim.errors import InvalidValueError
 from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
-from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.clamped import clamped
+from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.inverse import inverse
-from camsim.rendering.fourier.kernels import Curves, SceneBlock, add_fields, add_round
-from camsim.rendering.fourier.lens import Fields, footprint_transfer, plain_fields, round_curves
-from camsim.rendering.fourier.plan import Density, Sizes, Task, plan_sizes
+from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
+from camsim.rendering.fourier.lens import footprint_transfer
+from camsim.rendering.fourier.plan import Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions
-from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
 from camsim.rendering.fourier.shells import Shell, shells
-from camsim.rendering.fourier.spread import Kernel, band_of, kernel_of
+from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
 from camsim.rendering.fourier.together import Sum
-from camsim.rendering.modes import mixed
+from camsim.rendering.fourier.transfers import RoundTransfers, Transfers
 from camsim.rendering.spectral import multiples
 
 FINEST, COARSEST = 1e-11, 1e-2
@@ -197,11 +196,7 @@ class FourierImage:
         """What the plan has to know of the lens."""
         whole = kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
         if whole.round and whole.tapered:
-            shares, contrast = self._alike
-            weights = (np.abs(shares).max(axis=0)[:, None, None] * contrast).reshape(-1, self._lit[0].size)
-            allowed = ErrorBudget(self.tolerance).allowed("band")
-            band = band_of(self.system, self._lit[0], weights, whole.passes, allowed)
-            whole = dataclasses.replace(whole, cutoff=band)
+            whole = with_band(whole, self.system, self._lit[0], *self._alike, self.tolerance)
         return whole if self.shell is None else self.shell.kernel(whole)
 
     @functools.cached_property
@@ -264,21 +259,14 @@ class FourierImage:
         """
         # Filled here: threads that touch fresh pages at once wait for one another.
         total = np.full((contrast.shape[1], *tile.sums, 2), 0.0)
-        lens = self.system.lens
-        if self.kernel.round and isinstance(lens, Round):
-            pattern = lens if self.shell is None else self.shell.of(lens, self.pitch_um)
-            # Tiles of one size have the same transfer.
-            made = tile.inner, tile.outer, tile.cut, contrast.tobytes()
-            curves = self._curves.get(made)
-            if curves is None:
-                curves = round_curves(pattern, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
-                self._curves[made] = curves
+        if self.kernel.round:
+            curves = self._round.of(tile, plan, contrast)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
                 shared(total.shape[1], add)
             return total
-        for fields, weights in self._fields(tile, plan, contrast):
+        for fields, weights in self._transfers.in_turn(tile, plan, contrast):
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 values = fields(block)
@@ -287,40 +275,17 @@ class FourierImage:
         return total
 
     @functools.cached_property
-    def _curves(self) -> dict[tuple[object, ...], Curves]:
-        return {}
+    def _round(self) -> RoundTransfers:
+        """What gives a round lens, or its shell, on a tile."""
+        lens = self.system.lens
+        assert isinstance(lens, Round)
+        pattern = lens if self.shell is None else self.shell.of(lens, self.pitch_um)
+        return RoundTransfers(pattern, self._lit[0], self.pitch_um, self.kernel)
 
     @functools.cached_property
-    def _made(self) -> dict[tuple[object, ...], Fields]:
-        return {}
-
-    def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
-        """Yield what gives the lens on a block, and the weights of its wavelengths."""
-        wavelength_nm = self._lit[0]
-        if not self.kernel.tapered:
-            yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
-            return
-        budget, count = ErrorBudget(self.tolerance), wavelength_nm.size
-        # What all wavelengths give a spectrum in a channel is one transfer, and few of them may do for all of these:
-        # each weight is off by so little that all together are off by a thousandth of what wavelengths may be.
-        off = 1e-3 * budget.allowed("wavelengths") / count
-        modes, mixture = mixed(contrast.reshape(-1, count), off, most=min(plan.fields + 1, count))
-        fused = len(modes) < count and len(modes) <= plan.fields
-        weights = mixture.T.reshape(*contrast.shape[:2], -1) if fused else contrast
-        for first in range(0, 1 if fused else count, plan.fields):
-            some = slice(None) if fused else slice(first, first + plan.fields)
-            own = modes if fused else np.eye(wavelength_nm[some].size)
-            # Windows of one size on scenery all about them have the same transfers: those that were made last are kept.
-            key = tile.periods, tile.inner, tile.outer, tile.cut, plan.sharpness, first, own.tobytes()
-            if key not in self._made:
-                self._made.clear()
-                precision = budget.allowed("pupil")
-                self._made[key] = fields_of(
-                    tapered_transfers(
-                        self.system, wavelength_nm[some], own, self.pitch_um, tile, plan, precision=precision
-                    )
-                )
-            yield self._made[key], np.ascontiguousarray(weights[:, :, some])
+    def _transfers(self) -> Transfers:
+        """What gives the lens on a block, of lenses that are not round."""
+        return Transfers(self.system, self._lit[0], self.pitch_um, self.tolerance, self.kernel.tapered)
 
 
 def _part(tile: Tile) -> tuple[EllipsisType, slice, slice]:

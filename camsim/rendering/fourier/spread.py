@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Callable
@@ -95,6 +96,19 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         rings=rings,
         longest=longest,
     )
+
+
+def with_band(
+    known: Kernel, system: OpticalSystem, wavelength_nm: F64, shares: F64, contrast: F64, tolerance: float
+) -> Kernel:
+    """Return what is known of a round lens, and how far its band is taken.
+
+    shares   : (sides, spectra) how much of each spectrum there is on every side
+    contrast : (spectra, channels, j) what that gives
+    """
+    weights = (np.abs(shares).max(axis=0)[:, None, None] * contrast).reshape(-1, wavelength_nm.size)
+    band = band_of(system, wavelength_nm, weights, known.passes, ErrorBudget(tolerance).allowed("band"))
+    return dataclasses.replace(known, cutoff=band)
 
 
 def band_of(system: OpticalSystem, wavelength_nm: F64, weights: F64, cutoff: float, allowed: float) -> float:
