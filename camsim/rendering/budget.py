@@ -19,7 +19,7 @@ from typing import Literal, NamedTuple, TypeAlias
 Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
-    "rings", "taper", "reach", "spreading", "pupil",
+    "rings", "band", "taper", "reach", "spreading", "pupil",
     "cut", "hem", "short pupil", "short lines", "between places", "bent edges", "near cut", "far cut", "transfers",
     "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
@@ -53,7 +53,10 @@ BOUNDARY: dict[Source, Share] = {
 }
 FOURIER: dict[Source, Share] = {
     "rings": Share(0.16, "a spectrum's rings beyond where its wavelengths follow them, as of a whole line"),
-    "taper": Share(0.60, "what a taper of finite width leaves outside the band: 1/sinh β of the light it works on"),
+    "band": Share(
+        0.03, "frequencies that lens, OLPF and photosite all but stop: ∫transfer/πf df beyond, of four edges"
+    ),
+    "taper": Share(0.57, "what a taper of finite width leaves outside the band: 1/sinh β of the light it works on"),
     "reach": Share(0.10, "light beyond the pattern's reach, where that is nearer than the scene"),
     "spreading": Share(
         0.02, "edges by non-uniform transforms: for 1000 outlines half of their precision, rising as √n"

@@ -50,14 +50,24 @@ class Edges:
     @functools.cached_property
     def corners(self) -> tuple[F64, I64, I64]:
         """The distinct ends (m, 2), and which of them each edge starts from and goes to (n,)."""
-        places, index = np.unique(self.points.view(np.complex128).ravel(), return_inverse=True)
-        return places.view(np.float64).reshape(-1, 2), index[: len(self)], index[len(self) :]
+        return corners_of(self.start, self.end)
 
     def pairs(self) -> tuple[I64, I64]:
         """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""
         spectra = int(self.right.max(initial=0)) + 1
         both, pair = np.unique(self.left * spectra + self.right, return_inverse=True)
         return np.stack(np.divmod(both, spectra), axis=1), pair
+
+
+def corners_of(start: F64, end: F64) -> tuple[F64, I64, I64]:
+    """Return the distinct ends (m, 2) of edges, and which of them each starts from and goes to (n,)."""
+    begin, finish = (np.ascontiguousarray(ends).view(np.complex128).ravel() for ends in (start, end))
+    # Most edges go on in the next one: few ends are looked for.
+    loose = np.append(finish[:-1] != begin[1:], True)[: len(begin)]
+    places, index = np.unique(np.concatenate([begin, finish[loose]]), return_inverse=True)
+    begins, ends = index[: len(begin)], np.append(index[1 : len(begin)], 0)[: len(begin)]
+    ends[loose] = index[len(begin) :]
+    return places.view(np.float64).reshape(-1, 2), begins, ends
 
 
 def shares_within(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64]:

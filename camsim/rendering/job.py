@@ -20,7 +20,9 @@ from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
+from camsim.rendering.heard import Heard, heard
 from camsim.rendering.prune import equal_sides, far_outlines
+from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import Signals, blur_of, fuse
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
@@ -229,9 +231,11 @@ class Job:
         """Largest distance of a photosite from an edge's end, pitches."""
         first = np.array(self.grid.first_centre)
         last = first + np.array([self.grid.cols - 1, self.grid.rows - 1])
-        points = self.edges.points
-        gap = np.maximum(np.abs(points - first), np.abs(points - last))
-        return float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0))
+        farthest = 0.0
+        for ends in (self.edges.start, self.edges.end):
+            gap = np.maximum(np.abs(ends - first), np.abs(ends - last))
+            farthest = max(farthest, float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0)))
+        return farthest
 
     @functools.cached_property
     def shares(self) -> F64:
@@ -241,6 +245,16 @@ class Job:
             return np.zeros((1, count))
         shares: F64 = self._difference(self.signals.density).reshape(-1, count)
         return shares
+
+    def waves(self, pattern: Pattern, footprint: Footprint) -> Waves:
+        """Return the spectrum's rings as a footprint takes them, which may be part of the job's own."""
+        return Waves(pattern=pattern, blur=self.blur, shares=self.shares, footprint=footprint)
+
+    @functools.cached_property
+    def heard(self) -> Heard:
+        """How far rings are heard; pattern and footprint are known."""
+        assert self.pattern is not None and self.footprint is not None  # noqa: PT018
+        return heard(self.waves(self.pattern, self.footprint), self.edges, self.grid, self.budget)
 
     def blur_at(self, wavelength_nm: F64) -> F64:
         """Return the lens's own length at wavelengths, pitches."""

@@ -38,19 +38,38 @@ def far_outlines(
     counts, at most half as often as it has edges. The smallest are dropped first, until their sum would pass
     ``allowed``.
     """
-    none = np.zeros(len(edges), bool)
+    drop = np.zeros(len(edges), bool)
     first = np.array(grid.first_centre)
     last = first + np.array([grid.cols - 1, grid.rows - 1])
-    points = edges.points
-    if (points >= first - extent).all() and (points <= last + extent).all():
-        return none, 0.0
+    low, high = np.minimum(edges.start, edges.end), np.maximum(edges.start, edges.end)
+    near = ((low <= last + extent) & (high >= first - extent)).all(axis=1)
+    if near.all():
+        return drop, 0.0
     outline, count = joined_outlines(edges)
-    of_point = np.tile(outline, 2)
+    # What comes near anywhere stays, and in a crowd most of it hangs together.
+    stays = np.zeros(count, bool)
+    stays[outline[near]] = True
+    away = np.flatnonzero(~stays[outline])
+    if not away.size:
+        return drop, 0.0
+    _, own = np.unique(outline[away], return_inverse=True)
+    bound = _bounds(edges.some(away), own, density, pattern, longest, (first - extent, last + extent))
+    order = np.argsort(bound, kind="stable")
+    total = np.cumsum(bound[order])
+    smallest = np.zeros(bound.size, bool)
+    smallest[order[total <= allowed]] = True
+    drop[away] = smallest[own]
+    return drop, float(total[np.count_nonzero(smallest) - 1]) if smallest.any() else 0.0
+
+
+def _bounds(edges: Edges, outline: I64, density: F64, pattern: Pattern, longest: float, frame: tuple[F64, F64]) -> F64:
+    """Return a bound on what each outline adds to any photosite; ``frame``: its corners, widened by the footprint."""
+    count, of_point, points = int(outline.max()) + 1, np.tile(outline, 2), edges.points
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     np.minimum.at(low, of_point, points)
     np.maximum.at(high, of_point, points)
-    gap = np.maximum(np.maximum(first - high, low - last), 0.0)
-    distance = np.maximum(np.hypot(gap[:, 0], gap[:, 1]) - extent, 0.0)
+    gap = np.maximum(np.maximum(frame[0] - high, low - frame[1]), 0.0)
+    distance = np.hypot(gap[:, 0], gap[:, 1])
     radius = 0.5 * np.hypot(*(high - low).T)
     angle = 2.0 * np.arcsin(radius / np.maximum(distance, radius))
     lost = np.where(distance > 0.0, pattern.beyond(distance / longest), 1.0)
@@ -61,13 +80,8 @@ def far_outlines(
     own, kind = np.divmod(np.unique(outline * len(sides) + pair), len(sides))
     step = np.abs(density[sides[:, 0]] - density[sides[:, 1]]).sum(axis=2).max(axis=1)
     contrast = np.bincount(own, weights=step[kind], minlength=count)
-    bound = contrast * angle / (2.0 * np.pi) * lost
-    order = np.argsort(bound, kind="stable")
-    total = np.cumsum(bound[order])
-    dropped = order[total <= allowed]
-    drop = np.zeros(count, bool)
-    drop[dropped] = True
-    return drop[outline], float(total[dropped.size - 1]) if dropped.size else 0.0
+    bound: F64 = contrast * angle / (2.0 * np.pi) * lost
+    return bound
 
 
 def joined_outlines(edges: Edges) -> tuple[I64, int]:

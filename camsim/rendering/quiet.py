@@ -37,7 +37,7 @@ class Waves:
         """Distance beyond which what oscillates stays below ``allowed``.
 
         front : at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle
-                (boundary/focus.py), where what an end has lost by its running phase, 4π√(u·ρ), is not lost
+                (focus.py), where what an end has lost by its running phase, 4π√(u·ρ), is not lost
 
         It is looked for ``within`` a distance; there may be none, and then it is that one.
         """

@@ -19,6 +19,8 @@ from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 
 FEWEST_NODES = 16
 ALIKE = 12  # digits by which weights are the same but for a factor
+ROUNDED_BITS = 48  # of the largest weight, by which those of others may be off
+FEW_KINDS = 500  # that are asked one by one whether they are the same to rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,9 +71,33 @@ def multiples(weights: F64) -> tuple[I64, F64]:
     first, group = same_rows(shape[order])
     which = np.empty(len(weights), np.int64)
     which[order] = order[first][group]
+    which = _joined(weights, which)
     there = largest[which]
     own, other = weights[np.arange(len(weights)), there], weights[which, there]
     return which, np.where(other == 0.0, 1.0, own / np.where(other == 0.0, 1.0, other))
+
+
+def _joined(weights: F64, which: I64) -> I64:
+    """Return the rows ``which`` (k,) with those joined that digits told apart: differences are known to rounding only.
+
+    A faint row, of spectra nearly as bright, has fewer digits than it is written in, and a digit falls to either side.
+    """
+    leaders = np.unique(which)
+    if not 1 < leaders.size <= FEW_KINDS:
+        return which
+    size = np.abs(weights[leaders]).max(axis=1)
+    leaders = leaders[np.argsort(-size, kind="stable")]
+    noise, of = np.ldexp(np.abs(weights).max(), -ROUNDED_BITS), np.arange(len(weights))
+    for k, leader in enumerate(leaders.tolist()):
+        if of[leader] != leader:
+            continue
+        own, others = weights[leader], leaders[k + 1 :]
+        there = int(np.abs(own).argmax())
+        if own[there] != 0.0:
+            rest = weights[others] - (weights[others, there] / own[there])[:, None] * own
+            of[others[np.abs(rest).max(axis=1) <= noise]] = leader
+    joined: I64 = of[which]
+    return joined
 
 
 def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:

@@ -21,6 +21,7 @@ from camsim.rendering.boundary import settings, tables
 from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
 from camsim.rendering.fourier import regions as fourier_regions
+from camsim.rendering.fourier import transfers as fourier_transfers
 from camsim.rendering.render import render_channels
 from camsim.scene import outlines as scene_outlines
 
@@ -360,7 +361,7 @@ CORRUPTIONS = {
     "a photosite lying on its side": (footprint.Footprint, "of", swapped, {"optics": TURNED}),
     # the Fourier engine
     "a transfer too strong": (
-        fourier_image,
+        fourier_transfers,
         "round_curves",
         returning(lambda c: c._replace(cells=1.001 * c.cells)),
         {"method": "fourier"},
@@ -374,7 +375,7 @@ CORRUPTIONS = {
     "a scene cut too near": (
         fourier_image,
         "clamped",
-        lambda f: lambda edges, low, high: f(edges, third(low), third(high)),
+        lambda f: lambda edges, low, high, *seen: f(edges, third(low), third(high), *seen),
         {"method": "fourier"},
     ),
     "a taper of half the width": (

@@ -15,11 +15,12 @@ import numpy as np
 
 from camsim.optics.airy import AIRY
 from camsim.optics.difference import Difference
-from camsim.rendering.boundary.settings import SIX_POINTS, crowding, smooth_corners
+from camsim.rendering.boundary.settings import SIX_POINTS
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.taper import taper_margin
+from camsim.rendering.heard import crowding, smooth_corners
 from camsim.rendering.job import Job
 
 CORNER = 0.5  # lines more in sight of a photosite for every corner nearby

@@ -33,7 +33,7 @@ from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Plan
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.regions import clamped
+from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.job import Job
 
 SECONDS = 3.0  # for each photosite

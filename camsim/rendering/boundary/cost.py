@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.rendering.boundary.focus import ZONE, touching
 from camsim.rendering.boundary.image import directions, inside_length, largest_tile, turns
 from camsim.rendering.boundary.potential import ORDER
 from camsim.rendering.boundary.rings import ring_terms
@@ -21,6 +20,7 @@ from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import SET_UP_SECONDS, Cost
+from camsim.rendering.focus import ZONE, touching
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 

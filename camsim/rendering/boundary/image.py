@@ -12,7 +12,6 @@ from camsim.optics.pattern import Pattern
 from camsim.quadrature import chebyshev, gauss_rules, interpolation
 from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
-from camsim.rendering.boundary.focus import ZONE, touching
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 from camsim.rendering.boundary.rings import ring_amplitudes, tone_lengths
 from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
@@ -20,6 +19,7 @@ from camsim.rendering.boundary.tables import edge_responses, field_tables
 from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
 from camsim.rendering.edges import Edges, shares_within
+from camsim.rendering.focus import ZONE, touching
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job, Nodes

@@ -18,26 +18,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import gauss_error
 from camsim.rendering.boundary.dipole import longest_dipoles
-from camsim.rendering.boundary.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, threes
-from camsim.rendering.edges import Edges
-from camsim.rendering.falling import falls_to
-from camsim.rendering.footprint import BEYOND, Footprint
-from camsim.rendering.grid import Grid
+from camsim.rendering.focus import Foci
+from camsim.rendering.footprint import Footprint
+from camsim.rendering.heard import heard, smooth_from
 from camsim.rendering.job import Job
-from camsim.rendering.quiet import Waves
 
 COARSEST = 1e-2
 SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
-FEW = 4  # corners, or lines, that the shares below were set for
-SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
 PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
-FEW_CIRCLES = 16  # of which to ask what parts of a turn edges fill takes less than how far rings are heard
 LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
 OF_PIECES = 16.0  # times what is allowed: as much as a bound for pieces may be over it
 # What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
@@ -90,34 +82,17 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     """Choose the settings; ``pattern``, ``footprint``: the job's, which are known."""
     check_tolerance(job.tolerance, pattern)
     budget, edges, blur = job.budget, job.edges, job.blur
-    waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)
+    waves = job.waves(pattern, footprint)
     shortest, longest = float(blur.min()), float(blur.max())
-    # What has died away has done so everywhere on the footprint; powers of the distance average out, as moments say.
-    faded = 0.0 if pattern.rings else footprint.extent
-    smooth = max(
-        pattern.quiet(budget.allowed("powers")) * longest + faded,
-        _moment_distance(pattern.powers[0] * longest, footprint, budget.allowed("moments")),
-    )
-    ends, lines = budget.allowed("ends"), budget.allowed("lines")
-    quiet_end = max(smooth, waves.quiet_distance(ends, front="end"))
-    corners = crowding(edges, 4.0 * quiet_end)
-    if corners > FEW:
-        quiet_end = max(smooth, waves.quiet_distance(ends * math.sqrt(FEW / corners), front="end"))
-    if pattern.rings and smooth_corners(edges, quiet_end):
-        # Where a smooth outline is met square on it is a line, however short its sides.
-        quiet_end = max(quiet_end, waves.quiet_distance(lines, front="line"))
-    loud = _loud_foci(waves, edges, job.grid, quiet_end, lines + budget.allowed("foci"))
-    if not pattern.tones:
-        quiet_end, loud = max(quiet_end, (1.0 + ZONE) * float(loud.radius.max(initial=0.0))), NO_FOCI
-    count = int(np.count_nonzero(edges.length >= quiet_end))
-    quiet_line = max(quiet_end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line"))
+    own = footprint is job.footprint
+    quiet_end, quiet_line, loud = job.heard if own else heard(waves, edges, job.grid, budget)
     field_step = shortest * min(COARSEST_FIELD, _step(pattern, 8, budget.allowed("field") / EIGHT_POINTS))
     response_step = shortest * min(COARSEST_RESPONSE, _step(pattern, 6, 0.5 * budget.allowed("response") / SIX_POINTS))
     near, reach = quiet_end, quiet_line
     table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
     dear = quiet_end > RINGS_FROM * len(pattern.tones) * blur.size * longest or table_bytes > TABLE_BYTES
     if pattern.tones and dear:
-        near = reach = min(near, max(smooth, pattern.tones_from_blurs * longest + footprint.extent))
+        near = reach = min(near, max(smooth_from(waves, budget), pattern.tones_from_blurs * longest + footprint.extent))
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
@@ -134,51 +109,6 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
         tile_nodes=_tile_nodes(budget.allowed("tiles")),
         foci=loud,
     )
-
-
-def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed: float) -> Foci:
-    """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
-    if not waves.pattern.rings or not len(edges):
-        return NO_FOCI
-    centre, radius = circles(edges, grid=grid, nearest=quiet_end / (1.0 + ZONE))
-    if not radius.size:
-        return NO_FOCI
-    beyond = 1.01 * float(radius.max())  # no circle asks
-    if radius.size > FEW_CIRCLES:
-        loud = radius < waves.quiet_distance(allowed, front="focus", within=beyond)
-        centre, radius = centre[loud], radius[loud]
-    found = foci(centre, radius, edges, float(waves.blur.min()))
-    hundredths = np.ceil(100.0 * found.share)
-    until = np.zeros_like(found.radius)
-    for share in np.unique(hundredths[hundredths > 0.0]):
-        until[hundredths == share] = waves.quiet_distance(allowed / (0.01 * float(share)), front="focus", within=beyond)
-    return distinct(found.some(found.radius < until))
-
-
-def smooth_corners(edges: Edges, short: float) -> bool:
-    """Whether there are corners that turn by less than SMOOTH between edges that are no longer than ``short``."""
-    before, after, _ = threes(edges)
-    length = edges.length
-    along = (edges.end - edges.start) / length[:, None]
-    straight = np.sum(along[before] * along[after], axis=1) > math.cos(SMOOTH)
-    return bool((straight & (np.maximum(length[before], length[after]) < short)).any())
-
-
-def crowding(edges: Edges, window: float) -> float:
-    """Largest number of corners in any square of side ``window``, each counted by the square of how much it turns.
-
-    A corner's strength is the jump of the unit direction, so a smooth outline cut into many edges counts for little.
-    """
-    if not len(edges):
-        return 0.0
-    along = (edges.end - edges.start) / edges.length[:, None]
-    points, begins, ends = edges.corners
-    corner, turn = np.concatenate([begins, ends]), np.concatenate([along, -along])
-    jump = [np.bincount(corner, turn[:, axis], len(points)) for axis in (0, 1)]
-    col, row = np.floor((points - points.min(axis=0)) / window).T
-    _, square = np.unique(row + 1j * col, return_inverse=True)
-    strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # a right angle counts as one
-    return float(np.bincount(square, weights=strength).max(initial=0.0))
 
 
 def _step(pattern: Pattern, points: int, allowed: float) -> float:
@@ -235,14 +165,3 @@ def _tile_nodes(allowed: float) -> int:
     while rho**-order / (math.pi * order) > allowed:
         order += 1
     return order
-
-
-def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
-    """Distance beyond which the footprint's moments past those of the far form stay below ``allowed``.
-
-    Of the angle they leave |⟨ζⁿ⟩|/(2πnRⁿ), n = 8, 10 …; one of them may be 0 where the next is not, and near the
-    footprint they fall slowly.
-    """
-    sixth: float = (3.0 * c1 * footprint.m66 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
-    sizes = [size / (2.0 * math.pi * n) for n, size in zip(BEYOND, footprint.beyond, strict=True)]
-    return max(falls_to(allowed, sizes, BEYOND), sixth)

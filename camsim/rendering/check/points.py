@@ -277,16 +277,21 @@ def _light(
     points, sets, radius, nodes, least, most = asked
     sides, times, about = parts
     count, per_step = len(nodes), 1.0 / tables.step
+    here, pieces, last = np.empty(len(sides), np.int64), 0, -1
     for job in range(begin, end):
         point, node = job // count, job % count
+        if point != last:
+            # All nodes of a point have the same pieces.
+            last, pieces = point, 0
+            for e in range(len(sides)):
+                gap = math.hypot(points[point, 0] - about[e, 0], points[point, 1] - about[e, 1]) - about[e, 2]
+                if least[point] <= gap < most[point]:
+                    here[pieces] = e
+                    pieces += 1
         x, y = points[point, 0] + nodes[node, 0], points[point, 1] + nodes[node, 1]
         channel, reach = sets[point], radius[point]
         total = 0.0
-        for e in range(len(sides)):
-            # All nodes of a point have the same pieces.
-            gap = math.hypot(points[point, 0] - about[e, 0], points[point, 1] - about[e, 1]) - about[e, 2]
-            if not least[point] <= gap < most[point]:
-                continue
+        for e in here[:pieces]:
             energy = Energy(tables.cells[sides[e], channel], per_step, tables.far[sides[e], channel])
             if o.turn_rad[e] == 0.0:
                 total += times[e] * _straight(x, y, o, e, reach, panel, energy, rules)

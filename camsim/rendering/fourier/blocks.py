@@ -9,6 +9,9 @@ from typing import NamedTuple
 
 from camsim.arrays import C128
 
+CHEAPER = 4.0  # times as many products as a transform has points
+COARSE, COARSE_POINTS = 1.0 / 16.0, 16  # of a wave, and Lagrange nodes along either axis: 1e-12 of it
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tile:
@@ -70,12 +73,26 @@ class Tile:
         Where the band has far fewer, as of what is smooth, there are no aliases, and only its own are kept.
         """
         (px, py), few = self.periods, self._few
-        return few if self.row_by_row <= px * py and few[0] <= py and few[1] <= px // 2 else (py, px // 2 + 1)
+        return few if self.row_by_row <= CHEAPER * px * py and few[0] <= py and few[1] <= px // 2 else (py, px // 2 + 1)
 
     @property
     def row_by_row(self) -> float:
         """Products that the photosites take where frequencies are so few that they are added up one by one."""
-        return float(self.rows * self._few[1]) * (self._few[0] + self.cols)
+        rows, cols = self.coarse
+        return float(rows * self._few[1]) * (self._few[0] + cols) + self.rows * self.cols
+
+    @property
+    def coarse_step(self) -> int:
+        """Photosites from one to the next where what is smooth is added up; it is interpolated between them."""
+        return max(1, math.floor(COARSE / self.cut))
+
+    @property
+    def coarse(self) -> tuple[int, int]:
+        """Rows and columns of such photosites, some beyond the tile; its own where all of them are."""
+        step = self.coarse_step
+        if step == 1:
+            return self.rows, self.cols
+        return (self.rows - 1) // step + COARSE_POINTS + 1, (self.cols - 1) // step + COARSE_POINTS + 1
 
     @property
     def _few(self) -> tuple[int, int]:

@@ -30,6 +30,7 @@ from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import PER_POINT_WEIGHT, PER_ROUND_POINT
 from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.fourier.together import Sum
+from camsim.rendering.heard import followed
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import wavefront_phase
@@ -42,11 +43,13 @@ class FourierPlan:
     """A job with any lens and any photosite, and the wavelengths that it takes.
 
     parts : a lens's round part and its short difference, where these take less than all of it at once
+    crowds : whether it is asked how far the rings of a crowd are heard, as the other engine asks
     """
 
     job: Job
     nodes: Nodes
     parts: tuple[FourierPlan, ...] = ()
+    crowds: bool = False
 
     @property
     def marks(self) -> Marks:
@@ -80,7 +83,13 @@ class FourierPlan:
             system=job.system,
             pitch_um=job.grid.pitch_um,
             tolerance=job.tolerance,
+            quiet=self._quiet if self.crowds else None,
         )
+
+    def _quiet(self) -> float:
+        """Return from where on the scene's rings, and what is past three powers of 1/r, are within their shares."""
+        found = self.job.heard
+        return max(found.line, followed(found.foci))
 
     @functools.cached_property
     def _expected(self) -> tuple[Cost, float]:
@@ -133,7 +142,7 @@ class FourierPlan:
         """Return the same wavelengths for other edges."""
         own = [job.round_part(), job.difference_part()] if self.parts else []
         parts = tuple(part.of(one) for part, one in zip(self.parts, own, strict=False) if one is not None)
-        return FourierPlan(job=job, nodes=job.nodes_like(self.nodes), parts=parts)
+        return FourierPlan(job=job, nodes=job.nodes_like(self.nodes), parts=parts, crowds=self.crowds)
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""
@@ -159,16 +168,22 @@ class Fourier:
         if samples is not None:
             raise UnsupportedError("fourier takes none; only importance takes a number", key="samples")
         check_tolerance(job.tolerance)
-        whole = FourierPlan(job=job, nodes=_nodes(job))
+        return self._planned(job, crowds=job.pattern is not None and job.footprint is not None)
+
+    def _planned(self, job: Job, *, crowds: bool) -> FourierPlan:
+        whole = FourierPlan(job=job, nodes=_nodes(job), crowds=crowds)
         if job.split is None or not len(job.edges) or min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST:
             return whole
         own = (job.round_part(), job.difference_part())
-        apart = dataclasses.replace(whole, parts=tuple(self.plan(one) for one in own if one is not None))
+        apart = dataclasses.replace(
+            whole, parts=tuple(self._planned(one, crowds=crowds) for one in own if one is not None)
+        )
         return min(whole, apart, key=lambda plan: (plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds))
 
     def windows(self, job: Job) -> FourierImage | Sum:
-        """Return what renders windows of a job."""
-        return self.plan(job).image
+        """Return what renders windows of a job; as a judge it asks nothing that the other engine asks."""
+        check_tolerance(job.tolerance)
+        return self._planned(job, crowds=False).image
 
     def least_seconds(self, job: Job) -> float:
         """Return what a plan is sure to take, without one: the band's frequencies of the smallest period there can be.
@@ -203,7 +218,7 @@ def _nodes(job: Job) -> Nodes:
         pattern, footprint = job.pattern, job.footprint
     else:
         pattern, footprint = AIRY, Footprint.of(OpticalSystem(lens=job.system.lens), job.grid.pitch_um)
-    waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)
+    waves = job.waves(pattern, footprint)
     spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
     followed = waves.quiet_distance(allowed, front="line", within=span)
     while True:

@@ -11,29 +11,30 @@ import dataclasses
 import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from types import EllipsisType
 from typing import Protocol
 
 import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
-from camsim.kernels import shared
+from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
-from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.clamped import clamped
+from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
-from camsim.rendering.fourier.lens import Fields, footprint_transfer, plain_fields, round_curves
+from camsim.rendering.fourier.lens import footprint_transfer
 from camsim.rendering.fourier.plan import Sizes, Task, plan_sizes
-from camsim.rendering.fourier.regions import Regions, clamped
-from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
+from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.shells import Shell, shells
-from camsim.rendering.fourier.spread import Kernel, kernel_of
+from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
 from camsim.rendering.fourier.together import Sum
-from camsim.rendering.modes import mixed
+from camsim.rendering.fourier.transfers import RoundTransfers, Transfers
 from camsim.rendering.spectral import multiples
 
 FINEST, COARSEST = 1e-11, 1e-2
@@ -59,6 +60,8 @@ class FourierImage:
     tolerance     : largest error, in the unit of ``density``
     memory_limit_bytes : what the plan keeps below if it can
     shell         : part of a round pattern, by distance; None: all of it
+    whole         : of which this is a shell
+    quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
     """
 
     edges: Edges
@@ -70,6 +73,8 @@ class FourierImage:
     tolerance: float
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES
     shell: Shell | None = None
+    quiet: Callable[[], float] | None = None
+    whole: FourierImage | None = None
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
@@ -90,7 +95,7 @@ class FourierImage:
         shape = (channel.shape[-2], channel.shape[-1])
         if parts := self._shells(origin, shape):
             return image + Sum(parts=parts).rendered(origin, channel, progress)
-        edges, plan = self._planned(origin, shape)
+        plan = self._planned(origin, shape)
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
                 f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
@@ -98,14 +103,18 @@ class FourierImage:
                 "boundary",
                 key="method",
             )
-        for done, tile in enumerate(plan.tiles):
-            part = (..., slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols))
-            seen = clamped(edges.seen_from((float(tile.col), float(tile.row))), tile.low, tile.high)
+        shares, contrast = self._alike
+
+        def tiled(tile: Tile) -> tuple[Tile, F64 | None]:
+            seen = clamped(self.edges, tile.low, tile.high, (origin[0] + tile.col, origin[1] + tile.row))
             if not len(seen):
-                continue  # all that could be seen lies elsewhere
-            shares, contrast = self._alike
-            regions = Regions.of(seen, tile, plan, shares, self.tolerance)
-            image[part] += self.tile_image(tile, plan, regions, channel[part], contrast)
+                return tile, None  # all that could be seen lies elsewhere
+            regions = Regions.of(seen, tile, plan, shares, self.tolerance / self.kernel.carries)
+            return tile, self.tile_image(tile, plan, regions, channel[_part(tile)], contrast)
+
+        for done, (tile, values) in enumerate(ahead(tiled, plan.tiles, plan.at_once)):
+            if values is not None:
+                image[_part(tile)] += values
             progress((done + 1) / len(plan.tiles))
         return image
 
@@ -123,7 +132,7 @@ class FourierImage:
 
     def _expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return the same of all at once."""
-        plan = self._planned(origin, shape)[1]
+        plan = self._planned(origin, shape)
         return Cost(seconds=plan.seconds, memory_bytes=plan.memory_bytes), sum(tile.points for tile in plan.tiles)
 
     def _shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[FourierImage, ...]:
@@ -133,9 +142,11 @@ class FourierImage:
         known = self._parts.get((origin, shape))
         if known is None:
             edges = self.edges.seen_from(origin)
-            found = shells(self.system, self.kernel, self._lit[0], self.pitch_um, edges, shape, self.tolerance)
+            found = shells(
+                self.system, self.kernel, self._lit[0], self.pitch_um, edges, shape, self.tolerance, self.quiet
+            )
             nothing = np.zeros_like(self.base)
-            known = tuple(dataclasses.replace(self, base=nothing, shell=shell) for shell in found)
+            known = tuple(dataclasses.replace(self, base=nothing, shell=shell, whole=self) for shell in found)
             if known:
                 whole = self._expected(origin, shape)[0]
                 apart = Sum(parts=known).expected(origin, shape)[0]
@@ -184,35 +195,41 @@ class FourierImage:
     def kernel(self) -> Kernel:
         """What the plan has to know of the lens."""
         whole = kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
+        if whole.round and whole.tapered:
+            whole = with_band(whole, self.system, self._lit[0], *self._alike, self.tolerance)
         return whole if self.shell is None else self.shell.kernel(whole)
 
     @functools.cached_property
-    def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Edges, Sizes]]:
+    def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], Sizes]:
         return {}
 
-    def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Edges, Sizes]:
-        """Return the edges from the first photosite, and tiles and settings: chosen once, to be priced and rendered."""
+    @functools.cached_property
+    def _density(self) -> Density:
+        """Where the edges are; all shells are asked for the same."""
+        return Density.of(self.edges) if self.whole is None else self.whole._density
+
+    def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> Sizes:
+        """Return tiles and settings: chosen once, to be priced and rendered."""
         known = self._plans.get((origin, shape))
         if known is None:
-            edges = self.edges.seen_from(origin)
-            known = self._plans[origin, shape] = edges, self._plan(edges, shape)
+            known = self._plans[origin, shape] = self._plan(np.array(origin), shape)
         return known
 
-    def _plan(self, edges: Edges, shape: tuple[int, int]) -> Sizes:
-        """Choose tiles and settings; ``edges`` from the first photosite."""
-        kernel, corners = self.kernel, edges.points
+    def _plan(self, origin: F64, shape: tuple[int, int]) -> Sizes:
+        """Choose tiles and settings."""
+        kernel = self.kernel
         spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
         spectra, channels, wavelengths = self._alike[1].shape
-        longest = 2.0 * (sum(shape) + 4.0 * kernel.reach)  # that an edge may be once it is clamped
         return plan_sizes(
             Task(
                 kernel=kernel,
                 shape=shape,
-                low=corners.min(axis=0),
-                high=corners.max(axis=0),
+                low=self._density.low - origin,
+                high=self._density.high - origin,
                 footprint=np.array([float(spots[0] + photosite[0]), float(spots[1] + photosite[1])]) / self.pitch_um,
-                edges=len(edges),
-                length=float(np.minimum(edges.length, longest).sum()),
+                edges=len(self.edges),
+                density=self._density,
+                origin=origin,
                 spectra=spectra,
                 channels=channels,
                 wavelengths=wavelengths,
@@ -242,16 +259,14 @@ class FourierImage:
         """
         # Filled here: threads that touch fresh pages at once wait for one another.
         total = np.full((contrast.shape[1], *tile.sums, 2), 0.0)
-        lens = self.system.lens
-        if self.kernel.round and isinstance(lens, Round):
-            pattern = lens if self.shell is None else self.shell.of(lens, self.pitch_um)
-            curves = round_curves(pattern, self._lit[0], contrast, self.pitch_um, self.kernel, tile, plan)
+        if self.kernel.round:
+            curves = self._round.of(tile, plan, contrast)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
                 shared(total.shape[1], add)
             return total
-        for fields, weights in self._fields(tile, plan, contrast):
+        for fields, weights in self._transfers.in_turn(tile, plan, contrast):
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 values = fields(block)
@@ -260,36 +275,22 @@ class FourierImage:
         return total
 
     @functools.cached_property
-    def _made(self) -> dict[tuple[object, ...], Fields]:
-        return {}
+    def _round(self) -> RoundTransfers:
+        """What gives a round lens, or its shell, on a tile."""
+        lens = self.system.lens
+        assert isinstance(lens, Round)
+        pattern = lens if self.shell is None else self.shell.of(lens, self.pitch_um)
+        return RoundTransfers(pattern, self._lit[0], self.pitch_um, self.kernel)
 
-    def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
-        """Yield what gives the lens on a block, and the weights of its wavelengths."""
-        wavelength_nm = self._lit[0]
-        if not self.kernel.tapered:
-            yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
-            return
-        budget, count = ErrorBudget(self.tolerance), wavelength_nm.size
-        # What all wavelengths give a spectrum in a channel is one transfer, and few of them may do for all of these:
-        # each weight is off by so little that all together are off by a thousandth of what wavelengths may be.
-        off = 1e-3 * budget.allowed("wavelengths") / count
-        modes, mixture = mixed(contrast.reshape(-1, count), off, most=min(plan.fields + 1, count))
-        fused = len(modes) < count and len(modes) <= plan.fields
-        weights = mixture.T.reshape(*contrast.shape[:2], -1) if fused else contrast
-        for first in range(0, 1 if fused else count, plan.fields):
-            some = slice(None) if fused else slice(first, first + plan.fields)
-            own = modes if fused else np.eye(wavelength_nm[some].size)
-            # Windows of one size on scenery all about them have the same transfers: those that were made last are kept.
-            key = tile.periods, tile.inner, tile.outer, tile.cut, plan.sharpness, first, own.tobytes()
-            if key not in self._made:
-                self._made.clear()
-                precision = budget.allowed("pupil")
-                transfers = tapered_transfers(
-                    self.system, wavelength_nm[some], own, self.pitch_um, tile, plan,
-                    cuts=self.kernel.cuts(tile.cut), precision=precision,
-                )  # fmt: skip
-                self._made[key] = fields_of(transfers)
-            yield self._made[key], np.ascontiguousarray(weights[:, :, some])
+    @functools.cached_property
+    def _transfers(self) -> Transfers:
+        """What gives the lens on a block, of lenses that are not round."""
+        return Transfers(self.system, self._lit[0], self.pitch_um, self.tolerance, self.kernel)
+
+
+def _part(tile: Tile) -> tuple[EllipsisType, slice, slice]:
+    """Return where a tile is in an image."""
+    return ..., slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols)
 
 
 def check_tolerance(tolerance: float) -> None:

@@ -6,7 +6,9 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.rendering.fourier.blocks import Tile
+from camsim.kernels import kernel
+from camsim.quadrature import barycentric
+from camsim.rendering.fourier.blocks import COARSE_POINTS, Tile
 from camsim.rendering.fourier.plan import PART
 
 
@@ -35,10 +37,38 @@ def inverse(values: C128, tile: Tile) -> F64:
 def _one_by_one(values: C128, tile: Tile) -> F64:
     """Return the same from few frequencies: i from 0 on, j going round."""
     (rows, columns), (px, py) = values.shape, tile.periods
+    step, (down_count, across_count) = tile.coarse_step, tile.coarse
+    before = 0 if step == 1 else COARSE_POINTS // 2 - 1  # that lie outside the tile
+    y, x = step * (np.arange(down_count) - before), step * (np.arange(across_count) - before)
     i, j = np.arange(columns), np.arange(rows) - rows // 2
-    down = np.exp(2j * np.pi * np.outer(np.arange(tile.rows), j) / py) / py
+    down = np.exp(2j * np.pi * np.outer(y, j) / py) / py
     lines = np.einsum("rj,ji->ri", down, np.roll(values, rows // 2, axis=0), optimize=False)
     # A frequency and its mirror image; 0 is both.
-    across = np.exp(2j * np.pi * np.outer(i, np.arange(tile.cols)) / px) * (np.where(i > 0, 2.0, 1.0) / px)[:, None]
+    across = np.exp(2j * np.pi * np.outer(i, x) / px) * (np.where(i > 0, 2.0, 1.0) / px)[:, None]
     image: F64 = np.einsum("ri,ic->rc", lines, across, optimize=False).real
+    if step == 1:
+        return image
+    nodes = np.arange(float(COARSE_POINTS))
+    even = (-1.0) ** nodes * scipy.special.binom(COARSE_POINTS - 1, nodes)
+    between = barycentric(nodes - before, even, np.arange(step) / step, same=1e-14)
+    return _filled(np.ascontiguousarray(image), between, (tile.rows, tile.cols))
+
+
+@kernel(fastmath={"contract"})
+def _filled(coarse: F64, between: F64, shape: tuple[int, int]) -> F64:
+    """Return an image of ``shape`` between the photosites of a coarse one; ``between``: weights (step, nodes)."""
+    rows, cols = shape
+    step, nodes = between.shape
+    image, line = np.zeros(shape), np.empty(coarse.shape[1])
+    for r in range(rows):
+        line[:] = 0.0
+        for k in range(nodes):
+            w = between[r % step, k]
+            for c in range(line.size):
+                line[c] += w * coarse[r // step + k, c]
+        for c in range(cols):
+            value = 0.0
+            for k in range(nodes):
+                value += between[c % step, k] * line[c // step + k]
+            image[r, c] = value
     return image

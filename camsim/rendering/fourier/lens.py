@@ -87,7 +87,8 @@ def round_curves(
     # Not by matrix products: a BLAS with threads of its own would keep the cores from the kernels for milliseconds.
     cells = np.einsum("dx,cxq->cdq", np.linalg.inv(np.vander(x, increasing=True)), values)
 
-    step_x, step_y = 0.49 / tile.cut, 0.97 / tile.cut
+    highest = tile.cut + kernel.passes - kernel.cutoff  # the samples' own, whatever of it is taken
+    step_x, step_y = 0.49 / highest, 0.97 / highest
     samples = math.ceil(outer / step_x) + 1
     line = np.zeros((samples, len(flat)))
     shared(samples, functools.partial(_project, cells, count / outer, outer, step_x, step_y, line))

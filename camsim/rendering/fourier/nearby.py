@@ -10,8 +10,9 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
-from camsim.rendering.fourier.regions import Regions, clamped
+from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.prune import joined_outlines
 
 MANY = 120  # edges in a window: from here on non-uniform transforms of them cost less

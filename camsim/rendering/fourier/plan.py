@@ -17,13 +17,16 @@ from camsim.arrays import F64
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.blocks import Tile, count_blocks, count_strips
+from camsim.rendering.fourier.blocks import CHEAPER, Tile, count_blocks, count_strips
+from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
 STRIP_POINTS = 400_000  # spread to at a time, at least, and more with more nodes as long as there is memory
+NODE_BYTES = 100.0  # of a node on an edge, with all that is made of it
+TILES_AT_ONCE = 2  # of round lenses, and then one strip of each
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
 PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
@@ -33,10 +36,10 @@ STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all 
 PART = 2_000_000  # numbers that are transformed back at a time
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
 OF_A_CROWD = 0.14
-MOST_NODES, OF_NODES = 200, 0.1  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
+MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
 
 # Seconds of one core, measured.
-PER_TILE = 2e-3
+PER_TILE, PER_CLAMPED = 2e-3, 5e-9  # and of an edge of the scene in each
 PER_EDGE_POINT, PER_EDGE_ROW = 1.1e-9, 5e-8
 PER_ROUND_POINT, PER_FIELD_POINT, PER_POINT_WEIGHT = 1e-9, 3e-8, 8e-9
 PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
@@ -53,6 +56,7 @@ class Sizes:
     spread   : transform the edges by non-uniform FFT instead of edge by edge, ``strip_points`` frequencies at a time
     channels : at a time;  fields: wavelengths at a time, of a tapered lens that is not round
     block_points : frequencies at a time
+    at_once  : tiles, each of them on one thread
     seconds, memory_bytes : expected, of one core
     """
 
@@ -66,6 +70,7 @@ class Sizes:
     strip_points: int
     seconds: float
     memory_bytes: float
+    at_once: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,7 +80,7 @@ class Task:
     shape     : rows and columns of photosites
     low, high : (2,) corners of the scene's edges, from the first photosite
     footprint : (2,) how far the footprint reaches along x and y
-    edges, length : how many, and how long all of them are where they can be seen
+    edges, density : how many, and where they are;  origin: the first photosite there
     spectra, channels, wavelengths : numbers of them
     memory_limit_bytes : what the sizes keep below if they can
     """
@@ -86,7 +91,8 @@ class Task:
     high: F64
     footprint: F64
     edges: int
-    length: float
+    density: Density
+    origin: F64
     spectra: int
     channels: int
     wavelengths: int
@@ -97,6 +103,17 @@ class Task:
     def weights(self) -> int:
         """Numbers that every frequency is multiplied by."""
         return self.spectra * self.channels * (1 if self.kernel.round else self.wavelengths)
+
+    def nodes(self, tile: Tile) -> tuple[float, float]:
+        """Return how many edges there are in a tile's box, and nodes on them."""
+        first = np.array([tile.col, tile.row], float)
+        low, high = first + tile.low, first + tile.high
+        count, length = self.density.within(self.origin + low, self.origin + high)
+        sides = 2.0 * float(np.sum(high - low))  # what is beyond the box is taken to its sides
+        phase = np.array([math.pi * tile.cut * length / max(count, 1.0), math.pi * tile.cut * sides])
+        allowed = OF_NODES * spreading_precision(self.tolerance / self.kernel.carries)
+        pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
+        return count, float(max(count, 1.0) * pieces[0] * orders[0] + pieces[1] * orders[1])
 
     def fields(self, tile: Tile) -> int:
         """Transfers that are held for a block at a time."""
@@ -152,19 +169,19 @@ def _tiled(task: Task, count: int) -> Sizes:
     passes = -(-task.wavelengths // fields) if kernel.tapered and not kernel.round else 1  # over the scene
     held = task.spectra + fields + 4  # numbers of a frequency that are kept while its block is worked on
     block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + task.spectra + fields))
-    phase = np.array([math.pi * largest.cut * task.length / max(task.edges, 1)])
-    pieces, orders = gauss_pieces(phase, OF_NODES * spreading_precision(task.tolerance), MOST_NODES)
-    nodes = float(task.edges * pieces[0] * orders[0])
+    at_once = TILES_AT_ONCE if kernel.round and len(tiles) > 1 else 1
+    each = [task.nodes(tile) for tile in tiles]
+    edges, nodes = (max(counts) for counts in zip(*each, strict=True))
     # Where an alias has few columns, a row of them takes what its first takes.
     _, rows_of_blocks = count_blocks(largest, block_points)
-    by_edge = task.edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
+    by_edge = edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
     strip_points, by_spreading = _strips(task, largest, nodes)
     spread = by_spreading < by_edge
     per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
-    seconds, fixed, transforms = PER_TILE * len(tiles), 0.0, 0.0
+    seconds, fixed, transforms = len(tiles) * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0
     for tile in tiles:
         of_rows, of_columns = tile.sums
-        grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row)
+        grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
         seconds += tile.points * (passes * per_point + task.weights * PER_POINT_WEIGHT)
         seconds += task.channels * grid * PER_GRID_POINT
         kernel_seconds, kernel_bytes = _of_kernel(task, tile, fields)
@@ -173,8 +190,9 @@ def _tiled(task: Task, count: int) -> Sizes:
         transforms = max(transforms, 16.0 * of_rows * of_columns)
     fixed += block_points * 16.0 * held
     if spread:
-        fixed += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + 128.0 * nodes
+        fixed += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + NODE_BYTES * at_once * nodes
     fixed += 16.0 * shape[0] * shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
+    transforms *= at_once
     channels = task.channels
     if fixed + channels * transforms > task.memory_limit_bytes:
         seconds += (channels - 1) * passes * per_point * sum(tile.points for tile in tiles)
@@ -190,6 +208,7 @@ def _tiled(task: Task, count: int) -> Sizes:
         strip_points=strip_points,
         seconds=seconds,
         memory_bytes=fixed + channels * transforms,
+        at_once=at_once,
     )
 
 

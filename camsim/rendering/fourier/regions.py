@@ -8,52 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
-from camsim.kernels import ahead
+from camsim.kernels import ahead, kernel
 from camsim.nonuniform import modes
-from camsim.quadrature import gauss_legendre, gauss_pieces
-from camsim.rendering.edges import Edges
+from camsim.quadrature import gauss_pieces, gauss_rules
+from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
+from camsim.rendering.fourier.clamped import netted
 from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
 from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, STRIPS_AT_ONCE, Sizes, spreading_precision
 
 WORTH_A_THREAD = 100_000  # frequencies of a strip
-
-
-def clamped(edges: Edges, low: tuple[float, float], high: tuple[float, float]) -> Edges:
-    """Move every point into a box, edges cut where they cross its sides.
-
-    A closed outline clamped axis by axis is the outline of what lies in the box: pieces along its sides cancel or
-    close it.
-
-    >>> a = np.array([[-1.0, 0.0], [3.0, 0.0], [0.0, 2.0]])  # a triangle that sticks out to the right and the left
-    >>> b = np.roll(a, -1, axis=0)
-    >>> inside = clamped(Edges(start=a, end=b, left=np.array([1, 2, 3]), right=np.zeros(3, int)), (0, 0), (1, 2))
-    >>> (x0, y0), (x1, y1) = inside.start.T, inside.end.T
-    >>> float(0.5 * np.sum(x0 * y1 - x1 * y0))  # the trapezium within
-    1.6666666666666665
-    >>> sorted(inside.left.tolist())  # the second runs down to the right side and along it
-    [1, 2, 2, 3]
-    """
-    start, end, kept = edges.start, edges.end, np.arange(len(edges))
-    for axis in (0, 1):
-        for bound, sign in ((low[axis], -1.0), (high[axis], 1.0)):
-            a, b = sign * (start[:, axis] - bound), sign * (end[:, axis] - bound)
-            crosses = (a > 0.0) != (b > 0.0)
-            if crosses.any():
-                t = (a / np.where(crosses, a - b, 1.0))[crosses, None]
-                middle = start[crosses] + t * (end[crosses] - start[crosses])
-                middle[:, axis] = bound
-                tail = end[crosses]
-                end = end.copy()
-                end[crosses] = middle
-                start, end = np.concatenate([start, middle]), np.concatenate([end, tail])
-                kept = np.concatenate([kept, kept[crosses]])
-        start, end = start.copy(), end.copy()
-        start[:, axis] = np.clip(start[:, axis], low[axis], high[axis])
-        end[:, axis] = np.clip(end[:, axis], low[axis], high[axis])
-    whole = (start != end).any(axis=1)
-    of = kept[whole]
-    return Edges(start=start[whole], end=end[whole], left=edges.left[of], right=edges.right[of])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,15 +26,15 @@ class Regions:
 
     areas       : (spectra,) square pitches
     tile, plan  : whose frequencies they are transformed at, and how
-    corners     : edges by the corners that they share
-    along       : for each spectrum phases (2, m) of nodes on its edges, and strengths (2, m); None: edge by edge
+    corners     : edges by the corners that they share; None: not edge by edge, but
+    along       : for each spectrum phases (2, m) of nodes on its edges, and strengths (2, m)
     precision   : of the non-uniform transform, relative
     """
 
     areas: F64
     tile: Tile
     plan: Sizes
-    corners: Corners
+    corners: Corners | None
     along: tuple[tuple[F64, F64], ...] | None
     precision: float
 
@@ -80,23 +44,23 @@ class Regions:
 
         shares : (sides, spectra) of what lies on a side of an edge, the background first: how much of each spectrum
         """
-        start, end = edges.start, edges.end
         jump = shares[edges.left] - shares[edges.right]
+        start, end, jump = netted(edges.start, edges.end, jump, tile.low, tile.high)
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
-        points, begins, ends = edges.corners
         precision = spreading_precision(tolerance)
         return cls(
             areas=np.array([0.5 * np.sum(twice * own) for own in jump.T]),
             tile=tile,
             plan=plan,
-            corners=Corners(points, begins, ends, jump),
-            along=_strengths(edges, jump, tile, precision) if plan.spread else None,
+            corners=None if plan.spread else Corners(*corners_of(start, end), jump),
+            along=_strengths(start, end, jump, tile, precision) if plan.spread else None,
             precision=precision,
         )
 
     def blocks(self) -> Iterator[tuple[Block, SceneBlock]]:
         """Yield the band block by block, with 4π²|k|² times the transform of each spectrum's regions."""
         if self.along is None:
+            assert self.corners is not None
             for block in blocks(self.tile, self.plan.block_points):
                 transforms = edge_transforms(block.place(self.tile), self.corners)
                 yield block, SceneBlock(transforms, self.areas)
@@ -116,21 +80,26 @@ class Regions:
             return strip, [_spread(strip, self.tile.periods, *own, self.precision) for own in along]
 
         every = strips(self.tile, self.plan.strip_points, quadrants=True)
-        if every[0].points < WORTH_A_THREAD:
+        if every[0].points < WORTH_A_THREAD or self.plan.at_once > 1:
             yield from map(transformed, every)
         else:
             yield from ahead(transformed, every, STRIPS_AT_ONCE)
 
 
-def _strengths(edges: Edges, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, F64], ...]:
-    nodes, weights, edge = gauss_nodes(edges.start, edges.end, tile.cut, OF_NODES * precision)
+def _strengths(start: F64, end: F64, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, F64], ...]:
+    nodes, weights, edge = gauss_nodes(start, end, tile.cut, OF_NODES * precision)
     phases = phases_of(nodes, tile.periods)
-    strengths = weights * (edges.end - edges.start)[edge].T
+    del nodes  # of crowds there are millions
+    strengths = weights * (end - start)[edge].T
     regions = []
     for own in jump.T:
-        times = own[edge]
-        mine = times != 0.0
-        regions.append((phases.compress(mine, axis=1), strengths.compress(mine, axis=1) * times[mine]))
+        mine = np.flatnonzero(own)
+        if mine.size == own.size:
+            regions.append((phases, strengths * own[edge]))
+            continue
+        of_them = own[edge] != 0.0
+        few = strengths.compress(of_them, axis=1) * own[edge[of_them]]
+        regions.append((phases.compress(of_them, axis=1), few))
     return tuple(regions)
 
 
@@ -140,18 +109,26 @@ def gauss_nodes(start: F64, end: F64, cut: float, allowed: float) -> tuple[F64, 
     As many as the phase along the edge asks for at the highest frequency; long edges are cut into pieces first.
     """
     pieces, orders = gauss_pieces(np.pi * cut * np.hypot(*(end - start).T), allowed, MOST_NODES)
-    edge = np.repeat(np.arange(len(start)), pieces)
-    place = np.arange(edge.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    nodes, weights, owners = [], [], []
-    for order in np.unique(orders):
-        x, w = gauss_legendre(int(order))
-        which = np.flatnonzero(orders[edge] == order)
-        owner = edge[which]
-        t = (place[which, None] + 0.5 * (1.0 + x)) / pieces[owner, None]
-        nodes.append((start[owner, None] + t[..., None] * (end - start)[owner, None]).reshape(-1, 2))
-        weights.append((0.5 * w / pieces[owner, None]).ravel())
-        owners.append(np.repeat(owner, order))
-    return np.concatenate(nodes), np.concatenate(weights), np.concatenate(owners)
+    edge = np.repeat(np.arange(len(start)), pieces * orders)
+    rules = gauss_rules(tuple(np.unique(orders).tolist()))
+    nodes, weights = np.empty((edge.size, 2)), np.empty(edge.size)
+    _lay(start, end, pieces, np.searchsorted(rules[2], orders), rules, nodes, weights)
+    return nodes, weights, edge
+
+
+@kernel()
+def _lay(start: F64, end: F64, pieces: I64, which: I64, rules: tuple[F64, F64, I64], nodes: F64, weights: F64) -> None:
+    """Write the nodes of each edge's pieces, by its rule, and their weights."""
+    x, w, count = rules
+    n = 0
+    for e in range(len(start)):
+        rule, ex, ey = which[e], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
+        for piece in range(pieces[e]):
+            for q in range(count[rule]):
+                t = (piece + 0.5 * (1.0 + x[rule, q])) / pieces[e]
+                nodes[n, 0], nodes[n, 1] = start[e, 0] + t * ex, start[e, 1] + t * ey
+                weights[n] = 0.5 * w[rule, q] / pieces[e]
+                n += 1
 
 
 def _spread(strip: Strip, periods: tuple[int, int], phases: F64, strengths: F64, precision: float) -> C128:

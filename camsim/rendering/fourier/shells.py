@@ -13,7 +13,7 @@ import bisect
 import dataclasses
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,13 +26,15 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
 
-RINGS_PART = 0.5  # of what tapers may leave: for the rings that are dropped
+RINGS_PART = 5.0 / 6.0  # of what tapers may leave: for the rings that are dropped
 SURE = 0.25  # of the rings as tapers have them: twice for a step that shells do not have, and four times to be sure
 FARTHER = 4.0  # times as far for every shell: 2 and 8 take a third more
 WORTH = 1.2  # times the first shell's end: a scene that goes no farther is not cut
 SOON = 0.25  # of its distance: the first taper's width. Its shell has the finest lattice by far
 NARROWEST = 2.0  # taper's widths in its own margin's blurs: then it widens the band by half
+FRAME = 512  # photosites along a tile, or fewer: what the first taper's width is chosen for
 PER_OCTAVE, LEAST = 4, 1.0  # distances tried between one and twice as far; pitches
+LEAST_LIGHT = 1e-3  # that a shell is taken for: no precision is worth less
 CELL = 0.125  # of a taper's width: what a pattern changes over
 
 
@@ -54,7 +56,14 @@ class Shell:
         known = dataclasses.replace(whole, tapers=self.tapers)
         if self.begin is not None:
             blur = CELL * (self.begin.outer - self.begin.inner)
-            known = dataclasses.replace(known, cutoff=self.begin.band, blur=blur, rings=())
+            known = dataclasses.replace(
+                known,
+                cutoff=self.begin.band,
+                passes=self.begin.band,
+                blur=blur,
+                rings=(),
+                carries=max(LEAST_LIGHT, whole.light(self.begin.inner)),
+            )
         return known if self.end is None else dataclasses.replace(known, reach=self.end.outer, hem=self.end)
 
     def of(self, lens: Round, pitch_um: float) -> Round:
@@ -97,8 +106,13 @@ def shells(
     edges: Edges,
     shape: tuple[int, int],
     tolerance: float,
+    quiet: Callable[[], float] | None,
 ) -> tuple[Shell, ...]:
-    """Return the shells for edges seen from the first photosite of a frame; none where there is nothing to cut."""
+    """Return the shells for edges seen from the first photosite of a frame; none where there is nothing to cut.
+
+    quiet : what tells from where on rings and what is past the powers are within their shares, if that is known: in a
+            crowd they do not add up, and those of a spectrum fall silent
+    """
     lens = system.lens
     if not (kernel.round and kernel.tapered and kernel.rings and isinstance(lens, RoundLens)):
         return ()
@@ -109,11 +123,13 @@ def shells(
     far = min(kernel.reach, farthest)
     least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
     first = _quiet_distance(kernel, nearest, edges.length, RINGS_PART * allowed, least, far)
-    if first is None:
+    if quiet is not None and (first is None or first > WORTH * least):
+        first = min(quiet(), math.inf if first is None else first)
+    if first is None or first >= far:
         return ()
     count = max(1, math.ceil(math.log(far / first, FARTHER)))
     each = (1.0 - RINGS_PART) * allowed / (2 * count + 1)
-    hems = list(_hems(kernel, first, far, each))
+    hems = list(_hems(kernel, first, far, each, float(min(*shape, FRAME))))
     if not hems or far < WORTH * hems[0].outer:
         return ()
     tapers = round(allowed / each)
@@ -150,11 +166,17 @@ def _quiet_distance(
     return least * 2.0 ** (first / PER_OCTAVE) if first < steps else None
 
 
-def _hems(kernel: Kernel, first: float, far: float, allowed: float) -> Iterator[Hem]:
-    """Yield the tapers between shells; each may leave ``allowed`` of an image outside its band, on either side."""
+def _hems(kernel: Kernel, first: float, far: float, allowed: float, frame: float) -> Iterator[Hem]:
+    """Yield the tapers between shells; each may leave ``allowed`` of an image outside its band, on either side.
+
+    The first one's shell has the finest lattice by far: there (cutoff + margin/width)·(frame + 2·(inner + width)) is
+    smallest, or nearly, but for shells that are narrower still where the scene soon ends.
+    """
     inner, wide = first, SOON
     while inner < far:
         margin, sharpness = taper_margin(min(max(allowed / max(kernel.light(inner), 1e-300), 1e-14), 1.0))
         outer = inner + max(wide * inner, NARROWEST * margin * kernel.longest)
+        if inner == first:
+            outer = max(outer, inner + math.sqrt(margin * frame / (2.0 * kernel.cutoff)))
         yield Hem(inner, outer, sharpness)
         inner, wide = FARTHER * max(inner, 0.5 * outer), 1.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Callable
@@ -16,12 +17,15 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.taper import Hem
 from camsim.rendering.psf import rule_of
 
+BAND_STEPS, BAND_DIRECTIONS = 256, 12  # in which a system is asked what it passes
+IN_SIGHT = 8.0  # contrasts of full scale at once
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kernel:
     """What the sizes depend on of a lens at all its wavelengths; lengths in pitches.
 
-    cutoff  : highest frequency that it passes, cycles/pitch
+    cutoff  : highest frequency that is taken, cycles/pitch;  passes: and that it passes
     blur    : its shortest length (a pattern changes over a quarter of it)
     reach   : as far as its light matters; inf: as far as there is anything
     round   : the taper is round and the kernel a curve; else both are functions of x and y
@@ -32,10 +36,12 @@ class Kernel:
     longest : the longest wavelength's own length, of a lens that tells its rings
     hem     : the taper, where it is given
     tapers  : how many share what tapers may leave
+    carries : how much of the light there is in it, at the most
     sooner  : by how much its band ends before the cut-off along x and along y, cycles/pitch
     """
 
     cutoff: float
+    passes: float
     blur: float
     reach: float
     round: bool
@@ -46,6 +52,7 @@ class Kernel:
     longest: float = 0.0
     hem: Hem | None = None
     tapers: int = 1
+    carries: float = 1.0
     sooner: tuple[float, float] = (0.0, 0.0)
 
     def cuts(self, cut: float) -> tuple[float, float]:
@@ -89,6 +96,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
     return Kernel(
         cutoff=cutoff,
+        passes=cutoff,
         blur=blur,
         reach=reach,
         round=is_round,
@@ -99,6 +107,39 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         longest=longest,
         sooner=sooner,
     )
+
+
+def with_band(
+    known: Kernel, system: OpticalSystem, wavelength_nm: F64, shares: F64, contrast: F64, tolerance: float
+) -> Kernel:
+    """Return what is known of a round lens, and how far its band is taken.
+
+    shares   : (sides, spectra) how much of each spectrum there is on every side
+    contrast : (spectra, channels, j) what that gives
+    """
+    weights = (np.abs(shares).max(axis=0)[:, None, None] * contrast).reshape(-1, wavelength_nm.size)
+    band = band_of(system, wavelength_nm, weights, known.passes, ErrorBudget(tolerance).allowed("band"))
+    return dataclasses.replace(known, cutoff=band)
+
+
+def band_of(system: OpticalSystem, wavelength_nm: F64, weights: F64, cutoff: float, allowed: float) -> float:
+    """Return the frequency (of the unit of ``cutoff``) beyond which the whole system passes no more than is allowed.
+
+    weights : (n, j) of spectra against the background, in the unit of what is allowed
+
+    An edge has 1/πf of every frequency across it; between two spectra it counts twice, and in sight of a photosite
+    there are several.
+    """
+    f = cutoff * (np.arange(BAND_STEPS) + 0.5) / BAND_STEPS
+    per_um = system.highest_per_um(wavelength_nm) / cutoff
+    beyond = np.zeros(BAND_STEPS)
+    for angle in np.arange(BAND_DIRECTIONS) * math.pi / BAND_DIRECTIONS:
+        x, y = f * per_um * math.cos(angle), f * per_um * math.sin(angle)
+        lens = np.stack([system.lens.otf(x, y, float(nm)) for nm in wavelength_nm])
+        passes = np.abs(weights @ lens).max(axis=0, initial=0.0) * np.abs(system.footprint_otf(x, y)) / (math.pi * f)
+        beyond = np.maximum(beyond, np.cumsum(passes[::-1])[::-1] * cutoff / BAND_STEPS)
+    loud = np.flatnonzero(IN_SIGHT * beyond > allowed)
+    return cutoff * float(loud[-1] + 1) / BAND_STEPS if loud.size else cutoff / BAND_STEPS
 
 
 def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:

@@ -45,24 +45,33 @@ def circles(edges: Edges, *, grid: Grid, nearest: float) -> tuple[F64, F64]:
 
     edges : in chains; of the circles those whose centre the grid sees
 
-    Every three edges in a row touch one circle: n·c − ρ = n·a for their normals n and ends a. Of a round outline each
-    of them brings it up again.
+    Every three edges in a row touch one circle. Where the direction turns by α and β at the middle one's ends, its
+    length is ρ·(tan α/2 + tan β/2). Of a round outline each of them brings it up again.
     """
     first, middle, last = threes(edges)
-    start, normal = edges.start, _normals(edges)[0]
-    turns = [
-        np.abs(normal[a, 0] * normal[b, 1] - normal[a, 1] * normal[b, 0]) for a, b in ((first, middle), (middle, last))
-    ]
-    rows = np.stack([first, middle, last], axis=1)[np.minimum(*turns) > NEARLY_PARALLEL]
-    # About the middle edge's start, so that the numbers are small.
-    origin = start[rows[:, 1]]
-    matrix = np.concatenate([normal[rows], np.full((len(rows), 3, 1), -1.0)], axis=2)
-    right = np.einsum("nki,nki->nk", normal[rows], start[rows] - origin[:, None])
-    regular = np.abs(np.linalg.det(matrix)) > NEARLY_PARALLEL**2
-    circle = np.linalg.solve(matrix[regular], right[regular][..., None])[..., 0]
-    centre, radius = circle[:, :2] + origin[regular], np.abs(circle[:, 2])
-    seen = (radius >= nearest) & (_outside(centre, grid) <= ZONE * radius)
+    normal, length = _normals(edges)
+    alpha, beta = _half_tangent(normal[first], normal[middle]), _half_tangent(normal[middle], normal[last])
+    turns = np.minimum(np.abs(alpha), np.abs(beta)) > 0.5 * NEARLY_PARALLEL
+    both = alpha + beta
+    regular = turns & (np.abs(both) > NEARLY_PARALLEL)
+    middle, alpha, both = middle[regular], alpha[regular], both[regular]
+    signed = length[middle] / both
+    seen = np.abs(signed) >= nearest
+    middle, alpha, signed = middle[seen], alpha[seen], signed[seen]
+    n = normal[middle]
+    along = np.stack([n[:, 1], -n[:, 0]], axis=1)
+    centre = edges.start[middle] + signed[:, None] * (n + alpha[:, None] * along)
+    radius = np.abs(signed)
+    seen = _outside(centre, grid) <= ZONE * radius
     return centre[seen], radius[seen]
+
+
+def _half_tangent(before: F64, after: F64) -> F64:
+    """Return the tangents (n,) of half the angles by which normals turn from one edge to the next."""
+    sine = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    cosine = np.sum(before * after, axis=1)
+    tangent: F64 = sine / np.maximum(1.0 + cosine, np.finfo(float).tiny)
+    return tangent
 
 
 def foci(centre: F64, radius: F64, edges: Edges, blur: float) -> Foci:

@@ -1,0 +1,148 @@
+"""Edges clamped to a box: what lies beyond it becomes pieces of its sides, as few as close its outlines."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.kernels import kernel
+from camsim.rendering.edges import Edges
+
+ROOM = 1000  # edges, at the least, that are expected in a box; and as many again for every eighth of the scene's
+
+ROUNDING = 1e-15  # of the largest jump: no step
+
+
+def clamped(
+    edges: Edges, low: tuple[float, float], high: tuple[float, float], origin: tuple[float, float] = (0.0, 0.0)
+) -> Edges:
+    """Move every point into a box, edges cut where they cross its sides; all of it as seen from an origin.
+
+    A closed outline clamped axis by axis is the outline of what lies in the box: pieces along its sides cancel or
+    close it. Those that follow one another along a side, with the same spectra beside them, are one.
+
+    >>> a = np.array([[-1.0, 0.0], [3.0, 0.0], [0.0, 2.0]])  # a triangle that sticks out to the right and the left
+    >>> b = np.roll(a, -1, axis=0)
+    >>> inside = clamped(Edges(start=a, end=b, left=np.array([1, 2, 3]), right=np.zeros(3, int)), (0, 0), (1, 2))
+    >>> (x0, y0), (x1, y1) = inside.start.T, inside.end.T
+    >>> float(0.5 * np.sum(x0 * y1 - x1 * y0))  # the trapezium within
+    1.6666666666666665
+    >>> sorted(inside.left.tolist())  # the second runs down to the right side and along it
+    [1, 2, 2, 3]
+    """
+    box, room = np.array([*low, *high], float), ROOM + len(edges) // 8
+    while True:
+        ends, of = np.empty((room, 4)), np.empty(room, np.int64)
+        count, most = _clamp(edges.start, edges.end, edges.left, edges.right, origin, box, ends, of)
+        if most <= room:
+            break
+        room = most
+    of = of[:count]
+    return Edges(
+        start=np.ascontiguousarray(ends[:count, :2]),
+        end=np.ascontiguousarray(ends[:count, 2:]),
+        left=edges.left[of],
+        right=edges.right[of],
+    )
+
+
+@kernel()
+def _side(x0: float, y0: float, x1: float, y1: float, box: F64) -> int:
+    """Return the side of the box that a piece lies along, -1 for none."""
+    if x0 == x1 and (x0 == box[0] or x0 == box[2]):
+        return 0 if x0 == box[0] else 2
+    if y0 == y1 and (y0 == box[1] or y0 == box[3]):
+        return 1 if y0 == box[1] else 3
+    return -1
+
+
+@kernel()
+def _clamp(
+    start: F64, end: F64, left: I64, right: I64, origin: tuple[float, float], box: F64, ends: F64, of: I64
+) -> tuple[int, int]:
+    """Write pieces (n, 4) and whose they are as far as there is room; return how many, and the most there were.
+
+    box : (4,) low x and y, high x and y
+    """
+    count, most, last = 0, 0, -1  # the side that the last piece lies along
+    x, y = np.empty(6), np.empty(6)
+    share = np.empty(4)
+    for e in range(len(start)):
+        ax, ay = start[e, 0] - origin[0], start[e, 1] - origin[1]
+        bx, by = end[e, 0] - origin[0], end[e, 1] - origin[1]
+        corners = 0
+        x[0], y[0] = ax, ay
+        # All of what is beyond one side becomes one piece of it.
+        beyond = max(ax, bx) <= box[0] or min(ax, bx) >= box[2] or max(ay, by) <= box[1] or min(ay, by) >= box[3]
+        if not beyond:
+            for axis in range(4):
+                a = (ax if axis % 2 == 0 else ay) - box[axis]
+                b = (bx if axis % 2 == 0 else by) - box[axis]
+                if (a > 0.0) != (b > 0.0):
+                    t = a / (a - b)
+                    place = corners
+                    while place > 0 and share[place - 1] > t:
+                        share[place] = share[place - 1]
+                        x[place + 1], y[place + 1] = x[place], y[place]
+                        place -= 1
+                    share[place] = t
+                    x[place + 1] = box[axis] if axis % 2 == 0 else ax + t * (bx - ax)
+                    y[place + 1] = box[axis] if axis % 2 == 1 else ay + t * (by - ay)
+                    corners += 1
+        x[corners + 1], y[corners + 1] = bx, by
+        for k in range(corners + 2):
+            x[k], y[k] = min(max(x[k], box[0]), box[2]), min(max(y[k], box[1]), box[3])
+        for k in range(corners + 1):
+            if x[k] == x[k + 1] and y[k] == y[k + 1]:
+                continue
+            side = _side(x[k], y[k], x[k + 1], y[k + 1], box)
+            if side >= 0 and side == last and count <= len(of):
+                before, own = ends[count - 1], of[count - 1]
+                if before[2] == x[k] and before[3] == y[k] and left[own] == left[e] and right[own] == right[e]:
+                    before[2], before[3] = x[k + 1], y[k + 1]
+                    if before[0] == before[2] and before[1] == before[3]:
+                        count, last = count - 1, -1
+                    continue
+            if count < len(of):
+                ends[count, 0], ends[count, 1], ends[count, 2], ends[count, 3] = x[k], y[k], x[k + 1], y[k + 1]
+                of[count] = e
+            count, last = count + 1, side
+            most = max(most, count)
+    return count, most
+
+
+def netted(
+    start: F64, end: F64, jump: F64, low: tuple[float, float], high: tuple[float, float]
+) -> tuple[F64, F64, F64]:
+    """Return edges of which none runs over another one along a side of their box.
+
+    jump : (n, spectra) by how much there is more of each to an edge's left than to its right
+
+    Of a crowd thousands do, and take as many nodes as they are long; together they are what is seen at the side.
+
+    >>> a, b = np.array([[0.0, 0.0], [0.0, 2.0], [0.0, 3.0]]), np.array([[0.0, 2.0], [0.0, 1.0], [1.0, 3.0]])
+    >>> start, end, jump = netted(a, b, np.ones((3, 1)), (0.0, 0.0), (5.0, 5.0))
+    >>> [(p.tolist(), q.tolist(), float(j)) for p, q, j in zip(start, end, jump[:, 0])]
+    [([0.0, 3.0], [1.0, 3.0], 1.0), ([0.0, 0.0], [0.0, 1.0], 1.0)]
+    """
+    least = ROUNDING * float(np.abs(jump).max(initial=0.0))
+    for axis in (0, 1):
+        for bound in (low[axis], high[axis]):
+            along = (start[:, axis] == bound) & (end[:, axis] == bound)
+            if np.count_nonzero(along) < 2:
+                continue
+            places = np.concatenate([start[along, 1 - axis], end[along, 1 - axis]])
+            order = np.argsort(places, kind="stable")
+            places = places[order]
+            steps = np.concatenate([jump[along], -jump[along]])[order]
+            first = np.flatnonzero(np.append(True, np.diff(places) > 0.0))
+            step = np.add.reduceat(steps, first)
+            changes = np.flatnonzero(np.abs(step).max(axis=1) > least)
+            net = np.cumsum(step, axis=0)[changes][:-1]
+            places = places[first[changes]]
+            some = np.abs(net).max(axis=1, initial=0.0) > least * len(steps)
+            pieces = np.full((2, np.count_nonzero(some), 2), bound)
+            pieces[0, :, 1 - axis], pieces[1, :, 1 - axis] = places[:-1][some], places[1:][some]
+            start, end = np.concatenate([start[~along], pieces[0]]), np.concatenate([end[~along], pieces[1]])
+            jump = np.concatenate([jump[~along], net[some]])
+    return start, end, jump

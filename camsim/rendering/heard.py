@@ -1,0 +1,127 @@
+"""How far the rings of a scene's edges are heard: what both engines leave out beyond that adds to their shares of it.
+
+Of an edge's end in a crowd, of whole lines, and where round outlines send theirs to one place; ``quiet.py`` has how a
+spectrum's rings fall silent, ``focus.py`` where they meet.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.edges import Edges
+from camsim.rendering.falling import falls_to
+from camsim.rendering.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, threes
+from camsim.rendering.footprint import BEYOND, Footprint
+from camsim.rendering.grid import Grid
+from camsim.rendering.quiet import Waves
+
+FEW = 4  # corners, or lines, that the shares were set for
+SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
+FEW_CIRCLES = 16  # of which to ask what parts of a turn edges fill takes less than how far rings are heard
+
+
+class Heard(NamedTuple):
+    """Distances from which on rings are within their shares, pitches.
+
+    end, line : of ends, and of lines that are at least as long as that
+    foci      : round outlines whose rings meet in the frame, louder than is allowed, although they are farther
+    """
+
+    end: float
+    line: float
+    foci: Foci
+
+
+def heard(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> Heard:
+    """Return how far rings are heard, and no less than from where on the far form holds but for them."""
+    pattern, smooth = waves.pattern, smooth_from(waves, budget)
+    ends, lines = budget.allowed("ends"), budget.allowed("lines")
+    end = max(smooth, waves.quiet_distance(ends, front="end"))
+    corners = crowding(edges, 4.0 * end)
+    if corners > FEW:
+        end = max(smooth, waves.quiet_distance(ends * math.sqrt(FEW / corners), front="end"))
+    if pattern.rings and smooth_corners(edges, end):
+        # Where a smooth outline is met square on it is a line, however short its sides.
+        end = max(end, waves.quiet_distance(lines, front="line"))
+    loud = _loud_foci(waves, edges, grid, end, lines + budget.allowed("foci"))
+    if not pattern.tones:
+        end, loud = max(end, followed(loud)), NO_FOCI
+    count = int(np.count_nonzero(edges.length >= end))
+    line = max(end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line"))
+    return Heard(end, line, loud)
+
+
+def smooth_from(waves: Waves, budget: ErrorBudget) -> float:
+    """Return from where on the far form leaves nothing but rings."""
+    pattern, footprint, longest = waves.pattern, waves.footprint, float(waves.blur.max())
+    # What has died away has done so everywhere on the footprint; powers of the distance average out, as moments say.
+    faded = 0.0 if pattern.rings else footprint.extent
+    return max(
+        pattern.quiet(budget.allowed("powers")) * longest + faded,
+        _moment_distance(pattern.powers[0] * longest, footprint, budget.allowed("moments")),
+    )
+
+
+def followed(found: Foci) -> float:
+    """Return how far rings are heard that meet in foci."""
+    return (1.0 + ZONE) * float(found.radius.max(initial=0.0))
+
+
+def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed: float) -> Foci:
+    """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
+    if not waves.pattern.rings or not len(edges):
+        return NO_FOCI
+    centre, radius = circles(edges, grid=grid, nearest=quiet_end / (1.0 + ZONE))
+    if not radius.size:
+        return NO_FOCI
+    beyond = 1.01 * float(radius.max())  # no circle asks
+    if radius.size > FEW_CIRCLES:
+        loud = radius < waves.quiet_distance(allowed, front="focus", within=beyond)
+        centre, radius = centre[loud], radius[loud]
+    found = foci(centre, radius, edges, float(waves.blur.min()))
+    hundredths = np.ceil(100.0 * found.share)
+    until = np.zeros_like(found.radius)
+    for share in np.unique(hundredths[hundredths > 0.0]):
+        until[hundredths == share] = waves.quiet_distance(allowed / (0.01 * float(share)), front="focus", within=beyond)
+    return distinct(found.some(found.radius < until))
+
+
+def smooth_corners(edges: Edges, short: float) -> bool:
+    """Whether there are corners that turn by less than SMOOTH between edges that are no longer than ``short``."""
+    before, after, _ = threes(edges)
+    length = edges.length
+    along = (edges.end - edges.start) / length[:, None]
+    straight = np.sum(along[before] * along[after], axis=1) > math.cos(SMOOTH)
+    return bool((straight & (np.maximum(length[before], length[after]) < short)).any())
+
+
+def crowding(edges: Edges, window: float) -> float:
+    """Largest number of corners in any square of side ``window``, each counted by the square of how much it turns.
+
+    A corner's strength is the jump of the unit direction, so a smooth outline cut into many edges counts for little.
+    """
+    if not len(edges):
+        return 0.0
+    along = (edges.end - edges.start) / edges.length[:, None]
+    points, begins, ends = edges.corners
+    corner, turn = np.concatenate([begins, ends]), np.concatenate([along, -along])
+    jump = [np.bincount(corner, turn[:, axis], len(points)) for axis in (0, 1)]
+    col, row = np.floor((points - points.min(axis=0)) / window).T
+    _, square = np.unique(row * (col.max() + 1.0) + col, return_inverse=True)
+    strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # a right angle counts as one
+    return float(np.bincount(square, weights=strength).max(initial=0.0))
+
+
+def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
+    """Distance beyond which the footprint's moments past those of the far form stay below ``allowed``.
+
+    Of the angle they leave |⟨ζⁿ⟩|/(2πnRⁿ), n = 8, 10 …; one of them may be 0 where the next is not, and near the
+    footprint they fall slowly.
+    """
+    sixth: float = (3.0 * c1 * footprint.m66 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
+    sizes = [size / (2.0 * math.pi * n) for n, size in zip(BEYOND, footprint.beyond, strict=True)]
+    return max(falls_to(allowed, sizes, BEYOND), sixth)
