@@ -46,6 +46,8 @@ class Bent(Protocol):
 
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64: ...  # noqa: D102
 
+    def waves_across(self, wavelength_nm: float) -> float: ...  # noqa: D102
+
     def waves_turned(self, low_nm: float, high_nm: float) -> float: ...  # noqa: D102
 
     def blur_um(self, wavelength_nm: float) -> float: ...  # noqa: D102

@@ -10,14 +10,15 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64, I64
+from camsim.arrays import F64, I64
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference
 from camsim.quadrature import chebyshev, quintic_cells
-from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Transfer, Waves, add_patterns, look_up, project
+from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Waves, add_patterns, project
 from camsim.rendering.aberrated.series import Series, series_of
 from camsim.rendering.aberrated.settings import Settings
+from camsim.rendering.angular import Transfer
 from camsim.rendering.boundary.settings import SIX_POINTS
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block
@@ -28,7 +29,6 @@ MORE_NODES = 10  # along the radius
 FINER = 16  # times as many nodes as the radius takes, for a six-point look-up: 2e-7 of what is far out, 1e-9 of all
 RADII = 64  # at which it is asked what an edge shows
 COARSEST = 1.0  # radians that a transfer's fastest part turns by from one row of its table to the next, at most
-AT_ONCE = 500  # frequencies: fewer are no work for a thread of its own
 
 
 class Harmonics(NamedTuple):
@@ -171,13 +171,6 @@ class ShortPattern:
         moment = float(np.mean(6.0 * (radius / self.settings.outer) ** 5 * shown))
         return min(COARSEST, (self._allowed / (SIX_POINTS * moment)) ** (1.0 / 6.0))
 
-    def _at(self, fx: F64, fy: F64) -> C128:
-        """Return transfers (b, places) at frequencies in cycles/pitch."""
-        out = np.zeros((fx.size, len(self.sets[0]), 2))
-        shared(fx.size, functools.partial(look_up, fx, fy, self.transfer, out), least=AT_ONCE)
-        values: C128 = out.view(complex)[..., 0]
-        return values.T
-
     @functools.cached_property
     def _blocks(self) -> dict[Block, F64]:
         return {}
@@ -193,7 +186,7 @@ class ShortPattern:
             foot = footprint_transfer(self.system, block, tile, self.pitch_um)
             across, down, both = (part.view(complex)[..., 0] for part in foot)
             footprint = across * down[:, None] * (both if both.size else 1.0)
-            every = self._at(*(np.ascontiguousarray(f).ravel() for f in np.broadcast_arrays(fx, fy)))
+            every = self.transfer.at(*(np.ascontiguousarray(f).ravel() for f in np.broadcast_arrays(fx, fy)))
             values = np.empty((len(every), block.count_j, 2, block.count_i))
             for own, transfer in zip(values, every, strict=True):
                 taken = transfer.reshape(block.count_j, -1) * footprint
@@ -222,7 +215,7 @@ class ShortPattern:
         index = np.arange(-2, cells + 3) % count
         turn = np.exp(-2j * np.pi * f * settings.near)
         out = np.empty((len(normals), len(self.sets[0]), cells, 6))
-        for b, transfer in enumerate(self._at((normals[:, :1] * f).ravel(), (normals[:, 1:] * f).ravel())):
+        for b, transfer in enumerate(self.transfer.at((normals[:, :1] * f).ravel(), (normals[:, 1:] * f).ravel())):
             spectrum = np.zeros((len(normals), count // 2 + 1), complex)
             spectrum[:, 1 : 1 + f.size] = transfer.reshape(fx.shape) * footprint * turn / (2j * np.pi * f * period)
             running = scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward")

@@ -26,7 +26,14 @@ from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
-from camsim.rendering.fourier.lens import Fields, footprint_transfer, plain_fields, round_curves
+from camsim.rendering.fourier.lens import (
+    Fields,
+    Fuses,
+    footprint_transfer,
+    fused_fields,
+    plain_fields,
+    round_curves,
+)
 from camsim.rendering.fourier.plan import Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions, clamped
 from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
@@ -37,6 +44,7 @@ from camsim.rendering.modes import mixed
 from camsim.rendering.spectral import multiples
 
 FINEST, COARSEST = 1e-11, 1e-2
+OF_TAPER = 0.25  # of a taper's share, where there is none: what transfers that a lens has added up may be wrong by
 MOST_SECONDS = 300.0  # of parts by distance, where all at once does not fit the memory
 
 
@@ -263,19 +271,32 @@ class FourierImage:
     def _made(self) -> dict[tuple[object, ...], Fields]:
         return {}
 
+    def _mixed(self, contrast: F64, most: int) -> tuple[F64, F64]:
+        """Return weights (modes, wavelengths) of few transfers, and what (spectra, channels, modes) there is of each.
+
+        What all wavelengths give a spectrum in a channel is one transfer, and few of them may do for all of these: each
+        weight is off by so little that all together are off by a thousandth of what wavelengths may be.
+        """
+        count = contrast.shape[2]
+        off = 1e-3 * ErrorBudget(self.tolerance).allowed("wavelengths") / count
+        modes, mixture = mixed(contrast.reshape(-1, count), off, most=most)
+        return modes, np.ascontiguousarray(mixture.T.reshape(*contrast.shape[:2], -1))
+
     def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
         """Yield what gives the lens on a block, and the weights of its wavelengths."""
-        wavelength_nm = self._lit[0]
+        wavelength_nm, lens = self._lit[0], self.system.lens
+        if isinstance(lens, Fuses):
+            modes, weights = self._mixed(contrast, wavelength_nm.size)
+            transfers = lens.fused(wavelength_nm, modes, OF_TAPER * ErrorBudget(self.tolerance).allowed("taper"))
+            yield fused_fields(transfers, self.pitch_um, tile), weights
+            return
         if not self.kernel.tapered:
             yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
             return
         budget, count = ErrorBudget(self.tolerance), wavelength_nm.size
-        # What all wavelengths give a spectrum in a channel is one transfer, and few of them may do for all of these:
-        # each weight is off by so little that all together are off by a thousandth of what wavelengths may be.
-        off = 1e-3 * budget.allowed("wavelengths") / count
-        modes, mixture = mixed(contrast.reshape(-1, count), off, most=min(plan.fields + 1, count))
+        modes, weights = self._mixed(contrast, min(plan.fields + 1, count))
         fused = len(modes) < count and len(modes) <= plan.fields
-        weights = mixture.T.reshape(*contrast.shape[:2], -1) if fused else contrast
+        weights = weights if fused else contrast
         for first in range(0, 1 if fused else count, plan.fields):
             some = slice(None) if fused else slice(first, first + plan.fields)
             own = modes if fused else np.eye(wavelength_nm[some].size)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import scipy
@@ -107,6 +108,28 @@ def round_curves(
 _THROUGH = np.linalg.inv(np.vander(np.arange(-3.0, 5.0), CURVE_POINTS, increasing=True))
 
 Fields = Callable[[Block], F64]
+
+
+class Fused(Protocol):
+    """Transfers of several sets of weights."""
+
+    def at(self, fx_per_um: F64, fy_per_um: F64) -> C128:
+        """Return them at frequencies in cycles/µm: (sets, ...)."""
+        ...
+
+
+@runtime_checkable
+class Fuses(Protocol):
+    """A lens that adds up its wavelengths itself."""
+
+    def fused(self, wavelength_nm: F64, weights: F64, allowed: float) -> Fused:
+        """Return transfers of sets of weights (sets, wavelengths)."""
+        ...
+
+
+def fused_fields(fused: Fused, pitch_um: float, tile: Tile) -> Fields:
+    """Return what gives transfers that are added up already: block → (sets, j, i, 2)."""
+    return lambda block: parts(fused.at(*frequencies(block, tile, pitch_um)))
 
 
 def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile) -> Fields:
