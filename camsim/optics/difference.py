@@ -196,13 +196,18 @@ class Difference:
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
         """Return a distance beyond which ``light_beyond`` is at most that, µm."""
-        blur_um = self.blur_um(wavelength_nm)
-        low, high = 0.0, math.log(FARTHEST)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            loud = self.light_beyond(np.array(math.exp(middle) * blur_um), wavelength_nm, rings) > lost_fraction
-            low, high = (middle, high) if loud else (low, middle)
-        return math.exp(high) * blur_um
+        return _reach_um(self, lost_fraction, wavelength_nm, rings)
+
+
+@functools.lru_cache(maxsize=256)
+def _reach_um(rest: Difference, lost_fraction: float, wavelength_nm: float, rings: float) -> float:
+    blur_um = rest.blur_um(wavelength_nm)
+    low, high = 0.0, math.log(FARTHEST)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        loud = rest.light_beyond(np.array(math.exp(middle) * blur_um), wavelength_nm, rings) > lost_fraction
+        low, high = (middle, high) if loud else (low, middle)
+    return math.exp(high) * blur_um
 
 
 @functools.lru_cache(maxsize=256)

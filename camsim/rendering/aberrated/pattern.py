@@ -27,7 +27,7 @@ from camsim.rendering.fourier.taper import taper, tapered
 
 MORE_NODES = 10  # along the radius
 FINER = 16  # times as many nodes as the radius takes, for a six-point look-up: 2e-7 of what is far out, 1e-9 of all
-RADII = 64  # at which it is asked what an edge shows
+RADII = 16  # at which it is asked what an edge shows
 COARSEST = 1.0  # radians that a transfer's fastest part turns by from one row of its table to the next, at most
 
 
@@ -126,7 +126,7 @@ class ShortPattern:
         settings, harmonics = self.settings, self.harmonics
         columns, sets, nodes = harmonics.values.shape
         if not columns:
-            return Transfer(np.zeros((6, 0)), 0.0, harmonics.order, harmonics.sine, sets, settings.cut)
+            return Transfer.of(np.zeros((6, 0, sets)), 0.0, harmonics.order, harmonics.sine, settings.cut)
         # From the farthest radius inwards: so a cosine's angles run.
         series = scipy.fft.dct(harmonics.values[..., ::-1].reshape(-1, nodes), axis=1, norm="forward")
         fine = FINER * nodes
@@ -155,9 +155,8 @@ class ShortPattern:
         rows = min(math.ceil(settings.cut * 2.0 * length * step) + 4, length + 1)
         before = padded[:, 2:0:-1] * np.where(odd, -1.0, 1.0)[:, None]
         table = np.concatenate([before, padded[:, :rows]], axis=1)
-        return Transfer(
-            np.ascontiguousarray(table.T), 2.0 * length * step, order, self.harmonics.sine, sets, settings.cut
-        )
+        values = table.T.reshape(-1, order.size, sets)
+        return Transfer.of(values, 2.0 * length * step, order, self.harmonics.sine, settings.cut)
 
     @property
     def _turn(self) -> float:
@@ -166,8 +165,8 @@ class ShortPattern:
         A six-point look-up errs by (angle)⁶ of what an edge shows of each radius.
         """
         radius = self.settings.outer * (np.arange(RADII) + 0.5) / RADII
-        nm = np.array([self.wavelength_nm.min(), self.wavelength_nm.max()]).tolist()
-        shown = np.max([self.rest.light_beyond(radius * self.pitch_um, w) for w in nm], axis=0)
+        ends_nm = {float(self.wavelength_nm.min()), float(self.wavelength_nm.max())}
+        shown = np.max([self.rest.light_beyond(radius * self.pitch_um, nm) for nm in ends_nm], axis=0)
         moment = float(np.mean(6.0 * (radius / self.settings.outer) ** 5 * shown))
         return min(COARSEST, (self._allowed / (SIX_POINTS * moment)) ** (1.0 / 6.0))
 
@@ -186,10 +185,10 @@ class ShortPattern:
             foot = footprint_transfer(self.system, block, tile, self.pitch_um)
             across, down, both = (part.view(complex)[..., 0] for part in foot)
             footprint = across * down[:, None] * (both if both.size else 1.0)
-            every = self.transfer.at(*(np.ascontiguousarray(f).ravel() for f in np.broadcast_arrays(fx, fy)))
+            every = self.transfer.on_lattice(fx[0], np.ascontiguousarray(fy[:, 0]))
             values = np.empty((len(every), block.count_j, 2, block.count_i))
             for own, transfer in zip(values, every, strict=True):
-                taken = transfer.reshape(block.count_j, -1) * footprint
+                taken = transfer * footprint
                 own[:, 0], own[:, 1] = taken.real, taken.imag
             self._blocks[block] = values
         return self._blocks[block]

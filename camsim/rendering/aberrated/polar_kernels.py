@@ -38,9 +38,7 @@ def _hankel() -> F64:
 
 _PLACES = np.abs(np.arange(-2.0, FAR * PER_UNIT + 4.0)) / PER_UNIT
 _SIGN = np.where(np.arange(_PLACES.size) < 2, -1.0, 1.0)  # J1 is odd
-BESSELS = Bessels(
-    quintic_cells(np.stack([bessel_j0_j1(_PLACES)[0], _SIGN * bessel_j0_j1(_PLACES)[1]])), _hankel()
-)
+BESSELS = Bessels(quintic_cells(np.stack([bessel_j0_j1(_PLACES)[0], _SIGN * bessel_j0_j1(_PLACES)[1]])), _hankel())
 
 
 @kernel(forceinline=True)

@@ -2,8 +2,9 @@
 
 exp(2πi·W) = Σ β_nm·R_nm(ρ)·exp(imθ), and the transform of R_nm(ρ)·exp(imθ) over a disc is
 2π·(−i)ⁿ·J_{n+1}(z)/z·exp(imφ), z = πr/λN, exactly (Zernike, 1934; Janssen, "Extended Nijboer–Zernike approach", 2002).
-So an amplitude is (2π/z)·Σ_n J_{n+1}(z)·γ_n(φ), with γ_n(φ) = (−i)ⁿ·Σ_m β_nm·exp(imφ), and an obstruction's is another one that is taken
-away. A series ends soon: with so many waves that a term of degree n follows them, each further term is nothing.
+So an amplitude is (2π/z)·Σ_n J_{n+1}(z)·γ_n(φ), with γ_n(φ) = (−i)ⁿ·Σ_m β_nm·exp(imφ), and an obstruction's is another
+one that is taken away. A series ends soon: with so many waves that a term of degree n follows them, each further term
+is nothing.
 """
 
 from __future__ import annotations

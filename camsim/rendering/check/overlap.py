@@ -104,14 +104,12 @@ class Fused:
     transfer: Transfer
     moved_um: tuple[float, float]
 
-    def at(self, fx_per_um: F64, fy_per_um: F64) -> C128:
-        """Return the transfers (sets, ...)."""
-        fx, fy = np.broadcast_arrays(fx_per_um, fy_per_um)
-        turn = np.exp(-2j * np.pi * (fx_per_um * self.moved_um[0])) * np.exp(
-            -2j * np.pi * (fy_per_um * self.moved_um[1])
-        )
-        found = self.transfer.at(np.ascontiguousarray(fx).ravel(), np.ascontiguousarray(fy).ravel())
-        return found.reshape(-1, *fx.shape) * turn
+    def on_lattice(self, fx_per_um: F64, fy_per_um: F64) -> C128:
+        """Return the transfers (sets, fy, fx)."""
+        across, down = (np.exp(-2j * np.pi * f * c) for f, c in zip((fx_per_um, fy_per_um), self.moved_um, strict=True))
+        found = self.transfer.on_lattice(fx_per_um, fy_per_um)
+        found *= across * down[:, None]
+        return found
 
 
 @functools.lru_cache(maxsize=4)
@@ -200,8 +198,7 @@ def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer
     table = np.zeros((frequency.size, len(weights), columns.shape[2]))
     fuse = functools.partial(_fuse, frequency, blur, weights, own, columns.reshape(-1, columns.shape[2]), table)
     shared(frequency.size, fuse)
-    rows = np.ascontiguousarray(np.moveaxis(table, 1, 2)).reshape(frequency.size, -1)
-    return Transfer(rows, sizes.rows / cut, order, sine, len(weights), cut)
+    return Transfer.of(np.moveaxis(table, 1, 2), sizes.rows / cut, order, sine, cut)
 
 
 def _harmonics(values: C128) -> tuple[F64, I64, I64]:
@@ -242,9 +239,7 @@ def _add_overlaps(step: F64, share: F64, waves: F64, samples: F64, first: int, s
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
-def _fuse(
-    frequency: F64, blur: F64, weights: F64, own: F64, columns: F64, table: F64, first: int, stop: int
-) -> None:
+def _fuse(frequency: F64, blur: F64, weights: F64, own: F64, columns: F64, table: F64, first: int, stop: int) -> None:
     """Add up wavelengths at some frequencies: (frequencies, sets, columns).
 
     own     : (wavelengths, colours) what each takes of the colours that were followed

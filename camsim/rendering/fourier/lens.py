@@ -113,8 +113,8 @@ Fields = Callable[[Block], F64]
 class Fused(Protocol):
     """Transfers of several sets of weights."""
 
-    def at(self, fx_per_um: F64, fy_per_um: F64) -> C128:
-        """Return them at frequencies in cycles/µm: (sets, ...)."""
+    def on_lattice(self, fx_per_um: F64, fy_per_um: F64) -> C128:
+        """Return them on a lattice of frequencies, cycles/µm: (sets, fy, fx)."""
         ...
 
 
@@ -129,7 +129,12 @@ class Fuses(Protocol):
 
 def fused_fields(fused: Fused, pitch_um: float, tile: Tile) -> Fields:
     """Return what gives transfers that are added up already: block → (sets, j, i, 2)."""
-    return lambda block: parts(fused.at(*frequencies(block, tile, pitch_um)))
+
+    def fields(block: Block) -> F64:
+        fx, fy = frequencies(block, tile, pitch_um)
+        return parts(fused.on_lattice(fx[0], np.ascontiguousarray(fy[:, 0])))
+
+    return fields
 
 
 def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile) -> Fields:
