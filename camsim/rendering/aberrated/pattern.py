@@ -168,7 +168,7 @@ class ShortPattern:
         ends_nm = {float(self.wavelength_nm.min()), float(self.wavelength_nm.max())}
         shown = np.max([self.rest.light_beyond(radius * self.pitch_um, nm) for nm in ends_nm], axis=0)
         moment = float(np.mean(6.0 * (radius / self.settings.outer) ** 5 * shown))
-        return min(COARSEST, (self._allowed / (SIX_POINTS * moment)) ** (1.0 / 6.0))
+        return min(COARSEST, math.pow(self._allowed / (SIX_POINTS * moment), 1.0 / 6.0))
 
     @functools.cached_property
     def _blocks(self) -> dict[Block, F64]:

@@ -13,13 +13,14 @@ from camsim.optics.bessel import FAR, bessel_j0_j1
 from camsim.quadrature import quintic_cells
 from camsim.rendering.angular import six_points, turns
 
-PER_UNIT = 64.0  # cells of J0 and J1 up to FAR: 7e-14
-TERMS = 6  # of each of Hankel's series: 1e-14 from FAR on
+UP_TO = FAR  # from where on Hankel's series are taken
+PER_UNIT = 64.0  # cells of J0 and J1 up to UP_TO: 7e-14
+TERMS = 6  # of each of Hankel's series: 1e-14 from there on
 BELOW = 10  # orders more, and 9·∛ of the last one, from which Miller's recurrence comes down: 1e-16
 
 
 class Bessels(NamedTuple):
-    """J0 and J1: quintics (2, cells, 6) up to FAR, beyond coefficients (2, 2, TERMS) of Hankel's P and Q."""
+    """J0 and J1: quintics (2, cells, 6) up to UP_TO, beyond coefficients (2, 2, TERMS) of Hankel's P and Q."""
 
     near: F64
     far: F64
@@ -36,7 +37,7 @@ def _hankel() -> F64:
     return out
 
 
-_PLACES = np.abs(np.arange(-2.0, FAR * PER_UNIT + 4.0)) / PER_UNIT
+_PLACES = np.abs(np.arange(-2.0, UP_TO * PER_UNIT + 4.0)) / PER_UNIT
 _SIGN = np.where(np.arange(_PLACES.size) < 2, -1.0, 1.0)  # J1 is odd
 BESSELS = Bessels(quintic_cells(np.stack([bessel_j0_j1(_PLACES)[0], _SIGN * bessel_j0_j1(_PLACES)[1]])), _hankel())
 
@@ -44,7 +45,7 @@ BESSELS = Bessels(quintic_cells(np.stack([bessel_j0_j1(_PLACES)[0], _SIGN * bess
 @kernel(forceinline=True)
 def _first_two(x: float, bessels: Bessels) -> tuple[float, float]:
     """Return J0 and J1."""
-    if x < FAR:
+    if x < UP_TO:
         cell = int(x * PER_UNIT)
         t = x * PER_UNIT - cell
         p, q = bessels.near[0, cell], bessels.near[1, cell]

@@ -78,7 +78,8 @@ def _series(rest: Difference, wavelength_nm: float, degree: int, allowed: float)
     terms = np.zeros((len(radii), degree + 1, 2 * degree + 1), complex)
     for own, radius in zip(terms, radii, strict=True):
         waves = rest.lens.waves(radius * x, radius * y, wavelength_nm) - radius * (plane[0] * x + plane[1] * y)
-        add_terms(rho, 0.5 * weights, scipy.fft.fft(np.exp(2j * np.pi * waves), axis=1) / angle.size, own)
+        around: C128 = scipy.fft.fft(np.exp(2j * np.pi * waves), axis=1, norm="forward")
+        add_terms(rho, 0.5 * weights, around, own)
     light = np.sum(np.square(np.abs(terms)), axis=0) / np.arange(1.0, degree + 2.0)[:, None]
     last = _count(np.sqrt(light.sum(axis=1)), 0.5 * allowed)
     if last > LAST * degree:

@@ -11,13 +11,12 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.optics import RoundLens
-from camsim.optics.difference import Difference
 from camsim.optics.protocols import Rectangular
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.bent import bent
 from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.integrals import Integrals
-from camsim.rendering.check.overlap import overlapping
+from camsim.rendering.check.overlap import followed
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.scenery import Pieces, pieces_of
@@ -258,9 +257,7 @@ class Judge:
         allowed = own
         if job is not self.job:
             base, allowed = np.zeros_like(base), DIFFERENCE_CHECK_PART * self.job.tolerance
-            rest = job.system.lens
-            assert isinstance(rest, Difference)
-            job = job.behind(overlapping(rest, wavelength_nm) or rest)
+            job = followed(job, wavelength_nm)
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
         edges = polygons(pieces, 1.0 / highest, min(allowed, own))
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)

@@ -22,6 +22,7 @@ from camsim.optics.airy import NM_PER_UM, airy_otf
 from camsim.optics.difference import Difference
 from camsim.quadrature import barycentric, chebyshev, gauss_legendre
 from camsim.rendering.angular import Transfer
+from camsim.rendering.job import Job
 
 MOST_WAVES = 3.0  # over the pupil: more take longer than patterns do
 SAME_PATH = 1e-12  # waves: a path difference that is this nearly one length at all wavelengths is
@@ -87,14 +88,20 @@ class Overlapping:
         return _fused(self.rest, tuple(wavelength_nm.tolist()), weights.tobytes(), len(weights), allowed)
 
 
-def overlapping(rest: Difference, wavelength_nm: F64) -> Overlapping | None:
-    """Return the lens, None where overlaps would take longer than patterns: obstructions, many waves, other paths."""
+def followed(job: Job, wavelength_nm: F64) -> Job:
+    """Return a difference's job behind what follows its transfer.
+
+    Or as it is, where overlaps would take longer than patterns: obstructions, many waves, paths of no one length.
+    """
+    rest = job.system.lens
+    assert isinstance(rest, Difference)
     low, high = float(wavelength_nm.min()), float(wavelength_nm.max())
     if rest.obstruction or rest.lens.waves_across(low) > MOST_WAVES:
-        return None
-    x, y, _ = (np.ascontiguousarray(part) for part in _nodes(4, np.array([0.3]), np.array([0.4])))
+        return job
+    x, y, _ = _nodes(4, np.array([0.3]))
     paths = [rest.lens.waves(x, y, nm) * nm / low for nm in np.linspace(low, high, 5).tolist()]
-    return Overlapping(rest=rest) if all(np.abs(own - paths[0]).max() <= SAME_PATH for own in paths) else None
+    one = all(np.abs(own - paths[0]).max() <= SAME_PATH for own in paths)
+    return job.behind(Overlapping(rest=rest)) if one else job
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +144,7 @@ def _fused(rest: Difference, wavelength_nm: tuple[float, ...], packed: bytes, se
         sizes = sizes.larger()
 
 
-def _nodes(count: int, shift: F64, angle_rad: F64) -> tuple[F64, F64, F64]:
+def _nodes(count: int, shift: F64) -> tuple[F64, F64, F64]:
     """Return places u, v (shifts, n) along and across the shift, and weights, of rules over overlaps of two discs."""
     t, v = gauss_legendre(count)
     turn = 0.5 * np.pi * (1.0 + t)  # spaced as a cosine across: what is left of a line at either end are roots
@@ -168,7 +175,7 @@ def _direct(rest: Difference, nm: F64, weights: F64, place: F64, count: int) -> 
     cos, sin = np.cos(place[1])[:, None], np.sin(place[1])[:, None]
     for length, wavelength, own in zip(blur.tolist(), nm.tolist(), weights.T, strict=True):
         shift = np.minimum(place[0] * length, 1.0)
-        along, across, share = _nodes(count, shift, place[1])
+        along, across, share = _nodes(count, shift)
         step = _steps(rest, wavelength, shift[:, None], cos, sin, (along, across))
         out += np.multiply.outer(own, np.sum(share * (np.exp(2j * np.pi * step) - 1.0), axis=1))
     return out
@@ -179,7 +186,7 @@ def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer
     first, last = float(1.0 / nm.max()), float(1.0 / nm.min())
     shift = 1.0 - (0.5 * (1.0 + chebyshev(sizes.shifts))) ** 2
     angle = np.pi * np.arange(sizes.angles) / sizes.angles
-    along, across, share = _nodes(sizes.rule, shift, angle)
+    along, across, share = _nodes(sizes.rule, shift)
     cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
     step = _steps(rest, 1.0 / first, shift[:, None, None], cos, sin, (along[:, None], across[:, None]))
     # Evenly over 1/λ, so that each phase follows from the one before.
@@ -187,9 +194,9 @@ def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer
     samples = np.zeros((sizes.shifts, sizes.angles, sizes.colours, 2))
     shared(sizes.shifts, functools.partial(_add_overlaps, step, share, waves, samples))
     values = np.moveaxis(samples, 2, 0)
-    values = values[..., 0] + 1j * values[..., 1]
-    values -= airy_otf(shift, f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
-    columns, order, sine = _harmonics(values)
+    transfers: C128 = values[..., 0] + 1j * values[..., 1]
+    transfers -= airy_otf(shift, f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
+    columns, order, sine = _harmonics(transfers)
     blur = np.array([rest.blur_um(w) for w in nm.tolist()])
     cut = 1.0 / float(blur.min())
     frequency = cut / sizes.rows * np.arange(-2.0, sizes.rows + 4.0)

@@ -26,25 +26,16 @@ from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
-from camsim.rendering.fourier.lens import (
-    Fields,
-    Fuses,
-    footprint_transfer,
-    fused_fields,
-    plain_fields,
-    round_curves,
-)
+from camsim.rendering.fourier.lens import footprint_transfer, round_curves
+from camsim.rendering.fourier.lens_fields import LensFields
 from camsim.rendering.fourier.plan import Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions, clamped
-from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spread import Kernel, kernel_of
 from camsim.rendering.fourier.together import Sum
-from camsim.rendering.modes import mixed
 from camsim.rendering.spectral import multiples
 
 FINEST, COARSEST = 1e-11, 1e-2
-OF_TAPER = 0.25  # of a taper's share, where there is none: what transfers that a lens has added up may be wrong by
 MOST_SECONDS = 300.0  # of parts by distance, where all at once does not fit the memory
 
 
@@ -259,7 +250,7 @@ class FourierImage:
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
                 shared(total.shape[1], add)
             return total
-        for fields, weights in self._fields(tile, plan, contrast):
+        for fields, weights in self._fields.of(tile, plan, contrast):
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 values = fields(block)
@@ -268,49 +259,14 @@ class FourierImage:
         return total
 
     @functools.cached_property
-    def _made(self) -> dict[tuple[object, ...], Fields]:
-        return {}
-
-    def _mixed(self, contrast: F64, most: int) -> tuple[F64, F64]:
-        """Return weights (modes, wavelengths) of few transfers, and what (spectra, channels, modes) there is of each.
-
-        What all wavelengths give a spectrum in a channel is one transfer, and few of them may do for all of these: each
-        weight is off by so little that all together are off by a thousandth of what wavelengths may be.
-        """
-        count = contrast.shape[2]
-        off = 1e-3 * ErrorBudget(self.tolerance).allowed("wavelengths") / count
-        modes, mixture = mixed(contrast.reshape(-1, count), off, most=most)
-        return modes, np.ascontiguousarray(mixture.T.reshape(*contrast.shape[:2], -1))
-
-    def _fields(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
-        """Yield what gives the lens on a block, and the weights of its wavelengths."""
-        wavelength_nm, lens = self._lit[0], self.system.lens
-        if isinstance(lens, Fuses):
-            modes, weights = self._mixed(contrast, wavelength_nm.size)
-            transfers = lens.fused(wavelength_nm, modes, OF_TAPER * ErrorBudget(self.tolerance).allowed("taper"))
-            yield fused_fields(transfers, self.pitch_um, tile), weights
-            return
-        if not self.kernel.tapered:
-            yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
-            return
-        budget, count = ErrorBudget(self.tolerance), wavelength_nm.size
-        modes, weights = self._mixed(contrast, min(plan.fields + 1, count))
-        fused = len(modes) < count and len(modes) <= plan.fields
-        weights = weights if fused else contrast
-        for first in range(0, 1 if fused else count, plan.fields):
-            some = slice(None) if fused else slice(first, first + plan.fields)
-            own = modes if fused else np.eye(wavelength_nm[some].size)
-            # Windows of one size on scenery all about them have the same transfers: those that were made last are kept.
-            key = tile.periods, tile.inner, tile.outer, tile.cut, plan.sharpness, first, own.tobytes()
-            if key not in self._made:
-                self._made.clear()
-                precision = budget.allowed("pupil")
-                self._made[key] = fields_of(
-                    tapered_transfers(
-                        self.system, wavelength_nm[some], own, self.pitch_um, tile, plan, precision=precision
-                    )
-                )
-            yield self._made[key], np.ascontiguousarray(weights[:, :, some])
+    def _fields(self) -> LensFields:
+        return LensFields(
+            system=self.system,
+            wavelength_nm=self._lit[0],
+            pitch_um=self.pitch_um,
+            tapered=self.kernel.tapered,
+            budget=ErrorBudget(self.tolerance),
+        )
 
 
 def check_tolerance(tolerance: float) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 import scipy
@@ -108,33 +107,6 @@ def round_curves(
 _THROUGH = np.linalg.inv(np.vander(np.arange(-3.0, 5.0), CURVE_POINTS, increasing=True))
 
 Fields = Callable[[Block], F64]
-
-
-class Fused(Protocol):
-    """Transfers of several sets of weights."""
-
-    def on_lattice(self, fx_per_um: F64, fy_per_um: F64) -> C128:
-        """Return them on a lattice of frequencies, cycles/µm: (sets, fy, fx)."""
-        ...
-
-
-@runtime_checkable
-class Fuses(Protocol):
-    """A lens that adds up its wavelengths itself."""
-
-    def fused(self, wavelength_nm: F64, weights: F64, allowed: float) -> Fused:
-        """Return transfers of sets of weights (sets, wavelengths)."""
-        ...
-
-
-def fused_fields(fused: Fused, pitch_um: float, tile: Tile) -> Fields:
-    """Return what gives transfers that are added up already: block → (sets, j, i, 2)."""
-
-    def fields(block: Block) -> F64:
-        fx, fy = frequencies(block, tile, pitch_um)
-        return parts(fused.on_lattice(fx[0], np.ascontiguousarray(fy[:, 0])))
-
-    return fields
 
 
 def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tile: Tile) -> Fields:
