@@ -46,6 +46,8 @@ class Bent(Protocol):
 
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64: ...  # noqa: D102
 
+    def waves_across(self, wavelength_nm: float) -> float: ...  # noqa: D102
+
     def waves_turned(self, low_nm: float, high_nm: float) -> float: ...  # noqa: D102
 
     def blur_um(self, wavelength_nm: float) -> float: ...  # noqa: D102
@@ -194,13 +196,18 @@ class Difference:
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
         """Return a distance beyond which ``light_beyond`` is at most that, µm."""
-        blur_um = self.blur_um(wavelength_nm)
-        low, high = 0.0, math.log(FARTHEST)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            loud = self.light_beyond(np.array(math.exp(middle) * blur_um), wavelength_nm, rings) > lost_fraction
-            low, high = (middle, high) if loud else (low, middle)
-        return math.exp(high) * blur_um
+        return _reach_um(self, lost_fraction, wavelength_nm, rings)
+
+
+@functools.lru_cache(maxsize=256)
+def _reach_um(rest: Difference, lost_fraction: float, wavelength_nm: float, rings: float) -> float:
+    blur_um = rest.blur_um(wavelength_nm)
+    low, high = 0.0, math.log(FARTHEST)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        loud = rest.light_beyond(np.array(math.exp(middle) * blur_um), wavelength_nm, rings) > lost_fraction
+        low, high = (middle, high) if loud else (low, middle)
+    return math.exp(high) * blur_um
 
 
 @functools.lru_cache(maxsize=256)

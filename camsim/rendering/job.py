@@ -182,17 +182,19 @@ class Job:
     def round_part(self) -> Job:
         """Return the round part of a split lens: its pattern is moved, and so are the edges, the other way seen."""
         assert self.split is not None
-        edges = self.edges.seen_from(-np.array(self.split.moved_um) / self.grid.pitch_um)
-        there = edges.length > 0.0  # a length of rounding may be none elsewhere
         return dataclasses.replace(
-            self,
-            edges=edges.some(there),
-            pair=self.pair[there],
+            self.moved(self.split.moved_um),
             system=dataclasses.replace(self.system, lens=self.split.core),
             pattern=self.split.core.pattern(),
             split=None,
             tolerance=CLOSED_PART * self.tolerance,
         )
+
+    def moved(self, by_um: tuple[float, float]) -> Job:
+        """Return the same with its edges moved: what is seen through patterns that are moved."""
+        edges = self.edges.seen_from(-np.array(by_um) / self.grid.pitch_um)
+        there = edges.length > 0.0  # a length of rounding may be none elsewhere
+        return dataclasses.replace(self, edges=edges.some(there), pair=self.pair[there])
 
     def difference_part(self) -> Job | None:
         """Return the difference of a split lens, on no background; None where there is none."""

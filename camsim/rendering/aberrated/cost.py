@@ -13,6 +13,8 @@ from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.nearby import MANY
 from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, spreading_precision
 
+ROWS = 4.0  # of a transfer's table, for each cycle of what turns fastest
+COLUMNS = 12.0  # of a pattern, cosines and sines
 SEEN = 2.0  # spectra in one window besides the background's
 
 
@@ -20,9 +22,11 @@ SEEN = 2.0  # spectra in one window besides the background's
 class Counts:
     """What is going to be done for one image of a difference.
 
-    pupil_nodes : at all wavelengths;  pattern_samples: of all their patterns;  fused_samples: times patterns kept
-    transformed : points of the transfers
-    responses   : of lines;  response_points: frequencies of them all, and what these are summed from
+    series      : of phase factors, nodes in the pupil;  amplitudes: terms of them at all radii and angles
+    bessels     : rows of Bessel functions, those of the patterns at all wavelengths and those of their transfers
+    transformed : products of these with patterns
+    looked_into : transfers × columns, of windows and of lines
+    responses   : of lines
     crossings   : edges × rows;  looked_up: photosites × lines
     windows     : of ``frequencies`` each;  clamped: edges × windows
     window_edges, window_spread : edge × frequency of all windows, or nodes and frequencies of non-uniform transforms
@@ -30,12 +34,12 @@ class Counts:
     held        : numbers of 8 bytes that stay in memory
     """
 
-    pupil_nodes: float
-    pattern_samples: float
-    fused_samples: float
+    series: float
+    amplitudes: float
+    bessels: float
     transformed: float
+    looked_into: float
     responses: int
-    response_points: float
     crossings: float
     looked_up: float
     windows: int
@@ -51,10 +55,10 @@ def short_counts(image: ShortImage) -> Counts:
     """Count what a difference is going to take."""
     job, settings, pattern = image.job, image.settings, image.pattern
     grid, edges, nm = job.grid, job.edges, image.nodes.wavelength_nm
-    size, reach, _ = pattern.lattice
-    samples, points, sets = (2.0 * reach + 1.0) ** 2, float(size) ** 2, len(pattern.sets[0])
-    outer_um = math.sqrt(2.0) * settings.outer * grid.pitch_um
-    nodes = sum(image.rest.pupil_nodes(float(w))(outer_um) for w in nm)
+    series, radii, sets = pattern.hardest, pattern.radii.size, len(pattern.sets[0])
+    discs, degree, most = len(series.terms), series.degree, series.most
+    rows = settings.cut * settings.outer * ROWS
+    columns = sets * min(2.0 * most + 1.0, COLUMNS)
     frequencies = settings.tile(0, 0, settings.side, settings.side).points
     normals, windows = len(image.lines[1]), len(image.windows)
     in_one = min(float(len(edges)), 4.0 + len(edges) * _share(image))
@@ -64,14 +68,14 @@ def short_counts(image: ShortImage) -> Counts:
     pieces, orders = gauss_pieces(phase, OF_NODES * spreading_precision(job.tolerance), MOST_NODES)
     spread = frequencies * 3.0 + in_one * float(pieces[0] * orders[0]) * 2.0
     inside = float(np.minimum(edges.length, grid.rows + grid.cols).sum())
-    of_lines = 3.0 * normals * settings.cut * settings.outer + 2.0 * samples
+    of_lines = 3.0 * normals * settings.cut * settings.outer
     return Counts(
-        pupil_nodes=nodes,
-        pattern_samples=nm.size * samples,
-        fused_samples=sets * nm.size * samples,
-        transformed=sets * points,
+        series=discs * nm.size * float(degree + 20) ** 2,
+        amplitudes=discs * nm.size * radii * (degree + 1.0) * (2.0 * most + 1.0),
+        bessels=radii * (discs * nm.size + rows),
+        transformed=radii * rows * columns,
+        looked_into=(frequencies + of_lines) * columns,
         responses=normals,
-        response_points=sets * of_lines if normals else 0.0,
         crossings=2.0 * len(edges) * grid.rows,
         looked_up=2.0 * settings.near * inside if normals else 0.0,
         windows=windows,
@@ -80,7 +84,7 @@ def short_counts(image: ShortImage) -> Counts:
         window_edges=windows * frequencies * in_one if by_edge else 0.0,
         window_spread=0.0 if by_edge else windows * spread,
         summed=windows * (frequencies * signals + 2.0 * job.signals.scale.size * settings.period**2),
-        held=sets * (samples + points + 2.0 * frequencies) + 2.0 * grid.rows * grid.cols + 6.0 * samples,
+        held=columns * (radii + rows) + 4.0 * sets * frequencies + 2.0 * grid.rows * grid.cols,
     )
 
 
@@ -94,11 +98,11 @@ def _share(image: ShortImage) -> float:
 
 # Nanoseconds of one core each.
 PRICES = {
-    "pupil_nodes": 60.0,
-    "pattern_samples": 120.0,
-    "fused_samples": 1.0,
-    "transformed": 15.0,
-    "response_points": 60.0,
+    "series": 150.0,
+    "amplitudes": 1.0,
+    "bessels": 80.0,
+    "transformed": 0.4,
+    "looked_into": 5.0,
     "crossings": 1.0,
     "looked_up": 10.0,
     "windows": 1.5e6,

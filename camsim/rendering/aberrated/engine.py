@@ -117,7 +117,7 @@ class AberratedPlan:
 
     def of(self, job: Job) -> AberratedPlan:
         """Return the same settings and wavelengths for other edges."""
-        closed, rest = job.round_part(), job.difference_part()
+        closed, rest = job.round_part(), _about_its_move(job)
         short = self.short
         if short is not None and rest is not None:
             short = dataclasses.replace(short, job=rest, nodes=rest.nodes_like(short.nodes))
@@ -152,11 +152,18 @@ class Aberrated:
         assert job.split is not None
         assert job.footprint is not None
         check_tolerance(job.tolerance, job.split.core.pattern(), CLOSED_PART)
-        closed, rest_job = Boundary().plan(job.round_part()), job.difference_part()
+        closed, rest_job = Boundary().plan(job.round_part()), _about_its_move(job)
         rest = job.split.rest
         if rest is None or rest_job is None or not len(rest_job.edges):
             return AberratedPlan(job=job, closed=closed, short=None)
         return AberratedPlan(job=job, closed=closed, short=_short(rest_job, rest, job.footprint))
+
+
+def _about_its_move(job: Job) -> Job | None:
+    """Return the difference, whose pattern lies about its move, with the edges moved instead."""
+    assert job.split is not None
+    rest = job.difference_part()
+    return None if rest is None else rest.moved(job.split.moved_um)
 
 
 def _short(job: Job, rest: Difference, footprint: Footprint) -> ShortImage:

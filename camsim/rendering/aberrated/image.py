@@ -63,7 +63,7 @@ class ShortImage:
 
     def responses(self) -> Responses:
         """Return what lines show, one for each normal, pair and channel."""
-        of_sets = self.pattern.responses(self.lines[1], self.job.budget.allowed("short lines"))
+        of_sets = self.pattern.responses(self.lines[1])
         weights = self.pattern.sets[1]
         of_spectra = np.concatenate([np.zeros((1, *weights.shape[1:])), weights])  # the background's are none
         of_pairs = of_spectra[self.job.sides[:, 0]] - of_spectra[self.job.sides[:, 1]]

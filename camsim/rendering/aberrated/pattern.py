@@ -4,31 +4,44 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
-from camsim.nonuniform import along_line, at_points
+from camsim.arrays import F64, I64
+from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference
-from camsim.quadrature import quintic_cells
+from camsim.quadrature import chebyshev, quintic_cells
+from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Waves, add_patterns, project
+from camsim.rendering.aberrated.series import Series, series_of
 from camsim.rendering.aberrated.settings import Settings
+from camsim.rendering.angular import Transfer
+from camsim.rendering.boundary.settings import SIX_POINTS
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block
-from camsim.rendering.fourier.lens import footprint_transfer
-from camsim.rendering.fourier.sampled_lens import fold
+from camsim.rendering.fourier.lens import footprint_transfer, frequencies
 from camsim.rendering.fourier.taper import taper, tapered
 
-FEW_LINES = 6  # along which the pattern's projections take less than the plane that holds all
-LINE_PRECISION = 0.01  # of a line's response: of what it may be wrong by
+MORE_NODES = 10  # along the radius
+FINER = 16  # times as many nodes as the radius takes, for a six-point look-up: 2e-7 of what is far out, 1e-9 of all
+RADII = 16  # at which it is asked what an edge shows
+COARSEST = 1.0  # radians that a transfer's fastest part turns by from one row of its table to the next, at most
+
+
+class Harmonics(NamedTuple):
+    """Patterns by the angle: values (columns, b, radii), each of cos or, where ``sine`` is 1, sin(order·φ)."""
+
+    values: F64
+    order: I64
+    sine: I64
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShortPattern:
-    """Patterns of several weight sets, cut off.
+    """Patterns of several weight sets about their move, cut off.
 
     wavelength_nm : (j,);  contrast: (spectra, channels, j) against the background
     precision     : of a pattern, relative to all of the light
@@ -55,37 +68,107 @@ class ShortPattern:
         return flat, np.eye(len(flat)).reshape(spectra, channels, -1)
 
     @functools.cached_property
-    def lattice(self) -> tuple[int, int, F64]:
-        """Points along a period, points to either side of the middle that the pattern is kept on, and their places."""
-        settings = self.settings
-        size = fast_length(math.ceil(2.04 * settings.cut * settings.period) + 1)
-        step = settings.period / size
-        reach = math.floor(settings.outer / step)
-        return size, reach, step * np.arange(-reach, reach + 1.0)
+    def _allowed(self) -> float:
+        """What each approximation may be wrong by: of all the light."""
+        return max(0.25 * self.precision, 1e-14)
+
+    def _series(self, wavelength_nm: F64) -> list[Series]:
+        return series_of(self.rest, wavelength_nm, 0.5 * self._allowed)
+
+    @property
+    def hardest(self) -> Series:
+        """The phase factor of the most waves."""
+        return self._series(self.wavelength_nm[:1])[0]
 
     @functools.cached_property
-    def samples(self) -> F64:
-        """Patterns (b, y, x) on the lattice, tapered, times a cell's area."""
-        settings, (size, _, axis) = self.settings, self.lattice
-        along = (
-            tapered(np.abs(axis), settings.reach, settings.outer, taper(settings.sharpness)) * settings.period / size
-        )
-        total = np.zeros((len(self.sets[0]), axis.size, axis.size))
-        place_um = axis * self.pitch_um
-        for nm, weights in zip(self.wavelength_nm, self.sets[0].T, strict=True):
-            pattern = self.rest.point_spread_on(place_um, place_um, float(nm), 30.0 * self.precision)
-            pattern *= along * self.pitch_um**2
-            pattern *= along[:, None]
-            for own, weight in zip(total, weights, strict=True):
-                if weight != 0.0:
-                    own += weight * pattern
-        return total
+    def radii(self) -> F64:
+        """Chebyshev nodes of 0 … outer that follow the patterns, whose finest ripples are λN long."""
+        outer = self.settings.outer
+        turns = math.pi * outer * self.rest.cutoff_per_um(float(self.wavelength_nm.min())) * self.pitch_um
+        # Bessel functions J_n(κ), the series' coefficients, fall as Airy's Ai(∛2·(n − κ)/∛κ) from n = κ on.
+        beyond = 0.8 * (1.5 * math.log(10.0 / self._allowed)) ** (2.0 / 3.0)
+        return 0.5 * outer * (1.0 + chebyshev(math.ceil(turns + beyond * turns ** (1.0 / 3.0)) + MORE_NODES))
 
     @functools.cached_property
-    def transfers(self) -> C128:
-        """Half planes i ≥ 0 (b, rows, columns) of the patterns' transfers; rows go round."""
-        size = self.lattice[0]
-        return np.stack([scipy.fft.rfft2(fold(fold(own, size, 0), size, 1), workers=-1) for own in self.samples])
+    def harmonics(self) -> Harmonics:
+        """Patterns (columns, b, radii) less the round one: c·cos mφ + s·sin mφ, those of them that matter."""
+        radius = self.radii
+        every = self._series(self.wavelength_nm)
+        degree, most, discs = max(own.degree for own in every), max(own.most for own in every), len(every[0].terms)
+        angle = np.pi * np.arange(2.0 * most + 1.0) / (2.0 * most + 1.0)
+        around = np.zeros((len(every), discs, degree + 1, 2, angle.size))
+        for into, own in zip(around, every, strict=True):
+            gamma = own.around(angle)
+            into[:, : own.degree + 1, 0], into[:, : own.degree + 1, 1] = gamma.real, gamma.imag
+        blur = np.array([self.rest.blur_um(float(nm)) for nm in self.wavelength_nm]) / self.pitch_um
+        size = np.pi / (np.square(blur) * (1.0 - self.rest.obstruction**2))
+        waves = Waves(np.pi / blur, around, self.rest.obstruction, self.sets[0] * size)
+        halves = np.zeros((len(self.sets[0]), radius.size, 2, angle.size))
+        shared(radius.size, functools.partial(add_patterns, radius, waves, BESSELS, halves))
+        whole = np.concatenate([halves[:, :, 0] + halves[:, :, 1], halves[:, :, 0] - halves[:, :, 1]], axis=2)
+        spectrum = scipy.fft.rfft(whole, axis=2, norm="forward")
+        spectrum[:, :, 1:] *= 2.0
+        columns = np.moveaxis(np.stack([spectrum.real, -spectrum.imag], axis=3), (2, 3), (0, 1))
+        columns = columns.reshape(-1, *columns.shape[2:])
+        order, sine = np.divmod(np.arange(len(columns)), 2)
+        # A ring's share of Chebyshev's nodes is the cosine's slope.
+        outer = self.settings.outer
+        rings = (np.pi**2 / radius.size) * radius * np.sqrt(radius * (outer - radius))
+        light = np.max(np.sum(np.abs(columns) * 2.0 * rings, axis=2), axis=1)
+        kept = np.ones(len(light), bool)
+        faintest = np.argsort(light)
+        kept[faintest[np.cumsum(light[faintest]) <= self._allowed]] = False
+        return Harmonics(columns[kept], order[kept], sine[kept])
+
+    @functools.cached_property
+    def transfer(self) -> Transfer:
+        """The patterns' transfers, tapered."""
+        settings, harmonics = self.settings, self.harmonics
+        columns, sets, nodes = harmonics.values.shape
+        if not columns:
+            return Transfer.of(np.zeros((6, 0, sets)), 0.0, harmonics.order, harmonics.sine, settings.cut)
+        # From the farthest radius inwards: so a cosine's angles run.
+        series = scipy.fft.dct(harmonics.values[..., ::-1].reshape(-1, nodes), axis=1, norm="forward")
+        fine = FINER * nodes
+        padded = np.zeros((columns * sets, fine))
+        padded[:, :nodes] = series
+        values = scipy.fft.idct(padded, axis=1, norm="forward", overwrite_x=True)
+        radius = 0.5 * settings.outer * (1.0 + chebyshev(fine)[::-1])
+        values *= tapered(radius, settings.reach, settings.outer, taper(settings.sharpness))
+        around = np.concatenate([values[:, 2::-1], values, values[:, :-4:-1]], axis=1)
+        profiles = Profiles(np.ascontiguousarray(around.T), fine / np.pi, settings.outer, harmonics.order, sets)
+        step_x, step_y = 0.49 / settings.cut, 0.97 / settings.cut
+        line = np.zeros((math.floor(settings.outer / step_x) + 1, columns * sets))
+        shared(len(line), functools.partial(project, profiles, step_x, step_y, line))
+        return self._of_line(line.T, step_x)
+
+    def _of_line(self, line: F64, step: float) -> Transfer:
+        """Return the transfers of projections (columns · sets, x) at 0, step …; odd harmonics' are odd."""
+        settings, order, sets = self.settings, self.harmonics.order, self.harmonics.values.shape[1]
+        length = fast_length(math.ceil(math.pi * settings.outer / (step * self._turn)) + len(line[0]), real=True)
+        odd = np.repeat(order % 2 == 1, sets)
+        padded = np.zeros((len(line), length + 1))
+        padded[:, : line.shape[1]] = step * line
+        padded[~odd] = scipy.fft.dct(padded[~odd], type=1, axis=1)
+        padded[odd, 1:-1] = -scipy.fft.dst(padded[odd, 1:-1], type=1, axis=1)
+        padded[odd, 0] = padded[odd, -1] = 0.0
+        rows = min(math.ceil(settings.cut * 2.0 * length * step) + 4, length + 1)
+        before = padded[:, 2:0:-1] * np.where(odd, -1.0, 1.0)[:, None]
+        table = np.concatenate([before, padded[:, :rows]], axis=1)
+        values = table.T.reshape(-1, order.size, sets)
+        return Transfer.of(values, 2.0 * length * step, order, self.harmonics.sine, settings.cut)
+
+    @property
+    def _turn(self) -> float:
+        """By how much the transfer's fastest part may turn from one row of its table to the next, radians.
+
+        A six-point look-up errs by (angle)⁶ of what an edge shows of each radius.
+        """
+        radius = self.settings.outer * (np.arange(RADII) + 0.5) / RADII
+        ends_nm = {float(self.wavelength_nm.min()), float(self.wavelength_nm.max())}
+        shown = np.max([self.rest.light_beyond(radius * self.pitch_um, nm) for nm in ends_nm], axis=0)
+        moment = float(np.mean(6.0 * (radius / self.settings.outer) ** 5 * shown))
+        return min(COARSEST, math.pow(self._allowed / (SIX_POINTS * moment), 1.0 / 6.0))
 
     @functools.cached_property
     def _blocks(self) -> dict[Block, F64]:
@@ -98,22 +181,19 @@ class ShortPattern:
         """
         if block not in self._blocks:
             tile = self.settings.tile(0, 0, self.settings.side, self.settings.side)
-            # The half plane i ≥ 0 is there; a block lies wholly in it or in its mirror image.
-            back = block.first_i < 0
-            i, j = block.first_i + np.arange(block.count_i), block.first_j + np.arange(block.count_j)
-            row, low, high = (-j if back else j) % self.transfers.shape[1], np.abs(i).min(), np.abs(i).max() + 1
+            fx, fy = frequencies(block, tile, 1.0)
             foot = footprint_transfer(self.system, block, tile, self.pitch_um)
             across, down, both = (part.view(complex)[..., 0] for part in foot)
             footprint = across * down[:, None] * (both if both.size else 1.0)
-            values = np.empty((len(self.transfers), block.count_j, 2, block.count_i))
-            for own, transfer in zip(values, self.transfers, strict=True):
-                taken = transfer[:, low:high][row]
-                taken = (taken[:, ::-1].conj() if back else taken) * footprint
+            every = self.transfer.on_lattice(fx[0], np.ascontiguousarray(fy[:, 0]))
+            values = np.empty((len(every), block.count_j, 2, block.count_i))
+            for own, transfer in zip(values, every, strict=True):
+                taken = transfer * footprint
                 own[:, 0], own[:, 1] = taken.real, taken.imag
             self._blocks[block] = values
         return self._blocks[block]
 
-    def responses(self, normals: F64, allowed: float) -> F64:
+    def responses(self, normals: F64) -> F64:
         """Return what is seen from −near … near of straight edges: quintics (normals, b, cells, 6).
 
         normals : (o, 2), to the side that the light is on
@@ -133,33 +213,12 @@ class ShortPattern:
         footprint = self.system.footprint_otf(fx / self.pitch_um, fy / self.pitch_um)
         index = np.arange(-2, cells + 3) % count
         turn = np.exp(-2j * np.pi * f * settings.near)
-        out = np.empty((len(normals), len(self.samples), cells, 6))
-        for b, transfer in enumerate(self._along(normals, f, max(LINE_PRECISION * allowed, 1e-13))):
+        out = np.empty((len(normals), len(self.sets[0]), cells, 6))
+        for b, transfer in enumerate(self.transfer.at((normals[:, :1] * f).ravel(), (normals[:, 1:] * f).ravel())):
             spectrum = np.zeros((len(normals), count // 2 + 1), complex)
-            spectrum[:, 1 : 1 + f.size] = transfer * footprint * turn / (2j * np.pi * f * period)
+            spectrum[:, 1 : 1 + f.size] = transfer.reshape(fx.shape) * footprint * turn / (2j * np.pi * f * period)
             running = scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward")
             # The side where nothing is seen yet lies half a period back.
             silent = running[:, [(count // 2 + round(settings.near / settings.step)) % count]]
             out[:, b] = quintic_cells((running - silent)[:, index])
         return out
-
-    def _along(self, normals: F64, frequency: F64, precision: float) -> Iterator[C128]:
-        """Yield each pattern's transfer (normals, frequencies) at 1, 2 … times the first frequency along normals."""
-        samples, axis = self.samples, self.lattice[2]
-        # Opposite normals have one line.
-        back = (normals[:, 0] < 0.0) | ((normals[:, 0] == 0.0) & (normals[:, 1] < 0.0))
-        lines, which = np.unique(np.where(back[:, None], -normals, normals) + 0.0, axis=0, return_inverse=True)
-        found = np.empty((len(samples), len(lines), frequency.size), complex)
-        if len(lines) > FEW_LINES:
-            step = 2.0 * np.pi * (axis[1] - axis[0])
-            fx, fy = (step * np.multiply.outer(line, frequency).ravel() for line in lines.T)
-            for own, plane in zip(found, samples, strict=True):
-                points = at_points((fy, fx), plane.astype(complex), precision=precision, sign=-1)
-                own[:] = points.reshape(own.shape)
-        else:
-            flat, turn = samples.reshape(len(samples), -1), 2.0 * np.pi * frequency[0]
-            for n, (x, y) in enumerate(lines):
-                phases = turn * np.add.outer(y * axis, x * axis).ravel()
-                found[:, n] = along_line(phases, flat, frequency.size, precision=precision)
-        whole = found[:, which.ravel()]
-        yield from np.where(back[:, None], whole.conj(), whole)

@@ -16,6 +16,7 @@ from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.bent import bent
 from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.integrals import Integrals
+from camsim.rendering.check.overlap import followed
 from camsim.rendering.check.places import hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.scenery import Pieces, pieces_of
@@ -256,6 +257,7 @@ class Judge:
         allowed = own
         if job is not self.job:
             base, allowed = np.zeros_like(base), DIFFERENCE_CHECK_PART * self.job.tolerance
+            job = followed(job, wavelength_nm)
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
         edges = polygons(pieces, 1.0 / highest, min(allowed, own))
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)

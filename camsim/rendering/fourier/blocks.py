@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from types import EllipsisType
 from typing import NamedTuple
 
 from camsim.arrays import C128
@@ -60,6 +61,11 @@ class Tile:
             low=(-near, -near),
             high=(cols - 1 + near, rows - 1 + near),
         )
+
+    @property
+    def part(self) -> tuple[EllipsisType, slice, slice]:
+        """Where it is in an image."""
+        return ..., slice(self.row, self.row + self.rows), slice(self.col, self.col + self.cols)
 
     @property
     def points(self) -> float:

@@ -11,7 +11,6 @@ import dataclasses
 import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from types import EllipsisType
 from typing import Protocol
 
 import numpy as np
@@ -29,12 +28,13 @@ from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
 from camsim.rendering.fourier.lens import footprint_transfer
+from camsim.rendering.fourier.lens_curves import LensCurves
+from camsim.rendering.fourier.lens_fields import LensFields
 from camsim.rendering.fourier.plan import Sizes, Task, plan_sizes
 from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
 from camsim.rendering.fourier.together import Sum
-from camsim.rendering.fourier.transfers import RoundTransfers, Transfers
 from camsim.rendering.spectral import multiples
 
 FINEST, COARSEST = 1e-11, 1e-2
@@ -110,11 +110,11 @@ class FourierImage:
             if not len(seen):
                 return tile, None  # all that could be seen lies elsewhere
             regions = Regions.of(seen, tile, plan, shares, self.tolerance / self.kernel.carries)
-            return tile, self.tile_image(tile, plan, regions, channel[_part(tile)], contrast)
+            return tile, self.tile_image(tile, plan, regions, channel[tile.part], contrast)
 
         for done, (tile, values) in enumerate(ahead(tiled, plan.tiles, plan.at_once)):
             if values is not None:
-                image[_part(tile)] += values
+                image[tile.part] += values
             progress((done + 1) / len(plan.tiles))
         return image
 
@@ -260,13 +260,13 @@ class FourierImage:
         # Filled here: threads that touch fresh pages at once wait for one another.
         total = np.full((contrast.shape[1], *tile.sums, 2), 0.0)
         if self.kernel.round:
-            curves = self._round.of(tile, plan, contrast)
+            curves = self._curves.of(tile, plan, contrast)
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
                 shared(total.shape[1], add)
             return total
-        for fields, weights in self._transfers.in_turn(tile, plan, contrast):
+        for fields, weights in self._fields.of(tile, plan, contrast):
             for block, scene in regions.blocks():
                 footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
                 values = fields(block)
@@ -275,22 +275,16 @@ class FourierImage:
         return total
 
     @functools.cached_property
-    def _round(self) -> RoundTransfers:
-        """What gives a round lens, or its shell, on a tile."""
-        lens = self.system.lens
-        assert isinstance(lens, Round)
-        pattern = lens if self.shell is None else self.shell.of(lens, self.pitch_um)
-        return RoundTransfers(pattern, self._lit[0], self.pitch_um, self.kernel)
+    def _curves(self) -> LensCurves:
+        """What gives a round lens, or its shell, on a block."""
+        assert isinstance(self.system.lens, Round)
+        pattern = self.system.lens if self.shell is None else self.shell.of(self.system.lens, self.pitch_um)
+        return LensCurves(pattern, self._lit[0], self.pitch_um, self.kernel)
 
     @functools.cached_property
-    def _transfers(self) -> Transfers:
-        """What gives the lens on a block, of lenses that are not round."""
-        return Transfers(self.system, self._lit[0], self.pitch_um, self.tolerance, self.kernel)
-
-
-def _part(tile: Tile) -> tuple[EllipsisType, slice, slice]:
-    """Return where a tile is in an image."""
-    return ..., slice(tile.row, tile.row + tile.rows), slice(tile.col, tile.col + tile.cols)
+    def _fields(self) -> LensFields:
+        """What gives a lens that is not round on a block."""
+        return LensFields(self.system, self._lit[0], self.pitch_um, self.kernel, self.tolerance)
 
 
 def check_tolerance(tolerance: float) -> None:

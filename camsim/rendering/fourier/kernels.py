@@ -21,6 +21,7 @@ from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.rendering.fourier.blocks import Place
 
+TURNS, PRODUCTS = 5_000, 50_000  # phases, and edges × frequencies: fewer are no work for a thread of its own
 COLUMNS = 128  # frequencies at a time: their phases stay in the nearest cache; rows cut out, so that loops are vectors
 FLAT = 1e-3  # below this k·e the difference of the ends' phases is taken as a sinc
 
@@ -79,8 +80,9 @@ def edge_transforms(place: Place, edges: Corners) -> F64:
     """
     out = np.zeros((edges.jump.shape[1], place.count_j, 2, place.count_i))
     across = np.empty((2, len(edges.points), place.count_i))
-    shared(len(edges.points), functools.partial(_turn, place, edges.points, across))
-    shared(place.count_j, functools.partial(_transform, place, edges, across, out))
+    of_row = place.count_i * len(edges.points)
+    shared(len(edges.points), functools.partial(_turn, place, edges.points, across), least=-(-TURNS // place.count_i))
+    shared(place.count_j, functools.partial(_transform, place, edges, across, out), least=-(-PRODUCTS // of_row))
     return out
 
 

@@ -1,0 +1,290 @@
+"""An aberrated lens's difference as the check knows it: its transfer, by overlaps of the pupil with itself.
+
+T(f) = ∫ exp(2πi·(W(x − fλN) − W(x + fλN))) over what two pupils have in common, W about the move, less what a plane
+wavefront leaves: a function of |f|·λN, the angle and the wavelength that is smooth in all three. It is followed on
+nodes, and added up over wavelengths. The engines make their patterns from the pupil's amplitude; no pattern is made
+here, none is tapered, and what was followed is held against overlaps elsewhere before it is used.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64, I64
+from camsim.kernels import kernel, shared
+from camsim.optics.airy import NM_PER_UM, airy_otf
+from camsim.optics.difference import Difference
+from camsim.quadrature import barycentric, chebyshev, gauss_legendre
+from camsim.rendering.angular import Transfer
+from camsim.rendering.job import Job
+
+MOST_WAVES = 3.0  # over the pupil: more take longer than patterns do
+SAME_PATH = 1e-12  # waves: a path difference that is this nearly one length at all wavelengths is
+UNTAPERED = 2.0  # times what may lie beyond the reach: nothing is spent on a taper
+GROWTH, ROUNDS = 1.3, 4
+NOTHING = 1e-13  # of a harmonic
+PLACES = 12  # at which it is held against overlaps
+
+
+class Sizes(NamedTuple):
+    """Nodes of the overlap's rule either way, along √(1 − ν), half round, over wavelengths, and rows of a table."""
+
+    rule: int
+    shifts: int
+    angles: int
+    colours: int
+    rows: int
+
+    def larger(self) -> Sizes:
+        """Return more of each."""
+        return Sizes(*(math.ceil(GROWTH * size) if size > 1 else 1 for size in self))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overlapping:
+    """A difference whose transfer is known from overlaps: a lens that transforms take as it is, without a taper."""
+
+    place: ClassVar[str] = "lens"
+    fades: ClassVar[bool] = True
+
+    rest: Difference
+
+    def blur_um(self, wavelength_nm: float) -> float:
+        """As the difference's."""
+        return self.rest.blur_um(wavelength_nm)
+
+    def cutoff_per_um(self, wavelength_nm: float) -> float:
+        """As the difference's."""
+        return self.rest.cutoff_per_um(wavelength_nm)
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """As the difference's."""
+        return self.rest.otf(fx_per_um, fy_per_um, wavelength_nm)
+
+    def waves_turned(self, low_nm: float, high_nm: float) -> float:
+        """As the difference's."""
+        return self.rest.waves_turned(low_nm, high_nm)
+
+    def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
+        """As the difference's."""
+        return self.rest.light_beyond(distance_um, wavelength_nm, rings)
+
+    def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
+        """As the difference's for ``UNTAPERED`` times as much."""
+        return self.rest.reach_um(UNTAPERED * lost_fraction, wavelength_nm, rings)
+
+    def fused(self, wavelength_nm: F64, weights: F64, allowed: float) -> Fused:
+        """Return transfers of sets of weights (sets, wavelengths), as far as they may be wrong.
+
+        Where ``ROUNDS`` of more and more nodes do not follow them the last are taken: what they are wrong by the check
+        takes for the image's error, and tells.
+        """
+        return _fused(self.rest, tuple(wavelength_nm.tolist()), weights.tobytes(), len(weights), allowed)
+
+
+def followed(job: Job, wavelength_nm: F64) -> Job:
+    """Return a difference's job behind what follows its transfer.
+
+    Or as it is, where overlaps would take longer than patterns: obstructions, many waves, paths of no one length.
+    """
+    rest = job.system.lens
+    assert isinstance(rest, Difference)
+    low, high = float(wavelength_nm.min()), float(wavelength_nm.max())
+    if rest.obstruction or rest.lens.waves_across(low) > MOST_WAVES:
+        return job
+    x, y, _ = _nodes(4, np.array([0.3]))
+    paths = [rest.lens.waves(x, y, nm) * nm / low for nm in np.linspace(low, high, 5).tolist()]
+    one = all(np.abs(own - paths[0]).max() <= SAME_PATH for own in paths)
+    return job.behind(Overlapping(rest=rest)) if one else job
+
+
+@dataclass(frozen=True, eq=False)
+class Fused:
+    """Transfers about the move: ``transfer`` by cycles/µm."""
+
+    transfer: Transfer
+    moved_um: tuple[float, float]
+
+    def on_lattice(self, fx_per_um: F64, fy_per_um: F64) -> C128:
+        """Return the transfers (sets, fy, fx)."""
+        across, down = (np.exp(-2j * np.pi * f * c) for f, c in zip((fx_per_um, fy_per_um), self.moved_um, strict=True))
+        found = self.transfer.on_lattice(fx_per_um, fy_per_um)
+        found *= across * down[:, None]
+        return found
+
+
+@functools.lru_cache(maxsize=4)
+def _fused(rest: Difference, wavelength_nm: tuple[float, ...], packed: bytes, sets: int, allowed: float) -> Fused:
+    nm, weights = np.array(wavelength_nm), np.frombuffer(packed).reshape(sets, -1)
+    waves, turned = rest.lens.waves_across(nm.min()), rest.waves_turned(nm.min(), nm.max())
+    digits = -math.log10(allowed)
+    sizes = Sizes(
+        rule=math.ceil(4.0 + 1.5 * digits + 2.0 * waves),
+        shifts=math.ceil(12.0 + 2.6 * digits + 4.0 * waves),
+        angles=math.ceil(6.0 + 1.5 * digits + 4.0 * waves),
+        colours=1 if nm.size == 1 else math.ceil(2.0 + digits + turned),
+        rows=math.ceil(40.0 * 10.0 ** (digits / 6.0)),
+    )
+    rng, rounds = np.random.default_rng(len(wavelength_nm)), ROUNDS
+    # Within all wavelengths' cut-offs: what a look-up errs by at one of them is as narrow as a row.
+    place = np.stack([rng.uniform(0.05, 0.95, PLACES) / rest.blur_um(nm.max()), rng.uniform(0.0, np.pi, PLACES)])
+    fx, fy = place[0] * np.cos(place[1]), place[0] * np.sin(place[1])
+    while True:
+        right = _direct(rest, nm, weights, place, math.ceil(1.5 * sizes.rule) + 8)
+        transfer = _followed(rest, nm, weights, sizes)
+        rounds -= 1
+        if not rounds or np.abs(transfer.at(fx, fy) - right).max() <= allowed:
+            return Fused(transfer, rest.moved_um)
+        sizes = sizes.larger()
+
+
+def _nodes(count: int, shift: F64) -> tuple[F64, F64, F64]:
+    """Return places u, v (shifts, n) along and across the shift, and weights, of rules over overlaps of two discs."""
+    t, v = gauss_legendre(count)
+    turn = 0.5 * np.pi * (1.0 + t)  # spaced as a cosine across: what is left of a line at either end are roots
+    widest = np.sqrt(np.maximum(1.0 - np.square(shift), 0.0))[:, None]
+    across, slope = -widest * np.cos(turn), 0.5 * np.pi * widest * np.sin(turn) * v
+    half = np.maximum(np.sqrt(np.maximum(1.0 - np.square(across), 0.0)) - shift[:, None], 0.0)
+    along = half[..., None] * t
+    weights = (slope * half)[..., None] * v / np.pi
+    return along.reshape(shift.size, -1), np.repeat(across, count, axis=1), weights.reshape(shift.size, -1)
+
+
+def _steps(rest: Difference, wavelength_nm: float, shift: F64, cos: F64, sin: F64, nodes: tuple[F64, F64]) -> F64:
+    """Return W(x − s) − W(x + s) about the move, waves; all arrays of one shape, or shaped to be."""
+    along, across = nodes
+    plane = np.array(rest.moved_um) / (2.0 * rest.blur_um(wavelength_nm))
+    step = 2.0 * shift * (plane[0] * cos + plane[1] * sin)
+    for side in (-1.0, 1.0):
+        u = along + side * shift
+        step = step - side * rest.lens.waves(u * cos - across * sin, u * sin + across * cos, wavelength_nm)
+    whole: F64 = step
+    return whole
+
+
+def _direct(rest: Difference, nm: F64, weights: F64, place: F64, count: int) -> C128:
+    """Return fused transfers (sets, places) at places (|f| per µm, angle), wavelength by wavelength."""
+    blur = np.array([rest.blur_um(w) for w in nm.tolist()])
+    out = np.zeros((len(weights), place.shape[1]), complex)
+    cos, sin = np.cos(place[1])[:, None], np.sin(place[1])[:, None]
+    for length, wavelength, own in zip(blur.tolist(), nm.tolist(), weights.T, strict=True):
+        shift = np.minimum(place[0] * length, 1.0)
+        along, across, share = _nodes(count, shift)
+        step = _steps(rest, wavelength, shift[:, None], cos, sin, (along, across))
+        out += np.multiply.outer(own, np.sum(share * (np.exp(2j * np.pi * step) - 1.0), axis=1))
+    return out
+
+
+def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer:
+    """Return fused transfers by cycles/µm."""
+    first, last = float(1.0 / nm.max()), float(1.0 / nm.min())
+    shift = 1.0 - (0.5 * (1.0 + chebyshev(sizes.shifts))) ** 2
+    angle = np.pi * np.arange(sizes.angles) / sizes.angles
+    along, across, share = _nodes(sizes.rule, shift)
+    cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    step = _steps(rest, 1.0 / first, shift[:, None, None], cos, sin, (along[:, None], across[:, None]))
+    # Evenly over 1/λ, so that each phase follows from the one before.
+    waves = np.linspace(1.0, last / first, sizes.colours)
+    samples = np.zeros((sizes.shifts, sizes.angles, sizes.colours, 2))
+    shared(sizes.shifts, functools.partial(_add_overlaps, step, share, waves, samples))
+    values = np.moveaxis(samples, 2, 0)
+    transfers: C128 = values[..., 0] + 1j * values[..., 1]
+    transfers -= airy_otf(shift, f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
+    columns, order, sine = _harmonics(transfers)
+    blur = np.array([rest.blur_um(w) for w in nm.tolist()])
+    cut = 1.0 / float(blur.min())
+    frequency = cut / sizes.rows * np.arange(-2.0, sizes.rows + 4.0)
+    binomial = np.array([(-1.0) ** k * math.comb(sizes.colours - 1, k) for k in range(sizes.colours)])
+    own = barycentric(waves, binomial, 1.0 / (first * nm), same=1e-13)
+    table = np.zeros((frequency.size, len(weights), columns.shape[2]))
+    fuse = functools.partial(_fuse, frequency, blur, weights, own, columns.reshape(-1, columns.shape[2]), table)
+    shared(frequency.size, fuse)
+    return Transfer.of(np.moveaxis(table, 1, 2), sizes.rows / cut, order, sine, cut)
+
+
+def _harmonics(values: C128) -> tuple[F64, I64, I64]:
+    """Return columns (colours, shifts, columns) of transfers (…, half a circle of angles), their orders and sines.
+
+    Half a turn on a transfer is its conjugate: real parts have even harmonics, imaginary ones odd.
+    """
+    count = values.shape[-1]
+    turn = np.exp(-1j * np.pi * np.arange(count) / count)
+    even = scipy.fft.fft(values.real, axis=-1, norm="forward")[..., : (count + 1) // 2]
+    odd = scipy.fft.fft(values.imag * turn, axis=-1, norm="forward")[..., : (count + 1) // 2]
+    order = np.concatenate([2 * np.arange(even.shape[-1]), 2 * np.arange(odd.shape[-1]) + 1])
+    both = np.concatenate([even, odd], axis=-1) * np.where(order == 0, 1.0, 2.0)
+    columns = np.concatenate([both.real, -both.imag], axis=-1)
+    sine = np.repeat([0, 1], order.size)
+    kept = np.flatnonzero(np.abs(columns).max(axis=(0, 1)) > NOTHING)
+    return np.ascontiguousarray(columns[..., kept]), np.tile(order, 2)[kept], sine[kept]
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _add_overlaps(step: F64, share: F64, waves: F64, samples: F64, first: int, stop: int) -> None:
+    """Add Σ share·exp(2πi·step·waves), waves evenly spaced, at some shifts: (shifts, angles, colours, 2).
+
+    step : (shifts, angles, nodes);  share: (shifts, nodes)
+    """
+    gap = waves[1] - waves[0] if waves.size > 1 else 0.0
+    for s in range(first, stop):
+        for a in range(step.shape[1]):
+            total = samples[s, a]
+            for n in range(step.shape[2]):
+                phase, turn = 2.0 * math.pi * step[s, a, n] * waves[0], 2.0 * math.pi * step[s, a, n] * gap
+                real, imaginary = share[s, n] * math.cos(phase), share[s, n] * math.sin(phase)
+                cos, sin = math.cos(turn), math.sin(turn)
+                for k in range(waves.size):
+                    total[k, 0] += real
+                    total[k, 1] += imaginary
+                    real, imaginary = real * cos - imaginary * sin, real * sin + imaginary * cos
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _fuse(frequency: F64, blur: F64, weights: F64, own: F64, columns: F64, table: F64, first: int, stop: int) -> None:
+    """Add up wavelengths at some frequencies: (frequencies, sets, columns).
+
+    own     : (wavelengths, colours) what each takes of the colours that were followed
+    columns : (colours · shifts, columns), shifts at Chebyshev nodes of 2·√(1 − ν) − 1
+    """
+    sets, colours = len(weights), own.shape[1]
+    shifts = len(columns) // colours
+    place, row = np.empty(shifts), np.empty(shifts)
+    taken = np.empty((sets, colours, shifts))
+    for k in range(shifts):
+        # As ``quadrature.chebyshev`` has them, and what each weighs in the barycentric formula.
+        turn = math.pi * (shifts - k - 0.5) / shifts
+        place[k] = math.cos(turn)
+    for f in range(first, stop):
+        taken[:] = 0.0
+        for j in range(blur.size):
+            nu = frequency[f] * blur[j]
+            if nu >= 1.0:
+                continue
+            x, total, hit = 2.0 * math.sqrt(1.0 - nu) - 1.0, 0.0, -1
+            for k in range(shifts):
+                gap = x - place[k]
+                if abs(gap) < 1e-14:
+                    hit = k
+                    gap = 1.0
+                row[k] = (1.0 - 2.0 * (k % 2)) * math.sin(math.pi * (k + 0.5) / shifts) / gap
+                total += row[k]
+            if hit >= 0:
+                row[:] = 0.0
+                row[hit], total = 1.0, 1.0
+            for s in range(sets):
+                for c in range(colours):
+                    weight = weights[s, j] * own[j, c] / total
+                    for k in range(shifts):
+                        taken[s, c, k] += weight * row[k]
+        for s in range(sets):
+            for c in range(colours):
+                for k in range(shifts):
+                    weight, values = taken[s, c, k], columns[c * shifts + k]
+                    for q in range(values.size):
+                        table[f, s, q] += weight * values[q]

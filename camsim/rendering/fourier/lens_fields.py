@@ -1,0 +1,112 @@
+"""A lens that is not round as a Fourier image multiplies by it: few transfers, and what a signal takes of each."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from camsim.arrays import C128, F64
+from camsim.optics import OpticalSystem
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.lens import Fields, frequencies, parts, plain_fields
+from camsim.rendering.fourier.plan import Sizes
+from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
+from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.modes import mixed
+
+OF_TAPER = 0.25  # of a taper's share, where there is none: what transfers that a lens has added up may be wrong by
+
+
+class Fused(Protocol):
+    """Transfers of several sets of weights."""
+
+    def on_lattice(self, fx_per_um: F64, fy_per_um: F64) -> C128:
+        """Return them on a lattice of frequencies, cycles/µm: (sets, fy, fx)."""
+        ...
+
+
+@runtime_checkable
+class Fuses(Protocol):
+    """A lens that adds up its wavelengths itself."""
+
+    def fused(self, wavelength_nm: F64, weights: F64, allowed: float) -> Fused:
+        """Return transfers of sets of weights (sets, wavelengths)."""
+        ...
+
+
+def fused_fields(fused: Fused, pitch_um: float, tile: Tile) -> Fields:
+    """Return what gives transfers that are added up already: block → (sets, j, i, 2)."""
+
+    def fields(block: Block) -> F64:
+        fx, fy = frequencies(block, tile, pitch_um)
+        return parts(fused.on_lattice(fx[0], np.ascontiguousarray(fy[:, 0])))
+
+    return fields
+
+
+@dataclass(frozen=True, eq=False)
+class LensFields:
+    """A lens at wavelengths (j,)."""
+
+    system: OpticalSystem
+    wavelength_nm: F64
+    pitch_um: float
+    kernel: Kernel
+    tolerance: float
+
+    @functools.cached_property
+    def _budget(self) -> ErrorBudget:
+        return ErrorBudget(self.tolerance)
+
+    @functools.cached_property
+    def _made(self) -> dict[tuple[object, ...], Fields]:
+        return {}
+
+    def of(self, tile: Tile, plan: Sizes, contrast: F64) -> Iterator[tuple[Fields, F64]]:
+        """Yield what gives transfers on a block, and weights (spectra, channels, transfers) of these.
+
+        contrast : (spectra, channels, j) against the background
+        """
+        wavelength_nm, lens = self.wavelength_nm, self.system.lens
+        if isinstance(lens, Fuses):
+            modes, weights = self._mixed(contrast, wavelength_nm.size)
+            transfers = lens.fused(wavelength_nm, modes, OF_TAPER * self._budget.allowed("taper"))
+            yield fused_fields(transfers, self.pitch_um, tile), weights
+            return
+        if not self.kernel.tapered:
+            yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
+            return
+        count = wavelength_nm.size
+        modes, weights = self._mixed(contrast, min(plan.fields + 1, count))
+        fused = len(modes) < count and len(modes) <= plan.fields
+        weights = weights if fused else contrast
+        for first in range(0, 1 if fused else count, plan.fields):
+            some = slice(None) if fused else slice(first, first + plan.fields)
+            own = modes if fused else np.eye(wavelength_nm[some].size)
+            # Windows of one size on scenery all about them have the same transfers: those that were made last are kept.
+            key = tile.periods, tile.inner, tile.outer, tile.cut, plan.sharpness, first, own.tobytes()
+            if key not in self._made:
+                self._made.clear()
+                precision = self._budget.allowed("pupil")
+                own_transfers = tapered_transfers(
+                    self.system, wavelength_nm[some], own, self.pitch_um, tile, plan,
+                    cuts=self.kernel.cuts(tile.cut), precision=precision,
+                )  # fmt: skip
+                self._made[key] = fields_of(own_transfers)
+            yield self._made[key], np.ascontiguousarray(weights[:, :, some])
+
+    def _mixed(self, contrast: F64, most: int) -> tuple[F64, F64]:
+        """Return weights (modes, wavelengths) of few transfers, and what (spectra, channels, modes) there is of each.
+
+        What all wavelengths give a spectrum in a channel is one transfer, and few of them may do for all of these: each
+        weight is off by so little that all together are off by a thousandth of what wavelengths may be.
+        """
+        count = contrast.shape[2]
+        off = 1e-3 * self._budget.allowed("wavelengths") / count
+        modes, mixture = mixed(contrast.reshape(-1, count), off, most=most)
+        return modes, np.ascontiguousarray(mixture.T.reshape(*contrast.shape[:2], -1))
