@@ -239,3 +239,19 @@ def test_a_thin_ellipse_within_a_blur(radii, blur):
         exact, unsure = systems.Truth(system).everywhere()
         assert unsure < 0.01 * tolerance
         assert np.abs(rendering.image - exact).max() <= 0.35 * tolerance
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_an_edge_that_only_the_outermost_photosites_see(turned, sign):
+    """λN so small that all others see neither side of it: a table of its response is made all the same."""
+    size, centre = (40.0, 10.0), (0.0, sign * 6.45)  # its side lies 0.05 before the last centres
+    if turned:
+        size, centre = size[::-1], centre[::-1]
+    shape = RECTANGLE | {"width": size[0], "height": size[1], "centre": list(centre)}
+    system = system_of([shape], 0.02, photosite=POINT, rows=4, cols=4) | {"pitch_um": 1.0}
+    rendering, truth = systems.rendered(system, tolerance=1e-3, method="boundary"), systems.Truth(system)
+    for row, col in np.ndindex(4, 4):
+        exact, unsure = truth.at(row, col, target=1e-6)
+        assert unsure < 1e-4
+        assert abs(rendering.image[row, col] - exact) <= 1e-3
