@@ -255,3 +255,15 @@ def test_an_edge_that_only_the_outermost_photosites_see(turned, sign):
         exact, unsure = truth.at(row, col, target=1e-6)
         assert unsure < 1e-4
         assert abs(rendering.image[row, col] - exact) <= 1e-3
+
+
+@pytest.mark.parametrize(("radius", "blur", "tolerance"), [(300.0, 0.3, 1e-4), (60.0, 0.1, 1e-5)])
+def test_a_rim_that_goes_on_beyond_the_table_that_the_check_reads(radius, blur, tolerance):
+    """There it takes powers: the estimate of a good image is small."""
+    disc = {"kind": "disc", "radius": radius, "centre": [0.8 * radius + 0.3, 0.6 * radius], "reflectance": 0.0}
+    system = system_of([disc], blur, photosite=POINT, rows=4, cols=4)
+    rendering, truth = systems.rendered(system, tolerance=tolerance, method="boundary"), systems.Truth(system)
+    assert rendering.error_estimate <= 0.1 * tolerance
+    exact, unsure = truth.at(1, 2, target=1e-3 * tolerance)
+    assert unsure < 0.1 * tolerance
+    assert abs(rendering.image[1, 2] - exact) <= tolerance
