@@ -193,8 +193,7 @@ class OfPupil:
         along, round_about = degrees
         radial = math.ceil(0.27 * turns + 0.5 * along) + 24
         if self.pupil.sides > 1:
-            # A side spans less than the whole turn's phase, and half as many nodes as its degree do.
-            angular = max(8, math.ceil((1.06 * turns + 64.0) / self.pupil.sides + 0.5 * round_about))
+            angular = math.ceil(0.54 * self.pupil.side_share * turns + 0.5 * round_about) + 24
         else:
             angular = math.ceil(1.06 * turns + 64.0) + round_about
         return radial, angular, self.pupil.sides

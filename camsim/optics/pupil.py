@@ -108,6 +108,15 @@ class Pupil:
         """How many smooth pieces the outline has: 1 for a circle."""
         return max(len(self.corners), 1)
 
+    @property
+    def side_share(self) -> float:
+        """By how much a wave turns over half of a side, over what it turns along the outer radius, for a Gauss rule.
+
+        Nodes lie as 1/√(1 − t²), and the side's places as tan ht, h half of the angle that it is seen at.
+        """
+        half, t = math.pi / self.sides, np.linspace(0.0, 1.0, 101)
+        return float(np.max(half * math.cos(half) * np.sqrt(1.0 - t * t) / np.square(np.cos(half * t))))
+
     def rays(self, fraction: F64) -> tuple[F64, F64]:
         """Return angle and length of the rays to the outline's points: ``fraction`` (n,) is 0 … 1 of each side in turn.
 

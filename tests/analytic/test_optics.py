@@ -7,8 +7,8 @@ import pytest
 from scipy import integrate, special
 
 from camsim.errors import UnsupportedError
-from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
-from camsim.optics.airy import airy_encircled_energy, airy_otf
+from camsim.optics import Airy, AnnularAiry, EllipticalGaussian, FourSpotOlpf, OpticalSystem, SquarePhotosite
+from camsim.optics.airy import airy_encircled_energy, airy_otf, airy_tone
 from tests.truth import rays
 
 
@@ -85,3 +85,33 @@ def test_a_stage_without_a_place_is_the_lens_where_there_is_no_other():
     assert system.lens is own
     assert system.more == (besides,)
     assert system.stages == (own, besides, SquarePhotosite(side_um=3.0))
+
+
+def test_a_gaussian_of_two_axes_has_their_variances():
+    covariance = np.array(
+        EllipticalGaussian.from_axes(sigma_um=2.0, sigma_across_um=0.7, rotate_deg=30.0).covariance_um2
+    )
+    along, across = np.array([np.cos(np.pi / 6.0), 0.5]), np.array([-0.5, np.cos(np.pi / 6.0)])
+    assert along @ covariance @ along == pytest.approx(4.0)
+    assert across @ covariance @ across == pytest.approx(0.49)
+
+
+@pytest.mark.parametrize("obstruction", [0.2, 0.5, 0.8])
+def test_energy_never_falls_and_no_table_of_it_ends_in_a_step(obstruction):
+    """Light adds up: out to beyond where panels end and a series begins."""
+    radius_um = np.linspace(20.0, 420.0, 40_001)
+    lens = AnnularAiry(f_number=1.0, obstruction=obstruction)
+    energy = lens.encircled_energy(radius_um, 1000.0)
+    assert np.diff(energy).min() > -1e-12
+    assert np.diff(energy).max() < 1e-4
+
+
+def test_what_oscillates_in_an_airy_pattern_is_the_hankel_functions_own():
+    """By SciPy's H0² + H1²; at x = 40 what is left out is 4e-15."""
+    x = np.linspace(40.0, 60.0, 101)
+    scale, terms = airy_tone(1.0, 1.0)
+    rho = x / np.pi
+    ours = (np.exp(2j * x) * sum(term * rho ** (-2.0 - k) for k, term in enumerate(terms))).real
+    exact = 0.5 * (special.hankel1(0, x) ** 2 + special.hankel1(1, x) ** 2).real
+    assert scale == 1.0
+    assert np.abs(ours - exact).max() < 1.5e-14

@@ -302,6 +302,8 @@ def test_a_measured_falloff_is_held_beyond_its_table() -> None:
         (lambda: DualGain(from_iso=0.0), "from_iso: .* not 0.0"),
         (lambda: Cos4Falloff(exit_pupil_mm=0.0), "must be a number above 0"),
         (lambda: RadialFalloff(radius_mm=(1.0, 2.0), values=(1.0, 0.5)), "must begin at 0"),
+        (lambda: RadialFalloff(radius_mm=(0.0, 1.0, 2.0), values=(1.0, 0.5)), "2 for 3 of radius_mm; give two or more"),
+        (lambda: RadialFalloff(radius_mm=(0.0,), values=(1.0,)), "1 for 1 of radius_mm; give two or more"),
         (lambda: RadialFalloff(radius_mm=(0.0, 2.0), values=(0.9, 0.5)), "must begin with 1"),
         (lambda: working_f_number(2.0, -1.0), "magnification: .* not -1.0"),
         (lambda: recorded(np.zeros((3, 3)), blooming=Blooming(), **PLACE), "no full_well"),

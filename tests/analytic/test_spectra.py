@@ -257,6 +257,11 @@ def test_a_cube_of_two_spectra_is_two_planes(monkeypatch: pytest.MonkeyPatch) ->
         assert planes.shape == (count, 4, 5)
         spectra = [component.at(nm) for component in components]
         np.testing.assert_allclose(np.einsum("prc,pb->rcb", planes, spectra), cube, atol=1e-9)
+    black_and_white = cube.copy()
+    black_and_white[0, 0], black_and_white[3, 4] = 0.0, 1.0
+    planes, components = pca.planes_of_cube(black_and_white, nm, error=0.0)
+    spectra = [component.at(nm) for component in components]
+    np.testing.assert_allclose(np.einsum("prc,pb->rcb", planes, spectra), black_and_white, atol=1e-12)
     for sample, said in ((1.5, "not 1.5"), (-0.1, "not -0.1")):
         wrong = cube.copy()
         wrong[1, 2, 3] = sample

@@ -239,3 +239,31 @@ def test_a_thin_ellipse_within_a_blur(radii, blur):
         exact, unsure = systems.Truth(system).everywhere()
         assert unsure < 0.01 * tolerance
         assert np.abs(rendering.image - exact).max() <= 0.35 * tolerance
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_an_edge_that_only_the_outermost_photosites_see(turned, sign):
+    """λN so small that all others see neither side of it: a table of its response is made all the same."""
+    size, centre = (40.0, 10.0), (0.0, sign * 6.45)  # its side lies 0.05 before the last centres
+    if turned:
+        size, centre = size[::-1], centre[::-1]
+    shape = RECTANGLE | {"width": size[0], "height": size[1], "centre": list(centre)}
+    system = system_of([shape], 0.02, photosite=POINT, rows=4, cols=4) | {"pitch_um": 1.0}
+    rendering, truth = systems.rendered(system, tolerance=1e-3, method="boundary"), systems.Truth(system)
+    for row, col in np.ndindex(4, 4):
+        exact, unsure = truth.at(row, col, target=1e-6)
+        assert unsure < 1e-4
+        assert abs(rendering.image[row, col] - exact) <= 1e-3
+
+
+@pytest.mark.parametrize(("radius", "blur", "tolerance"), [(300.0, 0.3, 1e-4), (60.0, 0.1, 1e-5)])
+def test_a_rim_that_goes_on_beyond_the_table_that_the_check_reads(radius, blur, tolerance):
+    """There it takes powers: the estimate of a good image is small."""
+    disc = {"kind": "disc", "radius": radius, "centre": [0.8 * radius + 0.3, 0.6 * radius], "reflectance": 0.0}
+    system = system_of([disc], blur, photosite=POINT, rows=4, cols=4)
+    rendering, truth = systems.rendered(system, tolerance=tolerance, method="boundary"), systems.Truth(system)
+    assert rendering.error_estimate <= 0.1 * tolerance
+    exact, unsure = truth.at(1, 2, target=1e-3 * tolerance)
+    assert unsure < 0.1 * tolerance
+    assert abs(rendering.image[1, 2] - exact) <= tolerance

@@ -17,7 +17,7 @@ from camsim.rendering.fields.cost import STRIP_POINTS
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Sizes
+from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, STRIP_SAMPLES, Sizes
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
 
@@ -73,6 +73,7 @@ class Reach:
             fields=fields,
             block_points=max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + planes + fields)),
             strip_points=STRIP_POINTS,
+            pattern_samples=STRIP_SAMPLES,
             seconds=0.0,
             memory_bytes=0.0,
         )

@@ -30,8 +30,9 @@ TILES_AT_ONCE = 2  # of round lenses, and then one strip of each
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
 PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
+ALL_BUT = 0.8  # of the memory, that a wavefront's patterns may take while they are made
 TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
-STRIP_SAMPLES = 4_000_000  # of a pattern at a time, each of which takes STRIP_BYTES until it is added up
+STRIP_SAMPLES = 4_000_000  # of a pattern at a time, at least, each of which takes STRIP_BYTES until it is added up
 STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all of it, and the pupil's nodes at a time
 PART = 2_000_000  # numbers that are transformed back at a time
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
@@ -55,7 +56,7 @@ class Sizes:
     margin   : of the taper's band, in 1/width;  sharpness: β of its Kaiser–Bessel window
     spread   : transform the edges by non-uniform FFT instead of edge by edge, ``strip_points`` frequencies at a time
     channels : at a time;  fields: wavelengths at a time, of a tapered lens that is not round
-    block_points : frequencies at a time
+    block_points : frequencies at a time;  pattern_samples: of a lens that is not round
     at_once  : tiles, each of them on one thread
     seconds, memory_bytes : expected, of one core
     """
@@ -68,6 +69,7 @@ class Sizes:
     fields: int
     block_points: int
     strip_points: int
+    pattern_samples: int
     seconds: float
     memory_bytes: float
     at_once: int = 1
@@ -206,6 +208,7 @@ def _tiled(task: Task, count: int) -> Sizes:
         fields=fields,
         block_points=block_points,
         strip_points=strip_points,
+        pattern_samples=_pattern_samples(task, largest, fields),
         seconds=seconds,
         memory_bytes=fixed + channels * transforms,
         at_once=at_once,
@@ -241,11 +244,25 @@ def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float]:
         seconds += PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
         return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut)
     if kernel.tapered:
-        seconds = PER_PUPIL_NODE * kernel.pupil_nodes(math.hypot(*tile.outer)) * math.ceil(samples / STRIP_SAMPLES)
+        strip = _pattern_samples(task, tile, fields)
+        seconds = PER_PUPIL_NODE * kernel.pupil_nodes(math.hypot(*tile.outer)) * math.ceil(samples / strip)
         seconds += PER_PUPIL_SAMPLE * task.wavelengths * samples
-        made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
+        made = STRIP_BYTES * min(samples, strip) + min(NODES_BYTES, STRIP_BYTES * samples)
         return seconds, (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
     return 0.0, 0.0
+
+
+def _pattern_samples(task: Task, tile: Tile, fields: int) -> int:
+    """Return how many samples of a pattern are made at a time.
+
+    Every strip is summed from every node of the pupil: where these take longer, strips are as large as memory allows.
+    """
+    kernel, samples = task.kernel, samples_of(task.kernel, tile)
+    nodes = 0.0 if kernel.round else kernel.pupil_nodes(math.hypot(*tile.outer))
+    if PER_PUPIL_NODE * nodes * math.ceil(samples / STRIP_SAMPLES) < PER_PUPIL_SAMPLE * task.wavelengths * samples:
+        return STRIP_SAMPLES
+    spare = ALL_BUT * task.memory_limit_bytes - NODES_BYTES - (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
+    return max(STRIP_SAMPLES, int(min(samples, spare / STRIP_BYTES)) + 1)
 
 
 def _tile(task: Task, window: tuple[int, int, int, int]) -> tuple[Tile, float, float]:

@@ -16,7 +16,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.lens import Fields, parts
-from camsim.rendering.fourier.plan import STRIP_SAMPLES, Sizes
+from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.psf import point_spread_of
 
@@ -73,7 +73,7 @@ def tapered_transfers(
     ]
     folded = [np.zeros((sizes[1], sizes[0])) for _ in weights]
     reach = axes[1].size // 2
-    strips = math.ceil(axes[0].size * axes[1].size * (1 + len(weights) // 8) / STRIP_SAMPLES)
+    strips = math.ceil(axes[0].size * axes[1].size * (1 + len(weights) // 8) / plan.pattern_samples)
     rows = min(sizes[1], math.ceil(axes[1].size / strips))  # of a strip no two fall on one of the period
     for first in range(0, axes[1].size, rows):
         some = slice(first, min(first + rows, axes[1].size))
