@@ -1,4 +1,4 @@
-"""Transfers of lenses, kept for tiles that are alike: curves, or fields by wavelength or by sums that do for a scene."""
+"""Transfers of lenses, kept for tiles that are alike: curves, or fields by wavelength or by few sums of them."""
 
 from __future__ import annotations
 
