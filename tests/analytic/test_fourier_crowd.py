@@ -1,4 +1,4 @@
-"""What the Fourier engine makes of a crowd before it transforms it, each part against a count or a sum of another kind."""
+"""What the Fourier engine makes of a crowd before it transforms it, each part against a count or another sum."""
 
 import numpy as np
 import pytest
