@@ -11,13 +11,13 @@ from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_o
 
 import camsim
 from camsim.optics import OpticalSystem, airy
-from camsim.rendering import footprint, job, outlines, quiet
+from camsim.rendering import focus, footprint, heard, job, outlines, quiet
 from camsim.rendering.aberrated import engine as aberrated_engine
 from camsim.rendering.aberrated import image as short_image
 from camsim.rendering.aberrated import pattern as short_pattern
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
-from camsim.rendering.boundary import settings, tables
+from camsim.rendering.boundary import tables
 from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
 from camsim.rendering.fourier import regions as fourier_regions
@@ -304,11 +304,11 @@ CORRUPTIONS = {
     "the pattern's energy": (airy, "AIRY", pattern(energy=lambda f: lambda rho: f(1.01 * rho)), {}),
     "the pattern's transfer": (airy, "AIRY", pattern(otf=lambda f: lambda u: f(1.01 * u)), {"optics": WIDE}),
     "quiet too soon": (quiet.Waves, "quiet_distance", lambda f: scaled(f, 0.2), {"optics": SHARP}),
-    "moments end too soon": (settings, "_moment_distance", lambda f: scaled(f, 0.3), {"optics": WIDE}),
+    "moments end too soon": (heard, "_moment_distance", lambda f: scaled(f, 0.3), {"optics": WIDE}),
     "rings in the centre of a disc are left out": (
         boundary_engine,
         "plan_boundary",
-        returning(lambda s: dataclasses.replace(s, foci=settings.NO_FOCI)),
+        returning(lambda s: dataclasses.replace(s, foci=focus.NO_FOCI)),
         {"scene": "disc", "optics": SHARP, "over": 1.0},
     ),
     # kernels, through what they are given

@@ -15,8 +15,9 @@ from camsim.arrays import F64, I64
 from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.check.along import SHORT
 from camsim.rendering.check.pattern import Table, loudness, table_of
-from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, SHORT, Asked, Parts, Tables, light_at_points
+from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, Asked, Parts, Tables, light_at_points
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.check.zones import FAR_PART, Rule, Zones, zones_of

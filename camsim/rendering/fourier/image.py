@@ -95,7 +95,7 @@ class FourierImage:
         shape = (channel.shape[-2], channel.shape[-1])
         if parts := self._shells(origin, shape):
             return image + Sum(parts=parts).rendered(origin, channel, progress)
-        plan = self._planned(origin, shape)
+        plan, (shares, contrast) = self._planned(origin, shape), self._alike
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
                 f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
@@ -103,7 +103,6 @@ class FourierImage:
                 "boundary",
                 key="method",
             )
-        shares, contrast = self._alike
 
         def tiled(tile: Tile) -> tuple[Tile, F64 | None]:
             seen = clamped(self.edges, tile.low, tile.high, (origin[0] + tile.col, origin[1] + tile.row))

@@ -1,0 +1,42 @@
+"""The check's integral along one arc against closed forms: the angle that it fills, and the area that it sweeps."""
+
+import numpy as np
+import pytest
+
+from camsim.quadrature import gauss_legendre
+from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, round_piece
+from camsim.rendering.check.records import Outlines
+
+RULES = Rules(*(np.stack(gauss_legendre(count)) for count in (20, *(count for count, _ in SHORT))))
+
+
+def along(place, radius, from_rad, turn_rad, energy, reach):
+    """Return the integral as a point at the origin has it."""
+    middle = from_rad + 0.5 * turn_rad
+    about = np.array([place[0] + radius * np.cos(middle), place[1] + radius * np.sin(middle), 0.5 * radius * turn_rad])
+    column = [np.array([value]) for value in (place[0], place[1], radius, 0.0, from_rad, turn_rad)]
+    return round_piece(0.0, 0.0, Outlines(*column), 0, about, reach, 4.0, energy, RULES, np.empty(CUTS))
+
+
+@pytest.mark.parametrize("turn_rad", [1e-6, 1e-3, 0.05, 0.19, 0.21])
+@pytest.mark.parametrize("radius", [0.3, 4.0, 3e4])
+def test_an_arc_is_seen_under_its_angle_and_sweeps_its_area(turn_rad, radius):
+    rng = np.random.default_rng(3)
+    none = np.zeros((1, 6))
+    for _ in range(20):
+        # The arc's middle is anywhere from 0.5 to 60 away.
+        from_rad, away = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi)
+        distance = np.exp(rng.uniform(np.log(0.5), np.log(60.0)))
+        middle = from_rad + 0.5 * turn_rad
+        place = distance * np.array([np.cos(away), np.sin(away)]) - radius * np.array([np.cos(middle), np.sin(middle)])
+        a, b = (place + radius * np.array([np.cos(f), np.sin(f)]) for f in (from_rad, from_rad + turn_rad))
+        if radius * turn_rad < 0.5 * distance:
+            angle = along(place, radius, from_rad, turn_rad, Energy(none, 1.0, np.array([1.0, 0.0, 0.0, 0.0])), 1e-9)
+            seen = np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b)
+            assert abs(angle - seen) <= (1e-11 if turn_rad < 0.2 else 1e-10) + 1e-15 * radius
+        # E = r²: twice the area between the point and the arc, the triangle's and the segment's.
+        flat = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+        swept = along(place, radius, from_rad, turn_rad, Energy(flat, 1e-9, np.zeros(4)), 1e9)
+        segment = turn_rad - np.sin(turn_rad) if turn_rad > 0.01 else turn_rad**3 / 6.0 * (1.0 - turn_rad**2 / 20.0)
+        twice = a[0] * b[1] - a[1] * b[0] + radius**2 * segment
+        assert abs(swept - twice) <= 1e-12 * (1.0 + radius * turn_rad) * (1.0 + distance + radius)
