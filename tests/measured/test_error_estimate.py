@@ -405,7 +405,7 @@ CORRUPTIONS = {
     "Bessel functions of a pattern": (
         short_pattern,
         "BESSELS",
-        lambda b: b._replace(far=1.001 * b.far),
+        lambda b: b._replace(far=1.03 * b.far),
         {"optics": BENT},
     ),
     "a difference cut too near": (
