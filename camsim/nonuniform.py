@@ -48,19 +48,6 @@ def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, 
     return total
 
 
-def along_line(phases: F64, strengths: F64, count: int, *, precision: float) -> C128:
-    """Return Σ_q strengths[n, q]·exp(−i·k·phases[q]), k = 1 … count: (n, count).
-
-    phases : (m,) radians
-    """
-    import finufft
-
-    total: C128 = finufft.nufft1d1(
-        _less_turns(phases), strengths.astype(complex), n_modes=2 * count + 1, eps=precision, isign=-1, nthreads=1
-    )
-    return total.reshape(len(strengths), -1)[:, count + 1 :]
-
-
 def lines_at(phases: F64, coefficients: C128, *, precision: float) -> C128:
     """Return Σ_j coefficients[n, j]·exp(i·j·phases) of each line n, j integers about 0: (lines, points).
 

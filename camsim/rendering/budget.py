@@ -66,7 +66,7 @@ FOURIER: dict[Source, Share] = {
 DIFFERENCE: dict[Source, Share] = {
     "cut": Share(0.62, "an aberrated pattern's difference from a round one past its reach, as of the lines in sight"),
     "hem": Share(0.20, "what its taper leaves outside the band: 1/sinh β of eight times what a line shows there"),
-    "short pupil": Share(0.03, "its pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
+    "short pupil": Share(0.03, "its Zernike series, its harmonics, nodes of the radius, its transfer's table: ¼ each"),
     "short lines": Share(
         0.03, "six-point look-up in what it shows beside a line: a response's bound, transfer taken twice"
     ),

@@ -391,7 +391,24 @@ CORRUPTIONS = {
         {"method": "fourier", "scene": "crowd"},
     ),
     # aberrated lenses
-    "a difference too strong": (short_pattern, "fold", lambda f: scaled(f, 1.001), {"optics": BENT}),
+    "a difference too strong": (
+        short_pattern,
+        "series_of",
+        returning(lambda every: [own._replace(terms=1.001 * own.terms) for own in every]),
+        {"optics": BENT},
+    ),
+    "a wavefront turned round": (
+        short_pattern,
+        "series_of",
+        returning(lambda every: [own._replace(terms=own.terms[..., ::-1].conj()) for own in every]),
+        {"optics": BENT},
+    ),
+    "Bessel functions of a pattern": (
+        short_pattern,
+        "BESSELS",
+        lambda b: b._replace(far=1.03 * b.far),
+        {"optics": BENT},
+    ),
     "a difference cut too near": (
         aberrated_engine,
         "settings_of",

@@ -13,8 +13,9 @@ from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.nearby import MANY
 from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, spreading_precision
 
-ROWS = 4.0  # of a transfer's table, for each cycle of what turns fastest
-COLUMNS = 12.0  # of a pattern, cosines and sines
+COLUMNS = 20.0  # of a pattern, cosines and sines: 19 to 24 of a few lenses
+PLACES = 0.25 * math.pi / (0.49 * 0.97)  # of a quarter of the plane, by the square of cycles within the taper
+BESIDES = 20.0  # columns that a place's radius and angle take as long as
 SEEN = 2.0  # spectra in one window besides the background's
 
 
@@ -23,8 +24,8 @@ class Counts:
     """What is going to be done for one image of a difference.
 
     series      : of phase factors, nodes in the pupil;  amplitudes: terms of them at all radii and angles
-    bessels     : rows of Bessel functions, those of the patterns at all wavelengths and those of their transfers
-    transformed : products of these with patterns
+    bessels     : rows of Bessel functions, at all radii and wavelengths
+    projected   : columns of patterns at places of the plane
     looked_into : transfers × columns, of windows and of lines
     responses   : of lines
     crossings   : edges × rows;  looked_up: photosites × lines
@@ -37,7 +38,7 @@ class Counts:
     series: float
     amplitudes: float
     bessels: float
-    transformed: float
+    projected: float
     looked_into: float
     responses: int
     crossings: float
@@ -57,8 +58,8 @@ def short_counts(image: ShortImage) -> Counts:
     grid, edges, nm = job.grid, job.edges, image.nodes.wavelength_nm
     series, radii, sets = pattern.hardest, pattern.radii.size, len(pattern.sets[0])
     discs, degree, most = len(series.terms), series.degree, series.most
-    rows = settings.cut * settings.outer * ROWS
     columns = sets * min(2.0 * most + 1.0, COLUMNS)
+    places = (settings.cut * settings.outer) ** 2 * PLACES
     frequencies = settings.tile(0, 0, settings.side, settings.side).points
     normals, windows = len(image.lines[1]), len(image.windows)
     in_one = min(float(len(edges)), 4.0 + len(edges) * _share(image))
@@ -72,8 +73,8 @@ def short_counts(image: ShortImage) -> Counts:
     return Counts(
         series=discs * nm.size * float(degree + 20) ** 2,
         amplitudes=discs * nm.size * radii * (degree + 1.0) * (2.0 * most + 1.0),
-        bessels=radii * (discs * nm.size + rows),
-        transformed=radii * rows * columns,
+        bessels=radii * discs * nm.size,
+        projected=places * (columns + BESIDES),
         looked_into=(frequencies + of_lines) * columns,
         responses=normals,
         crossings=2.0 * len(edges) * grid.rows,
@@ -84,7 +85,9 @@ def short_counts(image: ShortImage) -> Counts:
         window_edges=windows * frequencies * in_one if by_edge else 0.0,
         window_spread=0.0 if by_edge else windows * spread,
         summed=windows * (frequencies * signals + 2.0 * job.signals.scale.size * settings.period**2),
-        held=columns * (radii + rows) + 4.0 * sets * frequencies + 2.0 * grid.rows * grid.cols,
+        held=columns * (20.0 * radii + 20.0 * settings.cut * settings.outer)
+        + 4.0 * sets * frequencies
+        + 2.0 * grid.rows * grid.cols,
     )
 
 
@@ -101,13 +104,13 @@ PRICES = {
     "series": 150.0,
     "amplitudes": 1.0,
     "bessels": 80.0,
-    "transformed": 0.4,
-    "looked_into": 5.0,
+    "projected": 5.0,
+    "looked_into": 4.0,
     "crossings": 1.0,
     "looked_up": 10.0,
     "windows": 1.5e6,
     "window_edges": 1.1,
-    "window_spread": 80.0,
+    "window_spread": 50.0,
     "clamped": 300.0,
     "summed": 6.0,
 }

@@ -17,16 +17,21 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
-from camsim.kernels import kernel, shared
+from camsim.kernels import shared
 from camsim.optics.airy import NM_PER_UM, airy_otf
 from camsim.optics.difference import Difference
-from camsim.quadrature import barycentric, chebyshev, gauss_legendre
+from camsim.quadrature import barycentric, chebyshev
 from camsim.rendering.angular import Transfer
+from camsim.rendering.check.overlap_kernels import add_overlaps, fuse, overlap_nodes
 from camsim.rendering.job import Job
 
 MOST_WAVES = 3.0  # over the pupil: more take longer than patterns do
 SAME_PATH = 1e-12  # waves: a path difference that is this nearly one length at all wavelengths is
 UNTAPERED = 2.0  # times what may lie beyond the reach: nothing is spent on a taper
+MOST_NODES, OF_A_COLOUR = 7e5, 2e4  # of all overlaps, and more for each wavelength that would take a pattern
+CHECKED = 0.15  # of a tolerance: what the transfers may be wrong by (a quarter of a taper's share, where none is)
+SHIFTS, ANGLES = np.array([0.07, 0.25, 0.5, 0.8]), np.pi * np.array([0.02, 0.29, 0.55])  # where nodes are counted
+FEWEST_RULE, FEWEST = 12, 32
 GROWTH, ROUNDS = 1.3, 4
 NOTHING = 1e-13  # of a harmonic
 PLACES = 12  # at which it is held against overlaps
@@ -48,12 +53,16 @@ class Sizes(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Overlapping:
-    """A difference whose transfer is known from overlaps: a lens that transforms take as it is, without a taper."""
+    """A difference whose transfer is known from overlaps: a lens that transforms take as it is, without a taper.
+
+    sizes : where a search for nodes begins
+    """
 
     place: ClassVar[str] = "lens"
     fades: ClassVar[bool] = True
 
     rest: Difference
+    sizes: Sizes
 
     def blur_um(self, wavelength_nm: float) -> float:
         """As the difference's."""
@@ -85,7 +94,7 @@ class Overlapping:
         Where ``ROUNDS`` of more and more nodes do not follow them the last are taken: what they are wrong by the check
         takes for the image's error, and tells.
         """
-        return _fused(self.rest, tuple(wavelength_nm.tolist()), weights.tobytes(), len(weights), allowed)
+        return _fused(self.rest, self.sizes, tuple(wavelength_nm.tolist()), weights.tobytes(), len(weights), allowed)
 
 
 def followed(job: Job, wavelength_nm: F64) -> Job:
@@ -98,10 +107,45 @@ def followed(job: Job, wavelength_nm: F64) -> Job:
     low, high = float(wavelength_nm.min()), float(wavelength_nm.max())
     if rest.obstruction or rest.lens.waves_across(low) > MOST_WAVES:
         return job
-    x, y, _ = _nodes(4, np.array([0.3]))
+    x, y, _ = overlap_nodes(4, np.array([0.3]))
     paths = [rest.lens.waves(x, y, nm) * nm / low for nm in np.linspace(low, high, 5).tolist()]
-    one = all(np.abs(own - paths[0]).max() <= SAME_PATH for own in paths)
-    return job.behind(Overlapping(rest=rest)) if one else job
+    most = MOST_NODES + OF_A_COLOUR * wavelength_nm.size
+    sizes = _sizes(rest, low, high, CHECKED * job.tolerance, most)
+    if sizes is None or any(np.abs(own - paths[0]).max() > SAME_PATH for own in paths):
+        return job
+    return job.behind(Overlapping(rest=rest, sizes=sizes))
+
+
+@functools.lru_cache(maxsize=64)
+def _sizes(rest: Difference, low_nm: float, high_nm: float, allowed: float, most: float) -> Sizes | None:
+    """Return nodes that follow the transfers at the shortest wavelength, None where these are too many."""
+    digits, turned = -math.log10(allowed), rest.waves_turned(low_nm, high_nm)
+    before, rule = _transfer(rest, low_nm, FEWEST_RULE, SHIFTS, ANGLES), FEWEST_RULE
+    while True:
+        rule = math.ceil(1.25 * rule)
+        if rule**2 * FEWEST**2 > 2.0 * most:
+            return None
+        found = _transfer(rest, low_nm, rule, SHIFTS, ANGLES)
+        if np.abs(found - before).max() <= allowed:
+            break
+        before = found
+    count = FEWEST
+    while True:
+        if rule**2 * count**2 > 4.0 * most:
+            return None
+        shift = 1.0 - (0.5 * (1.0 + chebyshev(count))) ** 2
+        along = _transfer(rest, low_nm, rule, shift, ANGLES[:2])
+        half = _transfer(rest, low_nm, rule, SHIFTS[::2], np.pi * np.arange(count) / count)
+        around = scipy.fft.fft(np.concatenate([half, half.conj()], axis=1), axis=1)[:, :count]
+        series = np.abs(scipy.fft.dct(along.view(float), axis=0)).max(axis=1), np.abs(around).max(axis=0)
+        shifts, angles = (int(np.flatnonzero(own > 0.3 * allowed * count)[-1]) + 2 for own in series)
+        if max(shifts, angles) <= 0.85 * count:
+            break
+        count *= 2
+    if rule**2 * shifts * angles > most:
+        return None
+    colours = 1 if low_nm == high_nm else math.ceil(2.0 + digits + 3.0 * turned)
+    return Sizes(rule, shifts, angles, colours, rows=math.ceil(40.0 * 10.0 ** (digits / 6.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,17 +164,10 @@ class Fused:
 
 
 @functools.lru_cache(maxsize=4)
-def _fused(rest: Difference, wavelength_nm: tuple[float, ...], packed: bytes, sets: int, allowed: float) -> Fused:
+def _fused(
+    rest: Difference, sizes: Sizes, wavelength_nm: tuple[float, ...], packed: bytes, sets: int, allowed: float
+) -> Fused:
     nm, weights = np.array(wavelength_nm), np.frombuffer(packed).reshape(sets, -1)
-    waves, turned = rest.lens.waves_across(nm.min()), rest.waves_turned(nm.min(), nm.max())
-    digits = -math.log10(allowed)
-    sizes = Sizes(
-        rule=math.ceil(4.0 + 1.5 * digits + 2.0 * waves),
-        shifts=math.ceil(12.0 + 2.6 * digits + 4.0 * waves),
-        angles=math.ceil(6.0 + 1.5 * digits + 4.0 * waves),
-        colours=1 if nm.size == 1 else math.ceil(2.0 + digits + turned),
-        rows=math.ceil(40.0 * 10.0 ** (digits / 6.0)),
-    )
     rng, rounds = np.random.default_rng(len(wavelength_nm)), ROUNDS
     # Within all wavelengths' cut-offs: what a look-up errs by at one of them is as narrow as a row.
     place = np.stack([rng.uniform(0.05, 0.95, PLACES) / rest.blur_um(nm.max()), rng.uniform(0.0, np.pi, PLACES)])
@@ -142,18 +179,6 @@ def _fused(rest: Difference, wavelength_nm: tuple[float, ...], packed: bytes, se
         if not rounds or np.abs(transfer.at(fx, fy) - right).max() <= allowed:
             return Fused(transfer, rest.moved_um)
         sizes = sizes.larger()
-
-
-def _nodes(count: int, shift: F64) -> tuple[F64, F64, F64]:
-    """Return places u, v (shifts, n) along and across the shift, and weights, of rules over overlaps of two discs."""
-    t, v = gauss_legendre(count)
-    turn = 0.5 * np.pi * (1.0 + t)  # spaced as a cosine across: what is left of a line at either end are roots
-    widest = np.sqrt(np.maximum(1.0 - np.square(shift), 0.0))[:, None]
-    across, slope = -widest * np.cos(turn), 0.5 * np.pi * widest * np.sin(turn) * v
-    half = np.maximum(np.sqrt(np.maximum(1.0 - np.square(across), 0.0)) - shift[:, None], 0.0)
-    along = half[..., None] * t
-    weights = (slope * half)[..., None] * v / np.pi
-    return along.reshape(shift.size, -1), np.repeat(across, count, axis=1), weights.reshape(shift.size, -1)
 
 
 def _steps(rest: Difference, wavelength_nm: float, shift: F64, cos: F64, sin: F64, nodes: tuple[F64, F64]) -> F64:
@@ -168,6 +193,24 @@ def _steps(rest: Difference, wavelength_nm: float, shift: F64, cos: F64, sin: F6
     return whole
 
 
+def _transfer(rest: Difference, wavelength_nm: float, count: int, shift: F64, angle_rad: F64) -> C128:
+    """Return transfers (shifts, angles) of the whole lens about the move at one wavelength."""
+    samples = np.zeros((shift.size, angle_rad.size, 1, 2))
+    _overlaps(rest, wavelength_nm, count, shift, angle_rad, np.ones(1), samples)
+    values: C128 = samples[:, :, 0].view(complex)[..., 0]
+    return values
+
+
+def _overlaps(
+    rest: Difference, wavelength_nm: float, count: int, shift: F64, angle_rad: F64, waves: F64, samples: F64
+) -> None:
+    """Add transfers (shifts, angles, colours, 2) at ``waves`` evenly spaced multiples of the wavefront at one."""
+    along, across, share = overlap_nodes(count, shift)
+    cos, sin = np.cos(angle_rad)[:, None], np.sin(angle_rad)[:, None]
+    step = _steps(rest, wavelength_nm, shift[:, None, None], cos, sin, (along[:, None], across[:, None]))
+    shared(shift.size, functools.partial(add_overlaps, step, share, waves, samples))
+
+
 def _direct(rest: Difference, nm: F64, weights: F64, place: F64, count: int) -> C128:
     """Return fused transfers (sets, places) at places (|f| per µm, angle), wavelength by wavelength."""
     blur = np.array([rest.blur_um(w) for w in nm.tolist()])
@@ -175,7 +218,7 @@ def _direct(rest: Difference, nm: F64, weights: F64, place: F64, count: int) -> 
     cos, sin = np.cos(place[1])[:, None], np.sin(place[1])[:, None]
     for length, wavelength, own in zip(blur.tolist(), nm.tolist(), weights.T, strict=True):
         shift = np.minimum(place[0] * length, 1.0)
-        along, across, share = _nodes(count, shift)
+        along, across, share = overlap_nodes(count, shift)
         step = _steps(rest, wavelength, shift[:, None], cos, sin, (along, across))
         out += np.multiply.outer(own, np.sum(share * (np.exp(2j * np.pi * step) - 1.0), axis=1))
     return out
@@ -186,13 +229,10 @@ def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer
     first, last = float(1.0 / nm.max()), float(1.0 / nm.min())
     shift = 1.0 - (0.5 * (1.0 + chebyshev(sizes.shifts))) ** 2
     angle = np.pi * np.arange(sizes.angles) / sizes.angles
-    along, across, share = _nodes(sizes.rule, shift)
-    cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    step = _steps(rest, 1.0 / first, shift[:, None, None], cos, sin, (along[:, None], across[:, None]))
     # Evenly over 1/λ, so that each phase follows from the one before.
     waves = np.linspace(1.0, last / first, sizes.colours)
     samples = np.zeros((sizes.shifts, sizes.angles, sizes.colours, 2))
-    shared(sizes.shifts, functools.partial(_add_overlaps, step, share, waves, samples))
+    _overlaps(rest, 1.0 / first, sizes.rule, shift, angle, waves, samples)
     values = np.moveaxis(samples, 2, 0)
     transfers: C128 = values[..., 0] + 1j * values[..., 1]
     transfers -= airy_otf(shift, f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
@@ -203,8 +243,8 @@ def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer
     binomial = np.array([(-1.0) ** k * math.comb(sizes.colours - 1, k) for k in range(sizes.colours)])
     own = barycentric(waves, binomial, 1.0 / (first * nm), same=1e-13)
     table = np.zeros((frequency.size, len(weights), columns.shape[2]))
-    fuse = functools.partial(_fuse, frequency, blur, weights, own, columns.reshape(-1, columns.shape[2]), table)
-    shared(frequency.size, fuse)
+    fused = functools.partial(fuse, frequency, blur, weights, own, columns.reshape(-1, columns.shape[2]), table)
+    shared(frequency.size, fused)
     return Transfer.of(np.moveaxis(table, 1, 2), sizes.rows / cut, order, sine, cut)
 
 
@@ -223,68 +263,3 @@ def _harmonics(values: C128) -> tuple[F64, I64, I64]:
     sine = np.repeat([0, 1], order.size)
     kept = np.flatnonzero(np.abs(columns).max(axis=(0, 1)) > NOTHING)
     return np.ascontiguousarray(columns[..., kept]), np.tile(order, 2)[kept], sine[kept]
-
-
-@kernel(error_model="numpy", fastmath={"contract"})
-def _add_overlaps(step: F64, share: F64, waves: F64, samples: F64, first: int, stop: int) -> None:
-    """Add Σ share·exp(2πi·step·waves), waves evenly spaced, at some shifts: (shifts, angles, colours, 2).
-
-    step : (shifts, angles, nodes);  share: (shifts, nodes)
-    """
-    gap = waves[1] - waves[0] if waves.size > 1 else 0.0
-    for s in range(first, stop):
-        for a in range(step.shape[1]):
-            total = samples[s, a]
-            for n in range(step.shape[2]):
-                phase, turn = 2.0 * math.pi * step[s, a, n] * waves[0], 2.0 * math.pi * step[s, a, n] * gap
-                real, imaginary = share[s, n] * math.cos(phase), share[s, n] * math.sin(phase)
-                cos, sin = math.cos(turn), math.sin(turn)
-                for k in range(waves.size):
-                    total[k, 0] += real
-                    total[k, 1] += imaginary
-                    real, imaginary = real * cos - imaginary * sin, real * sin + imaginary * cos
-
-
-@kernel(error_model="numpy", fastmath={"contract"})
-def _fuse(frequency: F64, blur: F64, weights: F64, own: F64, columns: F64, table: F64, first: int, stop: int) -> None:
-    """Add up wavelengths at some frequencies: (frequencies, sets, columns).
-
-    own     : (wavelengths, colours) what each takes of the colours that were followed
-    columns : (colours · shifts, columns), shifts at Chebyshev nodes of 2·√(1 − ν) − 1
-    """
-    sets, colours = len(weights), own.shape[1]
-    shifts = len(columns) // colours
-    place, row = np.empty(shifts), np.empty(shifts)
-    taken = np.empty((sets, colours, shifts))
-    for k in range(shifts):
-        # As ``quadrature.chebyshev`` has them, and what each weighs in the barycentric formula.
-        turn = math.pi * (shifts - k - 0.5) / shifts
-        place[k] = math.cos(turn)
-    for f in range(first, stop):
-        taken[:] = 0.0
-        for j in range(blur.size):
-            nu = frequency[f] * blur[j]
-            if nu >= 1.0:
-                continue
-            x, total, hit = 2.0 * math.sqrt(1.0 - nu) - 1.0, 0.0, -1
-            for k in range(shifts):
-                gap = x - place[k]
-                if abs(gap) < 1e-14:
-                    hit = k
-                    gap = 1.0
-                row[k] = (1.0 - 2.0 * (k % 2)) * math.sin(math.pi * (k + 0.5) / shifts) / gap
-                total += row[k]
-            if hit >= 0:
-                row[:] = 0.0
-                row[hit], total = 1.0, 1.0
-            for s in range(sets):
-                for c in range(colours):
-                    weight = weights[s, j] * own[j, c] / total
-                    for k in range(shifts):
-                        taken[s, c, k] += weight * row[k]
-        for s in range(sets):
-            for c in range(colours):
-                for k in range(shifts):
-                    weight, values = taken[s, c, k], columns[c * shifts + k]
-                    for q in range(values.size):
-                        table[f, s, q] += weight * values[q]
