@@ -11,7 +11,7 @@ from camsim.quadrature import gauss_pieces
 from camsim.rendering.aberrated.image import ShortImage
 from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.nearby import MANY
-from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, spreading_precision
+from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
 
 COLUMNS = 20.0  # of a pattern, cosines and sines: 19 to 24 of a few lenses
 PLACES = 0.25 * math.pi / (0.49 * 0.97)  # of a quarter of the plane, by the square of cycles within the taper

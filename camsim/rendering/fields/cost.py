@@ -18,16 +18,14 @@ from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.plan import (
     NODES_BYTES,
-    PART_OF_MEMORY,
     PER_PUPIL_NODE,
     PER_PUPIL_SAMPLE,
     SAMPLE_BYTES,
     STRIP_BYTES,
     STRIP_SAMPLES,
-    TRANSFER_BYTES,
-    samples_of,
 )
 from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, samples_of
 from camsim.words import both
 
 STRIP_POINTS = 2_500_000  # frequencies that are spread to at a time

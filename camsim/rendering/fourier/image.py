@@ -30,10 +30,11 @@ from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
 from camsim.rendering.fourier.lens import footprint_transfer
 from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.lens_fields import LensFields
-from camsim.rendering.fourier.plan import Sizes, Task, plan_sizes
+from camsim.rendering.fourier.plan import Sizes, plan_sizes
 from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
+from camsim.rendering.fourier.task import Task
 from camsim.rendering.fourier.together import Sum
 from camsim.rendering.spectral import multiples
 

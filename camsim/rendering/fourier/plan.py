@@ -13,14 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import CHEAPER, Tile, count_blocks, count_strips
-from camsim.rendering.fourier.density import Density
-from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
+from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, Task, samples_of
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
@@ -29,15 +26,10 @@ NODE_BYTES = 100.0  # of a node on an edge, with all that is made of it
 TILES_AT_ONCE = 2  # of round lenses, and then one strip of each
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
-PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
 ALL_BUT = 0.8  # of the memory, that a wavefront's patterns may take while they are made
-TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
 STRIP_SAMPLES = 4_000_000  # of a pattern at a time, at least, each of which takes STRIP_BYTES until it is added up
 STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all of it, and the pupil's nodes at a time
 PART = 2_000_000  # numbers that are transformed back at a time
-# An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
-OF_A_CROWD = 0.14
-MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
 
 # Seconds of one core, measured.
 PER_TILE, PER_CLAMPED = 2e-3, 5e-9  # and of an edge of the scene in each
@@ -73,66 +65,6 @@ class Sizes:
     seconds: float
     memory_bytes: float
     at_once: int = 1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Task:
-    """What there is to do; lengths in pitches.
-
-    shape     : rows and columns of photosites
-    low, high : (2,) corners of the scene's edges, from the first photosite
-    footprint : (2,) how far the footprint reaches along x and y
-    edges, density : how many, and where they are;  origin: the first photosite there
-    spectra, channels, wavelengths : numbers of them
-    memory_limit_bytes : what the sizes keep below if they can
-    """
-
-    kernel: Kernel
-    shape: tuple[int, int]
-    low: F64
-    high: F64
-    footprint: F64
-    edges: int
-    density: Density
-    origin: F64
-    spectra: int
-    channels: int
-    wavelengths: int
-    tolerance: float
-    memory_limit_bytes: float
-
-    @property
-    def weights(self) -> int:
-        """Numbers that every frequency is multiplied by."""
-        return self.spectra * self.channels * (1 if self.kernel.round else self.wavelengths)
-
-    def nodes(self, tile: Tile) -> tuple[float, float]:
-        """Return how many edges there are in a tile's box, and nodes on them."""
-        first = np.array([tile.col, tile.row], float)
-        low, high = first + tile.low, first + tile.high
-        count, length = self.density.within(self.origin + low, self.origin + high)
-        sides = 2.0 * float(np.sum(high - low))  # what is beyond the box is taken to its sides
-        phase = np.array([math.pi * tile.cut * length / max(count, 1.0), math.pi * tile.cut * sides])
-        allowed = OF_NODES * spreading_precision(self.tolerance / self.kernel.carries)
-        pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
-        return count, float(max(count, 1.0) * pieces[0] * orders[0] + pieces[1] * orders[1])
-
-    def fields(self, tile: Tile) -> int:
-        """Transfers that are held for a block at a time."""
-        if self.kernel.round or not self.kernel.tapered:
-            return 0 if self.kernel.round else self.wavelengths
-        fitting = PART_OF_MEMORY * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
-        return max(1, min(self.wavelengths, int(fitting)))
-
-
-def spreading_precision(tolerance: float) -> float:
-    """Return what a non-uniform transform of edges is asked for, relative."""
-    return max(1e-13, OF_A_CROWD * ErrorBudget(tolerance).allowed("spreading"))
-
-
-def samples_of(kernel: Kernel, tile: Tile) -> float:
-    """Return the points of a pattern's period, as finely as the band asks for."""
-    return 4.0 * math.prod(kernel.cuts(tile.cut)) * tile.periods[0] * tile.periods[1]
 
 
 def plan_sizes(task: Task) -> Sizes:

@@ -15,7 +15,8 @@ from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
 from camsim.rendering.fourier.clamped import netted
 from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
-from camsim.rendering.fourier.plan import MOST_NODES, OF_NODES, STRIPS_AT_ONCE, Sizes, spreading_precision
+from camsim.rendering.fourier.plan import STRIPS_AT_ONCE, Sizes
+from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
 
 WORTH_A_THREAD = 100_000  # frequencies of a strip
 

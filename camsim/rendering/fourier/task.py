@@ -1,0 +1,81 @@
+"""What the Fourier engine is to do: the scene's size, its edges, and numbers of spectra, channels and wavelengths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.quadrature import gauss_pieces
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.density import Density
+from camsim.rendering.fourier.spread import Kernel
+
+PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
+TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
+# An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
+OF_A_CROWD = 0.14
+MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Task:
+    """What there is to do; lengths in pitches.
+
+    shape     : rows and columns of photosites
+    low, high : (2,) corners of the scene's edges, from the first photosite
+    footprint : (2,) how far the footprint reaches along x and y
+    edges, density : how many, and where they are;  origin: the first photosite there
+    spectra, channels, wavelengths : numbers of them
+    memory_limit_bytes : what the sizes keep below if they can
+    """
+
+    kernel: Kernel
+    shape: tuple[int, int]
+    low: F64
+    high: F64
+    footprint: F64
+    edges: int
+    density: Density
+    origin: F64
+    spectra: int
+    channels: int
+    wavelengths: int
+    tolerance: float
+    memory_limit_bytes: float
+
+    @property
+    def weights(self) -> int:
+        """Numbers that every frequency is multiplied by."""
+        return self.spectra * self.channels * (1 if self.kernel.round else self.wavelengths)
+
+    def nodes(self, tile: Tile) -> tuple[float, float]:
+        """Return how many edges there are in a tile's box, and nodes on them."""
+        first = np.array([tile.col, tile.row], float)
+        low, high = first + tile.low, first + tile.high
+        count, length = self.density.within(self.origin + low, self.origin + high)
+        sides = 2.0 * float(np.sum(high - low))  # what is beyond the box is taken to its sides
+        phase = np.array([math.pi * tile.cut * length / max(count, 1.0), math.pi * tile.cut * sides])
+        allowed = OF_NODES * spreading_precision(self.tolerance / self.kernel.carries)
+        pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
+        return count, float(max(count, 1.0) * pieces[0] * orders[0] + pieces[1] * orders[1])
+
+    def fields(self, tile: Tile) -> int:
+        """Transfers that are held for a block at a time."""
+        if self.kernel.round or not self.kernel.tapered:
+            return 0 if self.kernel.round else self.wavelengths
+        fitting = PART_OF_MEMORY * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
+        return max(1, min(self.wavelengths, int(fitting)))
+
+
+def spreading_precision(tolerance: float) -> float:
+    """Return what a non-uniform transform of edges is asked for, relative."""
+    return max(1e-13, OF_A_CROWD * ErrorBudget(tolerance).allowed("spreading"))
+
+
+def samples_of(kernel: Kernel, tile: Tile) -> float:
+    """Return the points of a pattern's period, as finely as the band asks for."""
+    return 4.0 * math.prod(kernel.cuts(tile.cut)) * tile.periods[0] * tile.periods[1]
