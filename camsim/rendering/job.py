@@ -242,11 +242,8 @@ class Job:
     @functools.cached_property
     def shares(self) -> F64:
         """Weights (pairs · channels, n) of every pair at every wavelength of ``signals``."""
-        count = self.signals.wavelength_nm.size
-        if not len(self.sides):
-            return np.zeros((1, count))
-        shares: F64 = self._difference(self.signals.density).reshape(-1, count)
-        return shares
+        shares: F64 = self._difference(self.signals.density).reshape(-1, self.signals.wavelength_nm.size)
+        return shares if len(shares) else np.zeros((1, self.signals.wavelength_nm.size))
 
     def waves(self, pattern: Pattern, footprint: Footprint) -> Waves:
         """Return the spectrum's rings as a footprint takes them, which may be part of the job's own."""
