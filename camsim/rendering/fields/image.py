@@ -190,10 +190,9 @@ class FieldImage:
 
     def _is_aligned(self, layer: Layer | PointLayer, tile: Tile) -> bool:
         """Whether a layer's samples lie along the photosites' rows, and not too closely for a lattice of their own."""
-        along = self._kernel.round and layer.upright
         frequencies = tile.periods[0] * tile.periods[1] / self._step(layer) ** 2
-        samples = layer.shape[0] * layer.shape[1] * parts_of(layer, self._kernel.cutoff) ** 2
-        return bool(along and frequencies <= MOST_FREQUENCIES * (samples + tile.points))
+        points = layer.shape[0] * layer.shape[1] * parts_of(layer, self._kernel.cutoff) ** 2 + tile.points
+        return self._kernel.round and layer.upright and bool(frequencies <= MOST_FREQUENCIES * points)
 
     def _aligned(self, number: int, lattice: Lattice, tile: Tile, plan: Sizes) -> Aligned:
         first = sum(layer.planes for layer in self.layers[:number])
