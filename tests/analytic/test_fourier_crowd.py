@@ -7,10 +7,11 @@ import shapely
 import camsim
 from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.focus import circles
-from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.blocks import Place, Tile
 from camsim.rendering.fourier.clamped import clamped, netted
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.inverse import inverse
+from camsim.rendering.fourier.kernels import Corners, edge_transforms
 from camsim.rendering.spectral import multiples
 
 ROUNDING = 1e-12
@@ -131,3 +132,9 @@ def test_what_is_smooth_is_the_same_at_few_photosites_and_between(cut):
     wave_x = np.exp(2j * np.pi * np.outer(i, np.arange(61)) / 1000) * np.where(i > 0, 2.0, 1.0)[:, None]
     right = (wave_y @ values @ wave_x).real / 1000**2
     assert np.abs(inverse(values, tile) - right).max() <= 1e-11 * np.abs(values).sum() / 1000**2
+
+
+def test_a_tile_that_no_edge_is_left_in_has_a_transform_of_nothing():
+    nothing = Corners(np.zeros((0, 2)), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 1)))
+    place = Place(first_i=-3, first_j=-4, count_i=2, count_j=21, px=24, py=24, cut=1.5, column=0, row=0, rows=24)
+    assert not edge_transforms(place, nothing).any()

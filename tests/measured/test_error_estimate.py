@@ -20,8 +20,8 @@ from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
 from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
+from camsim.rendering.fourier import lens_curves
 from camsim.rendering.fourier import regions as fourier_regions
-from camsim.rendering.fourier import transfers as fourier_transfers
 from camsim.rendering.render import render_channels
 from camsim.scene import outlines as scene_outlines
 
@@ -361,7 +361,7 @@ CORRUPTIONS = {
     "a photosite lying on its side": (footprint.Footprint, "of", swapped, {"optics": TURNED}),
     # the Fourier engine
     "a transfer too strong": (
-        fourier_transfers,
+        lens_curves,
         "round_curves",
         returning(lambda c: c._replace(cells=1.001 * c.cells)),
         {"method": "fourier"},

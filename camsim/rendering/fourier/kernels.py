@@ -80,7 +80,7 @@ def edge_transforms(place: Place, edges: Corners) -> F64:
     """
     out = np.zeros((edges.jump.shape[1], place.count_j, 2, place.count_i))
     across = np.empty((2, len(edges.points), place.count_i))
-    of_row = place.count_i * len(edges.points)
+    of_row = place.count_i * max(1, len(edges.points))
     shared(len(edges.points), functools.partial(_turn, place, edges.points, across), least=-(-TURNS // place.count_i))
     shared(place.count_j, functools.partial(_transform, place, edges, across, out), least=-(-PRODUCTS // of_row))
     return out
