@@ -67,8 +67,8 @@ class Integrals:
         contrast = np.abs(self.weights).sum(axis=2).max(axis=1)[self.pair] * np.abs(self.times)
         strength, light = contrast * self.pieces.outlines.length, 0.0
         for gap in self._gaps():
-            far = gap > self.radius
-            light = max(light, float(np.sum(strength[far] / gap[far])))
+            # What is near a listener is far from others: nowhere is it louder there than at the radius.
+            light = max(light, float(np.sum(strength / np.maximum(gap, self.radius))))
         return zones_of(
             self._rule,
             order=max(self._orders),
