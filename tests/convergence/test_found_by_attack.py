@@ -271,7 +271,7 @@ def test_a_rim_that_goes_on_beyond_the_table_that_the_check_reads(radius, blur, 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 3e-6, 1e-8])
 def test_the_check_sees_a_piece_from_afar_that_all_its_listeners_are_near(tolerance):
-    """A false alarm of 1.6e-5 at 3e-6: the half of a cut disc that lies beyond the table was averaged over the photosite
+    """A false alarm of 1.6e-5 at 3e-6: what of a cut disc lies beyond the table was averaged over the photosite
     by four nodes, because nothing was far from the few places that are asked how much light far pieces give."""
     system = system_of(
         [
