@@ -9,6 +9,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
+from camsim.rendering.angular import six_points
 from camsim.rendering.fourier.blocks import Place
 from camsim.rendering.fourier.kernels import COLUMNS, SceneBlock
 
@@ -22,18 +23,6 @@ class Polar(NamedTuple):
     values: F64  # (|f|, angles, 2·transfers), BEFORE and AFTER more of the first two
     per_frequency: float  # points in a cycle/pitch
     active: I64  # (|f|,) how many transfers are something there: the first ones
-
-
-@kernel(forceinline=True)
-def _six(t: float, weights: F64) -> None:
-    """Set Lagrange's weights of −2 … 3 at t."""
-    a, b, c, d, e = t + 2.0, t + 1.0, t - 1.0, t - 2.0, t - 3.0
-    weights[0] = -b * t * c * d * e / 120.0
-    weights[1] = a * t * c * d * e / 24.0
-    weights[2] = -a * b * c * d * e / 12.0
-    weights[3] = a * b * t * d * e / 12.0
-    weights[4] = -a * b * t * c * e / 24.0
-    weights[5] = a * b * t * c * d / 120.0
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
@@ -65,8 +54,8 @@ def on_lattice(place: Place, polar: Polar, more: F64, out: F64, first_row: int, 
                 angle = math.atan2(-ky, -kx) if back else math.atan2(ky, kx)
                 turn = angle * (angles / math.pi)
                 column = min(int(turn), angles - 1)
-                _six(at - row, along)
-                _six(turn - column, round_about)
+                six_points(at - row, along)
+                six_points(turn - column, round_about)
                 for a in range(6):
                     for b in range(6):
                         weight, there = along[a] * round_about[b], values[row + a, column + b]
