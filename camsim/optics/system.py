@@ -11,6 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
+from camsim.optics.difference import Split
 from camsim.optics.photosite import SquarePhotosite
 from camsim.optics.protocols import (
     KnowsBlur,
@@ -20,6 +21,7 @@ from camsim.optics.protocols import (
     LowPass,
     OpticalStage,
     PhotositeShape,
+    Splits,
 )
 from camsim.typed import check
 
@@ -140,6 +142,10 @@ class OpticalSystem:
         """The same at many wavelengths."""
         blur_um = self.lens.blur_um if isinstance(self.lens, KnowsBlur) else self.blur_um
         return np.array([blur_um(w) for w in wavelength_nm.tolist()], float)
+
+    def split(self) -> Split | None:
+        """Return the lens as a round one, moved, and what it has besides; None where it is not that."""
+        return self.lens.split() if isinstance(self.lens, Splits) and not self.more else None
 
 
 RING_DIRECTIONS = 180

@@ -14,7 +14,6 @@ from camsim.errors import UnsupportedError
 from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.difference import Split
 from camsim.optics.pattern import Pattern
-from camsim.optics.protocols import Splits
 from camsim.rendering.across.bending import Bending
 from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.edges import Edges
@@ -159,7 +158,7 @@ class Job:
             grid=grid,
             pattern=pattern,
             footprint=footprint,
-            split=_split_of(system),
+            split=system.split(),
             unknown=unknown,
             tolerance=tolerance,
             bending=bending,
@@ -172,7 +171,7 @@ class Job:
     def behind(self, lens: OpticalStage) -> Job:
         """Return the same edges behind another lens of the same opening."""
         system = dataclasses.replace(self.system, lens=lens)
-        return dataclasses.replace(self, system=system, split=_split_of(system))
+        return dataclasses.replace(self, system=system, split=system.split())
 
     def of_edges(self, edges: Edges, *, wavelength_nm: F64, density: F64, base: F64, tolerance: float) -> Job:
         """Return other edges with signals of their own behind the same optics, at another tolerance."""
@@ -283,10 +282,6 @@ def _paired(edges: Edges) -> _Paired:
     """Return the fields of a job that its edges make."""
     sides, pair = edges.pairs()
     return {"edges": edges, "sides": sides, "pair": pair}
-
-
-def _split_of(system: OpticalSystem) -> Split | None:
-    return system.lens.split() if isinstance(system.lens, Splits) and not system.more else None
 
 
 def _pattern_of(lens: OpticalStage) -> Pattern:

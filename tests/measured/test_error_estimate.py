@@ -10,7 +10,7 @@ import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.optics import OpticalSystem, airy
+from camsim.optics import OpticalSystem, airy, of_pupil
 from camsim.rendering import focus, footprint, heard, job, outlines, quiet
 from camsim.rendering.aberrated import engine as aberrated_engine
 from camsim.rendering.aberrated import image as short_image
@@ -37,6 +37,9 @@ TURNED = [
     camsim.RectangularPhotosite(width_um=PITCH_UM, height_um=0.6 * PITCH_UM),
 ]
 BENT = [camsim.Wavefront(f_number=4.0, zernike_waves={4: 0.1, 8: 0.05}), camsim.SquarePhotosite(side_um=PITCH_UM)]
+POINT = camsim.SquarePhotosite(side_um=0.0)
+BLADES = [camsim.Wavefront(f_number=1.4, zernike_waves={8: 0.1}, pupil=camsim.Pupil(shape="bladed", blades=6)), POINT]
+WAVY = [camsim.Wavefront(f_number=8.0, zernike_waves={24: 1.5}, pupil=camsim.Pupil(shape="square")), POINT]
 SHARP = [camsim.Airy(f_number=1.4), camsim.SquarePhotosite(side_um=0.0)]
 SYSTEMS = {name: OPTICS[name] for name in ("f/1.4, fill factor 0.5", "f/8", "f/8, OLPF")}
 
@@ -416,6 +419,31 @@ CORRUPTIONS = {
         {"optics": BENT, "over": 3.0},
     ),
     "corners without a window": (short_image, "mark", lambda f: lambda *given: None, {"optics": BENT}),
+    # pupils of any shape
+    "few nodes along a pupil's sides": (
+        of_pupil.OfPupil,
+        "_orders",
+        lambda f: lambda lens, degrees, turns: f(lens, degrees, 0.35 * turns),
+        {"optics": BLADES, "method": "fourier"},
+    ),
+    "few nodes for a wavefront": (
+        of_pupil,
+        "_degrees",
+        lambda f: lambda *lens: (2, 2),
+        {"optics": WAVY, "method": "fourier"},
+    ),
+    "a pupil's outline a hundredth too large": (
+        of_pupil.Pupil,
+        "rays",
+        returning(lambda r: (r[0], 1.01 * r[1])),
+        {"optics": BLADES, "method": "fourier"},
+    ),
+    "a pupil's weights": (
+        of_pupil.Pupil,
+        "rule",
+        returning(lambda r: (r[0], r[1], r[2] * (1.0 + 0.01 * r[0]))),
+        {"optics": BLADES, "method": "fourier"},
+    ),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),
 }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -14,10 +14,12 @@ from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.bent import bent
+from camsim.rendering.check.chords import by_chords
 from camsim.rendering.check.fitting import Fitting, Windows
+from camsim.rendering.check.frame import Frame
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.overlap import followed
-from camsim.rendering.check.places import hardest_photosites, how_many, windows
+from camsim.rendering.check.places import farthest, hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities, widest
@@ -29,7 +31,7 @@ WINDOW = 3  # photosites along a side, for lenses that are not round
 JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 DEAR_SECONDS = 0.05  # for one photosite: then windows are asked what they take
 ASKING_SECONDS = 5e-5  # of that for every piece of outline: 0.4 ms, and eight photosites are looked at or more
-RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
+FAR_SHARE, FAR_SECONDS = 0.5, 0.3  # of the image's time, or so much, for one photosite far away
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,30 +83,15 @@ class Transforms(Protocol):
     def windows(self, job: Job) -> Windows: ...  # noqa: D102
 
 
-class _Frame(NamedTuple):
-    """A window with its rim; row and column of its first photosite may lie outside the grid."""
-
-    row: int
-    col: int
-    shape: tuple[int, int]
-
-    @classmethod
-    def about(cls, rows: I64, cols: I64) -> _Frame:
-        """Return the smallest that holds photosites."""
-        row, col = int(rows.min()) - RIM, int(cols.min()) - RIM
-        return cls(row, col, (int(rows.max()) - row + RIM + 1, int(cols.max()) - col + RIM + 1))
-
-
 class Judge:
     """What recomputes photosites of a job.
 
     Of the job it takes what came in (scene, optics, grid, light, tolerance) and nothing that was made of it: outlines,
     painter's order, spectra and wavelengths are its own. A round lens on rectangles is integrated (integrals.py).
-    Any other is rendered in small windows by Fourier transforms, with another period, taper, band and other nodes, from
-    the check's own outlines and to its own budget; so is a tolerance below what the integrals are good for, and a
-    photosite of so many blurs that windows take less. Of an
-    aberrated lens the round part is integrated, and what it has besides rendered in windows, to
-    ``DIFFERENCE_CHECK_PART`` of the tolerance.
+    Any other is rendered in small windows by Fourier transforms, with another period, taper and band, from the check's
+    own outlines and rule over the pupil and to its own budget; so is a tolerance below what the integrals are good for,
+    and a photosite of so many blurs that windows take less. Of an aberrated lens the round part is integrated, and what
+    it has besides rendered in windows, to ``DIFFERENCE_CHECK_PART`` of the tolerance.
     """
 
     def __init__(self, job: Job, transforms: Transforms, seen: Seen | None = None) -> None:
@@ -142,7 +129,7 @@ class Judge:
         each = self.integrals.seconds_each
         if each <= max(DEAR_SECONDS, ASKING_SECONDS * len(self.seen[0].left)):
             return True
-        middle = _Frame.about(np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2]))
+        middle = Frame.about(np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2]))
         return WINDOW**2 * each <= self._taken(self._whole, middle)
 
     @functools.cached_property
@@ -179,8 +166,14 @@ class Judge:
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
         if self.integrates and self._difference is None:
             return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
-        beyond = 0.0 if self._difference is None else JUST_BEYOND * plan.marks.reach
-        return windows(pieces.outlines, grid, WINDOW, beyond)
+        if self._difference is not None:
+            return windows(pieces.outlines, grid, WINDOW, JUST_BEYOND * plan.marks.reach)
+        rows, cols = windows(pieces.outlines, grid, WINDOW)
+        # A pattern's far parts are seen from far away: where that is not dear.
+        row, col = farthest(pieces.outlines, grid)
+        if self._seconds(Frame.about(row, col)) > max(FAR_SHARE * plan.cost.seconds, FAR_SECONDS):
+            return rows, cols
+        return np.append(rows, row), np.append(cols, col)
 
     def fewest(self, plan: Plan) -> tuple[I64, I64]:
         """Return those of them that are looked at whatever it takes, each by itself."""
@@ -258,6 +251,7 @@ class Judge:
         if job is not self.job:
             base, allowed = np.zeros_like(base), DIFFERENCE_CHECK_PART * self.job.tolerance
             job = followed(job, wavelength_nm)
+        job = job.behind(by_chords(job.system.lens))
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
         edges = polygons(pieces, 1.0 / highest, min(allowed, own))
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)
@@ -267,23 +261,23 @@ class Judge:
             coarsest=job.tolerance,
         )
 
-    def _origin(self, frame: _Frame) -> tuple[float, float]:
+    def _origin(self, frame: Frame) -> tuple[float, float]:
         x0, y0 = self.job.grid.first_centre
         return x0 + frame.col, y0 + frame.row
 
-    def _seconds(self, frame: _Frame) -> float:
+    def _seconds(self, frame: Frame) -> float:
         return self._taken(self._windows, frame)
 
-    def _taken(self, windows: Windows, frame: _Frame) -> float:
+    def _taken(self, windows: Windows, frame: Frame) -> float:
         cost = windows.expected(self._origin(frame), frame.shape)[0]
         return cost.seconds if cost.memory_bytes <= MEMORY_LIMIT_BYTES else math.inf
 
-    def _frames(self, rows: I64, cols: I64) -> list[tuple[_Frame, slice]]:
+    def _frames(self, rows: I64, cols: I64) -> list[tuple[Frame, slice]]:
         """Return the windows that photosites lie in, one after the other, or what holds all if that takes less."""
         size = min(WINDOW, self.job.grid.rows) * min(WINDOW, self.job.grid.cols)
         parts = [slice(first, first + size) for first in range(0, rows.size, size)]
-        each = [(_Frame.about(rows[part], cols[part]), part) for part in parts]
-        whole = _Frame.about(rows, cols)
+        each = [(Frame.about(rows[part], cols[part]), part) for part in parts]
+        whole = Frame.about(rows, cols)
         if len(each) > 1 and self._seconds(whole) < sum(self._seconds(frame) for frame, _ in each):
             return [(whole, slice(None))]
         return each

@@ -12,8 +12,10 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.optics.difference import Split
+from camsim.optics.protocols import OpticalStage
 from camsim.quadrature import gauss_error
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
+from camsim.rendering.check.chords import by_chords
 from camsim.rendering.check.crossings import Bounds, bounds_of, crossed
 from camsim.rendering.check.fields import DirectSums
 from camsim.rendering.check.fitting import Fitting, Windows
@@ -48,6 +50,8 @@ class Fields(Protocol):
     def windows(self, tolerance: float) -> Windows: ...  # noqa: D102 (renders windows of the pictures)
 
     def difference(self, tolerance: float) -> Windows | None: ...  # noqa: D102 (the same behind the rest alone)
+
+    def behind(self, lens: OpticalStage) -> Fields: ...  # noqa: D102 (the same behind another lens)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,19 +159,24 @@ class PictureJudge:
         return Seen(picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1)
 
     @functools.cached_property
+    def _transformed(self) -> Fields:
+        """What renders windows: behind the same lens, its pattern by the check's own rule."""
+        return self.fields.behind(by_chords(self.edges.job.system.lens))
+
+    @functools.cached_property
     def _windows(self) -> Windows | None:
         """What renders windows of what is not summed, None where all is."""
         finest = self.edges.transforms.finest
         if self._sums is not None:
             wanted, coarsest = max(DIFFERENCE_CHECK_PART * self.fields.tolerance, finest), self.fields.tolerance
-            if self.fields.difference(coarsest) is None:
+            if self._transformed.difference(coarsest) is None:
                 return None
             return Fitting(self._difference, wanted=wanted, coarsest=coarsest)
         wanted = max(self.edges.job.budget.of_check.tolerance, finest)
-        return Fitting(self.fields.windows, wanted=wanted, coarsest=self.fields.tolerance)
+        return Fitting(self._transformed.windows, wanted=wanted, coarsest=self.fields.tolerance)
 
     def _difference(self, tolerance: float) -> Windows:
-        found = self.fields.difference(tolerance)
+        found = self._transformed.difference(tolerance)
         assert found is not None
         return found
 

@@ -71,6 +71,16 @@ def windows(outlines: Outlines, grid: Grid, size: int, beside: float = 0.0) -> t
     return (own[:, :1] + down).ravel(), (own[:, 1:] + across).ravel()
 
 
+def farthest(outlines: Outlines, grid: Grid) -> tuple[I64, I64]:
+    """Return row and column of the corner of the frame from which anything is the farthest away."""
+    x0, y0 = grid.first_centre
+    ends = np.concatenate(_ends(outlines))
+    corners = np.array([(row, col) for row in (0, grid.rows - 1) for col in (0, grid.cols - 1)])
+    away = [float(np.hypot(ends[:, 0] - x0 - col, ends[:, 1] - y0 - row).max()) for row, col in corners.tolist()]
+    own: I64 = corners[int(np.argmax(away))].astype(np.int64)
+    return own[:1], own[1:]
+
+
 def _ends(o: Outlines) -> tuple[F64, F64]:
     """Return first and last points (n, 2) of every part; of a round one two points on it, a third of a turn apart."""
     straight = o.turn_rad == 0.0

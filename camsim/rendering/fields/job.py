@@ -11,7 +11,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference, Split
-from camsim.optics.protocols import Splits
+from camsim.optics.protocols import OpticalStage
 from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.fields.gradient import sampled
 from camsim.rendering.fields.image import FieldImage
@@ -96,8 +96,13 @@ class FieldJob:
             system=system,
             grid=grid,
             tolerance=tolerance,
-            split=system.lens.split() if isinstance(system.lens, Splits) and not system.more else None,
+            split=system.split(),
         )
+
+    def behind(self, lens: OpticalStage) -> FieldJob:
+        """Return the same fields behind another lens of the same opening."""
+        system = dataclasses.replace(self.system, lens=lens)
+        return dataclasses.replace(self, system=system, split=system.split())
 
     def fused(self, tolerance: float | None = None) -> FieldImages:
         """Return what renders them, wavelengths fused as far as each part's pattern reaches, to a tolerance."""
