@@ -1,7 +1,7 @@
 """A lens of one pupil as the check knows it: its amplitude summed along chords of the opening.
 
 The engines sum over rays from the middle, with as many nodes as a formula and the wavefront's own harmonics ask for.
-Here the opening is cut into strips at its corners and at its obstruction's ends, each strip into chords, every chord
+Here the opening is cut into strips at its corners and at its obstruction's ends, each strip into chords; every chord
 has a Gauss rule, and so has what goes from chord to chord. How many nodes the wavefront takes is not worked out: more
 are taken until integrals along lines of a strip stay the same.
 """
@@ -25,12 +25,12 @@ from camsim.optics.protocols import OpticalStage, Splits
 from camsim.optics.pupil import Pupil
 from camsim.quadrature import gauss_legendre
 
-SAME = 1e-15  # of a strip's width, and less is none
+NARROW = 1e-13  # a strip that is none: two corners at one level, but for rounding
 ALONG = 65  # places on a strip's sides, between which they are taken to be straight
 PER_TURN = 0.265  # nodes for a radian that a wave turns along a strip's side: a quarter, and a little
 SPARE, GROWTH, MOST_SPARE = 26, 1.3, 4000
 LINES, HEARD, SETTLED = 9, 6.0, 1e-12  # of a strip, along which integrals times a wave of so many radians settle
-AT_ONCE = 2_000_000  # nodes
+AT_ONCE = 2_800_000  # nodes: 200 MB
 
 
 class End(NamedTuple):
@@ -108,19 +108,18 @@ class Chorded(OfPupil):
     def split(self) -> Split | None:
         """Return the lens's parts, of which the difference is summed along chords."""
         parts: Split | None = self.lens.split() if isinstance(self.lens, Splits) else None
-        return None if parts is None or parts.rest is None else parts._replace(rest=_of_difference(parts.rest))
+        return parts if parts is None or parts.rest is None else parts._replace(rest=_of_difference(parts.rest))
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
         """Irradiance (y, x) per µm² from a point of unit power, on a lattice of even steps."""
         per_um = math.pi / self.blur_um(wavelength_nm)  # radians of phase from the pupil's middle to 1
         lattice = [(axis[axis.size // 2], axis[-1] - axis[-2] if axis.size > 1 else 0.0) for axis in (x_um, y_um)]
         turns = per_um * math.hypot(max(abs(x_um[0]), abs(x_um[-1])), max(abs(y_um[0]), abs(y_um[-1])))
+        middle = -0.5 * per_um / math.pi * lattice[0][0], -0.5 * per_um / math.pi * lattice[1][0]  # waves to it
         amplitude = np.zeros((y_um.size, x_um.size), complex)
         for x, y, weights in self._nodes(turns, wavelength_nm):
-            phase = 2.0 * np.pi * self.waves(x, y, wavelength_nm) - per_um * (lattice[0][0] * x + lattice[1][0] * y)
-            strengths = np.empty(x.size, complex)
-            np.multiply(weights, np.cos(phase), out=strengths.real)
-            np.multiply(weights, np.sin(phase), out=strengths.imag)
+            strengths = self._phase_factor(x, y, wavelength_nm, middle)
+            strengths *= weights
             steps = per_um * lattice[1][1] * y, per_um * lattice[0][1] * x
             amplitude += modes(steps, strengths, amplitude.shape, precision=max(precision, 1e-14), sign=-1)
         light: F64 = amplitude.real**2 + amplitude.imag**2
@@ -130,7 +129,7 @@ class Chorded(OfPupil):
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
         """Return what tells how many nodes the pattern takes out to a distance in µm."""
         per_um = math.pi / self.blur_um(wavelength_nm)
-        each = tuple(zip(strips_of(self.pupil), _spares(self, wavelength_nm), strict=True))
+        each = tuple(zip(strips_of(self.pupil)[0], _spares(self, wavelength_nm), strict=True))
         return lambda reach_um: float(sum(math.prod(strip.counts(per_um * reach_um, spares)) for strip, spares in each))
 
     def _nodes(self, turns: float, wavelength_nm: float) -> Iterator[F64]:
@@ -144,7 +143,8 @@ class Chorded(OfPupil):
         yield np.concatenate(held, axis=1)
 
     def _parts(self, turns: float, wavelength_nm: float) -> Iterator[F64]:
-        for strip, spares in zip(strips_of(self.pupil), _spares(self, wavelength_nm), strict=True):
+        strips, turn_rad = strips_of(self.pupil)
+        for strip, spares in zip(strips, _spares(self, wavelength_nm), strict=True):
             levels, along = strip.counts(turns, spares)
             u, share = _from_0(levels)
             t, weights = _from_0(along)
@@ -154,7 +154,7 @@ class Chorded(OfPupil):
                 length = above[some] - below[some]
                 y = below[some, None] + length[:, None] * t
                 own = np.multiply.outer(share[some] * slope[some] * length, weights)
-                yield np.stack([np.broadcast_to(x[some, None], y.shape), y, own]).reshape(3, -1)
+                yield np.stack([*_turned(x[some, None], y, turn_rad), own]).reshape(3, -1)
 
 
 def by_chords(lens: OpticalStage) -> OpticalStage:
@@ -169,14 +169,19 @@ def _of_difference(rest: Difference) -> Difference:
 
 
 @functools.lru_cache(maxsize=64)
-def strips_of(pupil: Pupil) -> tuple[Strip, ...]:
-    """Return an opening as strips."""
+def strips_of(pupil: Pupil) -> tuple[tuple[Strip, ...], float]:
+    """Return an opening as strips, and the angle by which these are turned: chords run along a polygon's first side."""
     corners, hole = pupil.corners, pupil.obstruction
-    levels = [*(corners[:, 0].tolist() if len(corners) else (-1.0, 1.0)), *((-hole, hole) if hole else ())]
+    turn_rad, levels = 0.0, [-1.0, 1.0]
+    if len(corners):
+        along_x, along_y = corners[1] - corners[0]
+        turn_rad = math.atan2(-along_x, along_y)
+        corners = np.stack(_turned(corners[:, 0], corners[:, 1], -turn_rad), axis=1)
+        levels = corners[:, 0].tolist()
     strips: list[Strip] = []
-    for low, high in pairwise(sorted(levels)):
+    for low, high in pairwise(sorted([*levels, *((-hole, hole) if hole else ())])):
         middle = 0.5 * (low + high)
-        if high - low <= SAME:
+        if high - low <= NARROW:
             continue
         lower, upper = _sides(corners, middle) if len(corners) else (End(0.0, 0.0, -1.0), End(0.0, 0.0, 1.0))
         if abs(middle) < hole:
@@ -184,7 +189,12 @@ def strips_of(pupil: Pupil) -> tuple[Strip, ...]:
             strips.append(Strip(low, high, End(0.0, 0.0, hole), upper))
         else:
             strips.append(Strip(low, high, lower, upper))
-    return tuple(strips)
+    return tuple(strips), turn_rad
+
+
+def _turned(x: F64, y: F64, angle_rad: float) -> tuple[F64, F64]:
+    cos, sin = math.cos(angle_rad), math.sin(angle_rad)
+    return x * cos - y * sin, x * sin + y * cos
 
 
 def _sides(corners: F64, x: float) -> tuple[End, End]:
@@ -223,12 +233,13 @@ def _spares(lens: Chorded, wavelength_nm: float) -> tuple[tuple[int, int], ...]:
 
     def factor(strip: Strip, u: F64, t: F64) -> C128:
         x, _, below, above = strip.chords(u)
-        x, y = np.broadcast_arrays(x, below + (above - below) * t)
-        turned: C128 = np.exp(2j * np.pi * lens.waves(x, y, wavelength_nm))
-        return turned
+        x, y = _turned(x, below + (above - below) * t, turn_rad)
+        factors: C128 = np.exp(2j * np.pi * lens.waves(x, y, wavelength_nm))
+        return factors
 
     each: list[tuple[int, int]] = []
-    for strip in strips_of(lens.pupil):
+    strips, turn_rad = strips_of(lens.pupil)
+    for strip in strips:
         across, along = functools.partial(factor, strip, t=place), functools.partial(factor, strip, place)
         each.append((settled(across), settled(along)))
     return tuple(each)
