@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
@@ -15,15 +14,13 @@ from camsim.errors import UnsupportedError
 from camsim.nonuniform import modes
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
+from camsim.optics.chords import Chords
 from camsim.optics.difference import Core
 from camsim.optics.pupil import Pupil
+from camsim.optics.rays import Rays
 
 SETTLED = 1e-11  # two rules that differ by no more than this agree
-NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
-ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coefficients
-RAYS = 24  # on every side of the outline, along which the wavefront's degree is looked for
 LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
-MOST_POINTS = 1 << 13  # along a ray
 ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
 MOST_NODES = 1e9  # of the pupil's rule: an hour
 NODES_AT_ONCE = 2_800_000  # 200 MB
@@ -130,7 +127,7 @@ class OfPupil:
 
     def strehl(self, wavelength_nm: float) -> float:
         """Return the pattern's height at the centre over that without aberrations."""
-        rules = self._rules(wavelength_nm, 0.0)
+        rules = self._nodes(wavelength_nm, 0.0)
         amplitude = sum(complex(np.sum(w * self._phase_factor(x, y, wavelength_nm))) for x, y, w in rules)
         return abs(amplitude / self.pupil.area) ** 2
 
@@ -148,7 +145,7 @@ class OfPupil:
         # The integers of a sum run about 0: the lattice's middle is moved there.
         middle = [float(axis[axis.size // 2]) for axis in (x_um, y_um)]
         amplitude = np.zeros((y_um.size, x_um.size), complex)
-        for x, y, weights in self._rules(wavelength_nm, self._turns(reach_um, wavelength_nm)):
+        for x, y, weights in self._nodes(wavelength_nm, self._turns(reach_um, wavelength_nm)):
             strengths = self._phase_factor(x, y, wavelength_nm, (-radius * middle[0], -radius * middle[1]))
             strengths *= weights
             amplitude += modes(
@@ -163,40 +160,27 @@ class OfPupil:
 
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
         """Return what tells how many nodes ``point_spread_on`` takes out to a distance in µm."""
-        degrees = _degrees(self, wavelength_nm)
-        return lambda reach_um: float(math.prod(self._orders(degrees, self._turns(reach_um, wavelength_nm))))
+        rule = self._rule(wavelength_nm)
+        return lambda reach_um: rule.total(self._turns(reach_um, wavelength_nm))
+
+    def _rule(self, wavelength_nm: float) -> Chords | Rays:
+        """Return the rule of fewer nodes: a square takes a third as many along chords, a circle more."""
+        return Chords.of(self, wavelength_nm) if self.pupil.sides > 1 else Rays.of(self, wavelength_nm)
 
     def _turns(self, reach_um: float, wavelength_nm: float) -> float:
-        """Return by how much a plane wave turns along the pupil's radius that goes a distance off the axis, radians."""
-        return math.pi / self.blur_um(wavelength_nm) * self.pupil.outer_radius * reach_um
+        """Return by how much a plane wave turns on half of the diameter that goes a distance off the axis, radians."""
+        return math.pi / self.blur_um(wavelength_nm) * reach_um
 
-    def _rules(self, wavelength_nm: float, turns: float) -> Iterator[tuple[F64, F64, F64]]:
-        """Yield a rule over the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""
-        radial, angular, sides = self._orders(_degrees(self, wavelength_nm), turns)
-        if radial * angular * sides > MOST_NODES:
+    def _nodes(self, wavelength_nm: float, turns: float) -> Iterator[tuple[F64, F64, F64]]:
+        """Yield nodes of the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""
+        rule = self._rule(wavelength_nm)
+        if rule.total(turns) > MOST_NODES:
             raise UnsupportedError(
                 f"this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
                 f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene",
                 key="zernike_waves",
             )
-        parts = math.ceil(radial * angular * sides / NODES_AT_ONCE)
-        rings = math.ceil(radial / parts)
-        for first in range(0, radial, rings):
-            yield self.pupil.rule(radial, angular, slice(first, first + rings))
-
-    def _orders(self, degrees: tuple[int, int], turns: float) -> tuple[int, int, int]:
-        """Return nodes along a radius, along a side, and sides.
-
-        A Gauss rule of n nodes is exact to degree 2n − 1. A wave of phase κt on −1 … 1 is a polynomial of degree κ and
-        some twenty more; of the wavefront's own phase factor the degrees are looked up (``_degrees``).
-        """
-        along, round_about = degrees
-        radial = math.ceil(0.27 * turns + 0.5 * along) + 24
-        if self.pupil.sides > 1:
-            angular = math.ceil(0.54 * self.pupil.side_share * turns + 0.5 * round_about) + 24
-        else:
-            angular = math.ceil(1.06 * turns + 64.0) + round_about
-        return radial, angular, self.pupil.sides
+        yield from rule.parts(turns, NODES_AT_ONCE)
 
     def _phase_factor(self, x: F64, y: F64, wavelength_nm: float, plane: tuple[float, float] = (0.0, 0.0)) -> C128:
         """Return exp(2πi·W); ``plane``: waves along x and y that are added to W."""
@@ -209,50 +193,3 @@ class OfPupil:
             np.cos(phase, out=flat.real[some])
             np.sin(phase, out=flat.imag[some])
         return factor
-
-
-@functools.lru_cache(maxsize=256)
-def _degrees(lens: OfPupil, wavelength_nm: float) -> tuple[int, int]:
-    """Return the degrees of exp(2πiW) along a radius and along a side of the outline (round it: its harmonics).
-
-    They are read off its Chebyshev (Fourier) coefficients, on as many points as it takes for these to end. A bound
-    by the steepest slope would be blind or absurd: beyond the circle of the coefficients, in the corners of a
-    square, a polynomial of order n is up to 2^(n/2) times as steep as on its rim, but there only.
-    """
-    inner = lens.pupil.obstruction
-    shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-    round_rim = lens.pupil.sides == 1
-    points = 64
-    while points <= MOST_POINTS:
-        cheb = 0.5 * (1.0 + np.cos(np.pi * (np.arange(points) + 0.5) / points))
-        angle, edge = (a[..., None] for a in lens.pupil.rays(np.arange(RAYS) / RAYS))
-        radius = inner + cheb * (edge - inner)
-        waves = lens.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
-        # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
-        hidden = max(NOTHING, 2.0 * math.pi * ROUNDING * float(np.abs(waves).max()))
-        along = _degree(np.abs(scipy.fft.dct(np.exp(2j * np.pi * waves), axis=-1)) / points, hidden)
-        angle, edge = lens.pupil.rays(np.arange(points) / points if round_rim else cheb)
-        rim = inner + shares[:, None, None] * (edge - inner)
-        factor = lens._phase_factor(rim * np.cos(angle), rim * np.sin(angle), wavelength_nm)
-        if round_rim:
-            spectrum = np.abs(scipy.fft.fft(factor, axis=-1)) / points
-            half = points // 2
-            round_about = _degree(np.maximum(spectrum[..., :half], spectrum[..., ::-1][..., :half]), hidden)
-        else:
-            round_about = _degree(np.abs(scipy.fft.dct(factor, axis=-1)) / points, hidden)
-        if along is not None and round_about is not None:
-            return along, round_about
-        points *= 2
-    raise UnsupportedError(
-        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
-        f"({MOST_POINTS} points do not follow it); give smaller coefficients",
-        key="zernike_waves",
-    )
-
-
-def _degree(coefficients: F64, hidden: float) -> int | None:
-    """Return the largest degree above ``hidden`` of (..., n) coefficients, None where the last quarter still is."""
-    largest = coefficients.reshape(-1, coefficients.shape[-1]).max(axis=0)
-    matter = np.flatnonzero(largest > hidden)
-    degree = int(matter[-1]) if matter.size else 0
-    return degree if degree < 0.75 * largest.size else None

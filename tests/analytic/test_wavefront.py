@@ -12,7 +12,7 @@ from camsim.errors import InvalidValueError
 from camsim.optics import Pupil, Wavefront
 from camsim.optics.airy import airy_otf
 from camsim.optics.zernike import orders, zernike
-from camsim.rendering.check.chords import Chorded
+from camsim.rendering.check.pupils import Otherwise
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.image import FourierImage
 from tests.truth import rays
@@ -398,7 +398,7 @@ def test_waves_that_run_along_the_sides_of_a_pupil_are_followed(pupil, turns):
     along = np.roll(corners, -1, axis=0) - corners
     angle = np.linspace(0.0, 2.0 * np.pi / len(corners), 9) + np.arctan2(along[0, 1], along[0, 0])
     wave = turns / lens.pupil.outer_radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    rules = list(lens._rules(NM, turns)), list(Chorded.of(lens)._nodes(turns / lens.pupil.outer_radius, NM))
+    rules = [list(one._nodes(NM, turns / lens.pupil.outer_radius)) for one in (lens, Otherwise.of(lens))]
     for k, rule in product(wave, rules):
         found = sum(np.sum(weights * np.exp(-1j * (k[0] * x + k[1] * y))) for x, y, weights in rule)
         sides = np.exp(-1j * (corners + 0.5 * along) @ k) * np.sinc(along @ k / (2.0 * np.pi))
@@ -419,9 +419,9 @@ def test_waves_that_run_along_the_sides_of_a_pupil_are_followed(pupil, turns):
     ],
     ids=str,
 )
-def test_the_checks_chords_and_the_engines_rays_make_one_pattern(pupil, zernike):
+def test_chords_and_rays_make_one_pattern(pupil, zernike):
     lens = camsim.Wavefront(f_number=4.0, zernike_waves=zernike, pupil=camsim.Pupil(**pupil))
     x = lens.blur_um(NM) * np.arange(-20.0, 33.0)
     y = lens.blur_um(NM) * np.arange(-31.3, 12.0, 0.9)
-    rays, chords = (one.point_spread_on(x, y, NM, 1e-13) for one in (lens, Chorded.of(lens)))
-    np.testing.assert_allclose(chords, rays, rtol=0.0, atol=1e-11 * rays.max())
+    one, other = (own.point_spread_on(x, y, NM, 1e-13) for own in (lens, Otherwise.of(lens)))
+    np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-11 * one.max())

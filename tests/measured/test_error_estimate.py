@@ -10,7 +10,7 @@ import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.optics import OpticalSystem, airy, of_pupil
+from camsim.optics import OpticalSystem, airy, chords, rays
 from camsim.rendering import focus, footprint, heard, job, outlines, quiet
 from camsim.rendering.aberrated import engine as aberrated_engine
 from camsim.rendering.aberrated import image as short_image
@@ -204,6 +204,10 @@ def pattern(**changed):
 
 def of_numbers(**changed):
     return returning(lambda n: n._replace(**{name: change(getattr(n, name)) for name, change in changed.items()}))
+
+
+def raised(end):
+    return end._replace(offset=end.offset + 0.01)
 
 
 def third(place):
@@ -421,28 +425,34 @@ CORRUPTIONS = {
     "corners without a window": (short_image, "mark", lambda f: lambda *given: None, {"optics": BENT}),
     # pupils of any shape
     "few nodes along a pupil's sides": (
-        of_pupil.OfPupil,
-        "_orders",
-        lambda f: lambda lens, degrees, turns: f(lens, degrees, 0.35 * turns),
+        chords.Strip,
+        "counts",
+        lambda f: lambda strip, turns, spares: f(strip, 0.35 * turns, spares),
         {"optics": BLADES, "method": "fourier"},
     ),
     "few nodes for a wavefront": (
-        of_pupil,
-        "_degrees",
-        lambda f: lambda *lens: (2, 2),
+        chords,
+        "_spares",
+        returning(lambda found: tuple((20, 20) for _ in found)),
         {"optics": WAVY, "method": "fourier"},
     ),
     "a pupil's outline a hundredth too large": (
-        of_pupil.Pupil,
-        "rays",
-        returning(lambda r: (r[0], 1.01 * r[1])),
+        chords,
+        "strips_of",
+        returning(lambda found: (tuple(strip._replace(upper=raised(strip.upper)) for strip in found[0]), found[1])),
         {"optics": BLADES, "method": "fourier"},
     ),
     "a pupil's weights": (
-        of_pupil.Pupil,
-        "rule",
-        returning(lambda r: (r[0], r[1], r[2] * (1.0 + 0.01 * r[0]))),
+        chords.Strip,
+        "nodes",
+        returning(lambda nodes: nodes * np.stack([*np.ones((2, nodes.shape[1])), 1.0 + 0.01 * nodes[0]])),
         {"optics": BLADES, "method": "fourier"},
+    ),
+    "nodes round a pupil": (
+        rays.Rays,
+        "_orders",
+        returning(lambda orders: (orders[0], orders[1] // 5)),
+        {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={8: 0.6}), POINT], "method": "fourier"},
     ),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),
 }

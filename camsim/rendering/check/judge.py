@@ -14,13 +14,13 @@ from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.bent import bent
-from camsim.rendering.check.chords import by_chords
 from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.frame import Frame
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.overlap import followed
 from camsim.rendering.check.places import farthest, hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
+from camsim.rendering.check.pupils import summed_otherwise
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities, widest
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Plan
@@ -251,7 +251,7 @@ class Judge:
         if job is not self.job:
             base, allowed = np.zeros_like(base), DIFFERENCE_CHECK_PART * self.job.tolerance
             job = followed(job, wavelength_nm)
-        job = job.behind(by_chords(job.system.lens))
+        job = job.behind(summed_otherwise(job.system.lens))
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
         edges = polygons(pieces, 1.0 / highest, min(allowed, own))
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)

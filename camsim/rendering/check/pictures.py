@@ -15,7 +15,6 @@ from camsim.optics.difference import Split
 from camsim.optics.protocols import OpticalStage
 from camsim.quadrature import gauss_error
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
-from camsim.rendering.check.chords import by_chords
 from camsim.rendering.check.crossings import Bounds, bounds_of, crossed
 from camsim.rendering.check.fields import DirectSums
 from camsim.rendering.check.fitting import Fitting, Windows
@@ -23,6 +22,7 @@ from camsim.rendering.check.gradient_samples import Cells, SeenGradient
 from camsim.rendering.check.judge import Found, Judge
 from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
 from camsim.rendering.check.point_samples import SeenPoints, seen_points
+from camsim.rendering.check.pupils import summed_otherwise
 from camsim.rendering.check.scene_samples import LARGEST, Seen
 from camsim.rendering.check.wavelengths import condensed, densities
 from camsim.rendering.engine import Plan
@@ -161,7 +161,7 @@ class PictureJudge:
     @functools.cached_property
     def _transformed(self) -> Fields:
         """What renders windows: behind the same lens, its pattern by the check's own rule."""
-        return self.fields.behind(by_chords(self.edges.job.system.lens))
+        return self.fields.behind(summed_otherwise(self.edges.job.system.lens))
 
     @functools.cached_property
     def _windows(self) -> Windows | None:
