@@ -27,7 +27,7 @@ SPARE, GROWTH, MOST_SPARE = 26, 1.3, 8000
 LINES, HEARD, SETTLED = 9, 6.0, 1e-12  # of a strip, along which integrals times a wave of so many radians settle
 
 
-class End(NamedTuple):
+class _End(NamedTuple):
     """Where chords end: y = offset + slope·x ± √(radius² − x²), the sign the radius's; no root where that is 0."""
 
     offset: float
@@ -40,7 +40,7 @@ class End(NamedTuple):
         return self.offset + self.slope * x + np.copysign(root, self.radius)
 
 
-class Strip(NamedTuple):
+class _Strip(NamedTuple):
     """A part of an opening between two levels: chords along y, from one smooth line to another.
 
     low, high    : the levels, x
@@ -49,8 +49,8 @@ class Strip(NamedTuple):
 
     low: float
     high: float
-    lower: End
-    upper: End
+    lower: _End
+    upper: _End
 
     def chords(self, u: F64) -> tuple[F64, F64, F64, F64]:
         """Return x, dx/du, and both ends of the chords at ``u``, 0 … 1.
@@ -74,8 +74,8 @@ class Strip(NamedTuple):
         own = np.multiply.outer(share * slope * length, weights)
         return np.stack([np.broadcast_to(x[:, None], y.shape), y, own]).reshape(3, -1)
 
-    def counts(self, turns: float, spares: tuple[int, int]) -> tuple[int, int]:
-        """Return how many chords, and nodes on each, waves take that turn by ``turns`` on a length of 1, and spares.
+    def counts(self, turns_rad: float, spares: tuple[int, int]) -> tuple[int, int]:
+        """Return how many chords, and nodes on each, a wave takes, ``turns_rad`` on a length of 1, and spares.
 
         A Gauss rule of n nodes is exact to degree 2n − 1, and a wave that turns by κ on all of it is a polynomial of
         degree κ/2 and some more.
@@ -83,7 +83,8 @@ class Strip(NamedTuple):
         x, _, below, above = self.chords(np.linspace(0.0, 1.0, ALONG))
         ways = [np.hypot(np.diff(x), np.diff(y)).max() * (ALONG - 1) for y in (below, above)]
         longest = float((above - below).max())
-        return math.ceil(PER_TURN * turns * max(ways)) + spares[0], math.ceil(PER_TURN * turns * longest) + spares[1]
+        levels, along = (math.ceil(PER_TURN * turns_rad * way) for way in (max(ways), longest))
+        return levels + spares[0], along + spares[1]
 
 
 class Chords(NamedTuple):
@@ -93,7 +94,7 @@ class Chords(NamedTuple):
     spares : how many chords and nodes on them the wavefront takes in each, besides a wave
     """
 
-    strips: tuple[Strip, ...]
+    strips: tuple[_Strip, ...]
     turn_rad: float
     spares: tuple[tuple[int, int], ...]
 
@@ -102,15 +103,15 @@ class Chords(NamedTuple):
         """Return the rule for a lens."""
         return cls(*strips_of(lens.pupil), _spares(lens, wavelength_nm))
 
-    def total(self, turns: float) -> float:
-        """Return how many nodes a wave takes that turns by ``turns`` radians on a length of 1."""
-        return float(sum(math.prod(sizes) for sizes in self._sizes(turns)))
+    def total(self, turns_rad: float) -> float:
+        """Return how many nodes a wave takes that turns by ``turns_rad`` on a length of 1."""
+        return float(sum(math.prod(sizes) for sizes in self._sizes(turns_rad)))
 
-    def parts(self, turns: float, at_once: int) -> Iterator[tuple[F64, F64, F64]]:
+    def parts(self, turns_rad: float, at_once: int) -> Iterator[tuple[F64, F64, F64]]:
         """Yield x, y and weights for it, at most about ``at_once`` nodes at a time."""
         held: list[F64] = []
         count = 0
-        for strip, (levels, along) in zip(self.strips, self._sizes(turns), strict=True):
+        for strip, (levels, along) in zip(self.strips, self._sizes(turns_rad), strict=True):
             chords = max(at_once // along, 1)
             for first in range(0, levels, chords):
                 if held and count + min(chords, levels - first) * along > at_once:
@@ -120,8 +121,8 @@ class Chords(NamedTuple):
                 count += held[-1].shape[1]
         yield self._joined(held)
 
-    def _sizes(self, turns: float) -> list[tuple[int, int]]:
-        return [strip.counts(turns, spares) for strip, spares in zip(self.strips, self.spares, strict=True)]
+    def _sizes(self, turns_rad: float) -> list[tuple[int, int]]:
+        return [strip.counts(turns_rad, spares) for strip, spares in zip(self.strips, self.spares, strict=True)]
 
     def _joined(self, parts: list[F64]) -> tuple[F64, F64, F64]:
         x, y, weights = np.concatenate(parts, axis=1)
@@ -129,7 +130,7 @@ class Chords(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def strips_of(pupil: Pupil) -> tuple[tuple[Strip, ...], float]:
+def strips_of(pupil: Pupil) -> tuple[tuple[_Strip, ...], float]:
     """Return an opening as strips, and the angle by which these are turned: chords run along a polygon's first side."""
     corners, hole = pupil.corners, pupil.obstruction
     turn_rad, levels = 0.0, [-1.0, 1.0]
@@ -138,17 +139,17 @@ def strips_of(pupil: Pupil) -> tuple[tuple[Strip, ...], float]:
         turn_rad = math.atan2(-along_x, along_y)
         corners = np.stack(_turned(corners[:, 0], corners[:, 1], -turn_rad), axis=1)
         levels = corners[:, 0].tolist()
-    strips: list[Strip] = []
+    strips: list[_Strip] = []
     for low, high in pairwise(sorted([*levels, *((-hole, hole) if hole else ())])):
         middle = 0.5 * (low + high)
         if high - low <= NARROW:
             continue
-        lower, upper = _sides(corners, middle) if len(corners) else (End(0.0, 0.0, -1.0), End(0.0, 0.0, 1.0))
+        lower, upper = _sides(corners, middle) if len(corners) else (_End(0.0, 0.0, -1.0), _End(0.0, 0.0, 1.0))
         if abs(middle) < hole:
-            strips.append(Strip(low, high, lower, End(0.0, 0.0, -hole)))
-            strips.append(Strip(low, high, End(0.0, 0.0, hole), upper))
+            strips.append(_Strip(low, high, lower, _End(0.0, 0.0, -hole)))
+            strips.append(_Strip(low, high, _End(0.0, 0.0, hole), upper))
         else:
-            strips.append(Strip(low, high, lower, upper))
+            strips.append(_Strip(low, high, lower, upper))
     return tuple(strips), turn_rad
 
 
@@ -157,13 +158,13 @@ def _turned(x: F64, y: F64, angle_rad: float) -> tuple[F64, F64]:
     return x * cos - y * sin, x * sin + y * cos
 
 
-def _sides(corners: F64, x: float) -> tuple[End, End]:
+def _sides(corners: F64, x: float) -> tuple[_End, _End]:
     """Return the two sides of a convex outline that are met at a level."""
-    met: list[tuple[float, End]] = []
+    met: list[tuple[float, _End]] = []
     for (px, py), (qx, qy) in zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True):
         if min(px, qx) < x < max(px, qx):
             slope = (qy - py) / (qx - px)
-            met.append((py + slope * (x - px), End(py - slope * px, slope, 0.0)))
+            met.append((py + slope * (x - px), _End(py - slope * px, slope, 0.0)))
     lower, upper = sorted(met)
     return lower[1], upper[1]
 
@@ -183,7 +184,7 @@ def _spares(lens: OverPupil, wavelength_nm: float) -> tuple[tuple[int, int], ...
     place = np.linspace(0.0, 1.0, LINES)[:, None]
     strips, turn_rad = strips_of(lens.pupil)
 
-    def waves(strip: Strip, u: F64, t: F64) -> F64:
+    def waves(strip: _Strip, u: F64, t: F64) -> F64:
         x, _, below, above = strip.chords(u)
         return lens.waves(*_turned(x, below + (above - below) * t, turn_rad), wavelength_nm)
 

@@ -46,29 +46,29 @@ class Rays(NamedTuple):
         """Return the rule for a lens."""
         return cls(lens.pupil, *_degrees(lens, wavelength_nm))
 
-    def total(self, turns: float) -> float:
-        """Return how many nodes a wave takes that turns by ``turns`` radians on a length of 1."""
-        radial, angular = self._orders(turns)
+    def total(self, turns_rad: float) -> float:
+        """Return how many nodes a wave takes that turns by ``turns_rad`` on a length of 1."""
+        radial, angular = self._orders(turns_rad)
         return float(radial * angular * self.pupil.sides)
 
-    def parts(self, turns: float, at_once: int) -> Iterator[tuple[F64, F64, F64]]:
+    def parts(self, turns_rad: float, at_once: int) -> Iterator[tuple[F64, F64, F64]]:
         """Yield x, y and weights for it, about ``at_once`` nodes at a time."""
-        radial, angular = self._orders(turns)
-        rings = math.ceil(radial / math.ceil(self.total(turns) / at_once))
+        radial, angular = self._orders(turns_rad)
+        rings = math.ceil(radial / math.ceil(self.total(turns_rad) / at_once))
         for first in range(0, radial, rings):
             yield self.pupil.rule(radial, angular, slice(first, first + rings))
 
-    def _orders(self, turns: float) -> tuple[int, int]:
+    def _orders(self, turns_rad: float) -> tuple[int, int]:
         """Return nodes along a radius, and along a side or round a circle.
 
         A Gauss rule of n nodes is exact to degree 2n − 1. A wave of phase κt on −1 … 1 is a polynomial of degree κ and
         some twenty more; of the wavefront's own phase factor the degrees are looked up (``_degrees``).
         """
-        turns *= self.pupil.outer_radius
-        radial = math.ceil(0.27 * turns + 0.5 * self.along) + 24
+        turns_rad *= self.pupil.outer_radius
+        radial = math.ceil(0.27 * turns_rad + 0.5 * self.along) + 24
         if self.pupil.sides > 1:
-            return radial, math.ceil(0.54 * self.pupil.side_share * turns + 0.5 * self.round_about) + 24
-        return radial, math.ceil(1.06 * turns + 64.0) + self.round_about
+            return radial, math.ceil(0.54 * self.pupil.side_share * turns_rad + 0.5 * self.round_about) + 24
+        return radial, math.ceil(1.06 * turns_rad + 64.0) + self.round_about
 
 
 @functools.lru_cache(maxsize=256)

@@ -425,9 +425,9 @@ CORRUPTIONS = {
     "corners without a window": (short_image, "mark", lambda f: lambda *given: None, {"optics": BENT}),
     # pupils of any shape
     "few nodes along a pupil's sides": (
-        chords.Strip,
+        chords._Strip,
         "counts",
-        lambda f: lambda strip, turns, spares: f(strip, 0.35 * turns, spares),
+        lambda f: lambda strip, turns_rad, spares: f(strip, 0.35 * turns_rad, spares),
         {"optics": BLADES, "method": "fourier"},
     ),
     "few nodes for a wavefront": (
@@ -443,7 +443,7 @@ CORRUPTIONS = {
         {"optics": BLADES, "method": "fourier"},
     ),
     "a pupil's weights": (
-        chords.Strip,
+        chords._Strip,
         "nodes",
         returning(lambda nodes: nodes * np.stack([*np.ones((2, nodes.shape[1])), 1.0 + 0.01 * nodes[0]])),
         {"optics": BLADES, "method": "fourier"},
