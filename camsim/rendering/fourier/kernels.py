@@ -58,7 +58,7 @@ class Corners(NamedTuple):
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
-def _multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> None:
+def multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> None:
     """Set real and imaginary part to the product for row r, from column ``low`` on."""
     width = real.size
     across, down_r, down_i = factors.across[low : low + width], factors.down[r, 0], factors.down[r, 1]
@@ -81,13 +81,14 @@ def edge_transforms(place: Place, edges: Corners) -> F64:
     out = np.zeros((edges.jump.shape[1], place.count_j, 2, place.count_i))
     across = np.empty((2, len(edges.points), place.count_i))
     of_row = place.count_i * max(1, len(edges.points))
-    shared(len(edges.points), functools.partial(_turn, place, edges.points, across), least=-(-TURNS // place.count_i))
+    turned = functools.partial(turn_across, place, edges.points, across)
+    shared(len(edges.points), turned, least=-(-TURNS // place.count_i))
     shared(place.count_j, functools.partial(_transform, place, edges, across, out), least=-(-PRODUCTS // of_row))
     return out
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
-def _turn(place: Place, points: F64, across: F64, low: int, high: int) -> None:
+def turn_across(place: Place, points: F64, across: F64, low: int, high: int) -> None:
     """Write some corners' phases along the first axis."""
     for v in range(low, high):
         for c in range(place.count_i):
@@ -202,7 +203,7 @@ def add_round(
                 for c in range(width):
                     cell[c] = min(int(t[c]), last)
                     t[c] -= cell[c]
-                _multiply(r, low, footprint, foot_r[:width], foot_i[:width])
+                multiply(r, low, footprint, foot_r[:width], foot_i[:width])
                 for k in range(channels):
                     sum_r[:width] = 0.0
                     sum_i[:width] = 0.0
@@ -257,7 +258,7 @@ def add_fields(
                 continue
             furthest = math.floor(px * math.sqrt(inside))
             foot_r, foot_i = np.empty(count_i), np.empty(count_i)
-            _multiply(r, 0, footprint, foot_r, foot_i)
+            multiply(r, 0, footprint, foot_r, foot_i)
             for c in range(max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)):
                 kx = (first_i + c) / px
                 square = kx * kx + ky * ky

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -12,8 +13,8 @@ import numpy as np
 from camsim.arrays import C128, F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fourier.blocks import Block, Tile
-from camsim.rendering.fourier.lens import Fields, frequencies, parts, plain_fields
+from camsim.rendering.fourier.blocks import Strip, Tile
+from camsim.rendering.fourier.lens import Fields, parts, plain_fields
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
 from camsim.rendering.fourier.spread import Kernel
@@ -25,8 +26,8 @@ OF_TAPER = 0.25  # of a taper's share, where there is none: what transfers that 
 class Fused(Protocol):
     """Transfers of several sets of weights."""
 
-    def on_lattice(self, fx_per_um: F64, fy_per_um: F64) -> C128:
-        """Return them on a lattice of frequencies, cycles/µm: (sets, fy, fx)."""
+    def on_half_plane(self, steps_per_um: tuple[float, float], counts: tuple[int, int]) -> C128:
+        """Return them (sets, j, i) at (i, j)·steps, i from 0 on, j of either sign; counts: of 0 and above."""
         ...
 
 
@@ -41,12 +42,11 @@ class Fuses(Protocol):
 
 def fused_fields(fused: Fused, pitch_um: float, tile: Tile) -> Fields:
     """Return what gives transfers that are added up already: block → (sets, j, i, 2)."""
-
-    def fields(block: Block) -> F64:
-        fx, fy = frequencies(block, tile, pitch_um)
-        return parts(fused.on_lattice(fx[0], np.ascontiguousarray(fy[:, 0])))
-
-    return fields
+    (px, py), cut = tile.periods, tile.cut
+    counts = math.floor(cut * px) + 1, math.floor(cut * py) + 1
+    whole = fused.on_half_plane((1.0 / (px * pitch_um), 1.0 / (py * pitch_um)), counts)
+    strip = Strip(first_j=1 - counts[1], count_j=2 * counts[1] - 1, count_i=counts[0])
+    return lambda block: parts(np.stack([strip.part(own, block) for own in whole]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,12 @@ class LensFields:
         wavelength_nm, lens = self.wavelength_nm, self.system.lens
         if isinstance(lens, Fuses):
             modes, weights = self._mixed(contrast, wavelength_nm.size)
-            transfers = lens.fused(wavelength_nm, modes, OF_TAPER * self._budget.allowed("taper"))
-            yield fused_fields(transfers, self.pitch_um, tile), weights
+            key = tile.periods, tile.cut, modes.tobytes()
+            if key not in self._made:
+                self._made.clear()
+                transfers = lens.fused(wavelength_nm, modes, OF_TAPER * self._budget.allowed("taper"))
+                self._made[key] = fused_fields(transfers, self.pitch_um, tile)
+            yield self._made[key], weights
             return
         if not self.kernel.tapered:
             yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)
