@@ -7,8 +7,8 @@ from camsim.rendering.aberrated.window_kernels import Table, add_edges, add_stri
 from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.edges import corners_of
 from camsim.rendering.fourier.blocks import Place, Tile, strips
+from camsim.rendering.fourier.edge_transforms import Corners, turn_across
 from camsim.rendering.fourier.inverse import inverse
-from camsim.rendering.fourier.kernels import Corners, turn_across
 
 SPECTRA, CHANNELS, SETS = 2, 2, 3
 

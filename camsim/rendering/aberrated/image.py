@@ -19,8 +19,8 @@ from camsim.rendering.aberrated.window_kernels import Table, add_edges, add_stri
 from camsim.rendering.aberrated.windows import Window, windows
 from camsim.rendering.engine import Progress
 from camsim.rendering.fourier.blocks import Place
+from camsim.rendering.fourier.edge_transforms import PRODUCTS, turn_across
 from camsim.rendering.fourier.inverse import inverse
-from camsim.rendering.fourier.kernels import PRODUCTS, turn_across
 from camsim.rendering.fourier.nearby import Nearby, regions_of
 from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.job import Job, Nodes

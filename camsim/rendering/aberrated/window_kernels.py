@@ -2,7 +2,7 @@
 
 A row of frequencies and its mirror image are done together: one row of the difference's table has both, and a corner's
 phases are products of the same four. Edges are taken corner by corner: 4π²|k|²·F = Σ phase·(ratio of the edge that
-begins there − ratio of the one that ends there), see fourier/kernels.py. The table has the 1/4π²|k|² in it.
+begins there − ratio of the one that ends there), see fourier/edge_transforms.py. The table has the 1/4π²|k|² in it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ import numpy as np
 
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel
-from camsim.rendering.fourier.kernels import FLAT, Corners, Factors, multiply
+from camsim.rendering.fourier.edge_transforms import FLAT, Corners
+from camsim.rendering.fourier.kernels import Factors, multiply
 
 COLUMNS = 64  # frequencies at a time: what a corner takes of them stays in the nearest cache
 

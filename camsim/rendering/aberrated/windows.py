@@ -51,9 +51,9 @@ def windows(marked: U8, grain: int, side: int) -> list[Window]:
 
 def _covered(marked: Marks, side: int) -> Iterator[Window]:
     """Yield windows that hold all marked photosites of a patch."""
-    down: Marks = marked.any(axis=1)
+    down: Marks = np.any(marked, axis=1)
     for row, rows in _pieces(down, side):
-        across: Marks = marked[row : row + rows].any(axis=0)
+        across: Marks = np.any(marked[row : row + rows], axis=0)
         for col, cols in _pieces(across, side):
             yield Window(row, col, rows, cols)
 

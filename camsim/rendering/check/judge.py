@@ -29,6 +29,7 @@ WINDOW = 3  # photosites along a side, for lenses that are not round
 JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 DEAR_SECONDS = 0.05  # for one photosite: then windows are asked what they take
 ASKING_SECONDS = 5e-5  # of that for every piece of outline: 0.4 ms, and eight photosites are looked at or more
+OF_OTHERS = 0.5  # of a window's time that others of its size take, measured
 RIM = 2  # more on every side of a window: a grid that is one window has other numbers in its check all the same
 
 
@@ -201,7 +202,7 @@ class Judge:
         if self.integrates and self._difference is None:
             return self.count(plan) * self.integrals.seconds_each
         rows, cols = self.hardest(plan)
-        seconds = sum(self._seconds(frame) for frame, _ in self._frames(rows, cols))
+        seconds = self._seconds([frame for frame, _ in self._frames(rows, cols)])
         return seconds + (rows.size * self.integrals.seconds_each if self.integrates else 0.0)
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
@@ -271,8 +272,10 @@ class Judge:
         x0, y0 = self.job.grid.first_centre
         return x0 + frame.col, y0 + frame.row
 
-    def _seconds(self, frame: _Frame) -> float:
-        return self._taken(self._windows, frame)
+    def _seconds(self, frames: list[_Frame]) -> float:
+        """Return what windows one after the other take: what is made of the lens for the first serves the others."""
+        first, *others = (self._taken(self._windows, frame) for frame in frames)
+        return first + OF_OTHERS * sum(others)
 
     def _taken(self, windows: Windows, frame: _Frame) -> float:
         cost = windows.expected(self._origin(frame), frame.shape)[0]
@@ -284,7 +287,7 @@ class Judge:
         parts = [slice(first, first + size) for first in range(0, rows.size, size)]
         each = [(_Frame.about(rows[part], cols[part]), part) for part in parts]
         whole = _Frame.about(rows, cols)
-        if len(each) > 1 and self._seconds(whole) < sum(self._seconds(frame) for frame, _ in each):
+        if len(each) > 1 and self._seconds([whole]) < self._seconds([frame for frame, _ in each]):
             return [(whole, slice(None))]
         return each
 

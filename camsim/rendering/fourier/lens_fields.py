@@ -75,7 +75,7 @@ class LensFields:
         wavelength_nm, lens = self.wavelength_nm, self.system.lens
         if isinstance(lens, Fuses):
             modes, weights = self._mixed(contrast, wavelength_nm.size)
-            key = tile.periods, tile.cut, modes.tobytes()
+            key: tuple[object, ...] = tile.periods, tile.cut, modes.tobytes()
             if key not in self._made:
                 self._made.clear()
                 transfers = lens.fused(wavelength_nm, modes, OF_TAPER * self._budget.allowed("taper"))

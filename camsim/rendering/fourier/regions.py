@@ -14,7 +14,8 @@ from camsim.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
 from camsim.rendering.fourier.clamped import netted
-from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
+from camsim.rendering.fourier.edge_transforms import Corners, edge_transforms
+from camsim.rendering.fourier.kernels import SceneBlock
 from camsim.rendering.fourier.plan import STRIPS_AT_ONCE, Sizes
 from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
 
