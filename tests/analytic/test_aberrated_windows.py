@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from camsim.rendering.aberrated.window_kernels import Table, add_edges, add_strip
+from camsim.rendering.aberrated.window_kernels import COLUMNS, Table, add_edges, add_strip
 from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.edges import corners_of
 from camsim.rendering.fourier.blocks import Place, Tile, strips
@@ -47,9 +47,12 @@ def test_a_window_is_the_sum_of_all_its_frequencies(period, cut, by_edges):
     shape = SETS, 2 * count - 1, 2 * count - 1
     half = rng.normal(size=shape) + 1j * rng.normal(size=shape)
     lens = half + half[:, ::-1, ::-1].conj()
-    fields = np.empty((SETS, 2, count, 2, count))
+    fields = np.zeros((SETS, 2, count, 2, COLUMNS * (1 + count // COLUMNS)))
     for side, rows in ((0, lens[:, count - 1 :]), (1, lens[:, count - 1 :: -1])):
-        fields[:, side, :, 0], fields[:, side, :, 1] = rows[..., count - 1 :].real, rows[..., count - 1 :].imag
+        fields[:, side, :, 0, :count], fields[:, side, :, 1, :count] = (
+            rows[..., count - 1 :].real,
+            rows[..., count - 1 :].imag,
+        )
     weights = rng.normal(size=(SPECTRA, CHANNELS, SETS))
     scene, areas = transforms(start, end, jump, i / period, j / period)
     scene[:, (i == 0) & (j == 0)] = areas[:, None]
@@ -63,8 +66,10 @@ def test_a_window_is_the_sum_of_all_its_frequencies(period, cut, by_edges):
     for first, stop in ((0, targets // 3), (targets // 3, targets)):  # as threads share them
         if by_edges:
             corners = Corners(*corners_of(start, end), jump)
-            across = np.empty((2, len(corners.points), count))
-            turn_across(Place(0, 0, count, 1, period, period, cut, 0, 0, 1), corners.points, across, 0, len(across[0]))
+            across = np.empty((2, len(corners.points), fields.shape[4]))
+            turn_across(
+                Place(0, 0, fields.shape[4], 1, period, period, cut, 0, 0, 1), corners.points, across, 0, len(across[0])
+            )
             add_edges(total, table, corners, across, first, stop)
             continue
         for strip in strips(tile, 40, quadrants=True):

@@ -18,7 +18,7 @@ from camsim.quadrature import chebyshev, quintic_cells
 from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Waves, add_patterns, project
 from camsim.rendering.aberrated.series import Series, series_of
 from camsim.rendering.aberrated.settings import Settings
-from camsim.rendering.aberrated.window_kernels import with_footprint
+from camsim.rendering.aberrated.window_kernels import COLUMNS, with_footprint
 from camsim.rendering.angular import AT_ONCE, Transfer
 from camsim.rendering.boundary.settings import SIX_POINTS
 from camsim.rendering.fast_length import fast_length
@@ -178,7 +178,8 @@ class ShortPattern:
         They are the same for all windows.
         """
         tile = self.settings.tile(0, 0, self.settings.side, self.settings.side)
-        period, count = self.settings.period, math.floor(self.settings.cut * self.settings.period) + 1
+        period = self.settings.period
+        count = COLUMNS * (math.floor(self.settings.cut * period) // COLUMNS + 1)
         fields = self.transfer.on_quarters((1.0 / period, 1.0 / period), (count, count))
         both = Block(first_i=0, count_i=count, first_j=1 - count, count_j=2 * count - 1, column=0)
         footprint = footprint_transfer(self.system, both, tile, self.pitch_um)

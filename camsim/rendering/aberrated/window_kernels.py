@@ -12,18 +12,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import C128, F64
+from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
 from camsim.rendering.fourier.edge_transforms import FLAT, Corners
 from camsim.rendering.fourier.kernels import Factors, multiply
 
-COLUMNS = 64  # frequencies at a time: what a corner takes of them stays in the nearest cache
+COLUMNS = 64  # frequencies at a time, always as many: vectors, and nothing is left over
 
 
 class Table(NamedTuple):
     """The difference's transfers as windows multiply by them.
 
-    fields : (b, 2, j, 2, i) at (i, ±j)/period, footprint included, over 4π²|k|²;  at 0 as they are
+    fields : (b, 2, j, 2, i) at (i, ±j)/period, footprint included, over 4π²|k|²;  at 0 as they are, and nothing
+             beyond the band, up to a multiple of ``COLUMNS``
     weights : (spectra, channels, b);  areas: (spectra,) of the regions, which take the place of F at 0
     period : photosites;  cut: cycles/pitch
     """
@@ -36,29 +37,28 @@ class Table(NamedTuple):
 
 
 class _Room(NamedTuple):
-    """What one piece of a row writes to; frequencies last.
+    """What one row writes to, ``COLUMNS`` frequencies at a time; frequencies last.
 
     sums   : (spectra, 2, 2) of +j and −j, real and imaginary;  shares: (spectra, 2, corners) what phases weigh
-    phase  : (4,) a corner's at +j and at −j;  ratio, kx: of an edge, of all;  product: (2,)
+    ratio, kx : of an edge, of all
+    product : (channels, 2, 2, i) of all of the row
     """
 
     sums: F64
     shares: F64
-    phase: F64
     ratio: F64
     kx: F64
     product: F64
 
 
 @kernel(forceinline=True)
-def _room(spectra: int, corners: int) -> _Room:
+def _room(spectra: int, corners: int, channels: int, count: int) -> _Room:
     return _Room(
         np.empty((spectra, 2, 2, COLUMNS)),
         np.empty((spectra, 2, corners, COLUMNS)),
-        np.empty((4, COLUMNS)),
         np.empty(COLUMNS),
         np.empty(COLUMNS),
-        np.empty((2, COLUMNS)),
+        np.empty((channels, 2, 2, count)),
     )
 
 
@@ -94,81 +94,92 @@ def _furthest(j: int, table: Table) -> int:
 
 
 @kernel(forceinline=True)
-def _piece(low: int, end: int, period: int) -> int:
-    """Return how many frequencies from ``low`` on, of those before ``end``, are in one half of an alias."""
-    place = low % period
-    return min(COLUMNS, end - low, (period // 2 + 1 if place <= period // 2 else period) - place)
+def _multiply(table: Table, j: int, sides: int, low: int, room: _Room) -> None:
+    """Multiply part of rows j (side 0) and −j (1) of the scene's transforms by the table's."""
+    for side in range(sides):
+        for k in range(len(room.product)):
+            product = room.product[k, side]
+            real, imaginary = product[0, low : low + COLUMNS], product[1, low : low + COLUMNS]
+            for c in range(COLUMNS):
+                real[c], imaginary[c] = 0.0, 0.0
+            for b in range(len(table.fields)):
+                lens = table.fields[b, side, j]
+                lens_r, lens_i = lens[0, low : low + COLUMNS], lens[1, low : low + COLUMNS]
+                for s in range(len(table.weights)):
+                    weight = table.weights[s, k, b]
+                    if weight == 0.0:
+                        continue
+                    scene_r, scene_i = room.sums[s, side, 0], room.sums[s, side, 1]
+                    for c in range(COLUMNS):
+                        real[c] += weight * (scene_r[c] * lens_r[c] - scene_i[c] * lens_i[c])
+                        imaginary[c] += weight * (scene_r[c] * lens_i[c] + scene_i[c] * lens_r[c])
 
 
 @kernel(forceinline=True)
-def _add(total: F64, table: Table, j: int, side: int, low: int, width: int, room: _Room) -> None:
-    """Multiply a piece of row j (side 0) or −j (1) of the scene's transforms, and add it where its alias falls."""
-    rows, period, place = total.shape[2], table.period, low % table.period
+def _add(total: F64, period: int, j: int, side: int, end: int, room: _Room) -> None:
+    """Add row j (side 0) or −j (1) up to ``end`` where its aliases fall, and those of its mirror image."""
+    rows, half = total.shape[2], period // 2
     row = j % rows if side == 0 else (rows - j % rows) % rows
     other = (rows - row) % rows
-    real, imaginary = room.product[0], room.product[1]
     for k in range(len(total)):
-        real[:width] = 0.0
-        imaginary[:width] = 0.0
-        for b in range(len(table.fields)):
-            lens = table.fields[b, side, j]
-            lens_r, lens_i = lens[0, low : low + width], lens[1, low : low + width]
-            for s in range(len(table.weights)):
-                weight = table.weights[s, k, b]
-                if weight == 0.0:
-                    continue
-                scene_r, scene_i = room.sums[s, side, 0], room.sums[s, side, 1]
-                for c in range(width):
-                    real[c] += weight * (scene_r[c] * lens_r[c] - scene_i[c] * lens_i[c])
-                    imaginary[c] += weight * (scene_r[c] * lens_i[c] + scene_i[c] * lens_r[c])
-        if place <= period // 2:
-            into_r, into_i = total[k, 0, row, place : place + width], total[k, 1, row, place : place + width]
-            for c in range(width):
-                into_r[c] += real[c]
-                into_i[c] += imaginary[c]
-            # A frequency that is its own mirror image's alias: both are here.
-            if place == 0 and low > 0:
-                total[k, 0, other, 0] += real[0]
-                total[k, 1, other, 0] -= imaginary[0]
-            last = place + width - 1
-            if 2 * last == period:
-                total[k, 0, other, last] += real[width - 1]
-                total[k, 1, other, last] -= imaginary[width - 1]
-        else:
-            into_r, into_i = total[k, 0, other], total[k, 1, other]
-            for c in range(width):
-                into_r[period - place - c] += real[c]
-                into_i[period - place - c] -= imaginary[c]
+        here_r, here_i, there_r, there_i = total[k, 0, row], total[k, 1, row], total[k, 0, other], total[k, 1, other]
+        real, imaginary = room.product[k, side, 0], room.product[k, side, 1]
+        for first in range(0, end, period):
+            for c in range(min(half + 1, end - first)):
+                here_r[c] += real[first + c]
+                here_i[c] += imaginary[first + c]
+            for c in range(half + 1, min(period, end - first)):
+                there_r[period - c] += real[first + c]
+                there_i[period - c] -= imaginary[first + c]
+            # Frequencies that are their own mirror image's aliases: both are here.
+            if first > 0:
+                there_r[0] += real[first]
+                there_i[0] -= imaginary[first]
+            if 2 * half == period and first + half < end:
+                there_r[half] += real[first + half]
+                there_i[half] -= imaginary[first + half]
 
 
 @kernel(forceinline=True)
-def _flat(ky: float, first: float, width: int, ex: float, ey: float, period: int) -> tuple[int, int]:
-    """Return which frequencies (first + c/period, ky) run nearly along the normal of an edge (ex, ey)."""
-    if abs(ex) * width > 1e-12 * period * FLAT:
-        middle, half = -ky * ey / ex, FLAT / abs(ex)
-        low, high = (middle - half - first) * period, (middle + half - first) * period
-        return (max(0, math.ceil(low)), min(width, math.floor(high) + 1)) if high >= 0.0 and low <= width else (0, 0)
-    return (0, width) if abs(ky * ey + first * ex) < FLAT else (0, 0)
+def _flats(ky: float, end: int, edges: Corners, period: int, flats: I64) -> None:
+    """Write from which i on, and before which, frequencies (i/period, ±ky) run nearly along each edge's normal."""
+    points, begin, finish, _ = edges
+    for e in range(len(begin)):
+        ex = points[finish[e], 0] - points[begin[e], 0]
+        for side in range(2):
+            along = (ky if side == 0 else -ky) * (points[finish[e], 1] - points[begin[e], 1])
+            if abs(ex) * end > 1e-12 * period * FLAT:
+                middle, half = -along / ex * period, FLAT / abs(ex) * period
+                low, high = max(middle - half, 0.0), min(middle + half, end - 1.0)
+                flats[e, side, 0], flats[e, side, 1] = (math.ceil(low), math.floor(high) + 1) if low <= high else (0, 0)
+            else:
+                flats[e, side, 0], flats[e, side, 1] = 0, end if abs(along) < FLAT else 0
 
 
 @kernel(forceinline=True)
-def _of_edges(ky: float, low: int, width: int, edges: Corners, period: int, room: _Room) -> None:
+def _of_edges(ky: float, low: int, edges: Corners, period: int, flats: I64, room: _Room) -> None:
     """Write what phases weigh, and begin the sums with what edges give along their normals."""
     points, begin, finish, jump = edges
-    room.sums[:], room.shares[:] = 0.0, 0.0
-    kx, ratio, first = room.kx, room.ratio, low / period
-    for c in range(width):
-        kx[c] = first + c / period
+    sums, shares, kx, ratio = room.sums, room.shares, room.kx, room.ratio
+    for s in range(jump.shape[1]):
+        for side in range(2):
+            for c in range(COLUMNS):
+                sums[s, side, 0, c], sums[s, side, 1, c] = 0.0, 0.0
+            for v in range(len(points)):
+                for c in range(COLUMNS):
+                    shares[s, side, v, c] = 0.0
+    for c in range(COLUMNS):
+        kx[c] = (low + c) / period
     for e in range(len(begin)):
         a, b = begin[e], finish[e]
         ex, ey = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
         for side in range(2 if ky > 0.0 else 1):
             own = ky if side == 0 else -ky
-            for c in range(width):
+            for c in range(COLUMNS):
                 along = kx[c] * ex + own * ey
                 ratio[c] = (kx[c] * ey - own * ex) / (along if along != 0.0 else 1.0)
-            flat_low, flat_high = _flat(own, first, width, ex, ey, period)
-            for c in range(flat_low, flat_high):
+            for i in range(max(flats[e, side, 0], low), min(flats[e, side, 1], low + COLUMNS)):
+                c = i - low
                 ratio[c] = 0.0
                 along = math.pi * (kx[c] * ex + own * ey)
                 turn = kx[c] * 0.5 * (points[a, 0] + points[b, 0]) + own * 0.5 * (points[a, 1] + points[b, 1])
@@ -177,85 +188,85 @@ def _of_edges(ky: float, low: int, width: int, edges: Corners, period: int, room
                 size = 1.0 - along * along / 6.0 * (1.0 - along * along / 20.0)
                 size *= 2.0 * math.pi * (kx[c] * ey - own * ex)
                 for s in range(jump.shape[1]):
-                    room.sums[s, side, 0, c] += jump[e, s] * size * math.sin(turn)
-                    room.sums[s, side, 1, c] += jump[e, s] * size * math.cos(turn)
+                    sums[s, side, 0, c] += jump[e, s] * size * math.sin(turn)
+                    sums[s, side, 1, c] += jump[e, s] * size * math.cos(turn)
             for s in range(jump.shape[1]):
                 times = jump[e, s]
                 if times != 0.0:
-                    here, there = room.shares[s, side, a], room.shares[s, side, b]
-                    for c in range(width):
-                        here[c] += times * ratio[c]
-                        there[c] -= times * ratio[c]
+                    for c in range(COLUMNS):
+                        shares[s, side, a, c] += times * ratio[c]
+                        shares[s, side, b, c] -= times * ratio[c]
 
 
 @kernel(forceinline=True)
-def _of_corner(v: int, x: tuple[F64, F64], y: tuple[float, float], room: _Room) -> None:
+def _of_corner(v: int, x_r: F64, x_i: F64, y_r: float, y_i: float, room: _Room) -> None:
     """Add a corner's phases, from those along x and down y, times what they weigh."""
-    above_r, above_i, below_r, below_i = room.phase[0], room.phase[1], room.phase[2], room.phase[3]
-    width = x[0].size
-    for c in range(width):
-        a, b, d, e = x[0][c] * y[0], x[1][c] * y[1], x[0][c] * y[1], x[1][c] * y[0]
-        above_r[c], above_i[c], below_r[c], below_i[c] = a - b, d + e, a + b, e - d
-    for s in range(len(room.sums)):
-        for side in range(2):
-            share, real, imaginary = room.shares[s, side, v], room.sums[s, side, 0], room.sums[s, side, 1]
-            phase_r, phase_i = room.phase[2 * side], room.phase[2 * side + 1]
-            for c in range(width):
-                real[c] += share[c] * phase_r[c]
-                imaginary[c] += share[c] * phase_i[c]
+    sums, shares = room.sums, room.shares
+    for s in range(len(sums)):
+        for c in range(COLUMNS):
+            a, b, d, e = x_r[c] * y_r, x_i[c] * y_i, x_r[c] * y_i, x_i[c] * y_r
+            above, below = shares[s, 0, v, c], shares[s, 1, v, c]
+            sums[s, 0, 0, c] += above * (a - b)
+            sums[s, 0, 1, c] += above * (d + e)
+            sums[s, 1, 0, c] += below * (a + b)
+            sums[s, 1, 1, c] += below * (e - d)
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def add_edges(total: F64, table: Table, edges: Corners, across: F64, first: int, stop: int) -> None:
     """Add a window's edges to rows ``first`` … ``stop`` of ``total`` (channels, 2, rows, columns), and their mirror's.
 
-    across : (2, corners, i) phases along x
+    across : (2, corners, i) phases along x, as far as the table goes
     """
     rows, period, corners, spectra = total.shape[2], table.period, len(edges.points), edges.jump.shape[1]
-    room, y_r, y_i = _room(spectra, corners), np.empty(corners), np.empty(corners)
+    room = _room(spectra, corners, len(total), table.fields.shape[4])
+    y_r, y_i, flats = np.empty(corners), np.empty(corners), np.empty((len(edges.begin), 2, 2), np.int64)
     for target in range(first, stop):
         for turn in range(2 * (table.fields.shape[2] // rows + 1)):
             # Rows of the band that fall on this one, and on its mirror image.
             j = turn // 2 * rows + (target if turn % 2 == 0 else rows - target)
             if j >= table.fields.shape[2] or (turn % 2 == 1 and (target == 0 or 2 * target == rows)):
                 continue
-            end, ky, low = _furthest(j, table) + 1, j / period, 0
+            end, ky = _furthest(j, table) + 1, j / period
             for v in range(corners):
                 place = edges.points[v, 1] * j / period
                 place -= math.floor(place)
                 y_r[v], y_i[v] = math.cos(2.0 * math.pi * place), -math.sin(2.0 * math.pi * place)
-            while low < end:
-                width = _piece(low, end, period)
-                _of_edges(ky, low, width, edges, period, room)
+            sides = 2 if j > 0 else 1
+            _flats(ky, end, edges, period, flats)
+            for low in range(0, end, COLUMNS):
+                _of_edges(ky, low, edges, period, flats, room)
                 for v in range(corners):
-                    x = across[:, v, low : low + width]
-                    _of_corner(v, (x[0], x[1]), (y_r[v], y_i[v]), room)
+                    x_r, x_i = across[0, v, low : low + COLUMNS], across[1, v, low : low + COLUMNS]
+                    _of_corner(v, x_r, x_i, y_r[v], y_i[v], room)
                 if j == 0 and low == 0:
                     for s in range(spectra):
                         room.sums[s, 0, 0, 0], room.sums[s, 0, 1, 0] = table.areas[s], 0.0
-                for side in range(2 if j > 0 else 1):
-                    _add(total, table, j, side, low, width, room)
-                low += width
+                _multiply(table, j, sides, low, room)
+            for side in range(sides):
+                _add(total, period, j, side, end, room)
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def add_strip(total: F64, table: Table, first_j: int, transforms: C128, first: int, stop: int) -> None:
     """Add rows j = first_j … of the scene's transforms (spectra, j, i), all of one sign or 0, likewise."""
-    rows, spectra = total.shape[2], len(transforms)
-    room = _room(spectra, 0)
+    rows, spectra, most = total.shape[2], len(transforms), table.fields.shape[4]
+    room, sums = _room(spectra, 0, len(total), most), np.zeros((spectra, 2, most))
     for r in range(transforms.shape[1]):
         j, side = abs(first_j + r), 0 if first_j + r >= 0 else 1
         target = min(j % rows, rows - j % rows)
         if target < first or target >= stop:
             continue
-        end, low = min(transforms.shape[2], _furthest(j, table) + 1), 0
-        while low < end:
-            width = _piece(low, end, table.period)
+        end = min(transforms.shape[2], _furthest(j, table) + 1)
+        sums[:] = 0.0
+        for s in range(spectra):
+            for c in range(end):
+                sums[s, 0, c], sums[s, 1, c] = transforms[s, r, c].real, transforms[s, r, c].imag
+            if j == 0:
+                sums[s, 0, 0], sums[s, 1, 0] = table.areas[s], 0.0
+        for low in range(0, end, COLUMNS):
             for s in range(spectra):
-                for c in range(width):
-                    room.sums[s, side, 0, c] = transforms[s, r, low + c].real
-                    room.sums[s, side, 1, c] = transforms[s, r, low + c].imag
-                if j == 0 and low == 0:
-                    room.sums[s, side, 0, 0], room.sums[s, side, 1, 0] = table.areas[s], 0.0
-            _add(total, table, j, side, low, width, room)
-            low += width
+                for part in range(2):
+                    room.sums[s, side, part] = sums[s, part, low : low + COLUMNS]
+            _multiply(table, j, side + 1, low, room)
+        _add(total, table.period, j, side, end, room)
