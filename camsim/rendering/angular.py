@@ -13,6 +13,7 @@ from camsim.kernels import kernel, shared
 
 AT_ONCE = 500  # frequencies: fewer are no work for a thread of its own
 TOGETHER = 32  # frequencies that are turned and added up side by side, as vectors; all of it stays in the nearest cache
+LANES = 8  # columns of a table at a time, always as many
 KINDS = 8  # of columns: even orders, then odd ones; of these cosines, then sines; of these half of it even, then odd
 
 
@@ -20,8 +21,9 @@ KINDS = 8  # of columns: even orders, then odd ones; of these cosines, then sine
 def six_points(t: float, weight: F64) -> None:
     """Write what values at −2 … 3 weigh at t, 0 … 1."""
     a, b, c, d, e = t + 2.0, t + 1.0, t - 1.0, t - 2.0, t - 3.0
-    weight[0], weight[1], weight[2] = -b * t * c * d * e / 120.0, a * t * c * d * e / 24.0, -a * b * c * d * e / 12.0
-    weight[3], weight[4], weight[5] = a * b * t * d * e / 12.0, -a * b * t * c * e / 24.0, a * b * t * c * d / 120.0
+    p, q, r = 1.0 / 120.0, 1.0 / 24.0, 1.0 / 12.0
+    weight[0], weight[1], weight[2] = -p * b * t * c * d * e, q * a * t * c * d * e, -r * a * b * c * d * e
+    weight[3], weight[4], weight[5] = r * a * b * t * d * e, -q * a * b * t * c * e, p * a * b * t * c * d
 
 
 @kernel(forceinline=True)
@@ -40,6 +42,7 @@ def turns(x: float, y: float, cos: F64, sin: F64) -> None:
 class Transfer(NamedTuple):
     """Transfers over |f|: values (rows, sets · columns) at multiples −2, −1, 0 … of ``1/per_unit``.
 
+    values      : with zeros up to a multiple of ``LANES``
     order, sine : of each column, whose transfer is real where the order is even, else imaginary
     ends        : (KINDS,) where each kind ends among the columns
     sets        : patterns;  cut: the highest |f|
@@ -58,7 +61,8 @@ class Transfer(NamedTuple):
         """Return them of values (rows, columns, sets)."""
         kind = 4 * (order % 2) + 2 * sine + order // 2 % 2
         sorted_ = np.argsort(kind, kind="stable")
-        flat = np.ascontiguousarray(np.moveaxis(values[:, sorted_], 1, 2)).reshape(len(values), -1)
+        flat = np.zeros((len(values), -(-values[0].size // LANES) * LANES))
+        flat[:, : values[0].size] = np.moveaxis(values[:, sorted_], 1, 2).reshape(len(values), -1)
         ends = np.searchsorted(kind[sorted_], np.arange(KINDS), side="right")
         return cls(flat, per_unit, order[sorted_], sine[sorted_], ends, values.shape[2], cut)
 
@@ -84,12 +88,14 @@ class Transfer(NamedTuple):
 class _Room(NamedTuple):
     """What a look-up of ``TOGETHER`` frequencies writes to.
 
-    weight : of six points;  row: columns of one frequency;  columns: (sets · columns, frequencies)
+    weights, cells : (6, frequencies) of six points, and where they begin, −1 where nothing passes
+    row, columns : of one frequency, (sets · columns, frequencies) of all
     cos, sin : (orders, frequencies);  sums: (KINDS + 4, frequencies) of a kind's columns times their own turns, and at
              the end of odd orders' times the other: what a quarter of a turn makes of their own
     """
 
-    weight: F64
+    weights: F64
+    cells: I64
     row: F64
     columns: F64
     cos: F64
@@ -99,12 +105,12 @@ class _Room(NamedTuple):
 
 @kernel(forceinline=True)
 def _room(transfer: Transfer) -> _Room:
-    count = transfer.order.size
-    most = transfer.order.max() if count else 0
+    most = transfer.order.max() if transfer.order.size else 0
     return _Room(
-        np.empty(6),
-        np.empty(count * transfer.sets),
-        np.empty((count * transfer.sets, TOGETHER)),
+        np.empty((6, TOGETHER)),
+        np.empty(TOGETHER, np.int64),
+        np.empty(transfer.values.shape[1]),
+        np.empty((transfer.values.shape[1], TOGETHER)),
         np.ones((most + 2, TOGETHER)),
         np.zeros((most + 2, TOGETHER)),
         np.empty((KINDS + 4, TOGETHER)),
@@ -114,21 +120,24 @@ def _room(transfer: Transfer) -> _Room:
 @kernel(forceinline=True)
 def _columns(x: F64, y: F64, transfer: Transfer, room: _Room) -> None:
     """Write what the table has at places, as many as x is long, and their turns."""
-    weight, row, columns, cos, sin = room.weight, room.row, room.columns, room.cos, room.sin
+    weights, cells, row, columns, cos, sin = room.weights, room.cells, room.row, room.columns, room.cos, room.sin
     values = transfer.values
     for c in range(x.size):
         f = math.sqrt(x[c] * x[c] + y[c] * y[c])
         cos[1, c], sin[1, c] = (x[c] / f, y[c] / f) if f > 0.0 else (0.0, 0.0)  # at 0 there is order 0 alone
-        if f >= transfer.cut:
+        u = f * transfer.per_unit
+        cells[c] = int(u) if f < transfer.cut else -1
+        six_points(u - int(u), weights[:, c])
+    for c in range(x.size):
+        cell = cells[c]
+        if cell < 0:
             columns[:, c] = 0.0
             continue
-        u = f * transfer.per_unit
-        cell = int(u)
-        six_points(u - cell, weight)
-        a, b, d, e, g, h = weight[0], weight[1], weight[2], weight[3], weight[4], weight[5]
-        for k in range(row.size):
-            row[k] = a * values[cell, k] + b * values[cell + 1, k] + d * values[cell + 2, k]
-            row[k] += e * values[cell + 3, k] + g * values[cell + 4, k] + h * values[cell + 5, k]
+        a, b, d, e, g, h = weights[0, c], weights[1, c], weights[2, c], weights[3, c], weights[4, c], weights[5, c]
+        for low in range(0, row.size, LANES):
+            for k in range(low, low + LANES):
+                row[k] = a * values[cell, k] + b * values[cell + 1, k] + d * values[cell + 2, k]
+                row[k] += e * values[cell + 3, k] + g * values[cell + 4, k] + h * values[cell + 5, k]
         for k in range(row.size):
             columns[k, c] = row[k]
     for m in range(2, len(cos) - 1):
