@@ -23,6 +23,7 @@ from camsim.rendering.fourier.blocks import Place
 from camsim.rendering.fourier.kernels import COLUMNS
 
 TURNS, PRODUCTS = 5_000, 50_000  # phases, and edges × frequencies: fewer are no work for a thread of its own
+VECTORS = 32  # frequencies that are computed in steps of; what is beyond a row's end is thrown away
 FLAT = 1e-3  # below this k·e the difference of the ends' phases is taken as a sinc
 
 
@@ -41,7 +42,7 @@ def edge_transforms(place: Place, edges: Corners) -> F64:
     Beyond the cut they are left at 0.
     """
     out = np.zeros((edges.jump.shape[1], place.count_j, 2, place.count_i))
-    across = np.empty((2, len(edges.points), place.count_i))
+    across = np.empty((2, len(edges.points), place.count_i + VECTORS))
     of_row = place.count_i * max(1, len(edges.points))
     turned = functools.partial(turn_across, place, edges.points, across)
     shared(len(edges.points), turned, least=-(-TURNS // place.count_i))
@@ -53,7 +54,7 @@ def edge_transforms(place: Place, edges: Corners) -> F64:
 def turn_across(place: Place, points: F64, across: F64, low: int, high: int) -> None:
     """Write some corners' phases along the first axis."""
     for v in range(low, high):
-        for c in range(place.count_i):
+        for c in range(across.shape[2]):
             turn = points[v, 0] * (place.first_i + c) / place.px
             turn -= math.floor(turn)
             across[0, v, c], across[1, v, c] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
@@ -81,15 +82,20 @@ def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int
             yr[v], yi[v] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
         ar, ai = np.empty((corners, COLUMNS)), np.empty((corners, COLUMNS))
         kx_of, sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS), np.empty(COLUMNS)
+        sums = np.empty((len(out), 2, COLUMNS))
         for low in range(lowest, stop, COLUMNS):
             width = min(COLUMNS, stop - low)
+            wide = -(-width // VECTORS) * VECTORS
             start_x = (first_i + low) / px
-            for c in range(width):
+            for c in range(wide):
                 kx_of[c] = start_x + c / px
+            for side in range(len(out)):
+                for c in range(wide):
+                    sums[side, 0, c], sums[side, 1, c] = 0.0, 0.0
             for v in range(corners):
-                across_r, across_i, down_r, down_i = xr[v, low : low + width], xi[v, low : low + width], yr[v], yi[v]
+                across_r, across_i, down_r, down_i = xr[v, low : low + wide], xi[v, low : low + wide], yr[v], yi[v]
                 phase_r, phase_i = ar[v], ai[v]
-                for c in range(width):
+                for c in range(wide):
                     phase_r[c] = across_r[c] * down_r - across_i[c] * down_i
                     phase_i[c] = across_r[c] * down_i + across_i[c] * down_r
             for e in range(len(begin)):
@@ -105,7 +111,7 @@ def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int
                 elif abs(ky * ey + start_x * ex) < FLAT:
                     flat_low = 0
                 begin_r, begin_i, finish_r, finish_i = ar[a], ai[a], ar[b], ai[b]
-                for c in range(width):
+                for c in range(wide):
                     kx = kx_of[c]
                     along = kx * ex + ky * ey
                     ratio = (kx * ey - ky * ex) / (along if along != 0.0 else 1.0)
@@ -124,7 +130,8 @@ def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int
                 for side in range(len(out)):
                     times = jump[e, side]
                     if times != 0.0:
-                        out_r, out_i = out[side, r, 0, low : low + width], out[side, r, 1, low : low + width]
-                        for c in range(width):
-                            out_r[c] += times * sum_r[c]
-                            out_i[c] += times * sum_i[c]
+                        for c in range(wide):
+                            sums[side, 0, c] += times * sum_r[c]
+                            sums[side, 1, c] += times * sum_i[c]
+            for side in range(len(out)):
+                out[side, r, :, low : low + width] = sums[side, :, :width]

@@ -46,7 +46,7 @@ def fused_fields(fused: Fused, pitch_um: float, tile: Tile) -> Fields:
     counts = math.floor(cut * px) + 1, math.floor(cut * py) + 1
     whole = fused.on_half_plane((1.0 / (px * pitch_um), 1.0 / (py * pitch_um)), counts)
     strip = Strip(first_j=1 - counts[1], count_j=2 * counts[1] - 1, count_i=counts[0])
-    return lambda block: parts(np.stack([strip.part(own, block) for own in whole]))
+    return functools.cache(lambda block: parts(np.stack([strip.part(own, block) for own in whole])))
 
 
 @dataclass(frozen=True, eq=False)
