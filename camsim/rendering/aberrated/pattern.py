@@ -135,7 +135,8 @@ class ShortPattern:
         padded[:, :nodes] = series
         values = scipy.fft.idct(padded, axis=1, norm="forward", overwrite_x=True)
         radius = 0.5 * settings.outer * (1.0 + chebyshev(fine)[::-1])
-        values *= tapered(radius, settings.reach, settings.outer, taper(settings.sharpness))
+        beyond = radius > settings.reach
+        values[:, beyond] *= tapered(radius[beyond], settings.reach, settings.outer, taper(settings.sharpness))
         around = np.concatenate([values[:, 2::-1], values, values[:, :-4:-1]], axis=1)
         profiles = Profiles(np.ascontiguousarray(around.T), fine / np.pi, settings.outer, harmonics.order, sets)
         step_x, step_y = 0.49 / settings.cut, 0.97 / settings.cut
