@@ -131,14 +131,15 @@ class ShortPattern:
         # From the farthest radius inwards: so a cosine's angles run.
         series = scipy.fft.dct(harmonics.values[..., ::-1].reshape(-1, nodes), axis=1, norm="forward")
         fine = FINER * nodes
-        padded = np.zeros((columns * sets, fine))
-        padded[:, :nodes] = series
-        values = scipy.fft.idct(padded, axis=1, norm="forward", overwrite_x=True)
+        padded = np.zeros((fine, columns * sets))
+        padded[:nodes] = series.T
+        values = scipy.fft.idct(padded, axis=0, norm="forward", overwrite_x=True)
         radius = 0.5 * settings.outer * (1.0 + chebyshev(fine)[::-1])
         beyond = radius > settings.reach
-        values[:, beyond] *= tapered(radius[beyond], settings.reach, settings.outer, taper(settings.sharpness))
-        around = np.concatenate([values[:, 2::-1], values, values[:, :-4:-1]], axis=1)
-        profiles = Profiles(np.ascontiguousarray(around.T), fine / np.pi, settings.outer, harmonics.order, sets)
+        shape = tapered(radius[beyond], settings.reach, settings.outer, taper(settings.sharpness))
+        values[beyond] *= shape[:, None]
+        around = np.concatenate([values[2::-1], values, values[:-4:-1]])
+        profiles = Profiles(around, fine / np.pi, settings.outer, harmonics.order, sets)
         step_x, step_y = 0.49 / settings.cut, 0.97 / settings.cut
         line = np.zeros((math.floor(settings.outer / step_x) + 1, columns * sets))
         shared(len(line), functools.partial(project, profiles, step_x, step_y, line))
