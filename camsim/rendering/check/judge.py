@@ -202,7 +202,7 @@ class Judge:
         if self.integrates and self._difference is None:
             return self.count(plan) * self.integrals.seconds_each
         rows, cols = self.hardest(plan)
-        seconds = self._seconds([frame for frame, _ in self._frames(rows, cols)])
+        seconds = self._seconds(self._frames(rows, cols))
         return seconds + (rows.size * self.integrals.seconds_each if self.integrates else 0.0)
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
@@ -272,9 +272,9 @@ class Judge:
         x0, y0 = self.job.grid.first_centre
         return x0 + frame.col, y0 + frame.row
 
-    def _seconds(self, frames: list[_Frame]) -> float:
+    def _seconds(self, frames: list[tuple[_Frame, slice]]) -> float:
         """Return what windows one after the other take: what is made of the lens for the first serves the others."""
-        first, *others = (self._taken(self._windows, frame) for frame in frames)
+        first, *others = (self._taken(self._windows, frame) for frame, _ in frames)
         return first + OF_OTHERS * sum(others)
 
     def _taken(self, windows: Windows, frame: _Frame) -> float:
@@ -286,10 +286,8 @@ class Judge:
         size = min(WINDOW, self.job.grid.rows) * min(WINDOW, self.job.grid.cols)
         parts = [slice(first, first + size) for first in range(0, rows.size, size)]
         each = [(_Frame.about(rows[part], cols[part]), part) for part in parts]
-        whole = _Frame.about(rows, cols)
-        if len(each) > 1 and self._seconds([whole]) < self._seconds([frame for frame, _ in each]):
-            return [(whole, slice(None))]
-        return each
+        whole = [(_Frame.about(rows, cols), slice(None))]
+        return whole if len(each) > 1 and self._seconds(whole) < self._seconds(each) else each
 
     def _in_windows(self, rows: I64, cols: I64, sets: U8) -> F64:
         values = np.empty(sets.shape)
