@@ -6,14 +6,14 @@ import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from camsim.arrays import C128, F64
+from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Strip, Tile
+from camsim.rendering.fourier.fuses import Fused, Fuses
 from camsim.rendering.fourier.lens import Fields, parts, plain_fields
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
@@ -21,23 +21,6 @@ from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.modes import mixed
 
 OF_TAPER = 0.25  # of a taper's share, where there is none: what transfers that a lens has added up may be wrong by
-
-
-class Fused(Protocol):
-    """Transfers of several sets of weights."""
-
-    def on_half_plane(self, steps_per_um: tuple[float, float], counts: tuple[int, int]) -> C128:
-        """Return them (sets, j, i) at (i, j)·steps, i from 0 on, j of either sign; counts: of 0 and above."""
-        ...
-
-
-@runtime_checkable
-class Fuses(Protocol):
-    """A lens that adds up its wavelengths itself."""
-
-    def fused(self, wavelength_nm: F64, weights: F64, allowed: float) -> Fused:
-        """Return transfers of sets of weights (sets, wavelengths)."""
-        ...
 
 
 def fused_fields(fused: Fused, pitch_um: float, tile: Tile) -> Fields:
