@@ -68,7 +68,7 @@ class OfPupil:
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
         """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
-        return abs(self.waves_across(low_nm) - self.waves_across(high_nm))
+        return abs(self.waves_across(low_nm) - self.waves_across(high_nm)) if low_nm != high_nm else 0.0
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function at (fx, fy) cycles/µm: the pupil's overlap with its shifted copy, weighed by phase.

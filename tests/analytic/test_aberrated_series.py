@@ -88,24 +88,26 @@ def test_overlaps_that_are_followed_are_the_lens_s(waves, colours):
     rest = Wavefront(f_number=4.0, zernike_waves=waves).split().rest
     nm = np.linspace(420.0, 680.0, colours) if colours > 1 else np.array([NM])
     weights = np.stack([np.exp(-(((nm - peak) / 50.0) ** 2)) for peak in (460.0, 600.0)]) / colours
-    rng = np.random.default_rng(8)
-    fx, fy = np.sort(rng.uniform(-0.6, 0.6, (2, 6)), axis=1) / rest.blur_um(nm.max())
+    step = 0.6 / rest.blur_um(nm.max()) / np.array([5.0, 4.0])
+    fx, fy = step[0] * np.arange(6), step[1] * np.arange(-4, 5)
     sizes = overlap._sizes(rest, float(nm.min()), float(nm.max()), 1e-6, 1e7)
-    found = overlap.Overlapping(rest=rest, sizes=sizes).fused(nm, weights, 1e-6).on_lattice(fx, fy)
-    right = np.zeros((2, 6, 6), complex)
+    found = overlap.Overlapping(rest=rest, sizes=sizes).fused(nm, weights, 1e-6)
+    found = found.on_half_plane((step[0], step[1]), (6, 5))
+    right = np.zeros((2, 9, 6), complex)
     for wavelength, own in zip(nm.tolist(), weights.T, strict=True):
         right += np.multiply.outer(own, rest.otf(fx[None], fy[:, None], wavelength))
     inside = np.hypot(fx[None], fy[:, None]) < 0.93 / rest.blur_um(nm.max())  # a cut-off falls between two rows
     assert np.abs(found - right)[:, inside].max() < 3e-6
 
 
-def test_lattices_are_looked_up_as_places_are():
+@pytest.mark.parametrize(("steps", "counts"), [((0.1, 0.1), (40, 40)), ((0.1, 0.1), (37, 21)), ((0.2, 0.07), (9, 50))])
+def test_lattices_are_looked_up_as_places_are(steps, counts):
+    """What is looked up at one place serves seven others: each harmonic of either kind, even and odd."""
     rng = np.random.default_rng(12)
-    order, sine = np.array([0, 1, 1, 2, 4]), np.array([0, 0, 1, 1, 0])
-    transfer = Transfer.of(rng.normal(size=(40, 5, 3)), 10.0, order, sine, 3.3)
-    fx = np.linspace(-1.0, 3.5, 9)
-    for fy in (np.linspace(-3.0, 3.0, 7), np.linspace(-3.0, 3.0, 8), np.linspace(-1.0, 3.0, 6)):
-        x, y = (part.ravel() for part in np.meshgrid(fx, fy))
-        assert np.array_equal(transfer.on_lattice(fx, fy).reshape(3, -1), transfer.at(x, y)) or (
-            np.abs(transfer.on_lattice(fx, fy).reshape(3, -1) - transfer.at(x, y)).max() < 1e-13
-        )
+    order, sine = np.array([0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6]), np.array([0, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1])
+    transfer = Transfer.of(rng.normal(size=(40, 13, 3)), 10.0, order, sine, 3.3)
+    found = transfer.on_quarters(steps, counts)
+    x, y = np.meshgrid(steps[0] * np.arange(counts[0]), steps[1] * np.arange(counts[1]))
+    for side, sign in enumerate((1.0, -1.0)):
+        right = transfer.at(x.ravel(), sign * y.ravel()).reshape(3, *x.shape)
+        assert np.abs(found[:, side, :, 0] + 1j * found[:, side, :, 1] - right).max() < 1e-12

@@ -10,8 +10,8 @@ from camsim.rendering.focus import circles
 from camsim.rendering.fourier.blocks import Place, Tile
 from camsim.rendering.fourier.clamped import clamped, netted
 from camsim.rendering.fourier.density import Density
+from camsim.rendering.fourier.edge_transforms import Corners, edge_transforms
 from camsim.rendering.fourier.inverse import inverse
-from camsim.rendering.fourier.kernels import Corners, edge_transforms
 from camsim.rendering.spectral import multiples
 
 ROUNDING = 1e-12

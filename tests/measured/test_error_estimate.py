@@ -374,7 +374,7 @@ CORRUPTIONS = {
         {"method": "fourier"},
     ),
     "a footprint's transfer": (
-        fourier_image,
+        fourier_lens,
         "footprint_transfer",
         returning(lambda f: f._replace(across=f.across**3)),
         {"method": "fourier"},

@@ -105,14 +105,14 @@ PRICES = {
     "amplitudes": 1.0,
     "bessels": 80.0,
     "projected": 5.0,
-    "looked_into": 4.0,
+    "looked_into": 1.0,
     "crossings": 1.0,
     "looked_up": 10.0,
     "windows": 1.5e6,
     "window_edges": 1.1,
     "window_spread": 50.0,
     "clamped": 300.0,
-    "summed": 6.0,
+    "summed": 3.0,
 }
 SET_UP_SECONDS = 3e-3
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,17 +12,20 @@ import numpy as np
 from camsim.arrays import F64, U8
 from camsim.kernels import shared
 from camsim.optics.difference import Difference
-from camsim.rendering.aberrated.kernels import Lines, Responses, add_lines, add_short, mark
+from camsim.rendering.aberrated.kernels import Lines, Responses, add_lines, mark
 from camsim.rendering.aberrated.pattern import ShortPattern
 from camsim.rendering.aberrated.settings import Settings
+from camsim.rendering.aberrated.window_kernels import Table, add_edges, add_strip
 from camsim.rendering.aberrated.windows import Window, windows
 from camsim.rendering.engine import Progress
+from camsim.rendering.fourier.blocks import Place
+from camsim.rendering.fourier.edge_transforms import PRODUCTS, turn_across
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.nearby import Nearby, regions_of
+from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.job import Job, Nodes
 
 SAME_DIRECTION = 1e-13  # of a normal: lines this nearly parallel share a response
-ROWS = 64  # of a window's transform: fewer are no work for a thread of its own
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,11 +117,27 @@ class ShortImage:
         spectra, regions = regions_of(seen, tile, self.settings.sharpness, self.job.tolerance)
         present = np.unique(channel)
         weights = np.ascontiguousarray(self.pattern.sets[1][spectra - 1][:, present])
-        total = np.full((present.size, *tile.sums, 2), 0.0)
-        for block, scene in regions.blocks():
-            fields, place = self.pattern.on_block(block), block.place(tile)
-            shared(total.shape[1], functools.partial(add_short, total, scene, fields, weights, place), least=ROWS)
-        for k, sums in zip(present, total, strict=True):
+        table = Table(self.pattern.fields, weights, regions.areas, self.settings.period, self.settings.cut)
+        total = np.zeros((present.size, 2, *tile.sums))
+        self._add(total, table, regions)
+        for k, (real, imaginary) in zip(present, total, strict=True):
             mine = channel == k
-            values[mine] = inverse(sums.view(complex)[..., 0], tile)[mine]
+            values[mine] = inverse(real + 1j * imaginary, tile)[mine]
         return values
+
+    def _add(self, total: F64, table: Table, regions: Regions) -> None:
+        """Add a window's regions, transformed and multiplied, to the photosites' own grid of frequencies."""
+        count, targets = table.fields.shape[4], total.shape[2] // 2 + 1
+        products = 2.0 * count * count / targets
+        if regions.corners is None:
+            for strip, whole in regions.strips():
+                transforms = np.stack(whole)
+                work: Callable[..., None] = functools.partial(add_strip, total, table, strip.first_j, transforms)
+                shared(targets, work, least=math.ceil(PRODUCTS / products))
+            return
+        corners = regions.corners
+        across = np.empty((2, len(corners.points), count))
+        row = Place(0, 0, count, 1, table.period, table.period, table.cut, 0, 0, 1)
+        turn_across(row, corners.points, across, 0, len(corners.points))
+        work = functools.partial(add_edges, total, table, corners, across)
+        shared(targets, work, least=math.ceil(PRODUCTS / (products * len(corners.points))))

@@ -1,16 +1,12 @@
-"""What the difference adds beside lines, which photosites need more than lines, and sums of transforms; arrays only."""
+"""What the difference adds beside lines, and which photosites need more than lines; arrays only."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from camsim.arrays import F64, I64, U8
 from camsim.kernels import kernel
-from camsim.rendering.fourier.blocks import Place
-from camsim.rendering.fourier.kernels import COLUMNS, SceneBlock
 
 
 class Lines(NamedTuple):
@@ -106,58 +102,3 @@ def add_lines(
                     t = u - cell
                     p = responses.cells[response, pair, channel[r, c], cell]
                     image[r, c] += p[0] + t * (p[1] + t * (p[2] + t * (p[3] + t * (p[4] + t * p[5]))))
-
-
-@kernel(error_model="numpy", fastmath={"contract"})
-def add_short(
-    total: F64, scene: SceneBlock, fields: F64, weights: F64, place: Place, first_row: int, stop_row: int
-) -> None:
-    """Add a block to rows ``first_row`` … ``stop_row`` of ``total`` (channels, rows, columns, 2).
-
-    fields  : (b, count_j, 2, count_i) transfers, footprint included;  weights: (spectra, channels, b)
-    """
-    transforms, areas = scene
-    first_i, first_j, column, row, rows = place.first_i, place.first_j, place.column, place.row, place.rows
-    px, py, cut = place.px, place.py, place.cut
-    spectra, count_j, _, count_i = transforms.shape
-    # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
-    for target in range(first_row, stop_row):
-        for r in range((target - row) % rows, count_j, rows):
-            ky = (first_j + r) / py
-            inside = cut * cut - ky * ky
-            if inside <= 0.0:
-                continue
-            furthest = math.floor(px * math.sqrt(inside))
-            begin, stop = max(0, -furthest - first_i), min(count_i, furthest - first_i + 1)
-            scale, sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS), np.empty(COLUMNS)
-            for low in range(begin, stop, COLUMNS):
-                width = min(COLUMNS, stop - low)
-                zero = -first_i - low if first_j + r == 0 and 0 <= -first_i - low < width else -1
-                start_x = (first_i + low) / px
-                for c in range(width):
-                    kx = start_x + c / px
-                    square = kx * kx + ky * ky
-                    scale[c] = 1.0 / (4.0 * math.pi * math.pi * (square if square > 0.0 else 1.0))
-                for k in range(total.shape[0]):
-                    sums = total[k, target, column + low : column + low + width]
-                    for b in range(len(fields)):
-                        if not weights[:, k, b].any():
-                            continue
-                        sum_r[:width] = 0.0
-                        sum_i[:width] = 0.0
-                        area = 0.0
-                        for s in range(spectra):
-                            weight = weights[s, k, b]
-                            if weight == 0.0:
-                                continue
-                            area += weight * areas[s]
-                            real, imaginary = transforms[s, r, 0, low:stop], transforms[s, r, 1, low:stop]
-                            for c in range(width):
-                                sum_r[c] += weight * scale[c] * real[c]
-                                sum_i[c] += weight * scale[c] * imaginary[c]
-                        if zero >= 0:
-                            sum_r[zero], sum_i[zero] = area, 0.0
-                        lens_r, lens_i = fields[b, r, 0, low:stop], fields[b, r, 1, low:stop]
-                        for c in range(width):
-                            sums[c, 0] += sum_r[c] * lens_r[c] - sum_i[c] * lens_i[c]
-                            sums[c, 1] += sum_r[c] * lens_i[c] + sum_i[c] * lens_r[c]

@@ -18,11 +18,12 @@ from camsim.quadrature import chebyshev, quintic_cells
 from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Waves, add_patterns, project
 from camsim.rendering.aberrated.series import Series, series_of
 from camsim.rendering.aberrated.settings import Settings
-from camsim.rendering.angular import Transfer
+from camsim.rendering.aberrated.window_kernels import COLUMNS, with_footprint
+from camsim.rendering.angular import AT_ONCE, Transfer
 from camsim.rendering.boundary.settings import SIX_POINTS
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block
-from camsim.rendering.fourier.lens import footprint_transfer, frequencies
+from camsim.rendering.fourier.lens import footprint_transfer
 from camsim.rendering.fourier.taper import taper, tapered
 
 MORE_NODES = 10  # along the radius
@@ -130,13 +131,15 @@ class ShortPattern:
         # From the farthest radius inwards: so a cosine's angles run.
         series = scipy.fft.dct(harmonics.values[..., ::-1].reshape(-1, nodes), axis=1, norm="forward")
         fine = FINER * nodes
-        padded = np.zeros((columns * sets, fine))
-        padded[:, :nodes] = series
-        values = scipy.fft.idct(padded, axis=1, norm="forward", overwrite_x=True)
+        padded = np.zeros((fine, columns * sets))
+        padded[:nodes] = series.T
+        values = scipy.fft.idct(padded, axis=0, norm="forward", overwrite_x=True)
         radius = 0.5 * settings.outer * (1.0 + chebyshev(fine)[::-1])
-        values *= tapered(radius, settings.reach, settings.outer, taper(settings.sharpness))
-        around = np.concatenate([values[:, 2::-1], values, values[:, :-4:-1]], axis=1)
-        profiles = Profiles(np.ascontiguousarray(around.T), fine / np.pi, settings.outer, harmonics.order, sets)
+        beyond = radius > settings.reach
+        shape = tapered(radius[beyond], settings.reach, settings.outer, taper(settings.sharpness))
+        values[beyond] *= shape[:, None]
+        around = np.concatenate([values[2::-1], values, values[:-4:-1]])
+        profiles = Profiles(around, fine / np.pi, settings.outer, harmonics.order, sets)
         step_x, step_y = 0.49 / settings.cut, 0.97 / settings.cut
         line = np.zeros((math.floor(settings.outer / step_x) + 1, columns * sets))
         shared(len(line), functools.partial(project, profiles, step_x, step_y, line))
@@ -171,27 +174,19 @@ class ShortPattern:
         return min(COARSEST, math.pow(self._allowed / (SIX_POINTS * moment), 1.0 / 6.0))
 
     @functools.cached_property
-    def _blocks(self) -> dict[Block, F64]:
-        return {}
+    def fields(self) -> F64:
+        """The transfers with OLPF and photosite on a window's frequencies, as ``window_kernels.Table`` has them.
 
-    def on_block(self, block: Block) -> F64:
-        """Return the transfers with OLPF and photosite on a block of a window's frequencies: (b, count_j, 2, count_i).
-
-        They are the same for all windows, and kept.
+        They are the same for all windows.
         """
-        if block not in self._blocks:
-            tile = self.settings.tile(0, 0, self.settings.side, self.settings.side)
-            fx, fy = frequencies(block, tile, 1.0)
-            foot = footprint_transfer(self.system, block, tile, self.pitch_um)
-            across, down, both = (part.view(complex)[..., 0] for part in foot)
-            footprint = across * down[:, None] * (both if both.size else 1.0)
-            every = self.transfer.on_lattice(fx[0], np.ascontiguousarray(fy[:, 0]))
-            values = np.empty((len(every), block.count_j, 2, block.count_i))
-            for own, transfer in zip(values, every, strict=True):
-                taken = transfer * footprint
-                own[:, 0], own[:, 1] = taken.real, taken.imag
-            self._blocks[block] = values
-        return self._blocks[block]
+        tile = self.settings.tile(0, 0, self.settings.side, self.settings.side)
+        period = self.settings.period
+        count = COLUMNS * (math.floor(self.settings.cut * period) // COLUMNS + 1)
+        fields = self.transfer.on_quarters((1.0 / period, 1.0 / period), (count, count))
+        both = Block(first_i=0, count_i=count, first_j=1 - count, count_j=2 * count - 1, column=0)
+        footprint = footprint_transfer(self.system, both, tile, self.pitch_um)
+        shared(count, functools.partial(with_footprint, fields, footprint, period), least=-(-AT_ONCE // count))
+        return fields
 
     def responses(self, normals: F64) -> F64:
         """Return what is seen from −near … near of straight edges: quintics (normals, b, cells, 6).

@@ -83,7 +83,7 @@ def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Sett
     beyond = max(float(rest.light_beyond(np.array(reach * pitch_um), nm, rings)) for nm in ends_nm)
     margin, sharpness = taper_margin(min(max(budget.allowed("hem") / (HEARD * beyond), 1e-14), 1.0))
     grain = max(FINEST_GRAIN, round(0.125 * (reach + extent)))
-    side = grain * (math.ceil(times * (reach + extent) / grain) + 2)
+    side = math.floor(times * (reach + extent)) + 1
     shortest, cutoff = float(blur.min()), rest.cutoff_per_um(min(ends_nm)) * pitch_um
     least = side + 2.0 * (reach + extent)
     width = max(math.sqrt(margin * least / cutoff), margin * shortest / 8.0)

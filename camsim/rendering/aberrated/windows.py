@@ -26,13 +26,13 @@ class Window(NamedTuple):
 def windows(marked: U8, grain: int, side: int) -> list[Window]:
     """Return windows of at most ``side`` photosites along a side that hold all photosites that are marked.
 
-    On a map of ``grain`` photosites a cell, every patch of touching cells is cut into bands from its top, and each band
-    into windows from its left, where there is something: what a single corner marks is one window.
+    On a map of ``grain`` photosites a cell, every patch of touching cells is cut into bands from its first marked row,
+    and each band into windows from its first marked column on: what a single corner marks is one window.
 
     >>> marked = np.zeros((12, 20), np.uint8)
     >>> marked[2:6, 3:6] = marked[9:11, 15:18] = 1
     >>> windows(marked, 2, 4)
-    [Window(row=2, col=2, rows=4, cols=4), Window(row=8, col=14, rows=4, cols=4)]
+    [Window(row=2, col=3, rows=4, cols=3), Window(row=9, col=15, rows=2, cols=3)]
     """
     rows, cols = marked.shape
     cells = np.zeros((-(-rows // grain), -(-cols // grain)), bool)
@@ -42,27 +42,26 @@ def windows(marked: U8, grain: int, side: int) -> list[Window]:
     label, _ = scipy.ndimage.label(cells, structure=np.ones((3, 3)))
     found = []
     for number, (down, across) in enumerate(scipy.ndimage.find_objects(label), start=1):
-        patch: Marks = np.equal(label[down, across], number)
-        for row, col in _covered(patch, side // grain):
-            first_row, first_col = (down.start + row) * grain, (across.start + col) * grain
-            found.append(Window(first_row, first_col, min(side, rows - first_row), min(side, cols - first_col)))
+        patch: Marks = np.equal(label[down, across], number).repeat(grain, axis=0).repeat(grain, axis=1)
+        own = marked[down.start * grain : down.stop * grain, across.start * grain : across.stop * grain]
+        for window in _covered(patch[: own.shape[0], : own.shape[1]] & (own != 0), side):
+            found.append(window._replace(row=down.start * grain + window.row, col=across.start * grain + window.col))
     return found
 
 
-def _covered(patch: Marks, side: int) -> Iterator[tuple[int, int]]:
-    """Yield first row and column of squares that hold all cells of a patch."""
-    row = 0
-    while row < len(patch):
-        band = patch[row : row + side]
-        if not band[0].any():
-            row += 1
-            continue
-        filled: Marks = np.logical_or.reduce(band, axis=0)
-        col = 0
-        while col < filled.size:
-            if filled[col]:
-                yield row, col
-                col += side
-            else:
-                col += 1
-        row += side
+def _covered(marked: Marks, side: int) -> Iterator[Window]:
+    """Yield windows that hold all marked photosites of a patch."""
+    down: Marks = np.any(marked, axis=1)
+    for row, rows in _pieces(down, side):
+        across: Marks = np.any(marked[row : row + rows], axis=0)
+        for col, cols in _pieces(across, side):
+            yield Window(row, col, rows, cols)
+
+
+def _pieces(filled: Marks, side: int) -> Iterator[tuple[int, int]]:
+    """Yield first places and lengths of at most ``side`` that hold all that are filled, and begin and end with one."""
+    places = np.flatnonzero(filled)
+    while places.size:
+        count = int(np.searchsorted(places, places[0] + side))
+        yield int(places[0]), int(places[count - 1] - places[0] + 1)
+        places = places[count:]

@@ -32,6 +32,7 @@ JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 DEAR_SECONDS = 0.05  # for one photosite: then windows are asked what they take
 ASKING_SECONDS = 5e-5  # of that for every piece of outline: 0.4 ms, and eight photosites are looked at or more
 FAR_SHARE, FAR_SECONDS = 0.5, 0.3  # of the image's time, or so much, for one photosite far away
+OF_OTHERS = 0.5  # of a window's time that others of its size take, measured
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,7 +172,7 @@ class Judge:
         rows, cols = windows(pieces.outlines, grid, WINDOW)
         # A pattern's far parts are seen from far away: where that is not dear.
         row, col = farthest(pieces.outlines, grid)
-        if self._seconds(Frame.about(row, col)) > max(FAR_SHARE * plan.cost.seconds, FAR_SECONDS):
+        if self._taken(self._windows, Frame.about(row, col)) > max(FAR_SHARE * plan.cost.seconds, FAR_SECONDS):
             return rows, cols
         return np.append(rows, row), np.append(cols, col)
 
@@ -194,7 +195,7 @@ class Judge:
         if self.integrates and self._difference is None:
             return self.count(plan) * self.integrals.seconds_each
         rows, cols = self.hardest(plan)
-        seconds = sum(self._seconds(frame) for frame, _ in self._frames(rows, cols))
+        seconds = self._seconds(self._frames(rows, cols))
         return seconds + (rows.size * self.integrals.seconds_each if self.integrates else 0.0)
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
@@ -265,8 +266,10 @@ class Judge:
         x0, y0 = self.job.grid.first_centre
         return x0 + frame.col, y0 + frame.row
 
-    def _seconds(self, frame: Frame) -> float:
-        return self._taken(self._windows, frame)
+    def _seconds(self, frames: list[tuple[Frame, slice]]) -> float:
+        """Return what windows one after the other take: what is made of the lens for the first serves the others."""
+        first, *others = (self._taken(self._windows, frame) for frame, _ in frames)
+        return first + OF_OTHERS * sum(others)
 
     def _taken(self, windows: Windows, frame: Frame) -> float:
         cost = windows.expected(self._origin(frame), frame.shape)[0]
@@ -277,10 +280,8 @@ class Judge:
         size = min(WINDOW, self.job.grid.rows) * min(WINDOW, self.job.grid.cols)
         parts = [slice(first, first + size) for first in range(0, rows.size, size)]
         each = [(Frame.about(rows[part], cols[part]), part) for part in parts]
-        whole = Frame.about(rows, cols)
-        if len(each) > 1 and self._seconds(whole) < sum(self._seconds(frame) for frame, _ in each):
-            return [(whole, slice(None))]
-        return each
+        whole = [(Frame.about(rows, cols), slice(None))]
+        return whole if len(each) > 1 and self._seconds(whole) < self._seconds(each) else each
 
     def _in_windows(self, rows: I64, cols: I64, sets: U8) -> F64:
         values = np.empty(sets.shape)

@@ -155,11 +155,16 @@ class Fused:
     transfer: Transfer
     moved_um: tuple[float, float]
 
-    def on_lattice(self, fx_per_um: F64, fy_per_um: F64) -> C128:
-        """Return the transfers (sets, fy, fx)."""
-        across, down = (np.exp(-2j * np.pi * f * c) for f, c in zip((fx_per_um, fy_per_um), self.moved_um, strict=True))
-        found = self.transfer.on_lattice(fx_per_um, fy_per_um)
-        found *= across * down[:, None]
+    def on_half_plane(self, steps_per_um: tuple[float, float], counts: tuple[int, int]) -> C128:
+        """Return the transfers (sets, j, i) at (i, j)·steps, i from 0 on, j of either sign; counts: of 0 and above."""
+        quarters = self.transfer.on_quarters(steps_per_um, counts)
+        found = np.empty((len(quarters), 2 * counts[1] - 1, counts[0]), complex)
+        for part, values in ((found.real, quarters[:, :, :, 0]), (found.imag, quarters[:, :, :, 1])):
+            part[:, counts[1] - 1 :], part[:, : counts[1] - 1] = values[:, 0], values[:, 1, :0:-1]
+        frequency = steps_per_um[0] * np.arange(counts[0]), steps_per_um[1] * np.arange(1 - counts[1], counts[1])
+        across, down = (np.exp(-2j * np.pi * f * c) for f, c in zip(frequency, self.moved_um, strict=True))
+        found *= across
+        found *= down[:, None]
         return found
 
 

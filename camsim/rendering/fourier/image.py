@@ -27,7 +27,7 @@ from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
-from camsim.rendering.fourier.lens import footprint_transfer
+from camsim.rendering.fourier.lens import Footprints
 from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.lens_fields import LensFields
 from camsim.rendering.fourier.plan import Sizes, plan_sizes
@@ -262,17 +262,21 @@ class FourierImage:
         if self.kernel.round:
             curves = self._curves.of(tile, plan, contrast)
             for block, scene in regions.blocks():
-                footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
+                footprint = self._footprints.on(block, tile)
                 add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
                 shared(total.shape[1], add)
             return total
         for fields, weights in self._fields.of(tile, plan, contrast):
             for block, scene in regions.blocks():
-                footprint = footprint_transfer(self.system, block, tile, self.pitch_um)
+                footprint = self._footprints.on(block, tile)
                 values = fields(block)
                 add = functools.partial(add_fields, total, scene, footprint, values, weights, block.place(tile))
                 shared(total.shape[1], add)
         return total
+
+    @functools.cached_property
+    def _footprints(self) -> Footprints:
+        return Footprints(self.system, self.pitch_um)
 
     @functools.cached_property
     def _curves(self) -> LensCurves:

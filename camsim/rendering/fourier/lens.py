@@ -148,6 +148,24 @@ def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um
     return Factors(across=parts(across.ravel()), down=parts(down.ravel()), both=parts(both))
 
 
+class Footprints:
+    """OLPF and photosite on blocks; where they are a product they take no memory, are kept, and serve other tiles."""
+
+    def __init__(self, system: OpticalSystem, pitch_um: float) -> None:
+        self._system, self._pitch_um = system, pitch_um
+        self._products: dict[tuple[Block, tuple[int, int]], Factors] = {}
+
+    def on(self, block: Block, tile: Tile) -> Factors:
+        """Return them on a block of a tile's frequencies."""
+        key = block, tile.periods
+        found = self._products.get(key)
+        if found is None:
+            found = footprint_transfer(self._system, block, tile, self._pitch_um)
+            if not found.both.size:
+                self._products[key] = found
+        return found
+
+
 def parts(values: C128) -> F64:
     """Return complex numbers as real and imaginary part, along a last axis."""
     return np.ascontiguousarray(values).view(np.float64).reshape(*values.shape, 2)

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from camsim.arrays import C128, F64
+from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fourier.blocks import Block, Tile
-from camsim.rendering.fourier.lens import Fields, frequencies, parts, plain_fields
+from camsim.rendering.fourier.blocks import Strip, Tile
+from camsim.rendering.fourier.fuses import Fused, Fuses
+from camsim.rendering.fourier.lens import Fields, parts, plain_fields
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
 from camsim.rendering.fourier.spread import Kernel
@@ -22,31 +23,13 @@ from camsim.rendering.modes import mixed
 OF_TAPER = 0.25  # of a taper's share, where there is none: what transfers that a lens has added up may be wrong by
 
 
-class Fused(Protocol):
-    """Transfers of several sets of weights."""
-
-    def on_lattice(self, fx_per_um: F64, fy_per_um: F64) -> C128:
-        """Return them on a lattice of frequencies, cycles/µm: (sets, fy, fx)."""
-        ...
-
-
-@runtime_checkable
-class Fuses(Protocol):
-    """A lens that adds up its wavelengths itself."""
-
-    def fused(self, wavelength_nm: F64, weights: F64, allowed: float) -> Fused:
-        """Return transfers of sets of weights (sets, wavelengths)."""
-        ...
-
-
 def fused_fields(fused: Fused, pitch_um: float, tile: Tile) -> Fields:
     """Return what gives transfers that are added up already: block → (sets, j, i, 2)."""
-
-    def fields(block: Block) -> F64:
-        fx, fy = frequencies(block, tile, pitch_um)
-        return parts(fused.on_lattice(fx[0], np.ascontiguousarray(fy[:, 0])))
-
-    return fields
+    (px, py), cut = tile.periods, tile.cut
+    counts = math.floor(cut * px) + 1, math.floor(cut * py) + 1
+    whole = fused.on_half_plane((1.0 / (px * pitch_um), 1.0 / (py * pitch_um)), counts)
+    strip = Strip(first_j=1 - counts[1], count_j=2 * counts[1] - 1, count_i=counts[0])
+    return functools.cache(lambda block: parts(np.stack([strip.part(own, block) for own in whole])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +58,12 @@ class LensFields:
         wavelength_nm, lens = self.wavelength_nm, self.system.lens
         if isinstance(lens, Fuses):
             modes, weights = self._mixed(contrast, wavelength_nm.size)
-            transfers = lens.fused(wavelength_nm, modes, OF_TAPER * self._budget.allowed("taper"))
-            yield fused_fields(transfers, self.pitch_um, tile), weights
+            key: tuple[object, ...] = tile.periods, tile.cut, modes.tobytes()
+            if key not in self._made:
+                self._made.clear()
+                transfers = lens.fused(wavelength_nm, modes, OF_TAPER * self._budget.allowed("taper"))
+                self._made[key] = fused_fields(transfers, self.pitch_um, tile)
+            yield self._made[key], weights
             return
         if not self.kernel.tapered:
             yield plain_fields(self.system, wavelength_nm, self.pitch_um, tile), np.ascontiguousarray(contrast)

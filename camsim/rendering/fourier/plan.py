@@ -29,6 +29,7 @@ SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their
 ALL_BUT = 0.8  # of the memory, that a wavefront's patterns may take while they are made
 STRIP_SAMPLES = 4_000_000  # of a pattern at a time, at least, each of which takes STRIP_BYTES until it is added up
 STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all of it, and the pupil's nodes at a time
+WHOLE_BYTES = 24.0  # of a transfer that is made for a whole tile at once, three times, for each such sample
 PART = 2_000_000  # numbers that are transformed back at a time
 
 # Seconds of one core, measured.
@@ -181,7 +182,8 @@ def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float]:
         seconds += PER_PUPIL_SAMPLE * task.wavelengths * samples
         made = STRIP_BYTES * min(samples, strip) + min(NODES_BYTES, STRIP_BYTES * samples)
         return seconds, (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
-    return 0.0, 0.0
+    sets = min(task.spectra * task.channels, task.wavelengths)
+    return 0.0, WHOLE_BYTES * sets * samples if kernel.whole else 0.0
 
 
 def _pattern_samples(task: Task, tile: Tile, fields: int) -> int:

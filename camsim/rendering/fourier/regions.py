@@ -14,7 +14,8 @@ from camsim.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
 from camsim.rendering.fourier.clamped import netted
-from camsim.rendering.fourier.kernels import Corners, SceneBlock, edge_transforms
+from camsim.rendering.fourier.edge_transforms import Corners, edge_transforms
+from camsim.rendering.fourier.kernels import SceneBlock
 from camsim.rendering.fourier.plan import STRIPS_AT_ONCE, Sizes
 from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
 
@@ -66,7 +67,7 @@ class Regions:
                 transforms = edge_transforms(block.place(self.tile), self.corners)
                 yield block, SceneBlock(transforms, self.areas)
             return
-        for strip, whole in self._strips(self.along):
+        for strip, whole in self.strips():
             for block in strip.blocks(self.tile, self.plan.block_points):
                 transforms = np.empty((self.areas.size, block.count_j, 2, block.count_i))
                 for own, values in zip(transforms, whole, strict=True):
@@ -74,8 +75,10 @@ class Regions:
                     own[:, 0], own[:, 1] = part.real, part.imag
                 yield block, SceneBlock(transforms, self.areas)
 
-    def _strips(self, along: tuple[tuple[F64, F64], ...]) -> Iterator[tuple[Strip, list[C128]]]:
-        """Yield the half plane strip by strip, with the transform of each spectrum's regions."""
+    def strips(self) -> Iterator[tuple[Strip, list[C128]]]:
+        """Yield the half plane strip by strip, with the transform of each spectrum's regions from nodes on edges."""
+        assert self.along is not None
+        along = self.along
 
         def transformed(strip: Strip) -> tuple[Strip, list[C128]]:
             return strip, [_spread(strip, self.tile.periods, *own, self.precision) for own in along]

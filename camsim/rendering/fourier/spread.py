@@ -14,6 +14,7 @@ from camsim.arrays import F64
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.protocols import Fading, KnowsBands, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fourier.fuses import Fuses
 from camsim.rendering.fourier.taper import Hem
 from camsim.rendering.psf import rule_of
 
@@ -37,6 +38,7 @@ class Kernel:
     hem     : the taper, where it is given
     tapers  : how many share what tapers may leave
     carries : how much of the light there is in it, at the most
+    whole   : whether its transfers are made for a whole tile at once
     sooner  : by how much its band ends before the cut-off along x and along y, cycles/pitch
     """
 
@@ -53,6 +55,7 @@ class Kernel:
     hem: Hem | None = None
     tapers: int = 1
     carries: float = 1.0
+    whole: bool = False
     sooner: tuple[float, float] = (0.0, 0.0)
 
     def cuts(self, cut: float) -> tuple[float, float]:
@@ -105,6 +108,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         pupil_nodes=_pupil_nodes(system, wavelength_nm, pitch_um),
         rings=rings,
         longest=longest,
+        whole=isinstance(lens, Fuses) and not more,
         sooner=sooner,
     )
 

@@ -18,6 +18,7 @@ PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at sev
 TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
 OF_A_CROWD = 0.14
+SAMPLES_OF_POINT = 8.0 / math.pi  # a pattern's, of its period, for every frequency of half the band (``Tile.points``)
 MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
 
 
