@@ -51,10 +51,10 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
     nodes = chebyshev(settings.tile_nodes)
     gauss_x, gauss_w, gauss_count = gauss_rules(settings.piece_nodes)
     levels = int(math.log2(root // settings.leaf)) + 1
-    to_photosites = np.zeros((levels, root, nodes.size))
+    to_photosites = np.zeros((levels, nodes.size, root))
     for level in range(levels):
         size = root >> level
-        to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
+        to_photosites[level, :, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0).T
     return Numbers(
         dipoles=settings.dipoles,
         near=settings.near,

@@ -38,14 +38,8 @@ class Table(NamedTuple):
 
     def oscillation(self, radius: F64) -> F64:
         """Return (k, n) what E has besides its smooth powers."""
-        place = radius / self.step
-        cell = np.minimum(place.astype(np.int64), self.cells.shape[1] - 1)
-        t = place - cell
-        value = np.zeros((len(self.cells), radius.size))
-        for power in range(5, -1, -1):
-            value = value * t + self.cells[:, cell, power]
-        smooth = self.far @ np.stack([np.ones_like(radius), -1 / radius, -(radius**-3.0), -(radius**-5.0)])
-        rest: F64 = value * radius**2 - smooth
+        rest: F64 = np.empty((len(self.cells), radius.size))
+        _oscillation(self, np.asarray(radius, np.float64), rest)
         return rest
 
 
@@ -121,6 +115,21 @@ def _contract(profile: F64, per_blur: float, blur: F64, of_wavelength: F64, step
                 values[m, k] += of_wavelength[j, k] * value
 
 
+@kernel()
+def _oscillation(table: Table, radius: F64, out: F64) -> None:
+    """Write (k, n) what E of every set has at distances besides its smooth powers."""
+    for m in range(radius.size):
+        r = radius[m]
+        cell = min(int(r / table.step), table.cells.shape[1] - 1)
+        t, inverse = r / table.step - cell, 1.0 / r
+        cube = inverse * inverse * inverse
+        for k in range(len(table.cells)):
+            c, far = table.cells[k, cell], table.far[k]
+            value = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+            out[k, m] = value * r * r - (far[0] - far[1] * inverse - cube * (far[2] + inverse * inverse * far[3]))
+
+
+@kernel()
 def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64) -> float:
     """Return how far E swings about its smooth powers near ``radius``, averaged over the footprint; the loudest set.
 
@@ -128,28 +137,46 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
 
     From as far away as this the footprint averages plane waves, in the direction where that takes the least.
     """
-    angle = math.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    ahead = np.stack([np.cos(angle), np.sin(angle)], axis=1) @ nodes.T
     step, steps = blur / CELLS_PER_BLUR, CELLS_PER_BLUR // PER_WAVE
-    low = math.floor(float(ahead.min()) / step)
-    width = math.ceil(float(ahead.max()) / step) - low + 2
+    extent = 0.0
+    for m in range(len(nodes)):
+        extent = max(extent, math.hypot(nodes[m, 0], nodes[m, 1]))
+    reach = math.ceil(extent / step) + 1
+    width = 2 * reach + 1
     # What each direction's average takes of places a step apart, straight between them.
-    place = ahead / step - low
-    cell = place.astype(np.int64)
-    first = np.arange(DIRECTIONS)[:, None] * width + cell
-    share = weights * (place - cell)
-    taken = np.bincount(first.ravel(), (weights - share).ravel(), DIRECTIONS * width)
-    taken += np.bincount(first.ravel() + 1, share.ravel(), DIRECTIONS * width)
-    taken = taken.reshape(DIRECTIONS, width)
-    fine = step * (low + np.arange(width + steps * (WAVES * PER_WAVE - 1)))
-    swing = table.oscillation(np.maximum(radius + fine, 0.1 * radius))
-    # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
-    most = np.abs(swing).max(axis=1) * np.abs(weights).sum()
-    loudest = 0.0
-    for k in np.argsort(-most):
+    taken, size = np.zeros((width, DIRECTIONS)), 0.0
+    for d in range(DIRECTIONS):
+        cos, sin = math.cos(math.pi * d / DIRECTIONS), math.sin(math.pi * d / DIRECTIONS)
+        for m in range(len(nodes)):
+            place = (cos * nodes[m, 0] + sin * nodes[m, 1]) / step + reach
+            cell = int(place)
+            taken[cell, d] += weights[m] * (cell + 1 - place)
+            taken[cell + 1, d] += weights[m] * (place - cell)
+    for m in range(len(nodes)):
+        size += abs(weights[m])
+    fine = np.empty(width + steps * (WAVES * PER_WAVE - 1))
+    for m in range(fine.size):
+        fine[m] = max(radius + step * (m - reach), 0.1 * radius)
+    swing = np.empty((len(table.cells), fine.size))
+    _oscillation(table, fine, swing)
+    most = np.zeros(len(swing))
+    for k in range(len(swing)):
+        for m in range(fine.size):
+            most[k] = max(most[k], size * abs(swing[k, m]))
+    loudest, average = 0.0, np.empty(DIRECTIONS)
+    while True:
+        # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
+        k = 0
+        for other in range(len(most)):
+            k = other if most[other] > most[k] else k
         if most[k] <= loudest:
-            break
-        moved = np.lib.stride_tricks.sliding_window_view(swing[k], width)[::steps]
-        # Not by a matrix product: threads of BLAS would spin for tens of milliseconds after it.
-        loudest = max(loudest, float(np.abs(np.einsum("pc,dc->pd", moved, taken)).max()))
-    return loudest
+            return loudest
+        most[k] = 0.0
+        for moved in range(0, steps * WAVES * PER_WAVE, steps):
+            for d in range(DIRECTIONS):
+                average[d] = 0.0
+            for m in range(width):
+                for d in range(DIRECTIONS):
+                    average[d] += taken[m, d] * swing[k, moved + m]
+            for d in range(DIRECTIONS):
+                loudest = max(loudest, abs(average[d]))

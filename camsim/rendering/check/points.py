@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -65,13 +66,17 @@ def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, pan
     least  : nodes that are worth a thread's while
     """
     light = np.empty((len(asked.points), len(asked.nodes)))
-    rules = Rules(*(np.stack(gauss_legendre(count)) for count in (PANEL_NODES, *(count for count, _ in SHORT))))
 
     def work(begin: int, end: int) -> None:
-        _light(begin, end, asked, o, parts, tables, panel, rules, np.empty(CUTS), light)
+        _light(begin, end, asked, o, parts, tables, panel, _rules(), np.empty(CUTS), light)
 
     shared(light.size, work, least=least)
     return light
+
+
+@functools.cache
+def _rules() -> Rules:
+    return Rules(*(np.stack(gauss_legendre(count)) for count in (PANEL_NODES, *(count for count, _ in SHORT))))
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
