@@ -57,7 +57,8 @@ def multiply(rows: F64, channel: Channels, first: int, values: F64) -> None:
            [2., 3., 2.]])
     """
     if values.size == 1:
-        rows *= values[0]
+        if values[0] != 1.0:
+            rows *= values[0]
         return
     if not isinstance(channel, Repeated):
         rows *= values[channel[first : first + len(rows)]]

@@ -64,6 +64,8 @@ def multiples(weights: F64) -> tuple[I64, F64]:
     >>> multiples(np.array([[1.0, 2.0], [-2.0, -4.0], [0.0, 1.0]]))
     (array([1, 1, 2]), array([-0.5,  1. ,  1. ]))
     """
+    if len(weights) == 1:
+        return np.zeros(1, np.int64), np.ones(1)
     order = np.argsort(-np.abs(weights).max(axis=1), kind="stable")
     largest = np.abs(weights).argmax(axis=1)
     size = weights[np.arange(len(weights)), largest]

@@ -114,14 +114,13 @@ class Integrals:
     @functools.cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
-        zones = list(zip(itertools.pairwise(self.zones.ends(np.array([self.radius]))), self.zones.rules, strict=True))
+        begin = self.zones.ends(np.array([self.radius]))[1:-1, 0]
+        points = np.array([len(nodes) for nodes, _ in self.zones.rules])
         passed = len(self.pieces.outlines.x) * PASSED_SECONDS
-        seconds = POINT_SECONDS + passed * sum(len(points) for _, (points, _) in zones)
+        seconds = POINT_SECONDS + passed * int(points.sum())
         for gaps in self._gaps():
             nodes = self._nodes_on(gaps) * NODE_SECONDS + PIECE_SECONDS
-            for (low, high), (points, _) in zones:
-                here = (low <= gaps) & (gaps < high)
-                seconds += len(points) * float(nodes[here].sum()) / len(self._where.listeners)
+            seconds += float(np.sum(points[np.searchsorted(begin, gaps, "right")] * nodes)) / len(self._where.listeners)
         return seconds
 
     def _nodes_on(self, gaps: F64) -> F64:
