@@ -7,7 +7,9 @@ from camsim.quadrature import gauss_legendre
 from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, round_piece
 from camsim.rendering.check.records import Outlines
 
-RULES = Rules(*(np.stack(gauss_legendre(count)) for count in (20, *(count for count, _ in SHORT))))
+RULES = Rules(
+    *(np.stack(gauss_legendre(count)) for count in (20, *(count for count, _ in SHORT))), longest=4.0, tiny=0.25
+)
 
 
 def along(place, radius, from_rad, turn_rad, energy, reach):
@@ -15,7 +17,7 @@ def along(place, radius, from_rad, turn_rad, energy, reach):
     middle = from_rad + 0.5 * turn_rad
     about = np.array([place[0] + radius * np.cos(middle), place[1] + radius * np.sin(middle), 0.5 * radius * turn_rad])
     column = [np.array([value]) for value in (place[0], place[1], radius, 0.0, from_rad, turn_rad)]
-    return round_piece(0.0, 0.0, Outlines(*column), 0, about, reach, 4.0, energy, RULES, np.empty(CUTS))
+    return round_piece(0.0, 0.0, Outlines(*column), 0, about, reach, energy, RULES, np.empty(CUTS))
 
 
 @pytest.mark.parametrize("turn_rad", [1e-6, 1e-3, 0.05, 0.19, 0.21])

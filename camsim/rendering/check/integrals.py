@@ -15,15 +15,16 @@ from camsim.arrays import F64, I64
 from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.check.along import SHORT
+from camsim.rendering.check.along import SHORT, Rules
 from camsim.rendering.check.pattern import Table, loudness, table_of
-from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, Asked, Parts, Tables, light_at_points
+from camsim.rendering.check.points import Asked, Parts, Tables, light_at_points, rules_of
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.check.whereabouts import Whereabouts, together
 from camsim.rendering.check.zones import FAR_PART, Rule, Zones, zones_of
 
 NEAREST = 12.0  # blurs: where the search for silence begins
+ALONG_PART = 0.1  # of what the check may be wrong by: along outlines rules leave no more of a wave
 FEW = 4.0  # ends that some photosite hears from just outside, wherever it lies
 FARTHER = 1.4  # times, at each step of it
 FALLS = 1.5  # at least this power of the distance is what swings lost with
@@ -128,12 +129,12 @@ class Integrals:
         o = self.pieces.outlines
         length, bent = self._where.length, o.turn_rad != 0.0
         near = np.where(gaps < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
-        panels = np.ceil(near / (PANEL_BLURS * float(self._blur.min())))
+        panel_nodes, panels = self._rules.panel.shape[1], np.ceil(near / self._rules.longest)
         # Beyond the table a round piece takes panels that double in length on either side, a short one but a few nodes.
-        beyond = PANEL_NODES * (2.0 + 2.0 * np.log2(1.0 + length / self.radius))
+        beyond = panel_nodes * (2.0 + 2.0 * np.log2(1.0 + length / self.radius))
         for count, short in SHORT:
             beyond = np.where((gaps > self.radius) & (0.5 * length < short * (gaps + 0.5 * length)), count, beyond)
-        nodes: F64 = PANEL_NODES * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
+        nodes: F64 = panel_nodes * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
         return nodes
 
     def _gaps(self) -> Iterator[F64]:
@@ -158,9 +159,13 @@ class Integrals:
         for (least, most), (nodes, weights) in zip(itertools.pairwise(ends), self.zones.rules, strict=True):
             if (least < most).any():
                 asked = Asked(points, sets, radius, nodes, least, most)
-                panel = PANEL_BLURS * float(self._blur.min())
-                values += light_at_points(asked, self.pieces.outlines, self._parts, tables, panel, worth) @ weights
+                light = light_at_points(asked, self.pieces.outlines, self._parts, tables, self._rules, worth)
+                values += light @ weights
         return values
+
+    @functools.cached_property
+    def _rules(self) -> Rules:
+        return rules_of(float(self._blur.min()), ALONG_PART * self.budget.tolerance)
 
     @functools.cached_property
     def _where(self) -> Whereabouts:
