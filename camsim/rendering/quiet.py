@@ -78,7 +78,10 @@ class Waves:
         known = self._heard.get((u, power), np.empty(0))
         if known.size < distance.size:
             more = distance[known.size :]
-            heard = np.abs(self._wave(u, distance)[known.size :] @ self._phasors(u, power).T).max(axis=1)
+            wave, phasors = self._wave(u, distance)[known.size :], np.ascontiguousarray(self._phasors(u, power).T)
+            # Phasors are real: as complex ones they would be multiplied twice.
+            real, imaginary = (np.ascontiguousarray(part) @ phasors for part in (wave.real, wave.imag))
+            heard = np.sqrt((real**2 + imaginary**2).max(axis=1))
             known = self._heard[u, power] = np.concatenate([known, DULL * heard * more**-power])
         return known[: distance.size]
 

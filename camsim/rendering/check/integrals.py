@@ -145,7 +145,7 @@ class Integrals:
     def values(self, points: F64, sets: I64) -> F64:
         """Return the light at points (m, 2) besides the background's, each in its channel."""
         radius = self._radii(points)
-        table = self._table(float(radius.max()), float(radius.max()))
+        table = self._table(float(radius.max()))
         pairs, channels = self.weights.shape[:2]
         tables = Tables(
             table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
@@ -187,24 +187,23 @@ class Integrals:
     def _blur_at(self, wavelength_nm: F64) -> F64:
         return np.array([self.lens.blur_um(float(w)) for w in wavelength_nm]) / self.pitch_um
 
-    def _table(self, least: float, wanted: float) -> Table:
-        """Return the lens tabulated out to ``least`` or farther: one that is there, or a new one out to ``wanted``."""
-        there = [table for radius, table in self._tables if radius >= least]
-        if not there:
-            self._tables.append((wanted, self._tabulated(wanted)))
-            there = [self._tables[-1][1]]
-        return there[0]
+    def _table(self, radius: float) -> Table:
+        """Return the lens tabulated out to a distance or farther: one that is there, or a new one."""
+        if not self._tables or self._tables[-1][0] < radius:
+            blur, weights = self._condensed(radius)
+            self._tables.append((radius, table_of(self.lens, blur, weights, radius, self.budget.tolerance)))
+        return self._tables[-1][1]
 
     @functools.cached_property
     def _tables(self) -> list[tuple[float, Table]]:
         return []
 
-    def _tabulated(self, radius: float) -> Table:
-        """Tabulate the lens out to a distance, with as many wavelengths as it takes there."""
+    def _condensed(self, radius: float) -> tuple[F64, F64]:
+        """Return blurs (n,) and weights (k, n) of as many wavelengths as it takes out to a distance."""
         phase = math.tau * radius * float(1.0 / self._blur.min() - 1.0 / self._blur.max())
         allowed = self.budget.allowed("own wavelengths")
         nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, allowed=allowed)
-        return table_of(self.lens, self._blur_at(nm), weights.reshape(-1, nm.size), radius, self.budget.tolerance)
+        return self._blur_at(nm), weights.reshape(-1, nm.size)
 
     def _radii(self, points: F64) -> F64:
         """Return how far E is taken from its table for points (n, 2): farther where rings meet in one."""
@@ -238,10 +237,10 @@ class Integrals:
 
     def _swing_at(self, radius: float) -> float:
         """Return how far E swings about its smooth powers near a distance."""
-        blur = float(self._blur.max())
-        more = self._extent + 6.0 * blur
-        # Twice as far: the search goes on from here, and most photosites take a table that is there.
-        return loudness(self._table(radius + more, 2.0 * radius + more), radius, blur, *self.rule)
+        longest = float(self._blur.max())
+        blur, weights = self._condensed(radius + self._extent + 6.0 * longest)
+        allowed = self.budget.tolerance
+        return loudness(self.lens, blur, weights, radius, longest=longest, rule=self.rule, allowed=allowed)
 
 
 @functools.cache

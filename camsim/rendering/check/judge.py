@@ -154,8 +154,7 @@ class Judge:
         left, right = np.divmod(both, len(density))
         weights, which, times = widest(density[left] - density[right])
         x0, y0 = np.array(job.grid.first_centre) - self._moved
-        lens = job.system.lens if job.split is None else job.split.core
-        photosite = job.system.photosite
+        lens, photosite = job.system.lens if job.split is None else job.split.core, job.system.photosite
         assert isinstance(lens, RoundLens)
         assert isinstance(photosite, Rectangular)
         width_um, height_um = photosite.sides_um

@@ -36,27 +36,29 @@ class Table(NamedTuple):
     step: float
     far: F64
 
-    def oscillation(self, radius: F64) -> F64:
-        """Return (k, n) what E has besides its smooth powers."""
-        rest: F64 = np.empty((len(self.cells), radius.size))
-        _oscillation(self, np.asarray(radius, np.float64), rest)
-        return rest
-
 
 def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float, allowed: float) -> Table:
     """Tabulate a round lens out to ``radius`` (pitches) and a little.
 
     blur : (j,), pitches;  weights: (k, j);  allowed: what the tables may be wrong by
     """
-    per_blur = CELLS_PER_BLUR if allowed >= CELLS_LEAVE else 2 * CELLS_PER_BLUR
+    per_blur = _per_blur(allowed)
     step = float(blur.min()) / per_blur
     cells = math.ceil(radius / step) + 2 * per_blur
     profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
-    powers = _far_powers(lens)
-    far = weights @ np.stack(
-        [np.ones_like(blur), *(c * blur**n for c, n in zip(powers, (1, 3, 5), strict=True))], axis=1
-    )
-    return Table(quintic_cells(_contracted(profile, per_blur, blur, weights, step, cells)), step, far)
+    values = _contracted(profile, per_blur, blur, weights, step, cells)
+    return Table(quintic_cells(values), step, _smooth(lens, blur, weights))
+
+
+def _per_blur(allowed: float) -> int:
+    return CELLS_PER_BLUR if allowed >= CELLS_LEAVE else 2 * CELLS_PER_BLUR
+
+
+def _smooth(lens: RoundLens, blur: F64, weights: F64) -> F64:
+    """Return (k, 4) the smooth powers of every set; see ``Table``."""
+    powers = [c * blur**n for c, n in zip(_far_powers(lens), (1, 3, 5), strict=True)]
+    smooth: F64 = weights @ np.stack([np.ones_like(blur), *powers], axis=1)
+    return smooth
 
 
 @functools.lru_cache(maxsize=16)
@@ -115,34 +117,56 @@ def _contract(profile: F64, per_blur: float, blur: F64, of_wavelength: F64, step
                 values[m, k] += of_wavelength[j, k] * value
 
 
-@kernel()
-def _oscillation(table: Table, radius: F64, out: F64) -> None:
-    """Write (k, n) what E of every set has at distances besides its smooth powers."""
-    for m in range(radius.size):
-        r = radius[m]
-        cell = min(int(r / table.step), table.cells.shape[1] - 1)
-        t, inverse = r / table.step - cell, 1.0 / r
-        cube = inverse * inverse * inverse
-        for k in range(len(table.cells)):
-            c, far = table.cells[k, cell], table.far[k]
-            value = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
-            out[k, m] = value * r * r - (far[0] - far[1] * inverse - cube * (far[2] + inverse * inverse * far[3]))
+def oscillation(lens: RoundLens, blur: F64, weights: F64, radius: F64, allowed: float) -> F64:
+    """Return (k, n) what E of every set has at distances (n,) besides its smooth powers.
+
+    blur, weights, allowed : as of ``table_of``
+    """
+    per_blur = _per_blur(allowed)
+    cells = math.ceil(float(radius.max()) / float(blur.min()) * per_blur) + 2 * per_blur
+    profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
+    rest = np.zeros((radius.size, len(weights)))
+    _contract_at(profile, float(per_blur), blur, np.ascontiguousarray(weights.T), radius, rest)
+    powers = np.stack([np.ones_like(radius), -1.0 / radius, -(radius**-3.0), -(radius**-5.0)])
+    left: F64 = rest.T - np.einsum("kp,pn->kn", _smooth(lens, blur, weights), powers)
+    return left
 
 
 @kernel()
-def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64) -> float:
+def _contract_at(profile: F64, per_blur: float, blur: F64, of_wavelength: F64, radius: F64, energy: F64) -> None:
+    """Add up E of every set (n, k) at distances."""
+    for j in range(blur.size):
+        for m in range(radius.size):
+            u = radius[m] / blur[j]
+            c = profile[int(u * per_blur)]
+            t = u * per_blur - int(u * per_blur)
+            value = (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))) * u * u
+            for k in range(energy.shape[1]):
+                energy[m, k] += of_wavelength[j, k] * value
+
+
+def loudness(
+    lens: RoundLens, blur: F64, weights: F64, radius: float, *, longest: float, rule: tuple[F64, F64], allowed: float
+) -> float:
     """Return how far E swings about its smooth powers near ``radius``, averaged over the footprint; the loudest set.
 
-    blur : the longest, pitches;  nodes (m, 2), weights (m,): a rule over the footprint
+    blur, weights, allowed : as of ``table_of``;  longest: blur, pitches
+    rule : nodes (m, 2) and weights (m,) over the footprint
 
     From as far away as this the footprint averages plane waves, in the direction where that takes the least.
     """
-    step, steps = blur / CELLS_PER_BLUR, CELLS_PER_BLUR // PER_WAVE
-    extent = 0.0
-    for m in range(len(nodes)):
-        extent = max(extent, math.hypot(nodes[m, 0], nodes[m, 1]))
-    reach = math.ceil(extent / step) + 1
-    width = 2 * reach + 1
+    step, (nodes, shares) = longest / CELLS_PER_BLUR, rule
+    reach = math.ceil(float(np.hypot(nodes[:, 0], nodes[:, 1]).max()) / step) + 1
+    count = 2 * reach + 1 + CELLS_PER_BLUR // PER_WAVE * (WAVES * PER_WAVE - 1)
+    places = np.maximum(radius + step * np.arange(-reach, count - reach), 0.1 * radius)
+    loudest: float = _loudest(oscillation(lens, blur, weights, places, allowed), reach, step, nodes, shares)
+    return loudest
+
+
+@kernel()
+def _loudest(swing: F64, reach: int, step: float, nodes: F64, weights: F64) -> float:
+    """Return the largest average of what sets (k, n) have at places a step apart, over all directions and places."""
+    width, steps = 2 * reach + 1, CELLS_PER_BLUR // PER_WAVE
     # What each direction's average takes of places a step apart, straight between them.
     taken, size = np.zeros((width, DIRECTIONS)), 0.0
     for d in range(DIRECTIONS):
@@ -154,14 +178,9 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
             taken[cell + 1, d] += weights[m] * (place - cell)
     for m in range(len(nodes)):
         size += abs(weights[m])
-    fine = np.empty(width + steps * (WAVES * PER_WAVE - 1))
-    for m in range(fine.size):
-        fine[m] = max(radius + step * (m - reach), 0.1 * radius)
-    swing = np.empty((len(table.cells), fine.size))
-    _oscillation(table, fine, swing)
     most = np.zeros(len(swing))
     for k in range(len(swing)):
-        for m in range(fine.size):
+        for m in range(swing.shape[1]):
             most[k] = max(most[k], size * abs(swing[k, m]))
     loudest, average = 0.0, np.empty(DIRECTIONS)
     while True:
@@ -172,7 +191,7 @@ def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64)
         if most[k] <= loudest:
             return loudest
         most[k] = 0.0
-        for moved in range(0, steps * WAVES * PER_WAVE, steps):
+        for moved in range(0, swing.shape[1] - width + 1, steps):
             for d in range(DIRECTIONS):
                 average[d] = 0.0
             for m in range(width):

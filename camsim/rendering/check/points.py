@@ -65,8 +65,8 @@ def rules_of(blur: float, allowed: float) -> Rules:
     phases = gauss_phases(allowed, MOST_NODES)
     nodes = int(np.searchsorted(phases, math.pi * PANEL_BLURS)) + 1
     few, fewest = (count for count, _ in SHORT)
-    rules = (np.stack(gauss_legendre(count)) for count in (nodes, few, fewest))
-    return Rules(*rules, longest=PANEL_BLURS * blur, tiny=float(phases[few - 1]) / math.pi * blur)
+    panel, short, shortest = (np.stack(gauss_legendre(count)) for count in (nodes, few, fewest))
+    return Rules(panel, short, shortest, PANEL_BLURS * blur, float(phases[few - 1]) / math.pi * blur)
 
 
 def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, rules: Rules, least: int) -> F64:

@@ -100,7 +100,7 @@ class Whereabouts:
             loud = np.maximum(distance / radii[0], 1.0) ** -5.0
             loud *= np.concatenate([np.broadcast_to(strength**2, gap.shape), 4.0 * beside], axis=1)
             shells = np.searchsorted(radii, distance) + (radii.size + 1) * np.arange(len(places))[:, None]
-            summed: F64 = np.bincount(shells.ravel(), loud.ravel(), (radii.size + 1) * len(places))
+            summed = np.bincount(shells.ravel(), loud.ravel(), (radii.size + 1) * len(places))
             beyond = np.cumsum(summed.reshape(len(places), -1)[:, ::-1], axis=1)[:, -2::-1]
             most = np.maximum(most, (radii / radii[0]) ** 5 * beyond.max(axis=0))
         return most
@@ -109,5 +109,5 @@ class Whereabouts:
 def together(distance: F64, share: F64, thick: float) -> F64:
     """Return for each distance the shares (n,) of all that lie in its shell of a thickness."""
     _, index = np.unique(np.floor(distance / thick), return_inverse=True)
-    summed: F64 = np.bincount(index, weights=share)[index]
-    return summed
+    summed = np.bincount(index, weights=share)
+    return np.asarray(summed[index], np.float64)
