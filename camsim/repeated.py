@@ -47,21 +47,24 @@ Channels: TypeAlias = U8 | Repeated
 """The channel of each photosite, (rows, cols); ``[:]`` makes it an array."""
 
 
-def multiply(rows: F64, channel: Channels, first: int, values: F64) -> None:
-    """Multiply rows of a frame from its row ``first`` on, in place, each photosite by the value of its channel.
+def multiply(rows: F64, channel: Channels, first: int, values: F64, out: F64) -> None:
+    """Write rows of a frame from its row ``first`` on, each photosite multiplied by the value of its channel.
+
+    out : as large, or the rows themselves
 
     >>> rows = np.ones((2, 3))
-    >>> multiply(rows, Repeated(np.array([[0, 1], [1, 2]], np.uint8), (9, 3)), 1, np.array([2.0, 3.0, 4.0]))
+    >>> multiply(rows, Repeated(np.array([[0, 1], [1, 2]], np.uint8), (9, 3)), 1, np.array([2.0, 3.0, 4.0]), rows)
     >>> rows
     array([[3., 4., 3.],
            [2., 3., 2.]])
     """
     if values.size == 1:
-        rows *= values[0]
+        if values[0] != 1.0 or out is not rows:
+            np.multiply(rows, values[0], out=out)
         return
     if not isinstance(channel, Repeated):
-        rows *= values[channel[first : first + len(rows)]]
+        np.multiply(rows, values[channel[first : first + len(rows)]], out=out)
         return
     period = len(channel.period)
     for row in range(min(period, len(rows))):  # a gather of every photosite's would take eight times as long
-        rows[row::period] *= values[channel[first + row : first + row + 1]]
+        np.multiply(rows[row::period], values[channel[first + row : first + row + 1]], out=out[row::period])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -17,7 +18,7 @@ BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form
 _SAME = 1e-9  # pitches: offsets this close are one
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Footprint:
     """A rectangle with sides along x and y on every spot; it is symmetric about its centre.
 
@@ -117,8 +118,11 @@ class Footprint:
         """Distance of its farthest point from its centre, pitches."""
         return float(np.hypot(*(np.abs(self.spots) + 0.5 * np.array([self.width, self.height])).T).max())
 
+    @functools.cached_property
     def grid(self) -> tuple[F64, F64, F64]:
-        """Return the spots as x (a,) × y (b,) about each of several centres (c, 2): c is 1 where they form a grid."""
+        """The spots as x (a,) × y (b,) about each of several centres (c, 2): c is 1 where they form a grid."""
+        if len(self.spots) == 1:
+            return self.spots[:, 0], self.spots[:, 1], np.zeros((1, 2))
         x, y = (np.unique(np.round(axis / _SAME)) * _SAME for axis in self.spots.T)
         if _same_spots(self.spots, np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)):
             return x, y, np.zeros((1, 2))
@@ -134,8 +138,10 @@ class Footprint:
 
 def _same_spots(a: F64, b: F64) -> bool:
     """Whether two lists hold the same offsets in any order."""
+    if a.shape != b.shape:
+        return False
     order = [np.lexsort(np.round(spots / _SAME).T) for spots in (a, b)]
-    return a.shape == b.shape and bool(np.allclose(a[order[0]], b[order[1]], rtol=0.0, atol=4.0 * _SAME))
+    return bool(np.abs(a[order[0]] - b[order[1]]).max() <= 4.0 * _SAME)
 
 
 def rule_order(phase: float, allowed: float) -> int:

@@ -60,9 +60,15 @@ class Waves:
     def _phasors(self, u: float, power: float) -> F64:
         """Return (n, j) how loud a ring of amplitude 1 is at every wavelength, of each weight set and of the OLPF's."""
         if (u, power) not in self._loudness:
-            loudness = self.blur**power * self.footprint.transfer(u / self.blur)
+            loudness = self.blur**power * self._transfer(u)
             self._loudness[u, power] = (self.different[None] * loudness[:, None]).reshape(-1, self.blur.size)
         return self._loudness[u, power]
+
+    def _transfer(self, u: float) -> F64:
+        """Return (directions, j) what the footprint lets pass of a ring at every wavelength."""
+        if u not in self._transfers:
+            self._transfers[u] = self.footprint.transfer(u / self.blur)
+        return self._transfers[u]
 
     def _left(self, u: float, power: float, distance: F64) -> F64:
         """Return what the wavelengths' sum leaves of a ring of amplitude 1 at distances, of the loudest weight set.
@@ -72,7 +78,10 @@ class Waves:
         known = self._heard.get((u, power), np.empty(0))
         if known.size < distance.size:
             more = distance[known.size :]
-            heard = np.abs(self._wave(u, distance)[known.size :] @ self._phasors(u, power).T).max(axis=1)
+            wave, phasors = self._wave(u, distance)[known.size :], np.ascontiguousarray(self._phasors(u, power).T)
+            # Phasors are real: as complex ones they would be multiplied twice.
+            real, imaginary = (np.ascontiguousarray(part) @ phasors for part in (wave.real, wave.imag))
+            heard = np.sqrt((real**2 + imaginary**2).max(axis=1))
             known = self._heard[u, power] = np.concatenate([known, DULL * heard * more**-power])
         return known[: distance.size]
 
@@ -91,6 +100,10 @@ class Waves:
 
     @functools.cached_property
     def _waves(self) -> dict[float, C128]:
+        return {}
+
+    @functools.cached_property
+    def _transfers(self) -> dict[float, F64]:
         return {}
 
     @functools.cached_property

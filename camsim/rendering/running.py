@@ -93,7 +93,7 @@ def carry_out(
         each = np.arange(images, dtype=channel.dtype)[:, None]
         channels = np.broadcast_to(each[..., None], planes.shape)
         for k, bands in enumerate(_images(plans, channels, _part(report, 0.0, 0.9))):
-            values[k] = _passed(bands, channels[k], scale, (rows, cols), _Into(planes[k]).take)
+            values[k] = _passed(bands, channels[k], scale, (rows, cols), _Into(planes[k]))
         right = judge.values(rows, cols, np.broadcast_to(each, values.shape))
         found_of = [judge.compare(plan, own, its, rows, cols) for own, its in zip(values, right, strict=True)]
         planes_found = max(found_of, key=lambda found: found.error)
@@ -102,9 +102,7 @@ def carry_out(
         found = judge.compare(plan, values[own_channel], right[own_channel], rows, cols)
     else:
         image = np.empty((0 if take is not None else channel.shape[0], channel.shape[1]))
-        one = _passed(
-            plan.bands(channel, _part(report, 0.0, 0.9)), channel, scale, (rows, cols), take or _Into(image).take
-        )
+        one = _passed(plan.bands(channel, _part(report, 0.0, 0.9)), channel, scale, (rows, cols), take or _Into(image))
         found = judge.compare(plan, one, judge.values(rows, cols, sets), rows, cols)
     if strict:
         for judged in (found, planes_found):
@@ -133,13 +131,13 @@ class _Into:
     def __init__(self, image: F64) -> None:
         self.image, self._row = image, 0
 
-    def take(self, band: F64) -> None:
-        """Write rows."""
-        self.image[self._row : self._row + len(band)] = band
-        self._row += len(band)
+    def rows(self, count: int) -> F64:
+        """Return the next rows, to be written to."""
+        self._row += count
+        return self.image[self._row - count : self._row]
 
 
-def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I64, I64], take: Take) -> F64:
+def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I64, I64], to: Take | _Into) -> F64:
     """Hand an image on in the unit of the response, and return what it is at places, of full scale."""
     rows, cols = places
     values, first = np.empty(rows.size), 0
@@ -149,8 +147,11 @@ def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I
         # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
         step = max(1, TAKEN_PHOTOSITES // channel.shape[1])
         for part in np.split(band, range(step, len(band), step)):
-            multiply(part, channel, first, scale)
-            take(part)
+            if isinstance(to, _Into):
+                multiply(part, channel, first, scale, to.rows(len(part)))
+            else:
+                multiply(part, channel, first, scale, part)
+                to(part)
             first += len(part)
         del band, part  # or they would stay until the next band is finished
     return values
@@ -167,7 +168,7 @@ def _images(plans: Sequence[Plan], channels: U8, progress: Progress) -> Iterator
         for bands in of_plans:
             whole = _Into(np.empty(image.shape))
             for band in bands:
-                whole.take(band)
+                whole.rows(len(band))[:] = band
             image += whole.image
         yield iter((image,))
 

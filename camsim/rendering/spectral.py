@@ -20,6 +20,7 @@ from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 FEWEST_NODES = 16
 ALIKE = 12  # digits by which weights are the same but for a factor
 ROUNDED_BITS = 48  # of the largest weight, by which those of others may be off
+PROBED = 16  # so many-th column is looked at before all are
 FEW_KINDS = 500  # that are asked one by one whether they are the same to rounding
 
 
@@ -64,6 +65,8 @@ def multiples(weights: F64) -> tuple[I64, F64]:
     >>> multiples(np.array([[1.0, 2.0], [-2.0, -4.0], [0.0, 1.0]]))
     (array([1, 1, 2]), array([-0.5,  1. ,  1. ]))
     """
+    if len(weights) == 1:
+        return np.zeros(1, np.int64), np.ones(1)
     order = np.argsort(-np.abs(weights).max(axis=1), kind="stable")
     largest = np.abs(weights).argmax(axis=1)
     size = weights[np.arange(len(weights)), largest]
@@ -94,8 +97,11 @@ def _joined(weights: F64, which: I64) -> I64:
         own, others = weights[leader], leaders[k + 1 :]
         there = int(np.abs(own).argmax())
         if own[there] != 0.0:
-            rest = weights[others] - (weights[others, there] / own[there])[:, None] * own
-            of[others[np.abs(rest).max(axis=1) <= noise]] = leader
+            for columns in (slice(None, None, PROBED), slice(None)):  # most differ in the first columns looked at
+                factor = weights[others, there] / own[there]
+                rest = weights[others, columns] - factor[:, None] * own[columns]
+                others = others[np.abs(rest).max(axis=1) <= noise]
+            of[others] = leader
     joined: I64 = of[which]
     return joined
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64, I64, same_rows
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive, flattened
 from camsim.scene.regions import positive
@@ -70,15 +70,17 @@ def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | No
     sides = np.bincount(outlines.owner, minlength=len(primitives))
     sound, centre, radius = discs_among([primitives[i] for i in covers.seen.tolist()], covers.first, covers.second)
     discs = sound & ~covers.alone & (not limits.textured)
-    number = np.cumsum(discs) - 1
-    pairs = discs[covers.first]
-    rims = rims_of(
-        centre[discs],
-        radius[discs],
-        regions[covers.seen[discs]],
-        (number[covers.first[pairs]], number[covers.second[pairs]]),
-    )
-    drawn = _rims_drawn(rims._replace(disc=covers.seen[discs][rims.disc]), outlines, limits, apart)
+    drawn = _NOTHING
+    if discs.any():
+        number = np.cumsum(discs) - 1
+        pairs = discs[covers.first]
+        rims = rims_of(
+            centre[discs],
+            radius[discs],
+            regions[covers.seen[discs]],
+            (number[covers.first[pairs]], number[covers.second[pairs]]),
+        )
+        drawn = _rims_drawn(rims._replace(disc=covers.seen[discs][rims.disc]), outlines, limits, apart)
     others = covers.some(~discs)
     rings = outlines.some(others.seen).rings(limits, crossing=others.crossing, apart=apart)
     cut = _rings_drawn([(primitives[i], int(regions[i])) for i in others.seen.tolist()], rings, others)
@@ -108,6 +110,9 @@ class _Drawn(NamedTuple):
     start: F64
     end: F64
     right: I64
+
+
+_NOTHING = _Drawn(np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2)), np.empty(0, np.int64))
 
 
 def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits, apart: Apart | None) -> _Drawn:
@@ -156,8 +161,8 @@ def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:
     right = np.zeros_like(left)
     flip = (end[:, 0] < start[:, 0]) | ((end[:, 0] == start[:, 0]) & (end[:, 1] < start[:, 1]))
     line = np.where(flip[:, None], np.hstack([end, start]), np.hstack([start, end]))
-    _, group, counts = np.unique(line, axis=0, return_inverse=True, return_counts=True)
-    group = group.ravel()
+    _, group = same_rows(line + 0.0)
+    counts = np.bincount(group)
     forth = np.full(len(counts), -1)
     back = np.full(len(counts), -1)
     forth[group[~flip]] = np.flatnonzero(~flip)

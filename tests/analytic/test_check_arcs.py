@@ -1,13 +1,19 @@
-"""The check's integral along one arc against closed forms: the angle that it fills, and the area that it sweeps."""
+"""The check's integral along one piece against closed forms, the angle that an arc fills and the area that it sweeps,
+and against finer rules."""
 
 import numpy as np
 import pytest
 
+import camsim
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, round_piece
+from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, round_piece, straight
+from camsim.rendering.check.pattern import table_of
+from camsim.rendering.check.points import rules_of
 from camsim.rendering.check.records import Outlines
 
-RULES = Rules(*(np.stack(gauss_legendre(count)) for count in (20, *(count for count, _ in SHORT))))
+RULES = Rules(
+    *(np.stack(gauss_legendre(count)) for count in (20, *(count for count, _ in SHORT))), longest=4.0, tiny=0.25
+)
 
 
 def along(place, radius, from_rad, turn_rad, energy, reach):
@@ -15,7 +21,7 @@ def along(place, radius, from_rad, turn_rad, energy, reach):
     middle = from_rad + 0.5 * turn_rad
     about = np.array([place[0] + radius * np.cos(middle), place[1] + radius * np.sin(middle), 0.5 * radius * turn_rad])
     column = [np.array([value]) for value in (place[0], place[1], radius, 0.0, from_rad, turn_rad)]
-    return round_piece(0.0, 0.0, Outlines(*column), 0, about, reach, 4.0, energy, RULES, np.empty(CUTS))
+    return round_piece(0.0, 0.0, Outlines(*column), 0, about, reach, energy, RULES, np.empty(CUTS))
 
 
 @pytest.mark.parametrize("turn_rad", [1e-6, 1e-3, 0.05, 0.19, 0.21])
@@ -40,3 +46,32 @@ def test_an_arc_is_seen_under_its_angle_and_sweeps_its_area(turn_rad, radius):
         segment = turn_rad - np.sin(turn_rad) if turn_rad > 0.01 else turn_rad**3 / 6.0 * (1.0 - turn_rad**2 / 20.0)
         twice = a[0] * b[1] - a[1] * b[0] + radius**2 * segment
         assert abs(swept - twice) <= 1e-12 * (1.0 + radius * turn_rad) * (1.0 + distance + radius)
+
+
+@pytest.mark.parametrize("allowed", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize(
+    "lens",
+    [camsim.Airy(f_number=8.0), camsim.AnnularAiry(f_number=8.0, obstruction=0.6), camsim.Gaussian(sigma_um=4.4)],
+)
+def test_rules_along_outlines_leave_less_than_is_allowed(lens, allowed):
+    """At places near and far, along pieces short and long, of which some are tiny."""
+    table = table_of(lens, np.ones(1), np.ones((1, 1)), 60.0, 1e-12)
+    energy, own = Energy(table.cells[0], 1.0 / table.step, table.far[0]), rules_of(1.0, allowed)
+    fine = Rules(np.stack(gauss_legendre(40)), own.few, own.fewest, longest=2.0, tiny=0.0)
+    rng, off = np.random.default_rng(5), []
+    for _ in range(300):
+        (x, y), angle, length = rng.uniform(-20.0, 20.0, 2), rng.uniform(0.0, np.pi), np.exp(rng.uniform(-2.0, 5.0))
+        way = length * np.array([np.cos(angle), np.sin(angle)])
+        line = Outlines(*(np.array([value]) for value in (x, y, *way, 0.0, 0.0)))
+        radius, turn = rng.uniform(2.0, 80.0), rng.uniform(0.01, 6.0)
+        arc = Outlines(*(np.array([value]) for value in (x, y, radius, 0.0, angle, turn)))
+        middle = angle + 0.5 * turn
+        about = np.array([x + radius * np.cos(middle), y + radius * np.sin(middle), 0.5 * radius * turn])
+        for piece in (
+            lambda rules, line=line: straight(0.0, 0.0, line, 0, 50.0, energy, rules),
+            lambda rules, arc=arc, about=about: round_piece(
+                0.0, 0.0, arc, 0, about, 50.0, energy, rules, np.empty(CUTS)
+            ),
+        ):
+            off.append(abs(piece(own) - piece(fine)) / (2.0 * np.pi))
+    assert max(off) <= 0.1 * allowed

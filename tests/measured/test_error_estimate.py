@@ -344,7 +344,7 @@ CORRUPTIONS = {
     "tiles interpolated from the wrong side": (
         boundary_image,
         "numbers",
-        of_numbers(to_photosites=lambda m: np.ascontiguousarray(m[:, :, ::-1])),
+        of_numbers(to_photosites=lambda m: np.ascontiguousarray(m[:, ::-1])),
         {"rows": 100, "cols": 100},
     ),
     "cells of a crowd": (

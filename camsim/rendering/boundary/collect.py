@@ -46,6 +46,7 @@ class Scratch(NamedTuple):
     node_sends: F64  # (8, order²) what a dipole sends there
     half_way: F64  # (order, order) what a tile hands down, interpolated along one axis
     line: F64  # (channels, order) what it has collected, on one row of photosites
+    line_sites: F64  # (channels, root) and at each of them
     site_x: F64  # a tile's photosites about its first one, and an edge's far form there (4, leaf²)
     site_y: F64
     site_g: F64
@@ -80,6 +81,7 @@ def scratch_of(world: World) -> Scratch:
         node_sends=np.empty((8, nodes)),
         half_way=np.empty((order, order)),
         line=np.empty((channels, order)),
+        line_sites=np.empty((channels, world.numbers.root)),
         site_x=(index % leaf).astype(np.float64),
         site_y=(index // leaf).astype(np.float64),
         site_g=np.empty((4, sites)),

@@ -126,7 +126,7 @@ def boundary_counts(
     rows = settings.near / settings.field_step
     taps = 2.0 * footprint.extent / settings.field_step
     # A long average runs: it takes as many terms as a slope, a Lagrange rule at either side of every spot.
-    ends_of_spots = 2.0 * ORDER * len(footprint.grid()[0])
+    ends_of_spots = 2.0 * ORDER * len(footprint.grid[0])
     terms = ORDER + (ends_of_spots if taps > LONG else taps + ORDER) + ends_of_spots
     along = (end - start) / length[:, None]
     seen = inside_length(edges, grid, settings.reach + extent) > 0.0

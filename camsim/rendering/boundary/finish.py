@@ -67,20 +67,22 @@ def finish(
     count, source, state, sums = stack.listed[level], stack.source[level], stack.state[level], stack.sums[level]
     rows, cols = min(size, image.shape[0] - row), min(size, image.shape[1] - col)
     order = n.nodes.size
-    line, weights = scratch.line, n.to_photosites[level - 1]
+    line, site, weights = scratch.line, scratch.line_sites, n.to_photosites[level - 1]
     for r in range(rows):
         for k in range(sums.shape[0]):
             for j in range(order):
                 line[k, j] = 0.0
             for i in range(order):
                 for j in range(order):
-                    line[k, j] += weights[r, i] * sums[k, i * order + j]
-        for c in range(cols):
-            k = channel[row + r, col + c]
-            value = tables.base[k]
+                    line[k, j] += weights[i, r] * sums[k, i * order + j]
+            # Every channel at every photosite: vectors, which take less than one channel at each would.
+            for c in range(cols):
+                site[k, c] = tables.base[k]
             for j in range(order):
-                value += weights[c, j] * line[k, j]
-            image[row + r, col + c] = value
+                for c in range(cols):
+                    site[k, c] += weights[j, c] * line[k, j]
+        for c in range(cols):
+            image[row + r, col + c] = site[channel[row + r, col + c], c]
     x0, y0 = origin_x + col, origin_y + row
     px, py, g, quiet = scratch.site_x, scratch.site_y, scratch.site_g, scratch.quiet
     sends, from_all, half = scratch.site_sends, scratch.site_sums, 0.5 * (n.leaf - 1)

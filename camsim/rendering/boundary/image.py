@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 
@@ -48,13 +49,8 @@ def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
 def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) -> Numbers:
     """Return the settings as the kernels read them, for a grid of ``shape``."""
     root = largest_tile(settings, shape)
-    nodes = chebyshev(settings.tile_nodes)
+    nodes, to_children, to_photosites = _interpolated(settings.tile_nodes, root, settings.leaf)
     gauss_x, gauss_w, gauss_count = gauss_rules(settings.piece_nodes)
-    levels = int(math.log2(root // settings.leaf)) + 1
-    to_photosites = np.zeros((levels, root, nodes.size))
-    for level in range(levels):
-        size = root >> level
-        to_photosites[level, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0)
     return Numbers(
         dipoles=settings.dipoles,
         near=settings.near,
@@ -71,14 +67,29 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         m22=footprint.m22,
         harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),
         turns=turns(footprint),
-        apart=footprint.grid()[2],
+        apart=footprint.grid[2],
         separation=settings.separation,
         nodes=nodes,
-        to_children=np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)]),
+        to_children=to_children,
         to_photosites=to_photosites,
         root=root,
         leaf=settings.leaf,
     )
+
+
+@functools.lru_cache(maxsize=16)
+def _interpolated(count: int, root: int, leaf: int) -> tuple[F64, F64, F64]:
+    """Return a tile's nodes, and the matrices from them to those of its quarters and to photosites; read-only."""
+    nodes = chebyshev(count)
+    to_children = np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)])
+    levels = int(math.log2(root // leaf)) + 1
+    to_photosites = np.zeros((levels, count, root))
+    for level in range(levels):
+        size = root >> level
+        to_photosites[level, :, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0).T
+    for array in (nodes, to_children, to_photosites):
+        array.flags.writeable = False
+    return nodes, to_children, to_photosites
 
 
 def boundary_bands(
@@ -245,7 +256,9 @@ def directions(tx: F64, ty: F64, long: np.ndarray, seen: np.ndarray, footprint: 
         folded = np.abs(folded)
     if footprint.square:
         folded = np.sort(folded, axis=1)
-    distinct, index = np.unique(np.round(folded[long & seen], 13), axis=0, return_inverse=True)
+    own = np.round(folded[long & seen], 13)
+    found, index = np.unique(own[:, 0] + 1j * own[:, 1], return_inverse=True)
+    distinct = found.view(np.float64).reshape(-1, 2)
     response = np.where(long, 0, -1)
-    response[long & seen] = index.ravel()
+    response[long & seen] = index
     return response, distinct / np.hypot(distinct[:, :1], distinct[:, 1:])

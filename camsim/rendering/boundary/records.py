@@ -62,7 +62,7 @@ class Numbers(NamedTuple):
     separation: float  # half-widths of a tile, or of a cell of sources, from which one is smooth over the other
     nodes: F64  # (n,) Chebyshev nodes on −1 … 1
     to_children: F64  # (2, n, n)
-    to_photosites: F64  # (levels, root, n), level 0 the root
+    to_photosites: F64  # (levels, n, root), level 0 the root
     root: int  # photosites along the largest tile
     leaf: int  # tiles of this size are finished whatever is left
 

@@ -18,6 +18,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import gauss_error
@@ -148,14 +150,13 @@ def _piece_nodes(pattern: Pattern, allowed: float, order: int) -> tuple[int, ...
     is mostly low: two nodes lose to f⁴ what four lose to f⁸, and the pieces of one outline lose it alike. A round
     outline behind a Gaussian lens lost a hundredth of the bound, 37 times what is allowed: OF_PIECES is well below.
     """
-    counts, count = [], 1
-    on_panel = gauss_error(order, math.pi * PANEL_BLURS)
-    for k in range(LENGTHS):
-        length = LONGEST_PIECE * (k + 1) / LENGTHS
-        while gauss_error(count, math.pi * length) > on_panel or _lost(pattern, count, length) > OF_PIECES * allowed:
-            count += 1
-        counts.append(count)
-    return tuple(counts)
+    on_panel, longest, most = gauss_error(order, math.pi * PANEL_BLURS), [0.0], 0.0
+    while most < LONGEST_PIECE:
+        n = len(longest)
+        keeps = math.log(OF_PIECES * allowed * math.pi * (2 * n + 1) / (PANEL_BLURS * pattern.moment(2 * n)))
+        most = math.exp(0.5 * (min(on_panel, keeps) - gauss_error(n, 1.0)) / n) / math.pi
+        longest.append(max(longest[-1], most * (1.0 + 1e-12)))  # as long as a panel is a length that is asked for
+    return tuple(np.searchsorted(longest, LONGEST_PIECE * np.arange(1, LENGTHS + 1) / LENGTHS).tolist())
 
 
 def _tile_nodes(allowed: float) -> int:

@@ -40,7 +40,7 @@ def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint
     filters are made from the interpolant itself; a small photosite therefore loses no digits.
     """
     margin = FIELD_ORDER // 2
-    x, y, apart = footprint.grid()
+    x, y, apart = footprint.grid
     rows = math.ceil((radius + np.abs(apart).max()) / step) + 2 * margin
     width, height = footprint.width / step, footprint.height / step
     along_x = _average_taps(width, x / step), _slope_taps(width, x / step) / step
@@ -166,13 +166,13 @@ def _average_taps(side: float, shifts: F64) -> F64:
     taps = np.zeros(2 * reach + 1)
     for shift in shifts:
         if side == 0.0:
-            _add_point(taps, reach, shift, 1.0)
+            _add_points(taps, reach, np.array([shift]), np.ones(1))
             continue
         cuts = np.arange(math.floor(shift - 0.5 * side), math.ceil(shift + 0.5 * side) + 1)
         cuts = np.unique(np.clip(cuts, shift - 0.5 * side, shift + 0.5 * side))
         for low, high in itertools.pairwise(cuts):
-            for x, w in zip(_GAUSS_X, _GAUSS_W, strict=True):
-                _add_point(taps, reach, 0.5 * (low + high + (high - low) * x), 0.5 * (high - low) * w / side)
+            places = 0.5 * (low + high + (high - low) * _GAUSS_X)
+            _add_points(taps, reach, places, 0.5 * (high - low) * _GAUSS_W / side)
     taps /= shifts.size
     return 0.5 * (taps + taps[::-1])
 
@@ -185,18 +185,20 @@ def _slope_taps(side: float, shifts: F64) -> F64:
         if side == 0.0:
             _add_slope(taps, reach, shift)
             continue
-        _add_point(taps, reach, shift + 0.5 * side, 1.0 / side)
-        _add_point(taps, reach, shift - 0.5 * side, -1.0 / side)
+        _add_points(taps, reach, shift + 0.5 * side * np.array([1.0, -1.0]), np.array([1.0, -1.0]) / side)
     taps /= shifts.size
     return 0.5 * (taps - taps[::-1])
 
 
-def _add_point(taps: F64, reach: int, position: float, amount: float) -> None:
+@kernel()
+def _add_points(taps: F64, reach: int, positions: F64, amounts: F64) -> None:
     weights = np.empty(ORDER)
-    cell = math.floor(position)
-    lagrange_weights(position - cell, ORDER, SCALE, weights)
-    first = reach + cell + 1 - ORDER // 2
-    taps[first : first + ORDER] += amount * weights
+    for position, amount in zip(positions, amounts):  # noqa: B905 (Numba has no strict)
+        cell = math.floor(position)
+        lagrange_weights(position - cell, ORDER, SCALE, weights)
+        first = reach + cell + 1 - ORDER // 2
+        for k in range(ORDER):
+            taps[first + k] += amount * weights[k]
 
 
 def _add_slope(taps: F64, reach: int, position: float) -> None:

@@ -13,7 +13,6 @@ SHORT = ((8, 0.25), (4, 0.03))
 """Nodes, and of its distance half an arc for which they do: 8^{−16} of what it gives."""
 STRAIGHTISH = 2.0  # radians that such an arc may turn: it does not go round and back again, as a small circle does
 SLIGHT = 0.2  # radians that an arc may turn whose nodes are found from its middle, by seven powers of the angle: 1e-13
-TINY = 1.0 / 16.0  # of a panel: there SHORT's eight nodes leave less than a panel's twenty on all of it
 CUTS = 10  # where a round piece may be cut, its ends among them
 FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance of its nearer end
 
@@ -37,11 +36,16 @@ class Arc(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """Gauss rules (2, q), nodes and weights: of a panel, and two of fewer nodes for what is short and far."""
+    """Gauss rules (2, q), nodes and weights: of a panel, and two of fewer nodes for what is short and far.
+
+    longest, tiny : pitches, of a panel, and of one that ``few`` nodes follow as well
+    """
 
     panel: F64
     few: F64
     fewest: F64
+    longest: float
+    tiny: float
 
 
 @kernel(forceinline=True)
@@ -85,9 +89,7 @@ def _value(r: float, inside: bool, energy: Energy) -> float:
 
 
 @kernel()
-def straight(
-    x: float, y: float, o: Outlines, e: int, radius: float, panel: float, energy: Energy, rules: Rules
-) -> float:
+def straight(x: float, y: float, o: Outlines, e: int, radius: float, energy: Energy, rules: Rules) -> float:
     """One straight piece: h is how far its line passes the point by, s runs along it."""
     far, length = energy.far, math.hypot(o.dx[e], o.dy[e])
     tx, ty = o.dx[e] / length, o.dy[e] / length
@@ -104,9 +106,9 @@ def straight(
         total += _far_line(h, s1, low, far)
     if s2 > high:
         total += _far_line(h, high, s2, far)
-    panels = math.ceil((high - low) / panel)
+    panels = math.ceil((high - low) / rules.longest)
     half = 0.5 * (high - low) / panels
-    g = rules.few if high - low < TINY * panel else rules.panel
+    g = rules.few if high - low < rules.tiny else rules.panel
     inside = 0.0
     for p in range(panels):
         middle = low + half * (2 * p + 1)
@@ -160,7 +162,6 @@ def round_piece(
     e: int,
     about: F64,
     radius: float,
-    panel: float,
     energy: Energy,
     rules: Rules,
     cuts: F64,
@@ -169,7 +170,7 @@ def round_piece(
 
     about : (3,) of Parts;  cuts: (CUTS,) memory
     """
-    g, few, fewest = rules
+    g, few, fewest, longest, tiny = rules
     big = o.dx[e]
     dx, dy = o.x[e] - x, o.y[e] - y
     gap = math.hypot(dx, dy)
@@ -177,7 +178,7 @@ def round_piece(
     # From afar a short arc is smooth all along, and near one that is shorter still.
     mx, my = about[0] - x, about[1] - y
     at, half, slight = math.hypot(mx, my), 0.5 * big * (end - begin), end - begin < SLIGHT
-    if slight and at + half < radius and 2.0 * half < TINY * panel:
+    if slight and at + half < radius and 2.0 * half < tiny:
         return _slight(mx, my, Arc(dx, dy, big, begin, end), True, energy, few)
     if at - half > radius and half < SHORT[0][1] * at and end - begin < STRAIGHTISH:
         rule = fewest if half < SHORT[1][1] * at else few
@@ -211,8 +212,8 @@ def round_piece(
         middle = 0.5 * (low + high)
         at = math.hypot(dx + big * math.cos(middle), dy + big * math.sin(middle))
         if at < radius:
-            panels = math.ceil((high - low) * big / panel)
-            rule = few if (high - low) * big < TINY * panel else g
+            panels = math.ceil((high - low) * big / longest)
+            rule = few if (high - low) * big < tiny else g
             for p in range(panels):
                 total += _panel(Arc(dx, dy, big, low, high), p / panels, (p + 1) / panels, True, energy, rule)
             continue

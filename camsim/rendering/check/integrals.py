@@ -15,17 +15,18 @@ from camsim.arrays import F64, I64
 from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.check.along import SHORT
+from camsim.rendering.check.along import SHORT, Rules
 from camsim.rendering.check.pattern import Table, loudness, table_of
-from camsim.rendering.check.points import PANEL_BLURS, PANEL_NODES, Asked, Parts, Tables, light_at_points
+from camsim.rendering.check.points import Asked, Parts, Tables, light_at_points, rules_of
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
+from camsim.rendering.check.whereabouts import Whereabouts, together
 from camsim.rendering.check.zones import FAR_PART, Rule, Zones, zones_of
 
 NEAREST = 12.0  # blurs: where the search for silence begins
+ALONG_PART = 0.1  # of what the check may be wrong by: along outlines rules leave no more of a wave
 FEW = 4.0  # ends that some photosite hears from just outside, wherever it lies
 FARTHER = 1.4  # times, at each step of it
-LOOKED_AT = 24  # places in the frame where ends are heard
 FALLS = 1.5  # at least this power of the distance is what swings lost with
 NODE_SECONDS, PIECE_SECONDS, POINT_SECONDS = 4e-9, 5e-8, 1e-4  # of one core, measured
 PASSED_SECONDS = 3e-9  # of a piece that lies in another zone
@@ -65,10 +66,10 @@ class Integrals:
     def zones(self) -> Zones:
         """This rule for what is near, and others of fewer nodes."""
         contrast = np.abs(self.weights).sum(axis=2).max(axis=1)[self.pair] * np.abs(self.times)
-        strength, light = contrast * self.pieces.outlines.length, 0.0
-        for gap in self._gaps():
+        strength, light = contrast * self._where.length, 0.0
+        for gaps in self._gaps():
             # What is near a listener is far from others: nowhere is it louder there than at the radius.
-            light = max(light, float(np.sum(strength / np.maximum(gap, self.radius))))
+            light = max(light, float((strength / np.maximum(gaps, self.radius)).sum(axis=1).max()))
         return zones_of(
             self._rule,
             order=max(self._orders),
@@ -91,20 +92,19 @@ class Integrals:
 
     def _rule(self, most: int) -> Rule:
         """Return nodes (m, 2) and weights (m,) over photosite and spots, at most so many along a side."""
-        axes = [gauss_legendre(min(order, most)) for order in self._orders]
-        (x, wx), (y, wy) = ((0.5 * side * x, 0.5 * w) for side, (x, w) in zip(self.sides, axes, strict=True))
-        square = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-        nodes = (self.spots[:, None] + square).reshape(-1, 2)
-        return nodes, np.tile(np.outer(wx, wy).ravel() / len(self.spots), len(self.spots))
+        across, down = (min(order, most) for order in self._orders)
+        square, weights = _on_square(across, down)
+        nodes = (self.spots[:, None] + 0.5 * np.array(self.sides) * square).reshape(-1, 2)
+        return nodes, np.tile(weights / len(self.spots), len(self.spots))
 
     @functools.cached_property
     def radius(self) -> float:
         """Distance from which on no end, no corner and no line is heard: E is taken from its table as far as that."""
-        blur, everything = float(self._blur.max()), self._farthest
+        blur, everything = float(self._blur.max()), self._where.farthest
         radius = max(NEAREST * blur, 2.0 * self._extent)
         steps = math.ceil(math.log(everything / radius, FARTHER)) if everything > radius else 0
         radii: F64 = radius * FARTHER ** np.arange(steps, dtype=float)
-        for radius, beyond in zip(radii.tolist(), self._heard_beyond(radii).tolist(), strict=True):
+        for radius, beyond in zip(radii.tolist(), self._where.heard_beyond(radii).tolist(), strict=True):
             loud = self._swing_at(radius) * math.sqrt(blur / radius * max(FEW, beyond))
             if loud / math.tau <= self.budget.allowed("beyond"):
                 break
@@ -112,54 +112,40 @@ class Integrals:
             radius = max(radius, everything)
         return min(radius, max(everything, NEAREST * blur)) + self._extent
 
-    def _heard_beyond(self, radii: F64) -> F64:
-        """Return Σ strength²·(radius/distance)⁵ of all ends and lines beyond each radius, where that is the most."""
-        ends, strength = self._ends
-        most = np.zeros_like(radii)
-        for place in self._listeners if radii.size else ():  # one by one: there may be millions of ends
-            h, beside = self._feet(place)
-            distance = np.concatenate([np.hypot(*(ends - place).T), np.abs(h[beside])])
-            loud = np.maximum(distance / radii[0], 1.0) ** -5.0
-            loud *= np.concatenate([strength**2, np.full(distance.size - len(ends), 4.0)])
-            shells = np.bincount(np.searchsorted(radii, distance), loud, minlength=radii.size + 1)
-            most = np.maximum(most, (radii / radii[0]) ** 5 * np.cumsum(shells[::-1])[-2::-1])
-        return most
-
     @functools.cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
-        zones = list(zip(itertools.pairwise(self.zones.ends(np.array([self.radius]))), self.zones.rules, strict=True))
+        begin = self.zones.ends(np.array([self.radius]))[1:-1, 0]
+        points = np.array([len(nodes) for nodes, _ in self.zones.rules])
         passed = len(self.pieces.outlines.x) * PASSED_SECONDS
-        seconds = POINT_SECONDS + passed * sum(len(points) for _, (points, _) in zones)
-        for gap in self._gaps():
-            nodes = self._nodes_on(gap) * NODE_SECONDS + PIECE_SECONDS
-            for (low, high), (points, _) in zones:
-                here = (low <= gap) & (gap < high)
-                seconds += len(points) * float(nodes[here].sum()) / len(self._listeners)
+        seconds = POINT_SECONDS + passed * int(points.sum())
+        for gaps in self._gaps():
+            nodes = self._nodes_on(gaps) * NODE_SECONDS + PIECE_SECONDS
+            seconds += float(np.sum(points[np.searchsorted(begin, gaps, "right")] * nodes)) / len(self._where.listeners)
         return seconds
 
-    def _nodes_on(self, gap: F64) -> F64:
-        """Return how many nodes each piece takes that lies so far away; those on round pieces as many times as long."""
+    def _nodes_on(self, gaps: F64) -> F64:
+        """Return how many nodes each piece takes so far away; those on round pieces as many times as long."""
         o = self.pieces.outlines
-        length, bent = o.length, o.turn_rad != 0.0
-        near = np.where(gap < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
-        panels = np.ceil(near / (PANEL_BLURS * float(self._blur.min())))
+        length, bent = self._where.length, o.turn_rad != 0.0
+        near = np.where(gaps < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
+        panel_nodes, panels = self._rules.panel.shape[1], np.ceil(near / self._rules.longest)
         # Beyond the table a round piece takes panels that double in length on either side, a short one but a few nodes.
-        beyond = PANEL_NODES * (2.0 + 2.0 * np.log2(1.0 + length / self.radius))
+        beyond = panel_nodes * (2.0 + 2.0 * np.log2(1.0 + length / self.radius))
         for count, short in SHORT:
-            beyond = np.where((gap > self.radius) & (0.5 * length < short * (gap + 0.5 * length)), count, beyond)
-        nodes: F64 = PANEL_NODES * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
+            beyond = np.where((gaps > self.radius) & (0.5 * length < short * (gaps + 0.5 * length)), count, beyond)
+        nodes: F64 = panel_nodes * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
         return nodes
 
     def _gaps(self) -> Iterator[F64]:
-        """Yield how far all of each piece lies at least from one listener after the other."""
-        for place in self._listeners:  # one by one: there may be millions of pieces
-            yield self._parts.gaps(place[None])[0]
+        """Yield how far (listeners, pieces) all of each piece lies at least from some listeners."""
+        for listeners in self._where.some_of(self._where.listeners):
+            yield self._parts.gaps(listeners)
 
     def values(self, points: F64, sets: I64) -> F64:
         """Return the light at points (m, 2) besides the background's, each in its channel."""
-        radius = np.array([self._radius_at(point) for point in points])
-        table = self._table(float(radius.max()), float(radius.max()))
+        radius = self._radii(points)
+        table = self._table(float(radius.max()))
         pairs, channels = self.weights.shape[:2]
         tables = Tables(
             table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
@@ -173,9 +159,17 @@ class Integrals:
         for (least, most), (nodes, weights) in zip(itertools.pairwise(ends), self.zones.rules, strict=True):
             if (least < most).any():
                 asked = Asked(points, sets, radius, nodes, least, most)
-                panel = PANEL_BLURS * float(self._blur.min())
-                values += light_at_points(asked, self.pieces.outlines, self._parts, tables, panel, worth) @ weights
+                light = light_at_points(asked, self.pieces.outlines, self._parts, tables, self._rules, worth)
+                values += light @ weights
         return values
+
+    @functools.cached_property
+    def _rules(self) -> Rules:
+        return rules_of(float(self._blur.min()), ALONG_PART * self.budget.tolerance)
+
+    @functools.cached_property
+    def _where(self) -> Whereabouts:
+        return Whereabouts(outlines=self.pieces.outlines, corners=self.corners)
 
     @functools.cached_property
     def _parts(self) -> Parts:
@@ -193,99 +187,49 @@ class Integrals:
     def _blur_at(self, wavelength_nm: F64) -> F64:
         return np.array([self.lens.blur_um(float(w)) for w in wavelength_nm]) / self.pitch_um
 
-    def _table(self, least: float, wanted: float) -> Table:
-        """Return the lens tabulated out to ``least`` or farther: one that is there, or a new one out to ``wanted``."""
-        there = [table for radius, table in self._tables if radius >= least]
-        if not there:
-            self._tables.append((wanted, self._tabulated(wanted)))
-            there = [self._tables[-1][1]]
-        return there[0]
+    def _table(self, radius: float) -> Table:
+        """Return the lens tabulated out to a distance or farther: one that is there, or a new one."""
+        if not self._tables or self._tables[-1][0] < radius:
+            blur, weights = self._condensed(radius)
+            self._tables.append((radius, table_of(self.lens, blur, weights, radius, self.budget.tolerance)))
+        return self._tables[-1][1]
 
     @functools.cached_property
     def _tables(self) -> list[tuple[float, Table]]:
         return []
 
-    def _tabulated(self, radius: float) -> Table:
-        """Tabulate the lens out to a distance, with as many wavelengths as it takes there."""
+    def _condensed(self, radius: float) -> tuple[F64, F64]:
+        """Return blurs (n,) and weights (k, n) of as many wavelengths as it takes out to a distance."""
         phase = math.tau * radius * float(1.0 / self._blur.min() - 1.0 / self._blur.max())
         allowed = self.budget.allowed("own wavelengths")
         nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, allowed=allowed)
-        return table_of(self.lens, self._blur_at(nm), weights.reshape(-1, nm.size), radius, self.budget.tolerance)
+        return self._blur_at(nm), weights.reshape(-1, nm.size)
 
-    @functools.cached_property
-    def _listeners(self) -> F64:
-        """Places (n, 2) of the frame: ends of outlines, moved into it, and its middle."""
-        ends = self._ends[0]
-        some = ends[:: max(1, len(ends) // LOOKED_AT)]
-        low, high = self.corners[:2], self.corners[2:]
-        return np.concatenate([np.clip(some, low, high), [0.5 * (low + high)]])
-
-    @property
-    def _farthest(self) -> float:
-        """No piece reaches farther than this from any photosite."""
-        o = self.pieces.outlines
-        straight = o.turn_rad == 0.0
-        more = np.where(straight, 0.0, o.dx)
-        x, y = np.concatenate([o.x, o.x + straight * o.dx]), np.concatenate([o.y, o.y + straight * o.dy])
-        x0, y0, x1, y1 = self.corners
-        across = np.maximum(np.abs(x - x0), np.abs(x - x1)) + np.tile(more, 2)
-        down = np.maximum(np.abs(y - y0), np.abs(y - y1)) + np.tile(more, 2)
-        return float(np.hypot(across, down).max(initial=0.0))
-
-    @functools.cached_property
-    def _ends(self) -> tuple[F64, F64]:
-        """Ends of pieces (n, 2), and how strong each is: how its direction jumps, at most as at a right angle (1)."""
-        o = self.pieces.outlines
-        straight = o.turn_rad == 0.0
-        begin, finish = o.from_rad, o.from_rad + o.turn_rad
-        cos, sin = np.cos([begin, finish]), np.sin([begin, finish])
-        first = np.stack([o.x + o.dx * ~straight * cos[0], o.y + o.dx * ~straight * sin[0]])
-        last = np.stack([o.x + o.dx * np.where(straight, 1.0, cos[1]), o.y + np.where(straight, o.dy, o.dx * sin[1])])
-        size = np.where(straight, np.hypot(o.dx, o.dy), 1.0)
-        leaves, comes = (
-            np.stack([np.where(straight, o.dx / size, -sin[k]), np.where(straight, o.dy / size, cos[k])])
-            for k in (0, 1)
-        )
-        points = np.round(np.concatenate([first, last], axis=1).T, 9)
-        places, index = np.unique(points, axis=0, return_inverse=True)
-        jump = np.zeros_like(places)
-        np.add.at(jump, index.ravel(), np.concatenate([leaves, -comes], axis=1).T)
-        return places, np.minimum(np.hypot(*jump.T) / math.sqrt(2.0), 1.0)
-
-    def _feet(self, place: F64) -> tuple[F64, np.ndarray]:
-        """Return (pieces,): distance from each straight piece's line, and whether its foot lies on the piece."""
-        o = self.pieces.outlines
-        straight = o.turn_rad == 0.0
-        length = np.where(straight, np.hypot(o.dx, o.dy), 1.0)
-        dx, dy = o.x - place[0], o.y - place[1]
-        h = (dx * o.dy - dy * o.dx) / length
-        s = -(dx * o.dx + dy * o.dy) / length
-        return h, straight & (s > 0.0) & (s < length)
-
-    def _radius_at(self, place: F64) -> float:
-        """Return how far E is taken from its table for one photosite: farther where rings meet in it."""
+    def _radii(self, points: F64) -> F64:
+        """Return how far E is taken from its table for points (n, 2): farther where rings meet in one."""
         o, blur, base = self.pieces.outlines, float(self._blur.max()), self.radius
-        if not len(o.x):
-            return base
         allowed = self.budget.allowed("meeting")
-        gap = np.hypot(o.x - place[0], o.y - place[1])
-        about = (o.turn_rad > 0.0) & (gap < 0.3 * o.dx) & (o.dx > base)
-        radius = base
-        if about.any():
-            loud = self._swing * (base / np.maximum(o.dx, base)) ** FALLS * o.turn_rad / math.tau > allowed
-            radius = float((o.dx + gap)[about & loud].max(initial=base - blur)) + blur
-        h, beside = self._feet(place)
-        length = np.hypot(o.dx, o.dy)
-        far = beside & (np.abs(h) > base)
-        if np.count_nonzero(far) > 2:
-            distance = np.abs(h[far])
-            share = np.minimum(length[far], np.sqrt(blur * distance)) / distance / math.tau
-            shell = np.floor(distance / (0.5 * blur)).astype(np.int64)
-            _, index = np.unique(shell, return_inverse=True)
-            together = np.bincount(index.ravel(), weights=share)[index.ravel()]
-            loud = self._swing * (base / distance) ** FALLS * together > allowed
-            radius = max(radius, float(distance[loud].max(initial=base)) + blur)
-        return radius
+        radii: F64 = np.full(len(points), base)
+        large, first = np.flatnonzero((o.turn_rad > 0.0) & (o.dx > base)), 0
+        for places in self._where.some_of(points):
+            own = radii[first : first + len(places)]
+            first += len(places)
+            if large.size:
+                gap = np.hypot(o.x[large] - places[:, :1], o.y[large] - places[:, 1:])
+                about = gap < 0.3 * o.dx[large]
+                if about.any():
+                    loud = self._swing * (base / o.dx[large]) ** FALLS * o.turn_rad[large] / math.tau > allowed
+                    farthest = np.where(about & loud, o.dx[large] + gap, base - blur).max(axis=1)
+                    np.maximum(own, farthest + blur, out=own)
+            h, beside = self._where.feet(places)
+            far = beside & (np.abs(h) > base)
+            for k in np.flatnonzero(np.count_nonzero(far, axis=1) > 2).tolist():
+                distance = np.abs(h[k, far[k]])
+                length = np.minimum(self._where.length[far[k]], np.sqrt(blur * distance))
+                share = together(distance, length / distance / math.tau, 0.5 * blur)
+                loud = self._swing * (base / distance) ** FALLS * share > allowed
+                own[k] = max(own[k], float(distance[loud].max(initial=base)) + blur)
+        return radii
 
     @functools.cached_property
     def _swing(self) -> float:
@@ -293,7 +237,15 @@ class Integrals:
 
     def _swing_at(self, radius: float) -> float:
         """Return how far E swings about its smooth powers near a distance."""
-        blur = float(self._blur.max())
-        more = self._extent + 6.0 * blur
-        # Twice as far: the search goes on from here, and most photosites take a table that is there.
-        return loudness(self._table(radius + more, 2.0 * radius + more), radius, blur, *self.rule)
+        longest = float(self._blur.max())
+        blur, weights = self._condensed(radius + self._extent + 6.0 * longest)
+        allowed = self.budget.tolerance
+        return loudness(self.lens, blur, weights, radius, longest=longest, rule=self.rule, allowed=allowed)
+
+
+@functools.cache
+def _on_square(across: int, down: int) -> Rule:
+    """Return nodes (m, 2) and weights (m,), of 1 in all, over −1 … 1 both ways."""
+    (x, wx), (y, wy) = gauss_legendre(across), gauss_legendre(down)
+    nodes = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    return nodes, 0.25 * np.outer(wx, wy).ravel()

@@ -138,11 +138,11 @@ class Judge:
         """What integrates."""
         job = self.job
         pieces, wavelength_nm, density = self.seen
-        sides, pair = np.unique(np.stack([pieces.left, pieces.right], axis=1), axis=0, return_inverse=True)
-        weights, which, times = widest(density[sides[:, 0]] - density[sides[:, 1]])
+        both, pair = np.unique(pieces.left * len(density) + pieces.right, return_inverse=True)
+        left, right = np.divmod(both, len(density))
+        weights, which, times = widest(density[left] - density[right])
         x0, y0 = np.array(job.grid.first_centre) - self._moved
-        lens = job.system.lens if job.split is None else job.split.core
-        photosite = job.system.photosite
+        lens, photosite = job.system.lens if job.split is None else job.split.core, job.system.photosite
         assert isinstance(lens, RoundLens)
         assert isinstance(photosite, Rectangular)
         width_um, height_um = photosite.sides_um
@@ -152,8 +152,8 @@ class Judge:
             spots=job.system.spots_um() / job.grid.pitch_um,
             pitch_um=job.grid.pitch_um,
             pieces=pieces,
-            pair=which[pair.ravel()],
-            times=times[pair.ravel()],
+            pair=which[pair],
+            times=times[pair],
             wavelength_nm=wavelength_nm,
             weights=weights,
             budget=job.budget.of_check,

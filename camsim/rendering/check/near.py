@@ -11,6 +11,7 @@ from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 
 MOST_LEVELS = 40
+TINY = float(np.finfo(float).tiny)
 ROW = 1 << 31  # squares in a row: a square's number is y·ROW + x
 
 
@@ -37,8 +38,9 @@ class Squares(NamedTuple):
         low = boxes[:, :2].min(axis=0)
         sides = (boxes[:, 2:] - boxes[:, :2]).max(axis=1)
         whole = float((boxes[:, 2:].max(axis=0) - low).max())
-        size = max(float(np.median(sides)), whole * 2.0 ** (1 - MOST_LEVELS), np.finfo(float).tiny)
-        level = np.clip(np.ceil(np.log2(np.maximum(sides, size) / size)), 0, MOST_LEVELS).astype(np.int64)
+        typical = float(np.partition(sides, len(sides) // 2)[len(sides) // 2])
+        size = max(typical, whole * 2.0 ** (1 - MOST_LEVELS), TINY)
+        level = np.minimum(np.ceil(np.log2(np.maximum(sides, size) / size)), MOST_LEVELS).astype(np.int64)
         x, y = np.floor((boxes[:, :2] - low) / (size * 2.0**level)[:, None]).astype(np.int64).T
         key = y * ROW + x
         order = np.lexsort((key, level))

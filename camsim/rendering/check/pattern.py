@@ -36,33 +36,29 @@ class Table(NamedTuple):
     step: float
     far: F64
 
-    def oscillation(self, radius: F64) -> F64:
-        """Return (k, n) what E has besides its smooth powers."""
-        place = radius / self.step
-        cell = np.minimum(place.astype(np.int64), self.cells.shape[1] - 1)
-        t = place - cell
-        value = np.zeros((len(self.cells), radius.size))
-        for power in range(5, -1, -1):
-            value = value * t + self.cells[:, cell, power]
-        smooth = self.far @ np.stack([np.ones_like(radius), -1 / radius, -(radius**-3.0), -(radius**-5.0)])
-        rest: F64 = value * radius**2 - smooth
-        return rest
-
 
 def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float, allowed: float) -> Table:
     """Tabulate a round lens out to ``radius`` (pitches) and a little.
 
     blur : (j,), pitches;  weights: (k, j);  allowed: what the tables may be wrong by
     """
-    per_blur = CELLS_PER_BLUR if allowed >= CELLS_LEAVE else 2 * CELLS_PER_BLUR
+    per_blur = _per_blur(allowed)
     step = float(blur.min()) / per_blur
     cells = math.ceil(radius / step) + 2 * per_blur
     profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
-    powers = _far_powers(lens)
-    far = weights @ np.stack(
-        [np.ones_like(blur), *(c * blur**n for c, n in zip(powers, (1, 3, 5), strict=True))], axis=1
-    )
-    return Table(quintic_cells(_contracted(profile, per_blur, blur, weights, step, cells)), step, far)
+    values = _contracted(profile, per_blur, blur, weights, step, cells)
+    return Table(quintic_cells(values), step, _smooth(lens, blur, weights))
+
+
+def _per_blur(allowed: float) -> int:
+    return CELLS_PER_BLUR if allowed >= CELLS_LEAVE else 2 * CELLS_PER_BLUR
+
+
+def _smooth(lens: RoundLens, blur: F64, weights: F64) -> F64:
+    """Return (k, 4) the smooth powers of every set; see ``Table``."""
+    powers = [c * blur**n for c, n in zip(_far_powers(lens), (1, 3, 5), strict=True)]
+    smooth: F64 = weights @ np.stack([np.ones_like(blur), *powers], axis=1)
+    return smooth
 
 
 @functools.lru_cache(maxsize=16)
@@ -121,35 +117,85 @@ def _contract(profile: F64, per_blur: float, blur: F64, of_wavelength: F64, step
                 values[m, k] += of_wavelength[j, k] * value
 
 
-def loudness(table: Table, radius: float, blur: float, nodes: F64, weights: F64) -> float:
+def oscillation(lens: RoundLens, blur: F64, weights: F64, radius: F64, allowed: float) -> F64:
+    """Return (k, n) what E of every set has at distances (n,) besides its smooth powers.
+
+    blur, weights, allowed : as of ``table_of``
+    """
+    per_blur = _per_blur(allowed)
+    cells = math.ceil(float(radius.max()) / float(blur.min()) * per_blur) + 2 * per_blur
+    profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
+    rest = np.zeros((radius.size, len(weights)))
+    _contract_at(profile, float(per_blur), blur, np.ascontiguousarray(weights.T), radius, rest)
+    powers = np.stack([np.ones_like(radius), -1.0 / radius, -(radius**-3.0), -(radius**-5.0)])
+    left: F64 = rest.T - np.einsum("kp,pn->kn", _smooth(lens, blur, weights), powers)
+    return left
+
+
+@kernel()
+def _contract_at(profile: F64, per_blur: float, blur: F64, of_wavelength: F64, radius: F64, energy: F64) -> None:
+    """Add up E of every set (n, k) at distances."""
+    for j in range(blur.size):
+        for m in range(radius.size):
+            u = radius[m] / blur[j]
+            c = profile[int(u * per_blur)]
+            t = u * per_blur - int(u * per_blur)
+            value = (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))) * u * u
+            for k in range(energy.shape[1]):
+                energy[m, k] += of_wavelength[j, k] * value
+
+
+def loudness(
+    lens: RoundLens, blur: F64, weights: F64, radius: float, *, longest: float, rule: tuple[F64, F64], allowed: float
+) -> float:
     """Return how far E swings about its smooth powers near ``radius``, averaged over the footprint; the loudest set.
 
-    blur : the longest, pitches;  nodes (m, 2), weights (m,): a rule over the footprint
+    blur, weights, allowed : as of ``table_of``;  longest: blur, pitches
+    rule : nodes (m, 2) and weights (m,) over the footprint
 
     From as far away as this the footprint averages plane waves, in the direction where that takes the least.
     """
-    angle = math.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    ahead = np.stack([np.cos(angle), np.sin(angle)], axis=1) @ nodes.T
-    step, steps = blur / CELLS_PER_BLUR, CELLS_PER_BLUR // PER_WAVE
-    low = math.floor(float(ahead.min()) / step)
-    width = math.ceil(float(ahead.max()) / step) - low + 2
-    # What each direction's average takes of places a step apart, straight between them.
-    place = ahead / step - low
-    cell = place.astype(np.int64)
-    first = np.arange(DIRECTIONS)[:, None] * width + cell
-    share = weights * (place - cell)
-    taken = np.bincount(first.ravel(), (weights - share).ravel(), DIRECTIONS * width)
-    taken += np.bincount(first.ravel() + 1, share.ravel(), DIRECTIONS * width)
-    taken = taken.reshape(DIRECTIONS, width)
-    fine = step * (low + np.arange(width + steps * (WAVES * PER_WAVE - 1)))
-    swing = table.oscillation(np.maximum(radius + fine, 0.1 * radius))
-    # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
-    most = np.abs(swing).max(axis=1) * np.abs(weights).sum()
-    loudest = 0.0
-    for k in np.argsort(-most):
-        if most[k] <= loudest:
-            break
-        moved = np.lib.stride_tricks.sliding_window_view(swing[k], width)[::steps]
-        # Not by a matrix product: threads of BLAS would spin for tens of milliseconds after it.
-        loudest = max(loudest, float(np.abs(np.einsum("pc,dc->pd", moved, taken)).max()))
+    step, (nodes, shares) = longest / CELLS_PER_BLUR, rule
+    reach = math.ceil(float(np.hypot(nodes[:, 0], nodes[:, 1]).max()) / step) + 1
+    count = 2 * reach + 1 + CELLS_PER_BLUR // PER_WAVE * (WAVES * PER_WAVE - 1)
+    places = np.maximum(radius + step * np.arange(-reach, count - reach), 0.1 * radius)
+    loudest: float = _loudest(oscillation(lens, blur, weights, places, allowed), reach, step, nodes, shares)
     return loudest
+
+
+@kernel()
+def _loudest(swing: F64, reach: int, step: float, nodes: F64, weights: F64) -> float:
+    """Return the largest average of what sets (k, n) have at places a step apart, over all directions and places."""
+    width, steps = 2 * reach + 1, CELLS_PER_BLUR // PER_WAVE
+    # What each direction's average takes of places a step apart, straight between them.
+    taken, size = np.zeros((width, DIRECTIONS)), 0.0
+    for d in range(DIRECTIONS):
+        cos, sin = math.cos(math.pi * d / DIRECTIONS), math.sin(math.pi * d / DIRECTIONS)
+        for m in range(len(nodes)):
+            place = (cos * nodes[m, 0] + sin * nodes[m, 1]) / step + reach
+            cell = int(place)
+            taken[cell, d] += weights[m] * (cell + 1 - place)
+            taken[cell + 1, d] += weights[m] * (place - cell)
+    for m in range(len(nodes)):
+        size += abs(weights[m])
+    most = np.zeros(len(swing))
+    for k in range(len(swing)):
+        for m in range(swing.shape[1]):
+            most[k] = max(most[k], size * abs(swing[k, m]))
+    loudest, average = 0.0, np.empty(DIRECTIONS)
+    while True:
+        # No average is louder than the loudest of what it is made of: few of many sets need be looked at.
+        k = 0
+        for other in range(len(most)):
+            k = other if most[other] > most[k] else k
+        if most[k] <= loudest:
+            return loudest
+        most[k] = 0.0
+        for moved in range(0, swing.shape[1] - width + 1, steps):
+            for d in range(DIRECTIONS):
+                average[d] = 0.0
+            for m in range(width):
+                for d in range(DIRECTIONS):
+                    average[d] += taken[m, d] * swing[k, moved + m]
+            for d in range(DIRECTIONS):
+                loudest = max(loudest, abs(average[d]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -9,12 +10,12 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
-from camsim.quadrature import gauss_legendre
+from camsim.quadrature import gauss_legendre, gauss_phases
 from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, round_piece, straight
 from camsim.rendering.check.records import Outlines
 
-PANEL_NODES = 20
-PANEL_BLURS = 4.0
+PANEL_BLURS = 8.0  # the longest piece that one rule integrates: of 4 it takes three fifths of as many nodes
+MOST_NODES = 64
 
 
 class Tables(NamedTuple):
@@ -58,17 +59,25 @@ class Parts(NamedTuple):
         return gaps
 
 
-def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, panel: float, least: int) -> F64:
+@functools.lru_cache(maxsize=16)
+def rules_of(blur: float, allowed: float) -> Rules:
+    """Return rules that leave so much of the shortest wave, whose length is the blur (pitches)."""
+    phases = gauss_phases(allowed, MOST_NODES)
+    nodes = int(np.searchsorted(phases, math.pi * PANEL_BLURS)) + 1
+    few, fewest = (count for count, _ in SHORT)
+    panel, short, shortest = (np.stack(gauss_legendre(count)) for count in (nodes, few, fewest))
+    return Rules(panel, short, shortest, PANEL_BLURS * blur, float(phases[few - 1]) / math.pi * blur)
+
+
+def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, rules: Rules, least: int) -> F64:
     """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
 
-    panel  : longest that one rule integrates, pitches
-    least  : nodes that are worth a thread's while
+    least : nodes that are worth a thread's while
     """
     light = np.empty((len(asked.points), len(asked.nodes)))
-    rules = Rules(*(np.stack(gauss_legendre(count)) for count in (PANEL_NODES, *(count for count, _ in SHORT))))
 
     def work(begin: int, end: int) -> None:
-        _light(begin, end, asked, o, parts, tables, panel, rules, np.empty(CUTS), light)
+        _light(begin, end, asked, o, parts, tables, rules, np.empty(CUTS), light)
 
     shared(light.size, work, least=least)
     return light
@@ -82,7 +91,6 @@ def _light(
     o: Outlines,
     parts: Parts,
     tables: Tables,
-    panel: float,
     rules: Rules,
     cuts: F64,
     light: F64,
@@ -108,7 +116,7 @@ def _light(
         for e in here[:pieces]:
             energy = Energy(tables.cells[sides[e], channel], per_step, tables.far[sides[e], channel])
             if o.turn_rad[e] == 0.0:
-                total += times[e] * straight(x, y, o, e, reach, panel, energy, rules)
+                total += times[e] * straight(x, y, o, e, reach, energy, rules)
             else:
-                total += times[e] * round_piece(x, y, o, e, about[e], reach, panel, energy, rules, cuts)
+                total += times[e] * round_piece(x, y, o, e, about[e], reach, energy, rules, cuts)
         light[point, node] = total / math.tau

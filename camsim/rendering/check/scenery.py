@@ -87,23 +87,30 @@ def _sides(o: Outlines, left: I64, right: I64) -> tuple[I64, I64]:
 
 def _boxes(o: Outlines) -> F64:
     """Return (n, 4) low x, low y, high x, high y of each part."""
-    straight = o.turn_rad == 0.0
-    begin, middle, end = (o.from_rad + share * o.turn_rad for share in (0.0, 0.5, 1.0))
-    x = np.stack([np.where(straight, o.x, o.x + o.dx * np.cos(a)) for a in (begin, middle, end)])
-    y = np.stack([np.where(straight, o.y, o.y + o.dx * np.sin(a)) for a in (begin, middle, end)])
-    x[2], y[2] = np.where(straight, o.x + o.dx, x[2]), np.where(straight, o.y + o.dy, y[2])
+    boxes = np.empty((len(o.x), 4))
+    np.minimum(o.x, o.x + o.dx, out=boxes[:, 0])
+    np.minimum(o.y, o.y + o.dy, out=boxes[:, 1])
+    np.maximum(o.x, o.x + o.dx, out=boxes[:, 2])
+    np.maximum(o.y, o.y + o.dy, out=boxes[:, 3])
+    bent = np.flatnonzero(o.turn_rad)
+    if bent.size:
+        boxes[bent] = _boxes_about_arcs(o.some(bent))
+    return boxes
+
+
+def _boxes_about_arcs(o: Outlines) -> F64:
+    x, y = (
+        place + o.dx * np.stack([way(o.from_rad + share * o.turn_rad) for share in (0.0, 0.5, 1.0)])
+        for place, way in ((o.x, np.cos), (o.y, np.sin))
+    )
     # An arc of up to half a turn lies about its chord and middle by no more than its height; others about the centre.
-    short = np.abs(o.turn_rad) <= np.pi
-    height = np.where(straight, 0.0, o.dx * (1.0 - np.cos(0.5 * np.minimum(np.abs(o.turn_rad), np.pi))))
-    low_x, high_x = (
-        np.where(short, x.min(axis=0) - height, o.x - o.dx),
-        np.where(short, x.max(axis=0) + height, o.x + o.dx),
+    turn = np.abs(o.turn_rad)
+    short, height = turn <= np.pi, o.dx * (1.0 - np.cos(0.5 * np.minimum(turn, np.pi)))
+    low, high = (
+        [np.where(short, own.min(axis=0) - height, place - o.dx) for own, place in ((x, o.x), (y, o.y))],
+        [np.where(short, own.max(axis=0) + height, place + o.dx) for own, place in ((x, o.x), (y, o.y))],
     )
-    low_y, high_y = (
-        np.where(short, y.min(axis=0) - height, o.y - o.dx),
-        np.where(short, y.max(axis=0) + height, o.y + o.dx),
-    )
-    return np.stack([low_x, low_y, high_x, high_y], axis=1)
+    return np.stack([*low, *high], axis=1)
 
 
 def _around(boxes: F64, whose: I64, count: int) -> F64:
@@ -119,6 +126,8 @@ def _around(boxes: F64, whose: I64, count: int) -> F64:
 def _neighbours(boxes: F64, same: float) -> Near:
     """Return for each primitive those whose boxes touch its own, itself among them, in painter's order."""
     some = np.flatnonzero(np.isfinite(boxes).all(axis=1))
+    if some.size < 2:
+        return Near(np.searchsorted(some, np.arange(len(boxes) + 1)), some, boxes)
     a, b = pairs(Squares.of(boxes[some] + same * np.array([-1.0, -1.0, 1.0, 1.0])))
     one, two = np.concatenate([some, some[a], some[b]]), np.concatenate([some, some[b], some[a]])
     sort = np.lexsort((two, one))

@@ -108,10 +108,10 @@ class Rectangle(Shape):
     def corners_um(self) -> F64:
         """The four corners (4, 2)."""
         angle = math.radians(self.rotate_deg)
-        across = 0.5 * self.width_um * np.array([math.cos(angle), math.sin(angle)])
-        down = 0.5 * self.height_um * np.array([-math.sin(angle), math.cos(angle)])
+        x, y = 0.5 * self.width_um * math.cos(angle), 0.5 * self.width_um * math.sin(angle)  # half of it across
+        u, v = 0.5 * self.height_um * -math.sin(angle), 0.5 * self.height_um * math.cos(angle)  # and down
         corners: F64 = np.array(self.centre_um) + np.array(
-            [-across - down, across - down, across + down, -across + down]
+            [[-x - u, -y - v], [x - u, y - v], [x + u, y + v], [-x + u, -y + v]]
         )
         return corners
 
