@@ -246,11 +246,11 @@ class Integrals:
             np.stack([np.where(straight, o.dx / size, -sin[k]), np.where(straight, o.dy / size, cos[k])])
             for k in (0, 1)
         )
-        points = np.round(np.concatenate([first, last], axis=1).T, 9)
-        places, index = np.unique(points, axis=0, return_inverse=True)
-        jump = np.zeros_like(places)
-        np.add.at(jump, index.ravel(), np.concatenate([leaves, -comes], axis=1).T)
-        return places, np.minimum(np.hypot(*jump.T) / math.sqrt(2.0), 1.0)
+        x, y = np.round(np.concatenate([first, last], axis=1), 9)
+        places, index = np.unique(x + 1j * y, return_inverse=True)
+        jump = np.zeros((places.size, 2))
+        np.add.at(jump, index, np.concatenate([leaves, -comes], axis=1).T)
+        return places.view(float).reshape(-1, 2), np.minimum(np.hypot(*jump.T) / math.sqrt(2.0), 1.0)
 
     def _feet(self, place: F64) -> tuple[F64, np.ndarray]:
         """Return (pieces,): distance from each straight piece's line, and whether its foot lies on the piece."""

@@ -150,7 +150,8 @@ class Judge:
         """What integrates."""
         job = self.job
         pieces, wavelength_nm, density = self.seen
-        sides, pair = np.unique(np.stack([pieces.left, pieces.right], axis=1), axis=0, return_inverse=True)
+        both, pair = np.unique(pieces.left * len(density) + pieces.right, return_inverse=True)
+        sides = np.stack(np.divmod(both, len(density)), axis=1)
         weights, which, times = widest(density[sides[:, 0]] - density[sides[:, 1]])
         x0, y0 = np.array(job.grid.first_centre) - self._moved
         lens = job.system.lens if job.split is None else job.split.core
