@@ -28,7 +28,9 @@ class Edges:
         return len(self.start)
 
     def some(self, which: np.ndarray) -> Edges:
-        """Return those picked by a mask or by indices."""
+        """Return those picked by a mask or by indices; themselves, and what is known of them, where a mask has all."""
+        if which.dtype == bool and which.all():
+            return self
         return Edges(start=self.start[which], end=self.end[which], left=self.left[which], right=self.right[which])
 
     def seen_from(self, point: F64 | tuple[float, float]) -> Edges:

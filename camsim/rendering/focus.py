@@ -9,18 +9,19 @@ touch one circle, each over the length √(λN·R) along which its phase stands 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.kernels import kernel, shared
+from camsim.rendering.edge_boxes import GROUP, EdgeBoxes, groups_about
 from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid
 
 NEARLY_PARALLEL = 1e-11  # sine of the angle between two edges that touch no circle together
-MOST_PAIRS = 1e7  # of circles and edges: of more, circles that are alike are one, and edges are looked for nearby
-LONG = 0.5  # radii of half an edge that is looked at from everywhere
+CIRCLES_AT_ONCE = 16
+ROW, OCTAVE = 1 << 28, 1 << 56  # cells that a row may have, and an octave: a cell's number counts row after row
 SAME = 0.05  # radii by which foci differ that are taken for one: a quarter of their zones
 ZONE = 0.2  # radii about the centre, in which the arc's far side is heard more than a line is: (1 + ζ)^{−5/2}/√ζ of it
 
@@ -76,41 +77,123 @@ def _half_tangent(before: F64, after: F64) -> F64:
 
 def foci(centre: F64, radius: F64, edges: Edges, blur: float) -> Foci:
     """Return circles with the shares of a turn that edges fill; ``blur``: the pattern's shortest length, pitches."""
-    if radius.size * len(edges) > MOST_PAIRS:
-        # A smooth outline's circles are alike, and one of each kind does: none is left out.
-        step = 0.25 * SAME * np.exp2(np.floor(np.log2(radius)))
-        kind = np.floor(np.column_stack([centre, radius]) / step[:, None])
-        some = np.sort(np.unique(np.column_stack([kind, step]), axis=0, return_index=True)[1])
-        centre, radius = centre[some], radius[some]
-    return Foci(centre, radius, _shares(centre, radius, edges, blur))
+    shares, tree = np.zeros(radius.size), EdgeBoxes.of(edges)
+
+    def work(begin: int, end: int) -> None:
+        _shares(begin, end, centre, radius, tree, blur, np.empty(len(tree.group), np.int64), shares)
+
+    shared(radius.size, work, least=CIRCLES_AT_ONCE)
+    return Foci(centre, radius, shares)
+
+
+@kernel()
+def _shares(
+    begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, blur: float, found: I64, shares: F64
+) -> None:
+    """Fill in the share of a turn that those edges fill which are a radius from a centre, but for a quarter wave."""
+    for k in range(begin, end):
+        (x, y), r, filled = centre[k], radius[k], 0.0
+        off = 0.25 * blur
+        for g in found[: groups_about(tree, x, y, r - off, r + off, found)]:
+            for e in range(GROUP * g, min(GROUP * (g + 1), tree.length.size)):
+                dx, dy = tree.start[e, 0] - x, tree.start[e, 1] - y
+                tx, ty, length = tree.along[e, 0], tree.along[e, 1], tree.length[e]
+                foot = min(max(-(tx * dx + ty * dy), 0.0), length)
+                if abs(math.hypot(dx + foot * tx, dy + foot * ty) - r) <= off:
+                    filled += min(length, math.sqrt(blur * r))
+        shares[k] = min(filled / r / (2.0 * math.pi), 1.0)
 
 
 def distinct(found: Foci) -> Foci:
     """Return the strongest of the foci that have much of their zones in common."""
-    left = np.argsort(-found.share, kind="stable")
-    kept = []
-    while left.size:
-        best = left[0]
-        kept.append(best)
-        apart = np.abs(found.centre[left] - found.centre[best]).max(axis=1)
-        apart = np.maximum(apart, np.abs(found.radius[left] - found.radius[best]))
-        left = left[apart > SAME * found.radius[best]]
-    return found.some(np.array(kept, np.int64))
+    if not found.radius.size:
+        return found
+    # A focus has others in common with it that are no farther than a cell of its octave's, or of the next one's.
+    octave = np.frexp(found.radius)[1].astype(np.int64)
+    cell = np.floor(found.centre / np.ldexp(SAME, octave)[:, None]).astype(np.int64)
+    low = np.append(cell.min(axis=0), octave.min())
+    key = (octave - low[2]) * OCTAVE + (cell[:, 1] - low[1]) * ROW + cell[:, 0] - low[0]
+    by_key = np.argsort(key, kind="stable")
+    strongest = np.argsort(-found.share, kind="stable")
+    kept = np.empty(strongest.size, np.int64)
+    count = _distinct(found.centre, found.radius, strongest, low, key[by_key], by_key, kept)
+    return found.some(kept[:count])
+
+
+@kernel()
+def _distinct(centre: F64, radius: F64, strongest: I64, low: I64, keys: I64, by_key: I64, kept: I64) -> int:
+    """Write those that no stronger one has in common with it; return how many.
+
+    low : of cells along x, along y, and of octaves;  keys, by_key: sorted, and whose they are
+    """
+    gone, count = np.zeros(radius.size, np.bool_), 0
+    for best in strongest:
+        if gone[best]:
+            continue
+        kept[count] = best
+        count += 1
+        (x, y), r = centre[best], radius[best]
+        reach = SAME * r
+        for octave in range(math.frexp(r - reach)[1], math.frexp(r + reach)[1] + 1):
+            size = math.ldexp(SAME, octave)
+            first, last = math.floor((x - reach) / size) - low[0], math.floor((x + reach) / size) - low[0]
+            for row in range(math.floor((y - reach) / size), math.floor((y + reach) / size) + 1):
+                if octave < low[2] or row < low[1] or last < 0:
+                    continue
+                in_row = (octave - low[2]) * OCTAVE + (row - low[1]) * ROW
+                k = np.searchsorted(keys, in_row + max(first, 0))
+                while k < keys.size and keys[k] <= in_row + last:
+                    other = by_key[k]
+                    k += 1
+                    apart = max(abs(centre[other, 0] - x), abs(centre[other, 1] - y), abs(radius[other] - r))
+                    if apart <= reach:
+                        gone[other] = True
+    return count
 
 
 def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
     """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, some of several."""
-    start, (normal, length) = edges.start, _normals(edges)
-    along = (edges.end - start) / length[:, None]
-    picked, first = [], [0]
-    # What is 1.1 radii across, and a tenth of one beyond an edge's end, lies within 1.2 radii of the edge.
-    for centre, radius, here in _about(found.centre, found.radius, 1.2 * found.radius, edges):
-        gap = np.sum(normal[here] * (centre - start[here]), axis=1)
-        foot = np.sum(along[here] * (centre - start[here]), axis=1)
-        beside = np.maximum(-foot, foot - length[here]) <= 2.0 * SAME * radius
-        picked.append(here[beside & (np.abs(np.abs(gap) - radius) <= 2.0 * SAME * radius)])
-        first.append(first[-1] + picked[-1].size)
-    return np.array(first), np.concatenate([*picked, np.empty(0, np.int64)])
+    counts, tree = np.zeros(found.radius.size, np.int64), EdgeBoxes.of(edges)
+
+    def work(begin: int, end: int) -> None:
+        memory = np.empty(len(tree.group), np.int64)
+        _touching(begin, end, found.centre, found.radius, tree, memory, first, picked, counts)
+
+    first, picked = np.zeros(counts.size + 1, np.int64), np.empty(0, np.int64)
+    shared(counts.size, work, least=CIRCLES_AT_ONCE)
+    np.cumsum(counts, out=first[1:])
+    picked = np.empty(first[-1], np.int64)
+    shared(counts.size, work, least=CIRCLES_AT_ONCE)
+    return first, picked
+
+
+@kernel()
+def _touching(
+    begin: int,
+    end: int,
+    centre: F64,
+    radius: F64,
+    tree: EdgeBoxes,
+    found: I64,
+    first: I64,
+    picked: I64,
+    counts: I64,
+) -> None:
+    """Count some foci's edges, and write them where there is room."""
+    for k in range(begin, end):
+        (x, y), r, count = centre[k], radius[k], 0
+        slack = 2.0 * SAME * r
+        # What is 1.1 radii across, and a tenth of one beyond an edge's end, lies within 1.2 radii of the edge.
+        for g in found[: groups_about(tree, x, y, r - slack, r + 2.0 * slack, found)]:
+            for e in range(GROUP * g, min(GROUP * (g + 1), tree.length.size)):
+                dx, dy = tree.start[e, 0] - x, tree.start[e, 1] - y
+                tx, ty, length = tree.along[e, 0], tree.along[e, 1], tree.length[e]
+                gap, foot = abs(dx * ty - dy * tx), -(tx * dx + ty * dy)
+                if abs(gap - r) <= slack and max(-foot, foot - length) <= slack:
+                    if picked.size:
+                        picked[first[k] + count] = e
+                    count += 1
+        counts[k] = count
 
 
 def _normals(edges: Edges) -> tuple[F64, F64]:
@@ -137,32 +220,3 @@ def _outside(points: F64, grid: Grid) -> F64:
     gap = np.maximum(np.maximum(low - points, points - high), 0.0)
     distance: F64 = np.hypot(gap[:, 0], gap[:, 1])
     return distance
-
-
-def _shares(centre: F64, radius: F64, edges: Edges, blur: float) -> F64:
-    """Return the share of a turn that those edges fill which are a radius from a centre, but for a quarter wave."""
-    start, length = edges.start, edges.length
-    along = (edges.end - start) / length[:, None]
-    shares = []
-    for c, r, here in _about(centre, radius, radius + 0.25 * blur, edges):
-        foot = np.clip(np.sum(along[here] * (c - start[here]), axis=1), 0.0, length[here])
-        distance = np.hypot(*(start[here] + foot[:, None] * along[here] - c).T)
-        in_step = here[np.abs(distance - r) <= 0.25 * blur]
-        shares.append(float(np.minimum(length[in_step], math.sqrt(blur * r)).sum()) / r / (2.0 * math.pi))
-    return np.minimum(shares, 1.0)
-
-
-def _about(centre: F64, radius: F64, reach: F64, edges: Edges) -> Iterator[tuple[F64, float, I64]]:
-    """Yield circles, each with the edges (in their order) that may come as near to its centre as a reach."""
-    every = np.arange(len(edges))
-    if radius.size * len(edges) <= MOST_PAIRS:
-        yield from ((c, r, every) for c, r in zip(centre, radius.tolist(), strict=True))
-        return
-    from scipy.spatial import cKDTree  # crowds of outlines alone need it
-
-    middle, half = 0.5 * (edges.start + edges.end), 0.5 * edges.length
-    short = half <= LONG * float(radius.min())
-    shorts = every[short]
-    tree, long, longest = cKDTree(middle[short]), every[~short], float(half[short].max(initial=0.0))
-    for c, r, within in zip(centre, radius.tolist(), (reach + longest).tolist(), strict=True):
-        yield c, r, np.sort(np.concatenate([shorts[tree.query_ball_point(c, within)], long]))

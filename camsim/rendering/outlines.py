@@ -37,7 +37,7 @@ def arranged(
     primitives = flattened(scene.shapes)
     contrast = 1.0 if textured else _contrast(scene, primitives, seen_nm)
     if contrast == 0.0 or not has_curves(primitives):
-        return arrange(scene)
+        return arrange(scene, primitives=primitives)
     shortest_nm, longest_nm = float(seen_nm.min()), float(seen_nm.max())
     allowed = budget.allowed("outlines") / contrast
     limits, line_per_um = _limits(system, shortest_nm, allowed)
@@ -51,7 +51,9 @@ def arranged(
         allowed=allowed,
         quiet=budget.allowed("powers"),
     )
-    return arrange(scene, limits._replace(longer=long.along, textured=textured), apart=long.apart)
+    return arrange(
+        scene, limits._replace(longer=long.along, textured=textured), apart=long.apart, primitives=primitives
+    )
 
 
 def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> float:

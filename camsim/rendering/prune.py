@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from camsim.arrays import F64, I64, same_rows
+from camsim.kernels import kernel
 from camsim.optics.pattern import Pattern
 from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid
@@ -86,12 +87,31 @@ def _bounds(edges: Edges, outline: I64, density: F64, pattern: Pattern, longest:
 
 def joined_outlines(edges: Edges) -> tuple[I64, int]:
     """Return the number of the outline that each edge belongs to: edges that share an end belong together."""
-    points, a, b = edges.corners
-    outline = np.arange(len(points))  # of each point: the first that it is known to hang together with
-    while (outline[a] != outline[b]).any():
-        ends = np.sort(np.stack([outline[a], outline[b]]), axis=0)
-        np.minimum.at(outline, ends[1], ends[0])
-        while (outline[outline] != outline).any():
-            outline = outline[outline]
-    known, label = np.unique(outline, return_inverse=True)
-    return label[a].astype(np.int64), known.size
+    points, begins, ends = edges.corners
+    label = np.empty(len(points), np.int64)
+    count = _label(begins, ends, label)
+    return label[begins], count
+
+
+@kernel()
+def _label(begins: I64, ends: I64, label: I64) -> int:
+    """Write the outline that each point belongs to, by the edges between points; return how many there are."""
+    points = len(label)
+    parent = np.arange(points)  # of each point an earlier one that it hangs together with, or itself
+    for e in range(len(begins)):
+        a, b = begins[e], ends[e]
+        while parent[a] != a:
+            parent[a] = parent[parent[a]]
+            a = parent[a]
+        while parent[b] != b:
+            parent[b] = parent[parent[b]]
+            b = parent[b]
+        parent[max(a, b)] = min(a, b)
+    count = 0
+    for point in range(points):
+        if parent[point] == point:
+            label[point] = count
+            count += 1
+        else:
+            label[point] = label[parent[point]]
+    return count

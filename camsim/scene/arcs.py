@@ -1,7 +1,8 @@
 """Curves as arcs of circles, two by two: the way in which the check follows what bends, and by which lines are drawn.
 
 A pair of arcs that leaves and arrives as the curve does lies off it by about h³·|κ′|/324, to one side in its first half
-and to the other in its second. So what it gives and takes away is nearly the same; by how much it is not, is measured.
+and to the other in its second. So what it gives and takes away is nearly the same; by how much it is not, is measured,
+and where that is too much, its arcs meet where it is the same.
 Places are complex numbers here.
 """
 
@@ -20,6 +21,7 @@ BESIDE = 0.02  # of an arc's length
 LOOKED_AT = (0.15, 0.3, 0.5, 0.7, 0.85)  # of a piece: where the distance is measured
 MOST_BEND = 0.5  # of a piece, radians
 ROUNDING = 1e-15  # of the largest coordinate: so far off places may be, and areas by that times their length
+LONGER, MUCH_LONGER, SECANTS = 1.1, 2.0, 3  # times, for the sake of areas: what is tried first, the most, and how often
 STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far as numbers go
 
 
@@ -52,16 +54,28 @@ def arcs_of(curves: Curves, fine: Fineness) -> Arcs:
     t0 = np.tile(np.arange(4) / 4.0, len(curves.kind))
     t1 = t0 + 0.25
     extent = np.abs(curves.points).max(axis=(1, 2), initial=0.0)
+    most_off = fine.longest * math.sqrt(fine.allowed / math.pi)
+
+    def close(some: _Stretches, pairs: Arcs) -> np.ndarray:
+        off, bend, length, gained = _fit(curves, some, pairs)
+        good = (off <= most_off) & (off * length**2 <= fine.allowed * fine.longest**3) & (length <= 0.35 * fine.longest)
+        rounding = ROUNDING * extent[some.owner] * length
+        good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (some.t1 - some.t0), rounding)
+        good |= off <= 0.5 * fine.allowed * fine.longest
+        return good & (bend <= MOST_BEND)
+
     done: list[tuple[I64, F64, Arcs]] = []
     for turn in range(HALVINGS):
-        pairs, off, bend, length = _fitted(curves, owner, t0, t1)
-        most_off = fine.longest * math.sqrt(fine.allowed / math.pi)
-        gained = np.abs(_areas(pairs) - curves.some(owner).areas(t0, t1))
-        good = (off <= most_off) & (off * length**2 <= fine.allowed * fine.longest**3) & (length <= 0.35 * fine.longest)
-        rounding = ROUNDING * extent[owner] * length
-        good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (t1 - t0), rounding)
-        good |= off <= 0.5 * fine.allowed * fine.longest
-        good &= bend <= MOST_BEND
+        stretches = _stretches(curves, owner, t0, t1)
+        pairs = _pairs(stretches, np.ones(len(owner)))
+        good = close(stretches, pairs)
+        # Pairs that give too much area, or too little, meet elsewhere.
+        poor = np.flatnonzero(~good)
+        others = _of_one_area(stretches.some(poor))
+        better = close(stretches.some(poor), others)
+        for column, other in zip(pairs[1:], others[1:], strict=True):
+            column[poor[better]] = other[better]
+        good[poor] = better
         if turn == HALVINGS - 1:
             good[:] = True
         done.append((owner[good], t0[good], _picked(pairs, good)))
@@ -124,36 +138,83 @@ def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
     return place, way / np.where(size > 0.0, size, 1.0)
 
 
-def _fitted(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Arcs, F64, F64, F64]:
-    """Return a pair of arcs for each stretch, the largest distance from it, how far it turns, and how long it is."""
+class _Stretches(NamedTuple):
+    """Parts of curves from t0 to t1: where they begin and end, their directions there, and areas over their chords."""
+
+    owner: I64
+    t0: F64
+    t1: F64
+    begin: C128
+    out: C128
+    finish: C128
+    into: C128
+    areas: F64
+
+    def some(self, which: I64) -> _Stretches:
+        """Return picked ones."""
+        begin, out, finish, into = (places[which] for places in (self.begin, self.out, self.finish, self.into))
+        owner, t0, t1, areas = self.owner[which], self.t0[which], self.t1[which], self.areas[which]
+        return _Stretches(owner, t0, t1, begin, out, finish, into, areas)
+
+
+def _stretches(curves: Curves, owner: I64, t0: F64, t1: F64) -> _Stretches:
+    """Cut them out; what begins or ends with its curve does so at the very same place."""
     begin, out = _places(curves, owner, t0)
     finish, into = _places(curves, owner, t1)
-    at_begin, at_end = t0 == 0.0, t1 == 1.0
     own = curves.points[owner]
-    begin = np.where(at_begin, own[:, 0, 0] + 1j * own[:, 0, 1], begin)
-    finish = np.where(at_end, own[:, 3, 0] + 1j * own[:, 3, 1], finish)
+    begin = np.where(t0 == 0.0, own[:, 0, 0] + 1j * own[:, 0, 1], begin)
+    finish = np.where(t1 == 1.0, own[:, 3, 0] + 1j * own[:, 3, 1], finish)
+    return _Stretches(owner, t0, t1, begin, out, finish, into, curves.some(owner).areas(t0, t1))
+
+
+def _pairs(stretches: _Stretches, longer: F64) -> Arcs:
+    """Return pairs of arcs (n, 2); ``longer``: times as long are the first one's tangents as where all four are alike.
+
+    The tangents d and e, from either end to where they meet the other's, are together as long as what is between.
+    """
+    begin, out, finish, into = stretches[3:7]
     chord = finish - begin
     size = np.abs(chord)
-    both = out + into
-    along = (chord * both.conj()).real
+    along = (chord * (out + into).conj()).real
     apart = 2.0 * (1.0 - (out * into.conj()).real)
     root = np.sqrt(along * along + apart * size * size)
-    # The smaller of the two lengths of both tangents, in the form that does not cancel.
-    reach = size * size / np.where(along + root > 0.0, along + root, 1.0)
-    middle = 0.5 * (begin + reach * out + finish - reach * into)
-    usable = (along + root > 0.0) & (size > 0.0)
+    # The smaller of the two lengths of all tangents alike, in the form that does not cancel.
+    d = longer * (size * size / np.where(along + root > 0.0, along + root, 1.0))
+    under = (chord * into.conj()).real + 0.5 * d * apart
+    e = (0.5 * size * size - d * (chord * out.conj()).real) / np.where(under > 0.0, under, 1.0)
+    e = np.where(longer == 1.0, d, e)
+    usable = (along + root > 0.0) & (size > 0.0) & ((longer == 1.0) | (under > 0.0)) & (d > 0.0) & (e > 0.0)
+    middle = (e * (begin + d * out) + d * (finish - e * into)) / np.where(usable, d + e, 1.0)
     middle = np.where(usable, middle, 0.5 * (begin + finish))
     first, second = middle - begin, finish - middle
     bends = np.stack([2.0 * np.angle(first * out.conj()), 2.0 * np.angle(into * second.conj())], axis=1)
     bends = np.where(usable[:, None], bends, 0.0)
     start, end = np.stack([begin, middle], axis=1), np.stack([middle, finish], axis=1)
     bends = np.where(np.abs(np.sin(0.5 * bends)) < STRAIGHT_SINE, 0.0, bends)
-    off = np.zeros(len(owner))
+    return Arcs(stretches.owner, start, end, bends)
+
+
+def _of_one_area(stretches: _Stretches) -> Arcs:
+    """Return the pairs of arcs that have their curves' areas, as nearly as a few secants find them."""
+    last, now = np.ones(len(stretches.owner)), np.full(len(stretches.owner), LONGER)
+    before = _areas(_pairs(stretches, last)) - stretches.areas
+    for _ in range(SECANTS):
+        gained = _areas(_pairs(stretches, now)) - stretches.areas
+        step = gained * (now - last) / np.where(gained != before, gained - before, np.inf)
+        last, before, now = now, gained, np.clip(now - step, 1.0 / MUCH_LONGER, MUCH_LONGER)
+    return _pairs(stretches, now)
+
+
+def _fit(curves: Curves, stretches: _Stretches, pairs: Arcs) -> tuple[F64, F64, F64, F64]:
+    """Return how far pairs are off, how far they turn, how long they are, and what area they give or take."""
+    t0, t1 = stretches.t0, stretches.t1
+    off = np.zeros(len(t0))
     for share in LOOKED_AT:
-        place, _ = _places(curves, owner, t0 + share * (t1 - t0))
-        off = np.maximum(off, np.minimum(*(_distance(place, start[:, k], end[:, k], bends[:, k]) for k in (0, 1))))
-    bend = np.abs(np.angle(into * out.conj())) + np.abs(bends).max(axis=1)
-    return Arcs(owner, start, end, bends), off, bend, size
+        place, _ = _places(curves, stretches.owner, t0 + share * (t1 - t0))
+        of_each = (_distance(place, pairs.start[:, k], pairs.end[:, k], pairs.bend_rad[:, k]) for k in (0, 1))
+        off = np.maximum(off, np.minimum(*of_each))
+    bend = np.abs(np.angle(stretches.into * stretches.out.conj())) + np.abs(pairs.bend_rad).max(axis=1)
+    return off, bend, np.abs(stretches.finish - stretches.begin), np.abs(_areas(pairs) - stretches.areas)
 
 
 def _distance(place: C128, start: C128, end: C128, bend: F64) -> F64:

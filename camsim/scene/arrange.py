@@ -46,10 +46,17 @@ class Arrangement:
         return int(self.sides.sum())
 
 
-def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | None = None) -> Arrangement:
+def arrange(
+    scene: Scene,
+    limits: SideLimits | None = None,
+    *,
+    apart: Apart | None = None,
+    primitives: list[Primitive] | None = None,
+) -> Arrangement:
     """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
 
     limits, apart : how finely curved outlines are cut into sides (``sides.polygons``)
+    primitives    : of the scene, where they are there already
 
     Every visible region contributes its outline against the background; where two regions share an edge
     exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.
@@ -62,7 +69,7 @@ def arrange(scene: Scene, limits: SideLimits | None = None, *, apart: Apart | No
     0
     """
     spectra: dict[Spectrum, int] = {scene.background: 0}
-    primitives = flattened(scene.shapes)
+    primitives = flattened(scene.shapes) if primitives is None else primitives
     regions = np.array([spectra.setdefault(one.reflectance, len(spectra)) for one in primitives], np.int64)
     outlines = Outlines.of(primitives)
     limits = limits or SideLimits()

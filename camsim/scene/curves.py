@@ -56,15 +56,18 @@ class Curves(NamedTuple):
 
     def slopes(self, t: F64) -> tuple[F64, F64]:
         """Return first and second derivatives (n, 2) by the parameter."""
-        p, turn = self.points, self.turn_rad[:, None]
-        cubic, arc = (self.kind == CUBIC)[:, None], (self.kind == ARC)[:, None]
-        s, t = (1.0 - t)[:, None], t[:, None]
-        a, b, c = p[:, 1] - p[:, 0], p[:, 2] - p[:, 1], p[:, 3] - p[:, 2]
-        along, bend = 3.0 * (s * s * a + 2.0 * s * t * b + t * t * c), 6.0 * (s * (b - a) + t * (c - b))
-        cos, sin = np.cos(turn * t), np.sin(turn * t)
-        round_along, round_bend = turn * (p[:, 2] * cos - p[:, 1] * sin), -turn * turn * (p[:, 1] * cos + p[:, 2] * sin)
-        first: F64 = np.where(cubic, along, np.where(arc, round_along, p[:, 3] - p[:, 0]))
-        second: F64 = np.where(cubic, bend, np.where(arc, round_bend, 0.0))
+        p = self.points
+        first, second = p[:, 3] - p[:, 0], np.zeros((len(p), 2))
+        # Each kind by itself: crowds of discs have no cubics.
+        if (which := np.flatnonzero(self.kind == CUBIC)).size:
+            a, b, c = np.diff(p[which], axis=1).transpose(1, 0, 2)
+            s, u = (1.0 - t)[which, None], t[which, None]
+            first[which] = 3.0 * (s * s * a + 2.0 * s * u * b + u * u * c)
+            second[which] = 6.0 * (s * (b - a) + u * (c - b))
+        if (which := np.flatnonzero(self.kind == ARC)).size:
+            turn, (x, y) = self.turn_rad[which, None], p[which, 1:3].transpose(1, 0, 2)
+            cos, sin = np.cos(turn * t[which, None]), np.sin(turn * t[which, None])
+            first[which], second[which] = turn * (y * cos - x * sin), -turn * turn * (x * cos + y * sin)
         return first, second
 
     def areas(self, t0: F64, t1: F64) -> F64:

@@ -394,7 +394,7 @@ CORRUPTIONS = {
     "nodes along edges": (
         fourier_regions,
         "gauss_nodes",
-        returning(lambda n: (n[0], 1.001 * n[1], n[2])),
+        returning(lambda n: (n[0], 1.001 * n[1])),
         {"method": "fourier", "scene": "crowd"},
     ),
     # aberrated lenses

@@ -61,21 +61,32 @@ def _add_to_rows(
     """Add to some rows; ``added_at``: (edges,) memory."""
     circle, first, picked = zones
     (x0, y0), (long, short), cols = origin, reaches, image.shape[1]
+    zone_of, begins, ends = np.empty((3, len(circle)), np.int64)
     for r in range(rows[0], rows[1]):
-        y = y0 + r
-        left, right = cols, 0
+        y, count = y0 + r, 0
         for zone in range(len(circle)):
             half2 = circle[zone, 2] ** 2 - (y - circle[zone, 1]) ** 2
             if half2 >= 0.0:
                 middle, half = circle[zone, 0] - x0, math.sqrt(half2) + 1.0  # wider than rounding; each is asked below
-                left = min(left, max(0, math.ceil(middle - half)))
-                right = max(right, min(cols, math.floor(middle + half) + 1))
-        if left >= right:
-            continue
+                zone_of[count] = zone
+                begins[count], ends[count] = max(0, math.ceil(middle - half)), math.floor(middle + half)
+                count += 1
         added_at[:] = -1
-        for c in range(left, right):
-            x = x0 + c
-            for zone in range(len(circle)):
+        from_left = np.argsort(begins[:count])
+        # Zones that a photosite may lie in: those that have begun, but for those seen to have ended.
+        begun, held, near = 0, 0, np.empty(count, np.int64)
+        for c in range(begins[from_left[0]] if count else cols, cols):
+            while begun < count and begins[from_left[begun]] <= c:
+                near[held] = from_left[begun]
+                begun, held = begun + 1, held + 1
+            x, k = x0 + c, 0
+            while k < held:
+                if ends[near[k]] < c:
+                    held -= 1
+                    near[k] = near[held]
+                    continue
+                zone = zone_of[near[k]]
+                k += 1
                 if (x - circle[zone, 0]) ** 2 + (y - circle[zone, 1]) ** 2 > circle[zone, 2] ** 2:
                     continue
                 for e in picked[first[zone] : first[zone + 1]]:

@@ -76,10 +76,16 @@ class Tile:
     def sums(self) -> tuple[int, int]:
         """Rows and columns of the photosites' own grid of frequencies, the half plane i ≥ 0 of it.
 
-        Where the band has far fewer, as of what is smooth, there are no aliases, and only its own are kept.
+        Where the band has fewer, as of what is smooth, there are no aliases, and only its own are kept.
         """
         (px, py), few = self.periods, self._few
-        return few if self.row_by_row <= CHEAPER * px * py and few[0] <= py and few[1] <= px // 2 else (py, px // 2 + 1)
+        return few if few[0] <= py and few[1] <= px // 2 else (py, px // 2 + 1)
+
+    @property
+    def one_by_one(self) -> bool:
+        """Whether those are so few that they are added up one by one, and not transformed back."""
+        (px, py), sums = self.periods, self.sums
+        return sums == self._few and self.row_by_row <= CHEAPER * px * py
 
     @property
     def row_by_row(self) -> float:

@@ -126,23 +126,24 @@ def netted(
     [([0.0, 3.0], [1.0, 3.0], 1.0), ([0.0, 0.0], [0.0, 1.0], 1.0)]
     """
     least = ROUNDING * float(np.abs(jump).max(initial=0.0))
+    beside = (start == end) & ((start == np.array(low)) | (start == np.array(high)))
+    apart = ~beside.any(axis=1)
+    starts, ends, jumps = [start[apart]], [end[apart]], [jump[apart]]
+    start, end, jump = start[~apart], end[~apart], jump[~apart]
     for axis in (0, 1):
         for bound in (low[axis], high[axis]):
             along = (start[:, axis] == bound) & (end[:, axis] == bound)
-            if np.count_nonzero(along) < 2:
-                continue
             places = np.concatenate([start[along, 1 - axis], end[along, 1 - axis]])
             order = np.argsort(places, kind="stable")
             places = places[order]
             steps = np.concatenate([jump[along], -jump[along]])[order]
-            first = np.flatnonzero(np.append(True, np.diff(places) > 0.0))
-            step = np.add.reduceat(steps, first)
-            changes = np.flatnonzero(np.abs(step).max(axis=1) > least)
+            first = np.flatnonzero(np.diff(places, prepend=-np.inf) > 0.0)
+            step = np.add.reduceat(steps, first) if first.size else steps
+            changes = np.flatnonzero(np.abs(step).max(axis=1, initial=0.0) > least)
             net = np.cumsum(step, axis=0)[changes][:-1]
             places = places[first[changes]]
             some = np.abs(net).max(axis=1, initial=0.0) > least * len(steps)
             pieces = np.full((2, np.count_nonzero(some), 2), bound)
             pieces[0, :, 1 - axis], pieces[1, :, 1 - axis] = places[:-1][some], places[1:][some]
-            start, end = np.concatenate([start[~along], pieces[0]]), np.concatenate([end[~along], pieces[1]])
-            jump = np.concatenate([jump[~along], net[some]])
-    return start, end, jump
+            starts, ends, jumps = [*starts, pieces[0]], [*ends, pieces[1]], [*jumps, net[some]]
+    return np.concatenate(starts), np.concatenate(ends), np.concatenate(jumps)

@@ -243,13 +243,13 @@ class FourierImage:
 
         contrast : (spectra, channels, j) of the regions' spectra against the background
         """
-        image, present = np.empty(channel.shape), np.unique(channel)
+        image = np.empty(channel.shape)
+        present = np.array([k for k in range(contrast.shape[1]) if (channel == k).any()])
         for some in np.split(present, range(plan.channels, present.size, plan.channels)):
             total = self._spectrum(tile, plan, regions, contrast[:, some])
             for k, values in zip(some, total, strict=True):
                 plane = inverse(values.view(complex)[..., 0], tile)
-                mine = channel == k
-                image[mine] = np.broadcast_to(plane, channel.shape)[mine]
+                np.copyto(image, plane, where=channel == k)
         return image
 
     def _spectrum(self, tile: Tile, plan: Sizes, regions: Scenery, contrast: F64) -> F64:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.kernels import kernel
+from camsim.kernels import kernel, shared
 from camsim.quadrature import barycentric
 from camsim.rendering.fourier.blocks import COARSE_POINTS, Tile
 from camsim.rendering.fourier.plan import PART
+
+FILLED = 10_000  # photosites that are worth a thread's while
 
 
 def inverse(values: C128, tile: Tile) -> F64:
@@ -18,14 +22,17 @@ def inverse(values: C128, tile: Tile) -> F64:
     First down the columns, some at a time, of which only the tile's rows are kept; then along those.
     """
     px, py = tile.periods
-    if len(values) < py:
+    if tile.one_by_one:
         return _one_by_one(values, tile)
     # A short kernel's period may be less than the tile: what repeats is then the empty background.
     rows, cols = np.arange(tile.rows) % py, np.arange(tile.cols) % px
     lines = np.empty((tile.rows, values.shape[1]), complex)
     step = max(1, PART // py)
+    below = (len(values) + 1) // 2  # rows of j ≥ 0; where all of the others are not there, they are 0
     for first in range(0, values.shape[1], step):
-        part = np.ascontiguousarray(values[:, first : first + step])
+        own = values[:, first : first + step]
+        part = np.zeros((py, own.shape[1]), complex)
+        part[:below], part[py - len(values) + below :] = own[:below], own[below:]
         lines[:, first : first + step] = scipy.fft.ifft(part, axis=0, overwrite_x=True, workers=-1)[rows]
     image = np.empty((tile.rows, tile.cols))
     step = max(1, PART // px)
@@ -51,16 +58,20 @@ def _one_by_one(values: C128, tile: Tile) -> F64:
     nodes = np.arange(float(COARSE_POINTS))
     even = (-1.0) ** nodes * scipy.special.binom(COARSE_POINTS - 1, nodes)
     between = barycentric(nodes - before, even, np.arange(step) / step, same=1e-14)
-    return _filled(np.ascontiguousarray(image), between, (tile.rows, tile.cols))
+    filled = np.empty((tile.rows, tile.cols))
+    shared(
+        tile.rows, functools.partial(_fill, np.ascontiguousarray(image), between, filled), least=1 + FILLED // tile.cols
+    )
+    return filled
 
 
 @kernel(fastmath={"contract"})
-def _filled(coarse: F64, between: F64, shape: tuple[int, int]) -> F64:
-    """Return an image of ``shape`` between the photosites of a coarse one; ``between``: weights (step, nodes)."""
-    rows, cols = shape
+def _fill(coarse: F64, between: F64, image: F64, begin: int, end: int) -> None:
+    """Fill some rows of an image between the photosites of a coarse one; ``between``: weights (step, nodes)."""
+    cols = image.shape[1]
     step, nodes = between.shape
-    image, line = np.zeros(shape), np.empty(coarse.shape[1])
-    for r in range(rows):
+    line = np.empty(coarse.shape[1])
+    for r in range(begin, end):
         line[:] = 0.0
         for k in range(nodes):
             w = between[r % step, k]
@@ -71,4 +82,3 @@ def _filled(coarse: F64, between: F64, shape: tuple[int, int]) -> F64:
             for k in range(nodes):
                 value += between[c % step, k] * line[c // step + k]
             image[r, c] = value
-    return image

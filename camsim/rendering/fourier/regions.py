@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
-from camsim.kernels import ahead, kernel
+from camsim.kernels import ahead, kernel, shared
 from camsim.nonuniform import modes
 from camsim.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges, corners_of
@@ -20,6 +22,7 @@ from camsim.rendering.fourier.plan import STRIPS_AT_ONCE, Sizes
 from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
 
 WORTH_A_THREAD = 100_000  # frequencies of a strip
+EDGES_AT_ONCE, TURNED_AT_ONCE = 1000, 10_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,48 +94,64 @@ class Regions:
 
 
 def _strengths(start: F64, end: F64, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, F64], ...]:
-    nodes, weights, edge = gauss_nodes(start, end, tile.cut, OF_NODES * precision)
-    phases = phases_of(nodes, tile.periods)
-    del nodes  # of crowds there are millions
-    strengths = weights * (end - start)[edge].T
     regions = []
     for own in jump.T:
-        mine = np.flatnonzero(own)
-        if mine.size == own.size:
-            regions.append((phases, strengths * own[edge]))
-            continue
-        of_them = own[edge] != 0.0
-        few = strengths.compress(of_them, axis=1) * own[edge[of_them]]
-        regions.append((phases.compress(of_them, axis=1), few))
+        mine = slice(None) if own.all() else np.flatnonzero(own)
+        regions.append(gauss_nodes(start[mine], end[mine], own[mine], tile, OF_NODES * precision))
     return tuple(regions)
 
 
-def gauss_nodes(start: F64, end: F64, cut: float, allowed: float) -> tuple[F64, F64, I64]:
-    """Return nodes (m, 2) on edges, their weights (m,) as shares of the edge, and the edge (m,) of each.
+def gauss_nodes(start: F64, end: F64, times: F64, tile: Tile, allowed: float) -> tuple[F64, F64]:
+    """Return phases (2, m) of nodes on edges, and strengths (2, m): weights times what an edge goes along x and y.
+
+    times : (n,) what each edge's strengths are multiplied by
 
     As many as the phase along the edge asks for at the highest frequency; long edges are cut into pieces first.
     """
-    pieces, orders = gauss_pieces(np.pi * cut * np.hypot(*(end - start).T), allowed, MOST_NODES)
-    edge = np.repeat(np.arange(len(start)), pieces * orders)
-    rules = gauss_rules(tuple(np.unique(orders).tolist()))
-    nodes, weights = np.empty((edge.size, 2)), np.empty(edge.size)
-    _lay(start, end, pieces, np.searchsorted(rules[2], orders), rules, nodes, weights)
-    return nodes, weights, edge
+    pieces, orders = gauss_pieces(np.pi * tile.cut * np.hypot(*(end - start).T), allowed, MOST_NODES)
+    first = np.concatenate([[0], np.cumsum(pieces * orders)])
+    counts = tuple(np.flatnonzero(np.bincount(orders)).tolist())
+    rules = gauss_rules(counts)
+    which = np.searchsorted(rules[2], orders)
+    phases, strengths = np.empty((2, 2, first[-1]))
+
+    def work(begin: int, stop: int) -> None:
+        of_edges = start[begin:stop], end[begin:stop], times[begin:stop]
+        _lay(of_edges, pieces[begin:stop], which[begin:stop], rules, first[begin:stop], tile.periods, phases, strengths)
+
+    shared(len(start), work, least=EDGES_AT_ONCE)
+    return phases, strengths
 
 
 @kernel()
-def _lay(start: F64, end: F64, pieces: I64, which: I64, rules: tuple[F64, F64, I64], nodes: F64, weights: F64) -> None:
-    """Write the nodes of each edge's pieces, by its rule, and their weights."""
-    x, w, count = rules
-    n = 0
+def _lay(
+    edges: tuple[F64, F64, F64],
+    pieces: I64,
+    which: I64,
+    rules: tuple[F64, F64, I64],
+    first: I64,
+    periods: tuple[int, int],
+    phases: F64,
+    strengths: F64,
+) -> None:
+    """Write the nodes of each edge's pieces, by its rule: phases, and weights times its way."""
+    (start, end, times), (x, w, count), (px, py) = edges, rules, periods
     for e in range(len(start)):
-        rule, ex, ey = which[e], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
+        n, rule, ex, ey = first[e], which[e], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
         for piece in range(pieces[e]):
             for q in range(count[rule]):
                 t = (piece + 0.5 * (1.0 + x[rule, q])) / pieces[e]
-                nodes[n, 0], nodes[n, 1] = start[e, 0] + t * ex, start[e, 1] + t * ey
-                weights[n] = 0.5 * w[rule, q] / pieces[e]
+                phases[0, n] = _phase((start[e, 0] + t * ex) / px)
+                phases[1, n] = _phase((start[e, 1] + t * ey) / py)
+                weight = 0.5 * w[rule, q] / pieces[e] * times[e]
+                strengths[0, n], strengths[1, n] = weight * ex, weight * ey
                 n += 1
+
+
+@kernel()
+def _phase(turns: float) -> float:
+    """Return the radians of what is left of turns without whole ones."""
+    return 2.0 * math.pi * (turns - math.floor(turns + 0.5))
 
 
 def _spread(strip: Strip, periods: tuple[int, int], phases: F64, strengths: F64, precision: float) -> C128:
@@ -163,8 +182,16 @@ def phases_of(places: F64, periods: tuple[int, int]) -> F64:
 
 def sums_of_waves(strip: Strip, phases: F64, strengths: F64, precision: float) -> C128:
     """Return Σ strengths·exp(−2πi k·y) over nodes, by their phases (2, m), on a strip: (count_j, count_i)."""
-    x, y = phases
+    turned = np.empty(strengths.shape, complex)
     # The integers of a sum run about 0: the middle is moved there.
-    turned = np.exp(-1j * (x * (strip.count_i // 2) + y * (strip.first_j + strip.count_j // 2)))
-    turned *= strengths
-    return modes((y, x), turned, (strip.count_j, strip.count_i), precision=precision, sign=-1)
+    middle = float(strip.count_i // 2), float(strip.first_j + strip.count_j // 2)
+    shared(strengths.size, functools.partial(_turn, phases, strengths, middle, turned), least=TURNED_AT_ONCE)
+    return modes((phases[1], phases[0]), turned, (strip.count_j, strip.count_i), precision=precision, sign=-1)
+
+
+@kernel()
+def _turn(phases: F64, strengths: F64, middle: tuple[float, float], turned: C128, begin: int, stop: int) -> None:
+    """Turn some strengths back by what their phases are in the middle."""
+    for n in range(begin, stop):
+        angle = phases[0, n] * middle[0] + phases[1, n] * middle[1]
+        turned[n] = complex(strengths[n] * math.cos(angle), -strengths[n] * math.sin(angle))

@@ -178,5 +178,7 @@ def _hems(kernel: Kernel, first: float, far: float, allowed: float, frame: float
         outer = inner + max(wide * inner, NARROWEST * margin * kernel.longest)
         if inner == first:
             outer = max(outer, inner + math.sqrt(margin * frame / (2.0 * kernel.cutoff)))
+        if outer >= far:
+            return  # the shell before it goes no farther without it
         yield Hem(inner, outer, sharpness)
         inner, wide = FARTHER * max(inner, 0.5 * outer), 1.0

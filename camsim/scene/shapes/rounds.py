@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from camsim.arrays import F64
 from camsim.scene.curves import ARC, Curves, around, joined
 from camsim.scene.primitives import Primitive, Shape, one, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
@@ -185,8 +184,7 @@ class Sector(Shape):
 
 
 def _circle(centre_um: Point, radius_um: float) -> Curves:
-    axes: F64 = radius_um * np.eye(2)
-    return around(centre_um, *axes)
+    return around(centre_um, np.array((radius_um, 0.0)), np.array((0.0, radius_um)))
 
 
 def judge_radii(shape: Any, inner_um: float, outer_um: float) -> None:

@@ -1,0 +1,87 @@
+"""Edges by boxes about them, so that those along a circle are found without asking all."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.kernels import kernel
+from camsim.rendering.edges import Edges
+
+GROUP = 8  # edges that follow one another, as along an outline, have one box
+TURNS = 20  # halvings of the scene by which groups are sorted along either axis
+
+
+class EdgeBoxes(NamedTuple):
+    """Edges in groups, and a binary tree of boxes about them: what is box ``k`` about lies in 2k and 2k + 1.
+
+    start, along, length : (n, 2), (n, 2), (n,) of the edges: unit vectors along them
+    group : (leaves,) the group of edges that each leaf is, −1 for none
+    boxes : (2·leaves, 4) low x, low y, high x, high y; the leaves are the second half
+    """
+
+    start: F64
+    along: F64
+    length: F64
+    group: I64
+    boxes: F64
+
+    @classmethod
+    def of(cls, edges: Edges) -> EdgeBoxes:
+        """Sort edges (there is one at least)."""
+        first = np.arange(0, len(edges), GROUP)
+        low = np.minimum.reduceat(np.minimum(edges.start, edges.end), first)
+        high = np.maximum.reduceat(np.maximum(edges.start, edges.end), first)
+        order = np.argsort(_along_a_curve(0.5 * (low + high)), kind="stable")
+        leaves = 1 << (len(first) - 1).bit_length()
+        group, boxes = np.full(leaves, -1), np.full((2 * leaves, 4), np.inf)
+        boxes[:, 2:] = -np.inf
+        group[: len(first)] = order
+        boxes[leaves : leaves + len(first)] = np.concatenate([low, high], axis=1)[order]
+        while leaves > 1:
+            leaves //= 2
+            of_two = boxes[2 * leaves : 4 * leaves].reshape(leaves, 2, 4)
+            boxes[leaves : 2 * leaves, :2] = of_two[..., :2].min(axis=1)
+            boxes[leaves : 2 * leaves, 2:] = of_two[..., 2:].max(axis=1)
+        along = (edges.end - edges.start) / edges.length[:, None]
+        return cls(edges.start, along, edges.length, group, boxes)
+
+
+def _along_a_curve(places: F64) -> I64:
+    """Return numbers (n,) by which places that are near one another are sorted near one another, mostly (Morton's)."""
+    low, size = places.min(axis=0), max(float(np.ptp(places, axis=0).max()), np.finfo(float).tiny)
+    cells = ((places - low) / size * ((1 << TURNS) - 1)).astype(np.int64)
+    numbers = np.zeros(len(places), np.int64)
+    for bit in range(TURNS):
+        numbers |= ((cells >> bit) & 1) @ np.array([1, 2]) << 2 * bit
+    return numbers
+
+
+@kernel()
+def groups_about(tree: EdgeBoxes, x: float, y: float, near: float, far: float, found: I64) -> int:
+    """Write the groups that may have part of an edge so far from a place, from near to far; return how many.
+
+    found : (leaves,) memory
+    """
+    leaves, count = len(tree.group), 0
+    stack = np.empty(64, np.int64)
+    stack[0], depth = 1, 1
+    while depth > 0:
+        depth -= 1
+        k = stack[depth]
+        x0, y0, x1, y1 = tree.boxes[k]
+        out_x, out_y = max(x0 - x, x - x1, 0.0), max(y0 - y, y - y1, 0.0)
+        if out_x * out_x + out_y * out_y > far * far:
+            continue
+        in_x, in_y = max(x1 - x, x - x0), max(y1 - y, y - y0)
+        if near > 0.0 and in_x * in_x + in_y * in_y < near * near:
+            continue
+        if k >= leaves:
+            found[count] = tree.group[k - leaves]
+            count += 1
+        else:
+            stack[depth], stack[depth + 1] = 2 * k + 1, 2 * k
+            depth += 2
+    return count
