@@ -16,6 +16,7 @@ from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
 from camsim.optics.zernike import orders, radial_powers
 from camsim.quadrature import gauss_legendre
+from camsim.rendering.across.turns import cos_sin
 
 AT_ONCE = 128  # wavefronts whose phases stay in the nearest cache
 
@@ -99,27 +100,9 @@ def _overlaps(
                         phase[q] += step * own[q]
                 weight = share[n]
                 for q in range(width):
-                    # sin and cos of half the turn, at most a quarter, by their series: 2e-11.
-                    half_turn = math.pi * (phase[q] - math.floor(phase[q] + 0.5))
-                    h = half_turn * half_turn
-                    s = 1.0 - h * (1.0 / 272.0)
-                    s = 1.0 - h * (1.0 / 210.0) * s
-                    s = 1.0 - h * (1.0 / 156.0) * s
-                    s = 1.0 - h * (1.0 / 110.0) * s
-                    s = 1.0 - h * (1.0 / 72.0) * s
-                    s = 1.0 - h * (1.0 / 42.0) * s
-                    s = 1.0 - h * (1.0 / 20.0) * s
-                    s = half_turn * (1.0 - h * (1.0 / 6.0) * s)
-                    c = 1.0 - h * (1.0 / 240.0)
-                    c = 1.0 - h * (1.0 / 182.0) * c
-                    c = 1.0 - h * (1.0 / 132.0) * c
-                    c = 1.0 - h * (1.0 / 90.0) * c
-                    c = 1.0 - h * (1.0 / 56.0) * c
-                    c = 1.0 - h * (1.0 / 30.0) * c
-                    c = 1.0 - h * (1.0 / 12.0) * c
-                    c = 1.0 - h * (1.0 / 2.0) * c
-                    real[q] += weight * (1.0 - 2.0 * s * s)
-                    imaginary[q] += weight * 2.0 * s * c
+                    c, d = cos_sin(phase[q])
+                    real[q] += weight * c
+                    imaginary[q] += weight * d
             for q in range(width):
                 out[place // angle_rad.size, place % angle_rad.size, 0, low + q] = real[q]
                 out[place // angle_rad.size, place % angle_rad.size, 1, low + q] = imaginary[q]

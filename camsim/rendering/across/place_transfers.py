@@ -1,0 +1,172 @@
+"""The check's transfers at one place of the frame, by rules, shifts, angles and wavelengths of its own.
+
+T(ν, θ) = (1/π)·∫ exp(2πi·[W(p − d) − W(p + d)]) dp over what two copies of the pupil have in common. In axes along the
+shift that region is the same in all directions, and the wavefront turns: polynomials are asked once for each shift.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64, I64
+from camsim.kernels import kernel, shared
+from camsim.optics.airy import NM_PER_UM, airy_otf
+from camsim.optics.difference import rim_of
+from camsim.optics.placed import PlacedLens
+from camsim.optics.pupil import Pupil
+from camsim.optics.zernike import orders, zernike
+from camsim.quadrature import barycentric, chebyshev, gauss_legendre, interpolation
+from camsim.rendering.across.turns import cos_sin
+
+FEWEST_NODES = (14, 28, 20, 16)  # of the overlap's rule, shifts, half a circle of angles, wavelengths
+PER_WAVE = (2.2, 3.4, 3.2, 4.5)  # of the steepest slope, waves per radius: nodes more, at 1e-5
+COARSEST = 0.7  # of them, at 2e-3 and more
+
+
+def steepest(lens: PlacedLens, wavelength_nm: F64) -> float:
+    """Return the steepest slope of the wavefront, waves per radius."""
+    some_nm = np.linspace(wavelength_nm.min(), wavelength_nm.max(), 4)
+    return max(rim_of(lens, 0.0, float(nm), np.zeros(2)).inside_waves for nm in some_nm)
+
+
+def turned(index: tuple[int, ...], waves: F64, angle_rad: F64) -> tuple[list[int], F64]:
+    """Return OSA indices, and coefficients (angles, wavefronts, indices) in axes turned by angles.
+
+    waves : (wavefronts, k) of ``index``
+    """
+    both = sorted({j for own in index for j in (own, own - orders(own)[1])})
+    out = np.zeros((angle_rad.size, len(waves), len(both)))
+    for own, j in zip(waves.T, index, strict=True):
+        m = orders(j)[1]
+        # cos m(φ + θ) = cos mθ·cos mφ − sin mθ·sin mφ, and likewise of a sine.
+        out[:, :, both.index(j)] += np.multiply.outer(np.cos(m * angle_rad), own)
+        if m:
+            out[:, :, both.index(j - m)] -= np.multiply.outer(np.sin(m * angle_rad), own)
+    return both, out
+
+
+def _summed(turns: F64, weight: F64) -> F64:
+    """Return sums (2, wavefronts) of cos and sin of turns (nodes, wavefronts)."""
+    out = np.zeros((2, turns.shape[1]))
+    shared(turns.shape[1], functools.partial(_sum, turns, weight, out))
+    return out
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _sum(turns: F64, weight: F64, out: F64, first: int, stop: int) -> None:
+    """Fill in some wavefronts."""
+    real, imaginary = out[0, first:stop], out[1, first:stop]
+    for n in range(weight.size):
+        share, own = weight[n], turns[n, first:stop]
+        for q in range(own.size):
+            c, s = cos_sin(own[q])
+            real[q] += share * c
+            imaginary[q] += share * s
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlaceTransfers:
+    """Transfers of one place, less the perfect one's, for sets of weights (sets, wavelengths).
+
+    angle_rad : of the place about the axis: a lens of revolution looks alike on both sides of the radius
+    """
+
+    lens: PlacedLens
+    angle_rad: float
+    wavelength_nm: F64
+    weights: F64
+    tolerance: float
+
+    @property
+    def _share(self) -> float:
+        """Nodes that a tolerance takes, of those at 1e-5."""
+        return min(1.0, max(COARSEST, (3.0 - math.log10(self.tolerance)) / 8.0))
+
+    def _fewest(self, which: int) -> int:
+        return math.ceil(self._share * FEWEST_NODES[which])
+
+    @functools.cached_property
+    def _nodes(self) -> tuple[int, int, int, int]:
+        steep = steepest(self.lens, self.wavelength_nm)
+        counts = [self._fewest(k) + math.ceil(self._share * per * steep) for k, per in enumerate(PER_WAVE)]
+        return counts[0], counts[1], counts[2], counts[3]
+
+    @functools.cached_property
+    def _samples(self) -> tuple[F64, F64, C128]:
+        """Shifts' angles α, ν = cos α; wavelengths; samples (wavelengths, shifts, 2·angles) all round."""
+        rule, shifts, angles, colours = self._nodes
+        nm = self.wavelength_nm
+        if nm.size > colours:
+            nm = 0.5 * (nm[0] + nm[-1]) + 0.5 * (nm[-1] - nm[0]) * chebyshev(colours)
+        alpha = 0.25 * math.pi * (1.0 + gauss_legendre(shifts)[0])
+        half = angles // 2 + 1
+        index, waves = turned(
+            self.lens.zernike, self.lens.coefficients(nm), self.angle_rad + math.pi * np.arange(half) / angles
+        )
+        wavefronts = np.ascontiguousarray(waves.reshape(-1, len(index)).T)
+        pupil, out = Pupil(), np.empty((nm.size, shifts, half), complex)
+        for s, nu in enumerate(np.cos(alpha)):
+            # Copies that nearly touch, or hardly move, differ by few waves.
+            nodes = self._fewest(0) + math.ceil((rule - self._fewest(0)) * math.sin(2.0 * float(alpha[s])))
+            x, y, weight = pupil.overlap(2.0 * float(nu), 0.0, nodes)
+            steps = np.stack([zernike(j, x - float(nu), y) - zernike(j, x + float(nu), y) for j in index])
+            found = _summed(steps.T @ wavefronts, weight / pupil.area)
+            out[:, s] = (found[0] + 1j * found[1]).reshape(half, nm.size).T
+        out -= airy_otf(np.cos(alpha), f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
+        out = np.concatenate([out, out[..., angles - half : 0 : -1].conj()], axis=-1)
+        return alpha, nm, np.concatenate([out, out.conj()], axis=-1)
+
+    @functools.cached_property
+    def _harmonics(self) -> tuple[I64, C128]:
+        samples = self._samples[2]
+        count = samples.shape[-1]
+        spectrum = scipy.fft.fft(samples, axis=-1) / count
+        m = np.arange(-(count // 2) + 1, count // 2)
+        return m, spectrum[..., m]
+
+    @functools.cached_property
+    def _at_wavelengths(self) -> F64:
+        """Harmonics (wavelengths, shifts, 2·m), real and imaginary parts in turn, at every wavelength."""
+        nm, (_, harmonics) = self._samples[1], self._harmonics
+        low, high = self.wavelength_nm[0], self.wavelength_nm[-1]
+        own = np.eye(nm.size)
+        if nm.size < self.wavelength_nm.size:
+            own = interpolation(chebyshev(nm.size), (2.0 * self.wavelength_nm - low - high) / (high - low))
+        pairs = np.ascontiguousarray(harmonics).view(np.float64)
+        return (own @ pairs.reshape(nm.size, -1)).reshape(-1, *pairs.shape[1:])
+
+    def on(self, frequency_per_um: F64, theta: F64) -> C128:
+        """Return transfers (sets, directions, frequencies)."""
+        m, _ = self._harmonics
+        fused = self._over(frequency_per_um)
+        around = np.exp(1j * np.multiply.outer(theta - self.angle_rad, m))
+        found: C128 = np.einsum("smf,tm->stf", fused, around, optimize=True)
+        return found
+
+    def _over(self, frequency_per_um: F64) -> C128:
+        """Return harmonics (sets, m, frequencies), wavelengths added up; kept for the next directions."""
+        key = frequency_per_um.size, float(frequency_per_um[0])
+        if key not in self._kept:
+            alpha = self._samples[0]
+            x, w = gauss_legendre(alpha.size)
+            signs = (-1.0) ** np.arange(x.size) * np.sqrt((1.0 - x * x) * w)
+            f_number = self.lens.f_number
+            fused = np.zeros((len(self.weights), frequency_per_um.size, self._harmonics[0].size), complex)
+            for j, each_nm in enumerate(self.wavelength_nm):
+                nu = frequency_per_um * f_number * each_nm / NM_PER_UM
+                inside = nu < 1.0
+                at = barycentric(x, signs, np.arccos(nu[inside]) / (0.25 * math.pi) - 1.0, same=1e-14)
+                # Two real numbers for a complex one: one product of matrices.
+                values = (at @ self._at_wavelengths[j]).view(complex)
+                fused[:, inside] += self.weights[:, j, None, None] * values
+            self._kept[key] = np.moveaxis(fused, 2, 1)
+        return self._kept[key]
+
+    @functools.cached_property
+    def _kept(self) -> dict[tuple[int, float], C128]:
+        return {}
