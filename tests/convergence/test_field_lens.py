@@ -129,6 +129,19 @@ def test_photosites_see_through_the_patterns_of_their_own_places():
         assert abs(found.image[row, col] - right) <= tolerance
 
 
+def test_scenes_smaller_than_the_pattern_do_not_repeat():
+    """Nothing but one rectangle near by: a period must keep a pattern's whole reach away, not the scene's size."""
+    grid, tolerance = window(size=15), 1e-6
+    corners_um = np.array([(-30.0, -20.0), (30.0, -20.0), (30.0, 20.0), (-30.0, 20.0)]) + middle_um(grid)
+    found = rendered(revolved(), polygon(corners_um), grid, tolerance)
+    assert found.error_estimate <= tolerance
+    x0, y0 = grid.first_centre
+    for row, col in ((0, 6), (12, 14)):
+        place_um = PITCH_UM * (x0 + col), PITCH_UM * (y0 + row)
+        right = truth_at((corners_um - np.array(place_um)) / PITCH_UM, place_um, 0.0, 0.0, 0.0)
+        assert abs(found.image[row, col] - right) <= 0.1 * tolerance
+
+
 def test_daylight_behind_bayer_filters_is_what_sums_over_every_wavelength_are():
     """Fifteen wavelengths, path differences that change with them, three channels: each photosite by its own pupils."""
     nm, tolerance = np.linspace(440.0, 650.0, 15), 1e-4

@@ -142,13 +142,19 @@ def edge_lost(found):
 
 
 def seen_by_reversed_painter(function):
-    return lambda scene, *limits, **how: function(dataclasses.replace(scene, shapes=scene.shapes[::-1]), *limits, **how)
+    """Primitives that are handed on are the true scene's: they are made anew."""
+
+    def arranged(scene, *limits, **how):
+        return function(dataclasses.replace(scene, shapes=scene.shapes[::-1]), *limits, **how | {"primitives": None})
+
+    return arranged
 
 
 def uncut(function):
     """No shape hides another."""
 
     def arranged(scene, *limits, **how):
+        how["primitives"] = None
         parts = [function(dataclasses.replace(scene, shapes=[shape]), *limits, **how) for shape in scene.shapes]
         joined = {name: np.concatenate([getattr(p, name) for p in parts]) for name in ("start_um", "end_um", "right")}
         left = np.concatenate([np.full(len(p.left), k + 1) for k, p in enumerate(parts)])

@@ -46,12 +46,14 @@ class Band:
     """One of the two, and how it is transformed.
 
     name   : "near" or "far";  reach: as far as a line is heard, footprint included, pitches
+    sight  : as far as there are edges to be heard;  from a period on, less this, all must be quiet
     side   : of a tile, photosites;  period: photosites;  cut: cycles/pitch
     group  : tiles along a side of what has places in common
     """
 
     name: str
     reach: float
+    sight: float
     side: int
     period: int
     cut: float
@@ -64,17 +66,18 @@ class Band:
     def tile(self, row: int, col: int, rows: int, cols: int) -> Tile:
         """Return photosites as the transforms take them."""
         place, reach = (row, col, rows, cols), self.reach
-        return Tile.square(place, inner=reach, outer=reach, period=self.period, cut=self.cut, near=reach)
+        return Tile.square(place, inner=reach, outer=reach, period=self.period, cut=self.cut, near=self.sight)
 
 
-def band_of(name: str, reach: float, shape: tuple[int, int], cut: float, group: int) -> Band:
-    """Return a band for a window of (rows, cols)."""
+def band_of(name: str, reach: float, span: float, shape: tuple[int, int], cut: float, group: int) -> Band:
+    """Return a band for a window of (rows, cols); span: the farthest that an edge is from any of its photosites."""
     side = max(LEAST_SIDE, math.ceil(TIMES[name] * reach))
     longest = max(shape)
     if side * 1.3 > longest:
         side, group = longest, 1
-    period = fast_length(math.ceil(side + 2.0 * reach), real=True)
-    return Band(name=name, reach=reach, side=side, period=period, cut=cut, group=group)
+    sight = min(reach, span)
+    period = fast_length(math.ceil(side + reach + sight), real=True)
+    return Band(name=name, reach=reach, sight=sight, side=side, period=period, cut=cut, group=group)
 
 
 def near_reach(transfers: Transfers, contrast: F64, edges: Edges, allowed: float) -> float:

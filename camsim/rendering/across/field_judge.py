@@ -37,7 +37,7 @@ from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.job import Job
 
-SECONDS = 3.0  # for each photosite
+SECONDS = 1.5  # for each photosite
 FINER = 1.5  # directions, times what a sum over them takes to be exact of waves that go so far
 STEPS = 12.0  # of a direction's table in the finest wave: sums over sides take slopes of what is looked up
 PERIOD = 6.0  # of such a table, in what is seen to one side

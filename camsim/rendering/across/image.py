@@ -114,9 +114,8 @@ class DifferenceImage:
             allowed=job.budget.allowed("far cut"),
         )
         cut = self.transfers.step * (self.transfers.harmonics.shape[2] - 1)
-        near, far = min(near, job.span), min(far, job.span)
-        return band_of("near", near, shape, cut, GROUPS["near"]), band_of(
-            "far", far, shape, min(cut, SMOOTH_CUT * SIGMA), GROUPS["far"]
+        return band_of("near", near, job.span, shape, cut, GROUPS["near"]), band_of(
+            "far", far, job.span, shape, min(cut, SMOOTH_CUT * SIGMA), GROUPS["far"]
         )
 
     @functools.cached_property
