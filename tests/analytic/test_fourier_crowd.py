@@ -5,6 +5,8 @@ import pytest
 import shapely
 
 import camsim
+from camsim.optics import OpticalSystem
+from camsim.rendering import render_channels
 from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.focus import circles
 from camsim.rendering.fourier.blocks import Place, Tile
@@ -12,6 +14,7 @@ from camsim.rendering.fourier.clamped import clamped, netted
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.edge_transforms import Corners, edge_transforms
 from camsim.rendering.fourier.inverse import inverse
+from camsim.rendering.grid import Grid
 from camsim.rendering.spectral import multiples
 
 ROUNDING = 1e-12
@@ -138,3 +141,24 @@ def test_a_tile_that_no_edge_is_left_in_has_a_transform_of_nothing():
     nothing = Corners(np.zeros((0, 2)), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 1)))
     place = Place(first_i=-3, first_j=-4, count_i=2, count_j=21, px=24, py=24, cut=1.5, column=0, row=0, rows=24)
     assert not edge_transforms(place, nothing).any()
+
+
+def test_a_colour_that_is_covered_has_no_nodes():
+    starfish = camsim.Star(tips=90, radius_um=9.0, inner_radius_um=5.0, reflectance=0.1)
+    red = camsim.Curve((400.0, 700.0), (0.0, 1.0), outside="hold")
+    covered = camsim.Disc(radius_um=3.0, reflectance=red)
+    system = OpticalSystem.of([camsim.Airy(f_number=4.0), camsim.SquarePhotosite(side_um=1.0)])
+    one, both = (
+        render_channels(
+            camsim.Scene(background=1.0, shapes=shapes),
+            system,
+            Grid(rows=8, cols=8, pitch_um=1.0),
+            response=np.ones((1, 2)),
+            wavelength_nm=np.array([500.0, 600.0]),
+            channel=np.zeros((8, 8), np.uint8),
+            tolerance=1e-7,
+            method="fourier",
+        ).image
+        for shapes in ([starfish], [covered, starfish])
+    )
+    np.testing.assert_allclose(both, one, rtol=0.0, atol=2e-7)

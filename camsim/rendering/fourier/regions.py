@@ -108,6 +108,8 @@ def gauss_nodes(start: F64, end: F64, times: F64, tile: Tile, allowed: float) ->
 
     As many as the phase along the edge asks for at the highest frequency; long edges are cut into pieces first.
     """
+    if not len(start):  # of a spectrum that no edge in sight has
+        return np.empty((2, 0)), np.empty((2, 0))
     pieces, orders = gauss_pieces(np.pi * tile.cut * np.hypot(*(end - start).T), allowed, MOST_NODES)
     first = np.concatenate([[0], np.cumsum(pieces * orders)])
     counts = tuple(np.flatnonzero(np.bincount(orders)).tolist())
