@@ -53,8 +53,10 @@ def compile_check() -> None:
 
 def _tiny() -> tuple[Choice, U8]:
     """Return a rendering that takes every kernel of a capture's, and its photosites' channels."""
+    square = Rectangle(width_um=20.0, height_um=30.0, rotate_deg=5.0, reflectance=0.1)
+    about = Rectangle(width_um=400.0, height_um=420.0, reflectance=0.5)  # beyond the frame, of rings that meet in it
     choice = plan_render(
-        Scene(background=1.0, shapes=[Rectangle(width_um=20.0, height_um=30.0, rotate_deg=5.0, reflectance=0.1)]),
+        Scene(background=1.0, shapes=[about, square]),
         OpticalSystem.of([Airy(f_number=8.0), FourSpotOlpf(split_um=4.0), SquarePhotosite(side_um=5.0)]),
         Grid(rows=SIDE, cols=SIDE, pitch_um=5.0),
         response=np.ones((2, 3)),

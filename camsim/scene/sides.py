@@ -322,7 +322,8 @@ def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:
         moved = moved + pace[:, None] * np.stack([chord[:, 1], -chord[:, 0]], axis=1)
     whole = np.add.reduceat(areas, first[:-1])
     for _ in range(2):
-        ratio = whole / np.where(whole == 0.0, 1.0, np.add.reduceat(_gained(corners, moved, following), first[:-1]))
+        gained = np.add.reduceat(_gained(corners, moved, following), first[:-1])
+        ratio = whole / np.where(gained == 0.0, np.inf, gained)  # one that gains nothing may lack what rounding leaves
         ratio = np.where((whole != 0.0) & (np.abs(ratio - 1.0) < 0.1), ratio, 1.0)
         moved = corners + np.repeat(ratio, np.diff(first))[:, None] * (moved - corners)
     return moved
