@@ -240,7 +240,3 @@ def main() -> None:
         curves(asked.output, asked.figures or asked.output)
     else:
         {"large": large, "paper": paper}[asked.what]()
-
-
-if __name__ == "__main__":
-    main()
