@@ -15,7 +15,7 @@ import scipy
 
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
-from camsim.optics.airy import NM_PER_UM, airy_otf
+from camsim.optics.airy import NM_PER_UM
 from camsim.optics.difference import rim_of
 from camsim.optics.placed import PlacedLens
 from camsim.optics.pupil import Pupil
@@ -85,7 +85,7 @@ class PlaceTransfers:
     @property
     def _share(self) -> float:
         """Nodes that a tolerance takes, of those at 1e-5."""
-        return min(1.0, max(COARSEST, (3.0 - math.log10(self.tolerance)) / 8.0))
+        return max(COARSEST, (3.0 - math.log10(self.tolerance)) / 8.0)
 
     def _fewest(self, which: int) -> int:
         return math.ceil(self._share * FEWEST_NODES[which])
@@ -116,8 +116,8 @@ class PlaceTransfers:
             x, y, weight = pupil.overlap(2.0 * float(nu), 0.0, nodes)
             steps = np.stack([zernike(j, x - float(nu), y) - zernike(j, x + float(nu), y) for j in index])
             found = _summed(steps.T @ wavefronts, weight / pupil.area)
-            out[:, s] = (found[0] + 1j * found[1]).reshape(half, nm.size).T
-        out -= airy_otf(np.cos(alpha), f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
+            # Less the perfect one's by the same nodes: near a whole pupil they lose some area, of both alike.
+            out[:, s] = (found[0] - weight.sum() / pupil.area + 1j * found[1]).reshape(half, nm.size).T
         out = np.concatenate([out, out[..., angles - half : 0 : -1].conj()], axis=-1)
         return alpha, nm, np.concatenate([out, out.conj()], axis=-1)
 
