@@ -45,10 +45,7 @@ CHUNK = 64  # directions at a time
 RAYS = 2.0  # λN that a ray goes for a wave of slope: what turns with the wavelength
 FLAT = 1e-3  # of a step: what is nearer than this to a place is there, and shows Q's slope
 WIDEST, NARROWER = 0.25, 4.0  # windows: the first one's width in cycles/pitch, and from one to the next
-SHORT, LONG = (
-    3.0,
-    4.0,
-)  # over a window's width: where its reach is looked for first, pitches, and where no other follows
+SHORT, LONG = 3.0, 4.0  # over a window's width, pitches: where its reach is looked for first, and no other follows
 QUIET = 0.05  # of the tolerance: what a line may show past a window's reach
 SILENT = 5.5  # widths of a window, past which it is 5e-10
 LISTENED, FARTHER = 16, 1.25  # directions in which lines are looked at; how much farther where one is heard
