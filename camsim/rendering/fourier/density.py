@@ -34,10 +34,10 @@ class Density(NamedTuple):
             one[1:, 1:] = here.cumsum(axis=0).cumsum(axis=1)
         return cls(low, high, sums)
 
-    def within(self, low: F64, high: F64) -> tuple[float, float]:
-        """Return how many edges there are in squares that a box touches, and how long they are together."""
+    def within(self, low: F64, high: F64) -> tuple[F64, F64]:
+        """Return how many edges there are in squares that boxes (..., 2) touch, and how long they are together."""
         step = np.maximum(self.high - self.low, np.finfo(float).tiny) / SQUARES
-        x0, y0 = np.clip(np.floor((low - self.low) / step), 0, SQUARES).astype(int)
-        x1, y1 = np.clip(np.ceil((high - self.low) / step), 0, SQUARES).astype(int)
+        x0, y0 = np.moveaxis(np.clip(np.floor((low - self.low) / step), 0, SQUARES).astype(int), -1, 0)
+        x1, y1 = np.moveaxis(np.clip(np.ceil((high - self.low) / step), 0, SQUARES).astype(int), -1, 0)
         count, length = self.sums[:, y1, x1] - self.sums[:, y0, x1] - self.sums[:, y1, x0] + self.sums[:, y0, x0]
-        return float(count), float(length)
+        return count, length

@@ -8,11 +8,14 @@ wraps round. Tapering widens the kernel's band from its cut-off to cutoff + marg
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from camsim.arrays import F64
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import CHEAPER, Tile, count_blocks, count_strips
@@ -68,18 +71,51 @@ class Sizes:
     at_once: int = 1
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Alike:
+    """Tiles that differ in their places only: what lies beyond them is clamped alike.
+
+    tile : one of them;  margin, sharpness: of its taper
+    rows, cols : first ones of all of them
+    """
+
+    tile: Tile
+    margin: float
+    sharpness: float
+    rows: list[int]
+    cols: list[int]
+
+    def __len__(self) -> int:
+        return len(self.rows) * len(self.cols)
+
+    @property
+    def first(self) -> F64:
+        """First photosites of all, (n, 2) as x, y."""
+        return np.array(list(itertools.product(self.cols, self.rows)), float)
+
+    @property
+    def tiles(self) -> list[Tile]:
+        """All of them."""
+        return [dataclasses.replace(self.tile, row=row, col=col) for row in self.rows for col in self.cols]
+
+
 def plan_sizes(task: Task) -> Sizes:
     """Choose the cheapest sizes that keep within the memory; the least hungry ones when none do."""
     best: Sizes | None = None
+    cut: list[_Alike] = []
     count = 1
     while True:
-        plan = _tiled(task, count)
+        alike = _cut(task, count)
+        plan = _tiled(task, alike)
         if best is None or _rank(plan, task.memory_limit_bytes) < _rank(best, task.memory_limit_bytes):
-            best = plan
+            best, cut = plan, alike
         count *= 2
-        hopeless = best.memory_bytes <= task.memory_limit_bytes and plan.seconds > 2.0 * best.seconds
+        # Where time grows as fast as tiles do, each is as large as all of the frame.
+        settled = best.memory_bytes <= task.memory_limit_bytes or plan.memory_bytes > best.memory_bytes
+        hopeless = settled and plan.seconds > 2.0 * best.seconds
         if count > MOST_TILES or max(task.shape) < count * SMALLEST_TILE or hopeless:
-            return best
+            tiles = sorted((tile for some in cut for tile in some.tiles), key=lambda tile: (tile.row, tile.col))
+            return dataclasses.replace(best, tiles=tuple(tiles))
 
 
 def _rank(plan: Sizes, memory_limit_bytes: float) -> tuple[bool, float]:
@@ -88,54 +124,67 @@ def _rank(plan: Sizes, memory_limit_bytes: float) -> tuple[bool, float]:
     return not fits, plan.seconds if fits else plan.memory_bytes
 
 
-def _tiled(task: Task, count: int) -> Sizes:
-    """Return the sizes with ``count`` tiles along the longer side."""
-    shape, kernel = task.shape, task.kernel
-    side = math.ceil(max(shape) / count)
-    tiles: list[Tile] = []
-    margin = sharpness = 0.0
-    for row in range(0, shape[0], side):
-        for col in range(0, shape[1], side):
-            window = (row, col, min(side, shape[0] - row), min(side, shape[1] - col))
-            tile, margin, sharpness = _tile(task, window)
-            tiles.append(tile)
-    largest = max(tiles, key=lambda tile: tile.points)
+def _cut(task: Task, count: int) -> list[_Alike]:
+    """Cut the frame into tiles, ``count`` along the longer side: thousands of them, of a few kinds."""
+    side = math.ceil(max(task.shape) / count)
+    along: list[dict[tuple[int, float, float], list[int]]] = []  # by size and the scene's ends: first ones
+    for axis, length in enumerate(reversed(task.shape)):
+        beyond, ends = task.kernel.reach + task.footprint[axis], (task.low[axis], task.high[axis])
+        alike: dict[tuple[int, float, float], list[int]] = {}
+        for first in range(0, length, side):
+            size = min(side, length - first)
+            low, high = (min(max(float(end) - first, -beyond), size - 1.0 + beyond) for end in ends)
+            alike.setdefault((size, low, high), []).append(first)
+        along.append(alike)
+    found = []
+    for (x, cols), (y, rows) in itertools.product(along[0].items(), along[1].items()):
+        low, high = np.array([x[1], y[1]]), np.array([x[2], y[2]])
+        tile, margin, sharpness = _tile(task, (rows[0], cols[0], y[0], x[0]), low, high)
+        found.append(_Alike(tile=tile, margin=margin, sharpness=sharpness, rows=rows, cols=cols))
+    return found
+
+
+def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
+    """Return the sizes of a frame that is cut like this, but for the tiles themselves."""
+    kernel = task.kernel
+    largest = max((alike.tile for alike in cut), key=lambda tile: tile.points)
+    tiles, points = sum(map(len, cut)), sum(len(alike) * alike.tile.points for alike in cut)
     fields = task.fields(largest)
     passes = -(-task.wavelengths // fields) if kernel.tapered and not kernel.round else 1  # over the scene
     held = task.spectra + fields + 4  # numbers of a frequency that are kept while its block is worked on
     block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + task.spectra + fields))
-    at_once = TILES_AT_ONCE if kernel.round and len(tiles) > 1 else 1
-    each = [task.nodes(tile) for tile in tiles]
-    edges, nodes = (max(counts) for counts in zip(*each, strict=True))
+    at_once = TILES_AT_ONCE if kernel.round and tiles > 1 else 1
+    each = [task.nodes(alike.tile, alike.first) for alike in cut]
+    edges, nodes = (max(float(counts.max()) for counts in some) for some in zip(*each, strict=True))
     # Where an alias has few columns, a row of them takes what its first takes.
     _, rows_of_blocks = count_blocks(largest, block_points)
     by_edge = edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
     strip_points, by_spreading = _strips(task, largest, nodes)
     spread = by_spreading < by_edge
     per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
-    seconds, fixed, transforms = len(tiles) * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0
-    for tile in tiles:
+    seconds, fixed, transforms = tiles * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0
+    for alike in cut:
+        tile = alike.tile
         of_rows, of_columns = tile.sums
         grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
-        seconds += tile.points * (passes * per_point + task.weights * PER_POINT_WEIGHT)
-        seconds += task.channels * grid * PER_GRID_POINT
         kernel_seconds, kernel_bytes = _of_kernel(task, tile, fields)
-        seconds += kernel_seconds
+        own = tile.points * (passes * per_point + task.weights * PER_POINT_WEIGHT)
+        seconds += len(alike) * (own + task.channels * grid * PER_GRID_POINT + kernel_seconds)
         fixed = max(fixed, kernel_bytes + 16.0 * of_columns * tile.rows)
         transforms = max(transforms, 16.0 * of_rows * of_columns)
     fixed += block_points * 16.0 * held
     if spread:
         fixed += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + NODE_BYTES * at_once * nodes
-    fixed += 16.0 * shape[0] * shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
+    fixed += 16.0 * task.shape[0] * task.shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
     transforms *= at_once
     channels = task.channels
     if fixed + channels * transforms > task.memory_limit_bytes:
-        seconds += (channels - 1) * passes * per_point * sum(tile.points for tile in tiles)
+        seconds += (channels - 1) * passes * per_point * points
         channels = 1
     return Sizes(
-        tiles=tuple(tiles),
-        margin=margin,
-        sharpness=sharpness,
+        tiles=(),
+        margin=cut[-1].margin,
+        sharpness=cut[-1].sharpness,
         spread=spread,
         channels=channels,
         fields=fields,
@@ -199,14 +248,13 @@ def _pattern_samples(task: Task, tile: Tile, fields: int) -> int:
     return max(STRIP_SAMPLES, int(min(samples, spare / STRIP_BYTES)) + 1)
 
 
-def _tile(task: Task, window: tuple[int, int, int, int]) -> tuple[Tile, float, float]:
-    """Return the tile of a window (row, col, rows, cols), and margin and sharpness of its taper."""
+def _tile(task: Task, window: tuple[int, int, int, int], box_low: F64, box_high: F64) -> tuple[Tile, float, float]:
+    """Return the tile of a window (row, col, rows, cols), and margin and sharpness of its taper.
+
+    box_low, box_high : (2,) what it sees of the scene, from its first photosite
+    """
     kernel, (row, col, rows, cols) = task.kernel, window
     size = np.array([cols - 1.0, rows - 1.0])
-    first = np.array([col, row], float)
-    beyond = kernel.reach + task.footprint
-    box_low = np.clip(task.low - first, -beyond, size + beyond)
-    box_high = np.clip(task.high - first, -beyond, size + beyond)
     extent = np.maximum(np.maximum(box_high, size - box_low), 0.0) + task.footprint
     inner_round = min(kernel.reach, float(np.hypot(*extent)))
     inner = np.full(2, inner_round) if kernel.round else np.minimum(extent, kernel.reach)

@@ -53,16 +53,15 @@ class Task:
         """Numbers that every frequency is multiplied by."""
         return self.spectra * self.channels * (1 if self.kernel.round else self.wavelengths)
 
-    def nodes(self, tile: Tile) -> tuple[float, float]:
-        """Return how many edges there are in a tile's box, and nodes on them."""
-        first = np.array([tile.col, tile.row], float)
-        low, high = first + tile.low, first + tile.high
-        count, length = self.density.within(self.origin + low, self.origin + high)
-        sides = 2.0 * float(np.sum(high - low))  # what is beyond the box is taken to its sides
-        phase = np.array([math.pi * tile.cut * length / max(count, 1.0), math.pi * tile.cut * sides])
+    def nodes(self, tile: Tile, first: F64) -> tuple[F64, F64]:
+        """Return how many edges there are in the boxes of tiles like this one at ``first`` (n, 2), and nodes on them."""
+        low, high = self.origin + first + tile.low, self.origin + first + tile.high
+        count, length = self.density.within(low, high)
+        sides = 2.0 * float(np.sum(np.subtract(tile.high, tile.low)))  # what is beyond the box is taken to its sides
         allowed = OF_NODES * spreading_precision(self.tolerance / self.kernel.carries)
-        pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
-        return count, float(max(count, 1.0) * pieces[0] * orders[0] + pieces[1] * orders[1])
+        pieces, orders = gauss_pieces(math.pi * tile.cut * length / np.maximum(count, 1.0), allowed, MOST_NODES)
+        of_sides, order = gauss_pieces(np.array(math.pi * tile.cut * sides), allowed, MOST_NODES)
+        return count, np.maximum(count, 1.0) * pieces * orders + float(of_sides * order)
 
     def fields(self, tile: Tile) -> int:
         """Transfers that are held for a block at a time."""
