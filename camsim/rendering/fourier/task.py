@@ -54,14 +54,14 @@ class Task:
         return self.spectra * self.channels * (1 if self.kernel.round else self.wavelengths)
 
     def nodes(self, tile: Tile, first: F64) -> tuple[F64, F64]:
-        """Return how many edges there are in the boxes of tiles like this one at ``first`` (n, 2), and nodes on them."""
+        """Return how many edges there are in boxes of tiles like this one at ``first`` (n, 2), and nodes on them."""
         low, high = self.origin + first + tile.low, self.origin + first + tile.high
         count, length = self.density.within(low, high)
         sides = 2.0 * float(np.sum(np.subtract(tile.high, tile.low)))  # what is beyond the box is taken to its sides
         allowed = OF_NODES * spreading_precision(self.tolerance / self.kernel.carries)
         pieces, orders = gauss_pieces(math.pi * tile.cut * length / np.maximum(count, 1.0), allowed, MOST_NODES)
         of_sides, order = gauss_pieces(np.array(math.pi * tile.cut * sides), allowed, MOST_NODES)
-        return count, np.maximum(count, 1.0) * pieces * orders + float(of_sides * order)
+        return count, np.asarray(np.maximum(count, 1.0) * pieces * orders + float(of_sides * order), float)
 
     def fields(self, tile: Tile) -> int:
         """Transfers that are held for a block at a time."""
