@@ -11,6 +11,7 @@ import numpy as np
 
 from camsim.arrays import C128, F64
 from camsim.optics.pattern import Pattern
+from camsim.products import product
 from camsim.rendering.falling import falls_to
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.spectral import multiples
@@ -78,9 +79,9 @@ class Waves:
         known = self._heard.get((u, power), np.empty(0))
         if known.size < distance.size:
             more = distance[known.size :]
-            wave, phasors = self._wave(u, distance)[known.size :], np.ascontiguousarray(self._phasors(u, power).T)
+            wave, phasors = self._wave(u, distance)[known.size :], self._phasors(u, power).T
             # Phasors are real: as complex ones they would be multiplied twice.
-            real, imaginary = (np.ascontiguousarray(part) @ phasors for part in (wave.real, wave.imag))
+            real, imaginary = (product(part, phasors) for part in (wave.real, wave.imag))
             heard = np.sqrt((real**2 + imaginary**2).max(axis=1))
             known = self._heard[u, power] = np.concatenate([known, DULL * heard * more**-power])
         return known[: distance.size]

@@ -16,6 +16,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.optics.pattern import Pattern
+from camsim.products import product
 from camsim.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
@@ -244,9 +245,9 @@ def edge_responses(
         bottom = top
     f, df = np.concatenate(nodes), np.concatenate(node_weights)
     lens = pattern.otf(f[None, :] * blur[:, None])
-    spectrum = (weights @ lens) * (df / (np.pi * f))
+    spectrum = product(weights, lens) * (df / (np.pi * f))
     passes = np.stack([footprint.otf(f * n[0], f * n[1]) for n in normals])
     h = step * np.arange(-2, cells + 4)
     wave = np.sin((2.0 * np.pi) * np.outer(h, f))
-    values = np.einsum("okf,hf->okh", passes[:, None, :] * spectrum[None], wave, optimize=True)
-    return quintic_cells(values)
+    values = product((passes[:, None, :] * spectrum[None]).reshape(-1, f.size), wave.T)
+    return quintic_cells(values.reshape(len(normals), len(weights), h.size))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from camsim.arrays import F64, I64, same_rows
+from camsim.products import product
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 
@@ -50,8 +51,8 @@ def condensed(wavelength_nm: F64, density: F64, *, phase: float, allowed: float)
     degree = np.arange(count)
     at_nodes, at_places = np.cos(np.outer(degree, angle)), np.cos(np.outer(degree, place))
     at_places[0] *= 0.5
-    moved: F64 = (2.0 / count) * ((density @ at_places.T) @ at_nodes)
-    return nodes, moved
+    moved = (2.0 / count) * product(product(density.reshape(-1, place.size), at_places.T), at_nodes)
+    return nodes, moved.reshape(*density.shape[:-1], count)
 
 
 def widest(weights: F64) -> tuple[F64, I64, F64]:

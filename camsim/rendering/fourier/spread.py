@@ -13,6 +13,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.protocols import Fading, KnowsBands, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round
+from camsim.products import product
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.fuses import Fuses
 from camsim.rendering.fourier.taper import Hem
@@ -140,7 +141,8 @@ def band_of(system: OpticalSystem, wavelength_nm: F64, weights: F64, cutoff: flo
     for angle in np.arange(BAND_DIRECTIONS) * math.pi / BAND_DIRECTIONS:
         x, y = f * per_um * math.cos(angle), f * per_um * math.sin(angle)
         lens = np.stack([system.lens.otf(x, y, float(nm)) for nm in wavelength_nm])
-        passes = np.abs(weights @ lens).max(axis=0, initial=0.0) * np.abs(system.footprint_otf(x, y)) / (math.pi * f)
+        heard = np.abs(product(weights, lens)).max(axis=0, initial=0.0)
+        passes = heard * np.abs(system.footprint_otf(x, y)) / (math.pi * f)
         beyond = np.maximum(beyond, np.cumsum(passes[::-1])[::-1] * cutoff / BAND_STEPS)
     loud = np.flatnonzero(IN_SIGHT * beyond > allowed)
     return cutoff * float(loud[-1] + 1) / BAND_STEPS if loud.size else cutoff / BAND_STEPS
