@@ -15,7 +15,7 @@ from camsim.optics.protocols import Rectangular
 from camsim.quadrature import gauss_error, gauss_legendre
 
 BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out
-_SAME = 1e-9  # pitches: offsets this close are one
+_SAME = 1e-13  # of the farthest spot: offsets this close are one
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,7 +123,7 @@ class Footprint:
         """The spots as x (a,) × y (b,) about each of several centres (c, 2): c is 1 where they form a grid."""
         if len(self.spots) == 1:
             return self.spots[:, 0], self.spots[:, 1], np.zeros((1, 2))
-        x, y = (np.unique(np.round(axis / _SAME)) * _SAME for axis in self.spots.T)
+        x, y = (_distinct(axis) for axis in self.spots.T)
         if _same_spots(self.spots, np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)):
             return x, y, np.zeros((1, 2))
         return np.zeros(1), np.zeros(1), self.spots
@@ -140,8 +140,16 @@ def _same_spots(a: F64, b: F64) -> bool:
     """Whether two lists hold the same offsets in any order."""
     if a.shape != b.shape:
         return False
-    order = [np.lexsort(np.round(spots / _SAME).T) for spots in (a, b)]
-    return bool(np.abs(a[order[0]] - b[order[1]]).max() <= 4.0 * _SAME)
+    apart = np.abs(a[:, None] - b).max(axis=2)
+    farthest = max(float(apart.min(axis=0).max()), float(apart.min(axis=1).max()))
+    return farthest <= 4.0 * _SAME * float(np.abs(a).max())
+
+
+def _distinct(offsets: F64) -> F64:
+    """Return offsets along an axis without their rounding: the means of those that are the same."""
+    values = np.sort(offsets)
+    groups = np.split(values, np.flatnonzero(np.diff(values) > _SAME * np.abs(values).max()) + 1)
+    return np.array([group.mean() for group in groups])
 
 
 def rule_order(phase: float, allowed: float) -> int:

@@ -40,6 +40,14 @@ def test_any_footprint(footprint, f_number):
         assert np.abs(rendered(optics, tolerance, "boundary").image - exact).max() <= tolerance
 
 
+@pytest.mark.parametrize("split_um", [2.8277448392735, 5.6554896785471])
+def test_splits_of_many_digits(split_um):
+    """They were rounded to 1e-9 of a pitch."""
+    optics = [camsim.Airy(f_number=5.0), camsim.FourSpotOlpf(split_um=split_um), camsim.SquarePhotosite(side_um=0.0)]
+    exact = rendered(optics, 1e-11, "fourier").image
+    assert np.abs(rendered(optics, 1.5e-11, "boundary").image - exact).max() <= 1.5e-11
+
+
 @pytest.mark.parametrize("f_number", [1.4, 8.0, 22.0])
 @pytest.mark.parametrize("obstruction", [0.05, 0.3, 0.6])
 def test_central_obstruction(f_number, obstruction):
