@@ -289,3 +289,11 @@ def test_the_check_sees_a_piece_from_afar_that_all_its_listeners_are_near(tolera
     again = judge.values(rows, cols, np.zeros(rows.size, np.uint8)).reshape(3, 4)
     right = systems.rendered(system, tolerance=1e-10, method="fourier").image
     assert np.abs(again - right).max() <= 0.1 * tolerance
+
+
+@pytest.mark.parametrize("radius", [0.5, 0.8, 0.9, 2.5])
+def test_the_check_follows_rims_that_turn_within_a_wave(radius):
+    """A false alarm of 2e-9 at any tolerance: half a circle shorter than a wave was given a straight piece's nodes."""
+    disc = {"kind": "disc", "radius": radius, "centre": [8.6, 1.9], "reflectance": 0.0}
+    system = system_of([disc], 4.66, photosite=SQUARE, rows=3, cols=3)
+    assert systems.rendered(system, tolerance=8e-11, method="boundary").error_estimate <= 1e-11

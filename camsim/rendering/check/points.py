@@ -11,10 +11,9 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.quadrature import gauss_legendre, gauss_phases
-from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, round_piece, straight
+from camsim.rendering.check.along import CUTS, PANEL_BLURS, SHORT, Energy, Rules, round_piece, straight
 from camsim.rendering.check.records import Outlines
 
-PANEL_BLURS = 8.0  # the longest piece that one rule integrates: of 4 it takes three fifths of as many nodes
 MOST_NODES = 64
 
 
