@@ -50,7 +50,7 @@ def places(plan: FieldPlan, count: int, rng: np.random.Generator) -> tuple[np.nd
     rows, cols = rng.integers(0, grid.rows, DRAWN), rng.integers(0, grid.cols, DRAWN)
     near = np.flatnonzero(distance(plan, rows, cols) < NEAR)[:quarter]
     at_rows, at_cols = rng.integers(0, grid.rows, 4 * DRAWN), rng.integers(0, grid.cols, 4 * DRAWN)
-    boxes = [box for band in plan.image.bands for box in plan.image.boxes(band)]
+    boxes = [box for part in plan.image.parts for box in part.boxes]
     borders = [np.unique([box.row for box in boxes])[1:], np.unique([box.col for box in boxes])[1:]]
     beside = rng.integers(0, 2, 4 * DRAWN)
     down = rng.integers(0, 2, 4 * DRAWN) == 0

@@ -90,13 +90,19 @@ def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed
     return distinct(found.some(found.radius < until))
 
 
-def smooth_corners(edges: Edges, short: float) -> bool:
-    """Whether there are corners that turn by less than SMOOTH between edges that are no longer than ``short``."""
+def smooth_corners(edges: Edges, short: float, widest: float = math.inf) -> bool:
+    """Whether there are corners that turn by less than SMOOTH between edges that are no longer than ``short``.
+
+    widest : the largest radius of the curves that they are parts of
+    """
     before, after, _ = threes(edges)
     length = edges.length
     along = (edges.end - edges.start) / length[:, None]
-    straight = np.sum(along[before] * along[after], axis=1) > math.cos(SMOOTH)
-    return bool((straight & (np.maximum(length[before], length[after]) < short)).any())
+    a, b = along[before], along[after]
+    straight = np.sum(a * b, axis=1) > math.cos(SMOOTH)
+    turn = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    curved = turn * widest > 0.5 * (length[before] + length[after]) if widest < math.inf else straight
+    return bool((straight & curved & (np.maximum(length[before], length[after]) < short)).any())
 
 
 def crowding(edges: Edges, window: float) -> float:

@@ -10,7 +10,7 @@ import pytest
 
 import camsim
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
-from camsim.rendering.across import bands, image
+from camsim.rendering.across import bands
 from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.named import illuminant
@@ -193,8 +193,9 @@ def test_tiles_and_boxes_leave_no_borders(monkeypatch):
     scene = polygon(2.0 * OUTLINE_UM + middle_um(grid))
     whole = rendered(revolved(), scene, grid, tolerance).image
     monkeypatch.setattr(bands, "LEAST_SIDE", 8)
-    monkeypatch.setattr(bands, "TIMES", {"near": 0.5, "far": 0.3})
-    monkeypatch.setattr(image, "GROUPS", {"near": 2, "far": 1})
+    monkeypatch.setattr(bands, "TIMES", {"near": 0.5, "smooth": 0.3})
+    monkeypatch.setattr(bands, "GROUPS", {"near": 2, "smooth": 1, "far": 1})
+    monkeypatch.setattr(bands, "WORTH", 0.0)  # as many bands as there are
     cut = rendered(revolved(), scene, grid, tolerance).image
     assert 0.0 < np.abs(cut - whole).max() <= 0.25 * tolerance
 

@@ -25,6 +25,7 @@ from camsim.rendering.job import Job
 
 CORNER = 0.5  # lines more in sight of a photosite for every corner nearby
 ALL_ROUND = 1.5 * math.pi  # what a whole circle shows beyond its radius, over what a line at that distance does
+GENTLE = 8.0  # times the reach: a curve of such a radius shows no more than a line, as one that distortion bends
 HEARD = 8.0  # times what a line shows, that a taper's hem works on
 COARSEST_RESPONSE = 0.15  # step, blurs
 FINEST_GRAIN = 2  # photosites
@@ -65,7 +66,7 @@ class Settings:
 def sighted(edges: Edges, reach_of: Callable[[float], float]) -> float:
     """Return the reach for as many lines as a photosite may have in sight; reach_of: lines → distance, pitches."""
     alone = reach_of(1.0)
-    if smooth_corners(edges, alone):
+    if smooth_corners(edges, alone, GENTLE * alone):
         return reach_of(ALL_ROUND)
     return reach_of(min(1.0 + CORNER * crowding(edges, 2.0 * alone), ALL_ROUND))
 

@@ -1,12 +1,16 @@
-"""What differs from the perfect lens, in two bands of frequencies: fine and short, smooth and far.
+"""What differs from the perfect lens, in bands of frequencies: the finest are short, the smoothest go farthest.
 
 A pattern's tail comes from the corner that its transfer has at frequency 0. A smooth window takes that part out,
-exp(−q)·(1 + q + q²/2), q = (f/σ)²: what it leaves is as flat there as its sixth power, and short; what it takes goes
-on for hundreds of photosites, and needs few frequencies.
+exp(−q)·(1 + q + q²/2 + q³/6 + q⁴/24), q = (f/σ)²: what it leaves is as flat there as f¹⁰, and short; what it takes goes
+on for hundreds of photosites, and needs few frequencies. A second window of a quarter of the width parts that again,
+and so on: each band reaches four times as far as the one before with a quarter of its frequencies, and what is smooth
+enough is made on every second, fourth … photosite and interpolated between them.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import functools
 import math
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,7 +18,7 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 from camsim.optics import OpticalSystem
 from camsim.optics.airy import Airy
 from camsim.optics.difference import Difference
@@ -23,88 +27,170 @@ from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.blocks import COARSE_POINTS, Tile
 
-SIGMA = 0.22  # cycles/pitch
-SMOOTH_CUT = 6.0  # σ, where nothing is left: 1e-13
+WIDTHS = (0.22, 0.055, 0.014)  # of the windows, cycles/pitch
+SMOOTH_CUT = 6.0  # widths, where nothing is left whatever is asked for: 1e-11
+WORTH = 2.0  # times a band's reach, that what is left of it goes on: from here on it is parted again
 DIRECTIONS = 16  # in which lines are looked at
-LINE = 4096  # points of what one shows
-TIMES = {"near": 5.0, "far": 4.0}  # the reach: sides of tiles
+FINER = 8.0  # frequencies to a window's width, of what a line shows
+LINE = 4096  # points of it
+SHORT, CUT = 0.3, 0.033  # of the near bands' share: the reach of each of three, the end of each window
+TIMES = {"near": 5.0, "smooth": 4.0}  # the reach: sides of tiles
+GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
 LEAST_SIDE, LEAST_REACH = 48, 1.0  # pitches
+STEPS = (8, 4, 2)  # photosites from one to the next of what is interpolated between
 WAVELENGTHS, RADII = 12, 3  # at which far light is bounded
 
 
-def smooth(frequency: F64) -> F64:
-    """Return the window of the far band."""
-    q = np.square(frequency / SIGMA)
-    window: F64 = np.exp(-q) * (1.0 + q + 0.5 * q * q)
+def passed(frequency: F64, width: float) -> F64:
+    """Return what passes a window of a width: nothing passes 0, all passes ∞."""
+    if width in (0.0, math.inf):
+        return np.full(frequency.shape, float(width > 0.0))
+    q = np.square(frequency / width)
+    window: F64 = np.exp(-q) * (1.0 + q * (1.0 + q * (0.5 + q * (1.0 / 6.0 + q / 24.0))))
     return window
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Band:
-    """One of the two, and how it is transformed.
+    """Frequencies between two windows, and how they are transformed.
 
-    name   : "near" or "far";  reach: as far as a line is heard, footprint included, pitches
+    low, high : widths of the windows, cycles/pitch;  cut: where the upper one ends
+    reach  : as far as a line is heard, footprint included, pitches
     sight  : as far as there are edges to be heard;  from a period on, less this, all must be quiet
-    side   : of a tile, photosites;  period: photosites;  cut: cycles/pitch
+    side   : of a tile, photosites
+    step   : photosites from one to the next that is transformed;  period: as many of these
     group  : tiles along a side of what has places in common
     """
 
-    name: str
+    low: float
+    high: float
+    cut: float
     reach: float
     sight: float
     side: int
+    step: int
     period: int
-    cut: float
     group: int
 
     def window(self, frequency: F64) -> F64:
         """Return what the band takes of frequencies."""
-        return smooth(frequency) if self.name == "far" else 1.0 - smooth(frequency)
+        return passed(frequency, self.high) - passed(frequency, self.low)
 
-    def tile(self, row: int, col: int, rows: int, cols: int) -> Tile:
-        """Return photosites as the transforms take them."""
-        place, reach = (row, col, rows, cols), self.reach
-        return Tile.square(place, inner=reach, outer=reach, period=self.period, cut=self.cut, near=self.sight)
+    @property
+    def before(self) -> int:
+        """Steps before a tile's first photosite that are transformed as well."""
+        return 0 if self.step == 1 else COARSE_POINTS // 2 - 1
+
+    def steps(self, count: int) -> int:
+        """Return how many are transformed for so many photosites in a row."""
+        return count if self.step == 1 else (count - 1) // self.step + COARSE_POINTS
+
+    def tile(self, rows: int, cols: int) -> Tile:
+        """Return photosites as the transforms take them: lengths are steps."""
+        place, reach = (0, 0, self.steps(rows), self.steps(cols)), self.reach / self.step
+        return Tile.square(
+            place, inner=reach, outer=reach, period=self.period, cut=self.cut * self.step, near=self.sight / self.step
+        )
 
 
-def band_of(name: str, reach: float, span: float, shape: tuple[int, int], cut: float, group: int) -> Band:
-    """Return a band for a window of (rows, cols); span: the farthest that an edge is from any of its photosites."""
-    side = max(LEAST_SIDE, math.ceil(TIMES[name] * reach))
-    longest = max(shape)
-    if side * 1.3 > longest:
-        side, group = longest, 1
-    sight = min(reach, span)
-    period = fast_length(math.ceil(side + reach + sight), real=True)
-    return Band(name=name, reach=reach, sight=sight, side=side, period=period, cut=cut, group=group)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Listened:
+    """What lines show of a lens along its radius, each transfer as loud as it is given.
 
-
-def near_reach(transfers: Transfers, contrast: F64, edges: Edges, allowed: float) -> float:
-    """Return how far what the near band takes of lines is heard: measured on all radii, pitches.
-
-    contrast : (sets,) the most that two sides differ by
+    share : of an image, for all bands but the one that goes farthest, and for the ends of windows
     """
-    count, most = transfers.harmonics.shape[2], transfers.most
-    frequency: F64 = transfers.step * np.arange(count, dtype=np.float64)
-    angle = math.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    around = np.exp(1j * np.multiply.outer(np.arange(-most, most + 1), angle))
-    weight = np.zeros(count)
-    weight[1:] = (1.0 - smooth(frequency[1:])) * transfers.step / frequency[1:]
-    heard = np.zeros(LINE)
-    for radius in transfers.harmonics:
-        for own, loud in zip(radius, contrast, strict=True):
-            line = np.einsum("fm,ma->af", own, around) * (weight * loud / (2j * math.pi))
-            heard = np.maximum(heard, np.abs(scipy.fft.irfft(line, n=LINE, axis=1, norm="forward")).max(axis=0))
-    both = np.maximum(heard[: LINE // 2], heard[:0:-1][: LINE // 2])
-    beyond = np.maximum.accumulate(both[::-1])[::-1]
-    place = np.arange(LINE // 2) / (LINE * transfers.step)
 
-    def reach_of(lines: float) -> float:
-        heard_there = np.flatnonzero(beyond > allowed / lines)
-        return max(LEAST_REACH, float(place[min(heard_there[-1] + 1, place.size - 1)]) if heard_there.size else 0.0)
+    transfers: Transfers
+    edges: Edges
+    share: float
 
-    return sighted(edges, reach_of)
+    @functools.cached_property
+    def _lines(self) -> tuple[F64, C128]:
+        """Frequencies, and transfers (n, radii · sets · directions) across lines at them."""
+        transfers = self.transfers
+        frequency = transfers.step * np.arange(float(transfers.harmonics.shape[2]))
+        m = np.arange(-transfers.most, transfers.most + 1)
+        around = np.exp(1j * math.pi / DIRECTIONS * np.multiply.outer(m, np.arange(DIRECTIONS)))
+        found = np.moveaxis(transfers.harmonics @ around, 2, 0)
+        return frequency, np.ascontiguousarray(found).reshape(frequency.size, -1)
+
+    def reach(self, low: float, high: float) -> float:
+        """Return how far lines are heard of what lies between two windows, pitches."""
+        frequency, lines = self._lines
+        last = int(np.searchsorted(frequency, SMOOTH_CUT * high))
+        if low / FINER < self.transfers.step:
+            finer = np.arange(0.0, frequency[:last][-1], low / FINER)
+            lines = scipy.interpolate.CubicSpline(frequency[: last + 1], lines[: last + 1])(finer)
+            frequency = finer
+        step = frequency[1]
+        weight = np.zeros(frequency.size)
+        weight[1:] = (passed(frequency[1:], high) - passed(frequency[1:], low)) * step / frequency[1:]
+        heard = np.zeros(LINE)
+        for own in lines.T:
+            heard = np.maximum(heard, np.abs(scipy.fft.irfft(own * weight / (2j * math.pi), n=LINE, norm="forward")))
+        both = np.maximum(heard[: LINE // 2], heard[:0:-1][: LINE // 2])
+        beyond = np.maximum.accumulate(both[::-1])[::-1]
+        place = np.arange(LINE // 2) / (LINE * step)
+
+        def reach_of(lines: float) -> float:
+            loud = np.flatnonzero(beyond > SHORT * self.share / lines)
+            return max(LEAST_REACH, float(place[min(loud[-1] + 1, place.size - 1)]) if loud.size else 0.0)
+
+        return sighted(self.edges, reach_of)
+
+    def cut(self, high: float) -> float:
+        """Return from where on what passes a window shows nothing, cycles/pitch."""
+        frequency, size = self._shown(high)
+        beyond = np.cumsum(size[::-1])[::-1]
+        return float(frequency[min(int(np.sum(beyond > CUT * self.share)) + 1, frequency.size - 1)])
+
+    def step(self, high: float, cut: float) -> int:
+        """Return how many photosites apart what passes a window may be made: interpolation between them loses nothing.
+
+        Lagrange's polynomials through 16 places lose at most sin¹⁶(πf·step) of a wave.
+        """
+        frequency, size = self._shown(high)
+        for step in STEPS:
+            lost = np.sin(np.minimum(math.pi * frequency * step, 0.5 * math.pi)) ** COARSE_POINTS
+            if 2.0 * cut * step < 1.0 and float(np.sum(size * lost)) <= CUT * self.share:
+                return step
+        return 1
+
+    def _shown(self, high: float) -> tuple[F64, F64]:
+        """Return frequencies, and the most that lines show at each."""
+        frequency, lines = self._lines
+        size = np.zeros(frequency.size)
+        size[1:] = np.abs(lines[1:]).max(axis=1) * passed(frequency[1:], high) / (math.pi * np.arange(1, size.size))
+        return frequency, size
+
+
+def bands_of(listened: Listened, far: float, extent: float, span: float, shape: tuple[int, int]) -> tuple[Band, ...]:
+    """Return the bands of a window of (rows, cols), the finest first.
+
+    far : as far as lines are heard at all, footprint (``extent``) included
+    span : the farthest that an edge is from any of the window's photosites
+    """
+    found: list[Band] = []
+    high = math.inf
+    for low in (*WIDTHS, 0.0):
+        reach = extent + listened.reach(low, high) if low > 0.0 else far
+        if found and far <= WORTH * reach:
+            low, reach = 0.0, far
+        cut = listened.cut(high)
+        name = "near" if not found else "smooth"
+        side, group = max(LEAST_SIDE, math.ceil(TIMES[name] * reach)), GROUPS[name if len(found) < 2 else "far"]
+        if side * 1.3 > max(shape):
+            side, group = max(shape), 1
+        step, sight = listened.step(high, cut) if found else 1, min(reach, span)
+        band = Band(low=low, high=high, cut=cut, reach=reach, sight=sight, side=side, step=step, period=0, group=group)
+        period = fast_length(math.ceil(band.steps(side) + (reach + sight) / step), real=True)
+        found.append(dataclasses.replace(band, period=period))
+        if low == 0.0:
+            break
+        high = low
+    return tuple(found)
 
 
 def far_reach(

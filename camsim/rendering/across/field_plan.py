@@ -86,15 +86,14 @@ class FieldPlan:
         """Frequencies of all tiles."""
         grid = self.job.grid
         return sum(
-            band.tile(0, 0, band.side, band.side).points * grid.rows * grid.cols / band.side**2
-            for band in self.image.bands
+            band.tile(band.side, band.side).points * grid.rows * grid.cols / band.side**2 for band in self.image.bands
         )
 
     @property
     def cost(self) -> Cost:
         """What one image takes."""
         closed, grid = self.closed.cost, self.job.grid
-        points = max(band.tile(0, 0, band.side, band.side).points for band in self.image.bands)
+        points = max(band.tile(band.side, band.side).points for band in self.image.bands)
         return Cost(
             seconds=closed.seconds + SECONDS + EACH_FREQUENCY * self.frequencies,
             memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + 16.0 * 40.0 * points,
@@ -106,9 +105,9 @@ class FieldPlan:
 
     def decisions(self) -> Iterator[Decision]:
         """Yield what is done of the lens, and what distortion makes of edges."""
-        near, far = self.image.bands
+        near, far = self.image.bands[0], self.image.bands[-1]
         transfers = self.image.transfers
-        across, down = self.image.counts["near"]
+        across, down = self.image.parts[0].counts
         yield Decision(
             topic="field",
             decision=f"the perfect lens, and what differs within {far.reach:.3g} pitches, the fine part of it within "

@@ -94,8 +94,8 @@ def nodes(count: int) -> F64:
 
 def cardinal(count: int, places: F64) -> F64:
     """Return (places, nodes) values of the polynomials that are 1 at one of Chebyshev's nodes and 0 at the others."""
-    degree = np.arange(count)
-    at_nodes, at_places = (np.cos(np.multiply.outer(np.arccos(x), degree)) for x in (nodes(count), places))
+    # Places may lie beyond −1 … 1.
+    at_nodes, at_places = (np.polynomial.chebyshev.chebvander(x, count - 1) for x in (nodes(count), places))
     at_places[:, 0] *= 0.5
     values: F64 = 2.0 / count * np.einsum("pd,nd->pn", at_places, at_nodes)
     return values

@@ -1,7 +1,9 @@
 """Transfers of round pupils with many wavefronts at once: overlaps of two shifted copies, summed by one rule for all.
 
 T(ν, θ) = (1/π)·∫ exp(2πi·[W(p − d) − W(p + d)]) dp over the lens that two circles of radius 1 share, ν in units of the
-cut-off, d = ν·(cos θ, sin θ). W is linear in its coefficients: a node's polynomials serve all of them.
+cut-off, d = ν·(cos θ, sin θ). W is linear in its coefficients: a node's polynomials serve all of them. At −p what even
+polynomials give changes its sign, what odd ones give does not: half of the lens serves for the whole, with 2·cos(2πe)·
+exp(2πi·o). Across, where the lens is pointed at its ends, it takes more nodes than along the shift.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
 from camsim.optics.zernike import orders, radial_powers
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.across.turns import cos_sin
+from camsim.rendering.across.turns import cos_sin, cosine
 
 AT_ONCE = 128  # wavefronts whose phases stay in the nearest cache
 
@@ -39,41 +41,52 @@ class Terms(NamedTuple):
         return cls(powers, np.abs(m), (m < 0).astype(np.int64))
 
 
-def overlaps(terms: Terms, waves: F64, shift: F64, angle_rad: F64, nodes: int) -> C128:
+def overlaps(terms: Terms, waves: F64, shift: F64, angle_rad: F64, nodes: tuple[int, int]) -> C128:
     """Return transfers (wavefronts, shifts, angles).
 
-    waves : (k, wavefronts) coefficients;  shift: ν, 0 … 1;  nodes: of the rule, along and across
+    waves : (k, wavefronts) coefficients;  shift: ν, 0 … 1;  nodes: of the rule, an even number across, and along
     """
-    t, v = gauss_legendre(nodes)
+    across, along = (gauss_legendre(count) for count in nodes)
     out = np.empty((shift.size, angle_rad.size, 2, waves.shape[1]))
     whole = np.ascontiguousarray(waves)
-    shared(shift.size * angle_rad.size, functools.partial(_overlaps, terms, whole, shift, angle_rad, t, v, out))
+    shared(
+        shift.size * angle_rad.size, functools.partial(_overlaps, terms, whole, shift, angle_rad, across, along, out)
+    )
     found: C128 = np.moveaxis(out[:, :, 0] + 1j * out[:, :, 1], 2, 0)
     return found
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def _overlaps(
-    terms: Terms, waves: F64, shift: F64, angle_rad: F64, t: F64, v: F64, out: F64, first: int, stop: int
+    terms: Terms,
+    waves: F64,
+    shift: F64,
+    angle_rad: F64,
+    rule: tuple[F64, F64],
+    rule_along: tuple[F64, F64],
+    out: F64,
+    first: int,
+    stop: int,
 ) -> None:
     """Fill in some of (shifts · angles)."""
     count, many = waves.shape
-    nodes = t.size
-    steps = np.empty((nodes * nodes, count))
-    share = np.empty(nodes * nodes)
-    phase, real, imaginary = np.empty(AT_ONCE), np.empty(AT_ONCE), np.empty(AT_ONCE)
+    (t, v), (s, w) = rule, rule_along
+    nodes = t.size // 2 * s.size
+    steps = np.empty((nodes, count))
+    share = np.empty(nodes)
+    even, odd, real, imaginary = np.empty(AT_ONCE), np.empty(AT_ONCE), np.empty(AT_ONCE), np.empty(AT_ONCE)
     for place in range(first, stop):
         nu, angle = shift[place // angle_rad.size], angle_rad[place % angle_rad.size]
         cos, sin = math.cos(angle), math.sin(angle)
         widest = math.sqrt(max(1.0 - nu * nu, 0.0))
-        for a in range(nodes):
+        for a in range(t.size // 2):
             # Spaced as a cosine across: what is left of a line's length at either end are square roots.
             turn = 0.5 * math.pi * (1.0 + t[a])
             across, slope = -widest * math.cos(turn), 0.5 * math.pi * widest * math.sin(turn) * v[a]
             half = max(math.sqrt(max(1.0 - across * across, 0.0)) - nu, 0.0)
-            for b in range(nodes):
-                along, n = half * t[b], a * nodes + b
-                share[n] = slope * half * v[b] / math.pi
+            for b in range(s.size):
+                along, n = half * s[b], a * s.size + b
+                share[n] = 2.0 * slope * half * w[b] / math.pi
                 for z in range(count):
                     steps[n, z] = 0.0
                 for side in range(2):
@@ -92,17 +105,19 @@ def _overlaps(
         for low in range(0, many, AT_ONCE):
             width = min(AT_ONCE, many - low)
             real[:], imaginary[:] = 0.0, 0.0
-            for n in range(nodes * nodes):
-                phase[:] = 0.0
+            for n in range(nodes):
+                even[:], odd[:] = 0.0, 0.0
                 for z in range(count):
                     step, own = steps[n, z], waves[z, low : low + width]
+                    phase = odd if terms.order[z] % 2 else even
                     for q in range(width):
                         phase[q] += step * own[q]
                 weight = share[n]
                 for q in range(width):
-                    c, d = cos_sin(phase[q])
-                    real[q] += weight * c
-                    imaginary[q] += weight * d
+                    c, d = cos_sin(odd[q])
+                    both = weight * cosine(even[q])
+                    real[q] += both * c
+                    imaginary[q] += both * d
             for q in range(width):
                 out[place // angle_rad.size, place % angle_rad.size, 0, low + q] = real[q]
                 out[place // angle_rad.size, place % angle_rad.size, 1, low + q] = imaginary[q]

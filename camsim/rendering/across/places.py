@@ -54,13 +54,14 @@ class Basis:
     shares: F64
     cuts: F64
 
-    def weights(self, box: Box) -> F64:
-        """Return (terms, rows, cols): what each term's image weighs at photosites."""
+    def weights(self, box: Box, rows: F64, cols: F64) -> F64:
+        """Return (terms, rows, cols): what each term's image weighs at rows and columns of a box, some beyond it."""
 
-        def along(count: int, size: int) -> F64:
-            return cardinal(count, np.linspace(-1.0, 1.0, size) if size > 1 else np.zeros(1))
+        def along(count: int, size: int, at: F64) -> F64:
+            return cardinal(count, 2.0 * at / (size - 1.0) - 1.0 if size > 1 else np.zeros(at.size))
 
-        down, across = along(self.shares.shape[1], box.rows), along(self.shares.shape[2], box.cols)
+        down = along(self.shares.shape[1], box.rows, rows)
+        across = along(self.shares.shape[2], box.cols, cols)
         weights: F64 = np.einsum("qyx,ry,cx->qrc", self.shares, down, across, optimize=True)
         return weights
 

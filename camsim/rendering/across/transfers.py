@@ -24,7 +24,7 @@ from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.across.overlap import Terms, overlaps
 from camsim.rendering.across.panels import Panels, panels
 
-RULES = (12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128)  # nodes of the overlap's rule, either way
+RULES = (8, 12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128)  # nodes of the overlap's rule, either way
 SERIES = (32, 64, 128, 256)  # points on which a series' end is looked for
 SHIFTS = np.array([0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])  # where nodes are counted
 ANGLES = math.pi * np.array([0.02, 0.17, 0.33, 0.48])
@@ -76,7 +76,7 @@ def fused_transfers(
 
     allowed : of a transfer where it is heard;  heard: |f| in cycles/pitch → how much of an error there is
     """
-    work = _Sampler(lens, wavelength_nm, weights, allowed)
+    work = _Sampler(lens, wavelength_nm, weights, radii_um, allowed)
     at_nm, own = work.colours(np.linspace(*radii_um, TRIED))
     few_nm = at_nm[np.linspace(0, at_nm.size - 1, min(TRIED, at_nm.size)).round().astype(int)]
     radii = panels(lambda um: work.probed(um, few_nm), *radii_um, lens.height_um, allowed)
@@ -90,7 +90,8 @@ def fused_transfers(
     times = _times(_fused(fusing(cut / FINEST * np.arange(FINEST + 1.0)), samples[-1:]), cut, allowed, heard)
     step = times * cut / FINEST
     fused = _fused(fusing(step * np.arange(FINEST // times + 1.0)), samples)
-    # Half a circle of angles, the other half their conjugates.
+    # A lens of revolution looks alike on both sides of the radius, and half a circle is the other half's conjugate.
+    fused = np.concatenate([fused, fused[..., angles - fused.shape[-1] : 0 : -1].conj()], axis=-1)
     spectrum = scipy.fft.fft(np.concatenate([fused, fused.conj()], axis=-1), axis=-1) / (2 * angles)
     most = angles - 1
     harmonics = np.concatenate([spectrum[..., -most:], spectrum[..., : most + 1]], axis=-1)
@@ -100,32 +101,37 @@ def fused_transfers(
 class _Sampler:
     """What samples monochromatic transfers along the radius, less the perfect one's."""
 
-    def __init__(self, lens: Revolves, wavelength_nm: F64, weights: F64, allowed: float) -> None:
+    def __init__(
+        self, lens: Revolves, wavelength_nm: F64, weights: F64, radii_um: tuple[float, float], allowed: float
+    ) -> None:
         self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
         self.terms = Terms.of(lens.at(lens.height_um[-1], 0.0).zernike)
         ends = wavelength_nm[np.linspace(0, wavelength_nm.size - 1, TRIED).round().astype(int)]
-        self.rules = self._rules(ends)
+        inside = [um for um in lens.height_um if radii_um[0] < um < radii_um[1]]
+        self.rules = self._rules(self._hardest(self.waves(np.array([*inside, *radii_um]), ends)))
 
     def waves(self, radius_um: F64, wavelength_nm: F64) -> F64:
         """Return coefficients (k, radii · wavelengths), waves."""
         each = [self.lens.at(float(um), 0.0).coefficients(wavelength_nm) for um in radius_um]
         return np.ascontiguousarray(np.concatenate(each, axis=0).T)
 
-    def _rules(self, wavelength_nm: F64) -> I64:
-        """Return how many nodes settle the hardest overlaps at each of ``SHIFTS``."""
-        waves = self.waves(np.array(self.lens.height_um), wavelength_nm)
-        own = self._hardest(waves)
-        rules = np.zeros(SHIFTS.size, np.int64)
-        before = overlaps(self.terms, own, SHIFTS, ANGLES, RULES[0])
-        for fewer, nodes in pairwise(RULES):
-            open_ends = np.flatnonzero(rules == 0)
-            found = overlaps(self.terms, own, SHIFTS[open_ends], ANGLES, nodes)
-            settled = np.abs(found - before).max(axis=(0, 2)) <= self.allowed
-            rules[open_ends[settled]] = fewer
-            before = found[:, ~settled]
-            if settled.all():
-                break
-        return np.where(rules == 0, RULES[-1], rules)
+    def _rules(self, waves: F64) -> I64:
+        """Return how many nodes across and along (2, n) settle the overlaps of wavefronts at each of ``SHIFTS``."""
+        rules = np.full((2, SHIFTS.size), RULES[-1])
+        for k, shift in enumerate(SHIFTS):
+            own, allowed = np.array([shift]), 0.5 * self.allowed
+            right = overlaps(self.terms, waves, own, ANGLES, (RULES[0], RULES[0]))
+            for fewer, nodes in pairwise(RULES):
+                before, right = right, overlaps(self.terms, waves, own, ANGLES, (nodes, nodes))
+                if float(np.abs(right - before).max()) <= allowed:
+                    rules[0, k] = fewer
+                    break
+            for along in RULES:
+                found = overlaps(self.terms, waves, own, ANGLES, (int(rules[0, k]), along))
+                if float(np.abs(found - right).max()) <= 2.0 * allowed:
+                    rules[1, k] = along
+                    break
+        return rules
 
     def _hardest(self, waves: F64) -> F64:
         """Return those of wavefronts (k, n) that differ most from a plane."""
@@ -135,10 +141,10 @@ class _Sampler:
         """Return transfers (wavefronts, shifts, angles), each by as many nodes as its shift takes."""
         out = np.empty((waves.shape[1], shift.size, angle_rad.size), complex)
         after = np.clip(np.searchsorted(SHIFTS, shift), 0, SHIFTS.size - 1)
-        nodes = np.maximum(self.rules[after], self.rules[np.maximum(after - 1, 0)])
-        for count in np.unique(nodes):
-            here = nodes == count
-            out[:, here] = overlaps(self.terms, waves, shift[here], angle_rad, int(count))
+        nodes = np.maximum(self.rules[:, after], self.rules[:, np.maximum(after - 1, 0)])
+        for across, along in np.unique(nodes, axis=1).T:
+            here = (nodes[0] == across) & (nodes[1] == along)
+            out[:, here] = overlaps(self.terms, waves, shift[here], angle_rad, (int(across), int(along)))
         return out
 
     def colours(self, radius_um: F64) -> tuple[F64, F64]:
@@ -188,14 +194,12 @@ class _Sampler:
         return ends[0], ends[1]
 
     def sampled(self, radius_um: F64, wavelength_nm: F64, shifts: int, angles: int) -> C128:
-        """Return (radii, wavelengths · shifts, angles) of T − Airy."""
+        """Return (radii, wavelengths · shifts, angles) of T − Airy, a quarter of a circle of angles."""
         shift = 1.0 - (0.5 * (1.0 + chebyshev(shifts))) ** 2
-        angle = math.pi * np.arange(angles) / angles
-        half = angles // 2 + 1  # a lens of revolution looks alike on both sides of the radius
-        found = self._overlaps(self.waves(radius_um, wavelength_nm), shift, angle[:half])
+        angle = math.pi * np.arange(angles // 2 + 1) / angles
+        found = self._overlaps(self.waves(radius_um, wavelength_nm), shift, angle)
         found -= airy_otf(shift, f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
-        whole = np.concatenate([found, found[..., angles - half : 0 : -1].conj()], axis=-1)
-        return np.ascontiguousarray(whole).reshape(radius_um.size, -1, angles)
+        return np.ascontiguousarray(found).reshape(radius_um.size, -1, angle.size)
 
 
 def _fusing(frequency_per_um: F64, f_number: float, wavelength_nm: F64, own: F64, shifts: int) -> F64:

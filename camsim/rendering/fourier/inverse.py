@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 
 import numpy as np
 import scipy
@@ -17,27 +18,32 @@ FILLED = 10_000  # photosites that are worth a thread's while
 
 
 def inverse(values: C128, tile: Tile) -> F64:
-    """Return the tile's photosites from their frequencies (``tile.sums``); ``values`` is lost.
+    """Return the tile's photosites (…, rows, cols) from their frequencies (…, ``tile.sums``); ``values`` is lost.
 
     First down the columns, some at a time, of which only the tile's rows are kept; then along those.
     """
     px, py = tile.periods
+    before = values.shape[:-2]
     if tile.one_by_one:
-        return _one_by_one(values, tile)
+        each = [_one_by_one(own, tile) for own in values.reshape(-1, *values.shape[-2:])]
+        return np.array(each).reshape(*before, *each[0].shape)
     # A short kernel's period may be less than the tile: what repeats is then the empty background.
     rows, cols = np.arange(tile.rows) % py, np.arange(tile.cols) % px
-    lines = np.empty((tile.rows, values.shape[1]), complex)
-    step = max(1, PART // py)
-    below = (len(values) + 1) // 2  # rows of j ≥ 0; where all of the others are not there, they are 0
-    for first in range(0, values.shape[1], step):
-        own = values[:, first : first + step]
-        part = np.zeros((py, own.shape[1]), complex)
-        part[:below], part[py - len(values) + below :] = own[:below], own[below:]
-        lines[:, first : first + step] = scipy.fft.ifft(part, axis=0, overwrite_x=True, workers=-1)[rows]
-    image = np.empty((tile.rows, tile.cols))
-    step = max(1, PART // px)
+    lines = np.empty((*before, tile.rows, values.shape[-1]), complex)
+    many = math.prod(before)
+    step = max(1, PART // (many * py))
+    below = (values.shape[-2] + 1) // 2  # rows of j ≥ 0; where all of the others are not there, they are 0
+    for first in range(0, values.shape[-1], step):
+        own = values[..., first : first + step]
+        part = np.zeros((*before, py, own.shape[-1]), complex)
+        part[..., :below, :], part[..., py - values.shape[-2] + below :, :] = own[..., :below, :], own[..., below:, :]
+        down = scipy.fft.ifft(part, axis=-2, overwrite_x=True, workers=-1)
+        lines[..., first : first + step] = down[..., rows, :]
+    image = np.empty((*before, tile.rows, tile.cols))
+    step = max(1, PART // (many * px))
     for first in range(0, tile.rows, step):
-        image[first : first + step] = scipy.fft.irfft(lines[first : first + step], n=px, axis=1, workers=-1)[:, cols]
+        along = scipy.fft.irfft(lines[..., first : first + step, :], n=px, axis=-1, workers=-1)
+        image[..., first : first + step, :] = along[..., cols]
     return image
 
 
@@ -55,14 +61,18 @@ def _one_by_one(values: C128, tile: Tile) -> F64:
     image: F64 = np.einsum("ri,ic->rc", lines, across, optimize=False).real
     if step == 1:
         return image
+    return filled(image, step, tile.rows, tile.cols)
+
+
+def filled(coarse: F64, step: int, rows: int, cols: int) -> F64:
+    """Return photosites (rows, cols) from every ``step``-th, some beyond them on all sides."""
     nodes = np.arange(float(COARSE_POINTS))
     even = (-1.0) ** nodes * scipy.special.binom(COARSE_POINTS - 1, nodes)
-    between = barycentric(nodes - before, even, np.arange(step) / step, same=1e-14)
-    filled = np.empty((tile.rows, tile.cols))
-    shared(
-        tile.rows, functools.partial(_fill, np.ascontiguousarray(image), between, filled), least=1 + FILLED // tile.cols
-    )
-    return filled
+    between = barycentric(nodes - (COARSE_POINTS // 2 - 1), even, np.arange(step) / step, same=1e-14)
+    image = np.empty((rows, cols))
+    work = functools.partial(_fill, np.ascontiguousarray(coarse), between, image)
+    shared(rows, work, least=1 + FILLED // cols)
+    return image
 
 
 @kernel(fastmath={"contract"})
