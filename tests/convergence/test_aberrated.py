@@ -1,5 +1,6 @@
 """Aberrated lenses as a round one, moved, and a short difference: the tolerance is kept, by sums over other pupils."""
 
+import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -181,3 +182,32 @@ def test_other_pupils_are_within_memory():
 def test_a_tolerance_that_no_one_keeps_is_refused_by_its_own_number():
     with pytest.raises(camsim.errors.InvalidValueError, match="tolerance: 1e-11 is outside 2e-11 … 0"):
         rendered(lens_of({4: 0.1}), 4.0, 1e-11)
+
+
+@pytest.mark.parametrize("colours", [1, 9])
+def test_the_check_beside_lines_is_what_it_transforms(colours):
+    """Sums along a line's normal against windows: two colours on either side of lines of two directions, an OLPF."""
+    wedge = np.array([(-9e3, -300.0), (50.0, -300.0), (350.0, 330.0), (-9e3, 300.0)])
+    red = camsim.Curve((450.0, 700.0), (0.05, 0.9), outside="hold")
+    nm = np.linspace(450.0, 650.0, colours)
+    choice = plan_render(
+        camsim.Scene(background=red, shapes=[camsim.Polygon(points_um=wedge, reflectance=0.3)]),
+        OpticalSystem.of(
+            [lens_of({2: 0.2, 4: 0.1, 8: 0.05}), camsim.FourSpotOlpf(split_um=3.0), camsim.SquarePhotosite(side_um=4.0)]
+        ),
+        camsim.Grid(rows=120, cols=120, pitch_um=5.0),
+        response=np.stack([np.ones(colours), np.linspace(0.1, 1.0, colours)]) / colours,
+        wavelength_nm=nm,
+        tolerance=1e-4,
+        method="boundary",
+    )
+    framed = choice.judge._framed
+    rows, cols = np.array([30, 31, 60, 61, 90, 95]), np.array([88, 86, 100, 5, 10, 40])
+    sets = np.array([[0, 1, 0, 1, 0, 1], [1, 0, 1, 0, 1, 0]], np.uint8)
+    points = np.stack(choice.plan.job.grid.first_centre)[None] + np.stack([cols, rows], axis=1)
+    assert framed.beside.alone(points)
+    seen = framed.beside.values(points, sets)
+    assert np.abs(seen).max() > 1e-3
+    np.testing.assert_allclose(
+        seen, dataclasses.replace(framed, beside=None).values(rows, cols, sets), atol=0.1 * 1e-4, rtol=0.0
+    )

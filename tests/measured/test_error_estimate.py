@@ -15,6 +15,7 @@ from camsim.rendering import focus, footprint, heard, job, outlines, quiet
 from camsim.rendering.aberrated import engine as aberrated_engine
 from camsim.rendering.aberrated import image as short_image
 from camsim.rendering.aberrated import pattern as short_pattern
+from camsim.rendering.aberrated import transfers as short_transfers
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
@@ -405,19 +406,19 @@ CORRUPTIONS = {
     ),
     # aberrated lenses
     "a difference too strong": (
-        short_pattern,
+        short_transfers,
         "series_of",
         returning(lambda every: [own._replace(terms=1.001 * own.terms) for own in every]),
         {"optics": BENT},
     ),
     "a wavefront turned round": (
-        short_pattern,
+        short_transfers,
         "series_of",
         returning(lambda every: [own._replace(terms=own.terms[..., ::-1].conj()) for own in every]),
         {"optics": BENT},
     ),
     "Bessel functions of a pattern": (
-        short_pattern,
+        short_transfers,
         "BESSELS",
         lambda b: b._replace(far=1.03 * b.far),
         {"optics": BENT},
@@ -473,6 +474,7 @@ def test_what_is_corrupted_is_seen(monkeypatch, name):
     honest = run(**how)
     true = getattr(place, attribute)
     with monkeypatch.context() as patch:
+        patch.setattr(short_pattern, "transfers_of", short_transfers.transfers_of.__wrapped__)  # nothing is kept
         wrong = corrupt(true)
         patch.setattr(place, attribute, staticmethod(wrong) if isinstance(place, type) and attribute == "of" else wrong)
         corrupted = run(**how)

@@ -56,7 +56,8 @@ def short_counts(image: ShortImage) -> Counts:
     """Count what a difference is going to take."""
     job, settings, pattern = image.job, image.settings, image.pattern
     grid, edges, nm = job.grid, job.edges, image.nodes.wavelength_nm
-    series, radii, sets = pattern.hardest, pattern.radii.size, len(pattern.sets[0])
+    transfers = pattern.transfers
+    series, radii, sets = transfers.hardest, transfers.radii.size, len(transfers.weights)
     discs, degree, most = len(series.terms), series.degree, series.most
     columns = sets * min(2.0 * most + 1.0, COLUMNS)
     places = (settings.cut * settings.outer) ** 2 * PLACES

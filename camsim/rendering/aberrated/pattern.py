@@ -5,39 +5,22 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference
-from camsim.quadrature import chebyshev, quintic_cells
-from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Waves, add_patterns, project
-from camsim.rendering.aberrated.series import Series, series_of
+from camsim.quadrature import quintic_cells
 from camsim.rendering.aberrated.settings import Settings
-from camsim.rendering.aberrated.window_kernels import COLUMNS, with_footprint
-from camsim.rendering.angular import AT_ONCE, Transfer
-from camsim.rendering.boundary.settings import SIX_POINTS
+from camsim.rendering.aberrated.transfers import ShortTransfers, transfers_of
+from camsim.rendering.aberrated.window_kernels import with_footprint
+from camsim.rendering.angular import AT_ONCE
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.lens import footprint_transfer
-from camsim.rendering.fourier.taper import taper, tapered
-
-MORE_NODES = 10  # along the radius
-FINER = 16  # times as many nodes as the radius takes, for a six-point look-up: 2e-7 of what is far out, 1e-9 of all
-RADII = 16  # at which it is asked what an edge shows
-COARSEST = 1.0  # radians that a transfer's fastest part turns by from one row of its table to the next, at most
-
-
-class Harmonics(NamedTuple):
-    """Patterns by the angle: values (columns, b, radii), each of cos or, where ``sine`` is 1, sin(order·φ)."""
-
-    values: F64
-    order: I64
-    sine: I64
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,109 +52,10 @@ class ShortPattern:
         return flat, np.eye(len(flat)).reshape(spectra, channels, -1)
 
     @functools.cached_property
-    def _allowed(self) -> float:
-        """What each approximation may be wrong by: of all the light."""
-        return max(0.25 * self.precision, 1e-14)
-
-    def _series(self, wavelength_nm: F64) -> list[Series]:
-        return series_of(self.rest, wavelength_nm, 0.5 * self._allowed)
-
-    @property
-    def hardest(self) -> Series:
-        """The phase factor of the most waves."""
-        return self._series(self.wavelength_nm[:1])[0]
-
-    @functools.cached_property
-    def radii(self) -> F64:
-        """Chebyshev nodes of 0 … outer that follow the patterns, whose finest ripples are λN long."""
-        outer = self.settings.outer
-        turns = math.pi * outer * self.rest.cutoff_per_um(float(self.wavelength_nm.min())) * self.pitch_um
-        # Bessel functions J_n(κ), the series' coefficients, fall as Airy's Ai(∛2·(n − κ)/∛κ) from n = κ on.
-        beyond = 0.8 * (1.5 * math.log(10.0 / self._allowed)) ** (2.0 / 3.0)
-        return 0.5 * outer * (1.0 + chebyshev(math.ceil(turns + beyond * turns ** (1.0 / 3.0)) + MORE_NODES))
-
-    @functools.cached_property
-    def harmonics(self) -> Harmonics:
-        """Patterns (columns, b, radii) less the round one: c·cos mφ + s·sin mφ, those of them that matter."""
-        radius = self.radii
-        every = self._series(self.wavelength_nm)
-        degree, most, discs = max(own.degree for own in every), max(own.most for own in every), len(every[0].terms)
-        angle = np.pi * np.arange(2.0 * most + 1.0) / (2.0 * most + 1.0)
-        around = np.zeros((len(every), discs, degree + 1, 2, angle.size))
-        for into, own in zip(around, every, strict=True):
-            gamma = own.around(angle)
-            into[:, : own.degree + 1, 0], into[:, : own.degree + 1, 1] = gamma.real, gamma.imag
-        blur = np.array([self.rest.blur_um(float(nm)) for nm in self.wavelength_nm]) / self.pitch_um
-        size = np.pi / (np.square(blur) * (1.0 - self.rest.obstruction**2))
-        waves = Waves(np.pi / blur, around, self.rest.obstruction, self.sets[0] * size)
-        halves = np.zeros((len(self.sets[0]), radius.size, 2, angle.size))
-        shared(radius.size, functools.partial(add_patterns, radius, waves, BESSELS, halves))
-        whole = np.concatenate([halves[:, :, 0] + halves[:, :, 1], halves[:, :, 0] - halves[:, :, 1]], axis=2)
-        spectrum = scipy.fft.rfft(whole, axis=2, norm="forward")
-        spectrum[:, :, 1:] *= 2.0
-        columns = np.moveaxis(np.stack([spectrum.real, -spectrum.imag], axis=3), (2, 3), (0, 1))
-        columns = columns.reshape(-1, *columns.shape[2:])
-        order, sine = np.divmod(np.arange(len(columns)), 2)
-        # A ring's share of Chebyshev's nodes is the cosine's slope.
-        outer = self.settings.outer
-        rings = (np.pi**2 / radius.size) * radius * np.sqrt(radius * (outer - radius))
-        light = np.max(np.sum(np.abs(columns) * 2.0 * rings, axis=2), axis=1)
-        kept = np.ones(len(light), bool)
-        faintest = np.argsort(light)
-        kept[faintest[np.cumsum(light[faintest]) <= self._allowed]] = False
-        return Harmonics(columns[kept], order[kept], sine[kept])
-
-    @functools.cached_property
-    def transfer(self) -> Transfer:
-        """The patterns' transfers, tapered."""
-        settings, harmonics = self.settings, self.harmonics
-        columns, sets, nodes = harmonics.values.shape
-        if not columns:
-            return Transfer.of(np.zeros((6, 0, sets)), 0.0, harmonics.order, harmonics.sine, settings.cut)
-        # From the farthest radius inwards: so a cosine's angles run.
-        series = scipy.fft.dct(harmonics.values[..., ::-1].reshape(-1, nodes), axis=1, norm="forward")
-        fine = FINER * nodes
-        padded = np.zeros((fine, columns * sets))
-        padded[:nodes] = series.T
-        values = scipy.fft.idct(padded, axis=0, norm="forward", overwrite_x=True)
-        radius = 0.5 * settings.outer * (1.0 + chebyshev(fine)[::-1])
-        beyond = radius > settings.reach
-        shape = tapered(radius[beyond], settings.reach, settings.outer, taper(settings.sharpness))
-        values[beyond] *= shape[:, None]
-        around = np.concatenate([values[2::-1], values, values[:-4:-1]])
-        profiles = Profiles(around, fine / np.pi, settings.outer, harmonics.order, sets)
-        step_x, step_y = 0.49 / settings.cut, 0.97 / settings.cut
-        line = np.zeros((math.floor(settings.outer / step_x) + 1, columns * sets))
-        shared(len(line), functools.partial(project, profiles, step_x, step_y, line))
-        return self._of_line(line.T, step_x)
-
-    def _of_line(self, line: F64, step: float) -> Transfer:
-        """Return the transfers of projections (columns · sets, x) at 0, step …; odd harmonics' are odd."""
-        settings, order, sets = self.settings, self.harmonics.order, self.harmonics.values.shape[1]
-        length = fast_length(math.ceil(math.pi * settings.outer / (step * self._turn)) + len(line[0]), real=True)
-        odd = np.repeat(order % 2 == 1, sets)
-        padded = np.zeros((len(line), length + 1))
-        padded[:, : line.shape[1]] = step * line
-        padded[~odd] = scipy.fft.dct(padded[~odd], type=1, axis=1)
-        padded[odd, 1:-1] = -scipy.fft.dst(padded[odd, 1:-1], type=1, axis=1)
-        padded[odd, 0] = padded[odd, -1] = 0.0
-        rows = min(math.ceil(settings.cut * 2.0 * length * step) + 4, length + 1)
-        before = padded[:, 2:0:-1] * np.where(odd, -1.0, 1.0)[:, None]
-        table = np.concatenate([before, padded[:, :rows]], axis=1)
-        values = table.T.reshape(-1, order.size, sets)
-        return Transfer.of(values, 2.0 * length * step, order, self.harmonics.sine, settings.cut)
-
-    @property
-    def _turn(self) -> float:
-        """By how much the transfer's fastest part may turn from one row of its table to the next, radians.
-
-        A six-point look-up errs by (angle)⁶ of what an edge shows of each radius.
-        """
-        radius = self.settings.outer * (np.arange(RADII) + 0.5) / RADII
-        ends_nm = {float(self.wavelength_nm.min()), float(self.wavelength_nm.max())}
-        shown = np.max([self.rest.light_beyond(radius * self.pitch_um, nm) for nm in ends_nm], axis=0)
-        moment = float(np.mean(6.0 * (radius / self.settings.outer) ** 5 * shown))
-        return min(COARSEST, math.pow(self._allowed / (SIX_POINTS * moment), 1.0 / 6.0))
+    def transfers(self) -> ShortTransfers:
+        """What they are made of."""
+        wavelengths, weights = tuple(self.wavelength_nm.tolist()), self.sets[0].tobytes()
+        return transfers_of(self.rest, self.pitch_um, self.settings, wavelengths, weights, self.precision)
 
     @functools.cached_property
     def fields(self) -> F64:
@@ -181,8 +65,8 @@ class ShortPattern:
         """
         tile = self.settings.tile(0, 0, self.settings.side, self.settings.side)
         period = self.settings.period
-        count = COLUMNS * (math.floor(self.settings.cut * period) // COLUMNS + 1)
-        fields = self.transfer.on_quarters((1.0 / period, 1.0 / period), (count, count))
+        fields = self.transfers.on_window()
+        count = fields.shape[4]
         both = Block(first_i=0, count_i=count, first_j=1 - count, count_j=2 * count - 1, column=0)
         footprint = footprint_transfer(self.system, both, tile, self.pitch_um)
         shared(count, functools.partial(with_footprint, fields, footprint, period), least=-(-AT_ONCE // count))
@@ -209,7 +93,9 @@ class ShortPattern:
         index = np.arange(-2, cells + 3) % count
         turn = np.exp(-2j * np.pi * f * settings.near)
         out = np.empty((len(normals), len(self.sets[0]), cells, 6))
-        for b, transfer in enumerate(self.transfer.at((normals[:, :1] * f).ravel(), (normals[:, 1:] * f).ravel())):
+        for b, transfer in enumerate(
+            self.transfers.transfer.at((normals[:, :1] * f).ravel(), (normals[:, 1:] * f).ravel())
+        ):
             spectrum = np.zeros((len(normals), count // 2 + 1), complex)
             spectrum[:, 1 : 1 + f.size] = transfer.reshape(fx.shape) * footprint * turn / (2j * np.pi * f * period)
             running = scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward")

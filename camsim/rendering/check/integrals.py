@@ -66,7 +66,7 @@ class Integrals:
     def zones(self) -> Zones:
         """This rule for what is near, and others of fewer nodes."""
         contrast = np.abs(self.weights).sum(axis=2).max(axis=1)[self.pair] * np.abs(self.times)
-        strength, light = contrast * self._where.length, 0.0
+        strength, light = contrast * self.where.length, 0.0
         for gaps in self._gaps():
             # What is near a listener is far from others: nowhere is it louder there than at the radius.
             light = max(light, float((strength / np.maximum(gaps, self.radius)).sum(axis=1).max()))
@@ -100,11 +100,11 @@ class Integrals:
     @functools.cached_property
     def radius(self) -> float:
         """Distance from which on no end, no corner and no line is heard: E is taken from its table as far as that."""
-        blur, everything = float(self._blur.max()), self._where.farthest
+        blur, everything = float(self._blur.max()), self.where.farthest
         radius = max(NEAREST * blur, 2.0 * self._extent)
         steps = math.ceil(math.log(everything / radius, FARTHER)) if everything > radius else 0
         radii: F64 = radius * FARTHER ** np.arange(steps, dtype=float)
-        for radius, beyond in zip(radii.tolist(), self._where.heard_beyond(radii).tolist(), strict=True):
+        for radius, beyond in zip(radii.tolist(), self.where.heard_beyond(radii).tolist(), strict=True):
             loud = self._swing_at(radius) * math.sqrt(blur / radius * max(FEW, beyond))
             if loud / math.tau <= self.budget.allowed("beyond"):
                 break
@@ -121,13 +121,13 @@ class Integrals:
         seconds = POINT_SECONDS + passed * int(points.sum())
         for gaps in self._gaps():
             nodes = self._nodes_on(gaps) * NODE_SECONDS + PIECE_SECONDS
-            seconds += float(np.sum(points[np.searchsorted(begin, gaps, "right")] * nodes)) / len(self._where.listeners)
+            seconds += float(np.sum(points[np.searchsorted(begin, gaps, "right")] * nodes)) / len(self.where.listeners)
         return seconds
 
     def _nodes_on(self, gaps: F64) -> F64:
         """Return how many nodes each piece takes so far away; those on round pieces as many times as long."""
         o = self.pieces.outlines
-        length, bent = self._where.length, o.turn_rad != 0.0
+        length, bent = self.where.length, o.turn_rad != 0.0
         near = np.where(gaps < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
         panel_nodes, panels = self._rules.panel.shape[1], np.ceil(near / self._rules.longest)
         # Beyond the table a round piece takes panels that double in length on either side, a short one but a few nodes.
@@ -139,7 +139,7 @@ class Integrals:
 
     def _gaps(self) -> Iterator[F64]:
         """Yield how far (listeners, pieces) all of each piece lies at least from some listeners."""
-        for listeners in self._where.some_of(self._where.listeners):
+        for listeners in self.where.some_of(self.where.listeners):
             yield self._parts.gaps(listeners)
 
     def values(self, points: F64, sets: I64) -> F64:
@@ -168,7 +168,8 @@ class Integrals:
         return rules_of(float(self._blur.min()), ALONG_PART * self.budget.tolerance)
 
     @functools.cached_property
-    def _where(self) -> Whereabouts:
+    def where(self) -> Whereabouts:
+        """Where the pieces lie."""
         return Whereabouts(outlines=self.pieces.outlines, corners=self.corners)
 
     @functools.cached_property
@@ -211,7 +212,7 @@ class Integrals:
         allowed = self.budget.allowed("meeting")
         radii: F64 = np.full(len(points), base)
         large, first = np.flatnonzero((o.turn_rad > 0.0) & (o.dx > base)), 0
-        for places in self._where.some_of(points):
+        for places in self.where.some_of(points):
             own = radii[first : first + len(places)]
             first += len(places)
             if large.size:
@@ -221,11 +222,11 @@ class Integrals:
                     loud = self._swing * (base / o.dx[large]) ** FALLS * o.turn_rad[large] / math.tau > allowed
                     farthest = np.where(about & loud, o.dx[large] + gap, base - blur).max(axis=1)
                     np.maximum(own, farthest + blur, out=own)
-            h, beside = self._where.feet(places)
+            h, beside = self.where.feet(places)
             far = beside & (np.abs(h) > base)
             for k in np.flatnonzero(np.count_nonzero(far, axis=1) > 2).tolist():
                 distance = np.abs(h[k, far[k]])
-                length = np.minimum(self._where.length[far[k]], np.sqrt(blur * distance))
+                length = np.minimum(self.where.length[far[k]], np.sqrt(blur * distance))
                 share = together(distance, length / distance / math.tau, 0.5 * blur)
                 loud = self._swing * (base / distance) ** FALLS * share > allowed
                 own[k] = max(own[k], float(distance[loud].max(initial=base)) + blur)

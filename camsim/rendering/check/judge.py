@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
@@ -12,27 +11,28 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
-from camsim.rendering.budget import DIFFERENCE_CHECK_PART
+from camsim.rendering.budget import DIFFERENCE_CHECK_PART, ErrorBudget
 from camsim.rendering.check.bent import bent
+from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.fitting import Fitting, Windows
-from camsim.rendering.check.frame import Frame
+from camsim.rendering.check.framed import Framed
 from camsim.rendering.check.integrals import Integrals
-from camsim.rendering.check.overlap import followed
+from camsim.rendering.check.overlap import Overlapping, followed
 from camsim.rendering.check.places import farthest, hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.pupils import summed_otherwise
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities, widest
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Plan
+from camsim.rendering.engine import Plan
 from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
+OF_WINDOW = [2, 4, 7]  # of these, where each is integrated too: the middle one, and one of every other row
 JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 DEAR_SECONDS = 0.05  # for one photosite: then windows are asked what they take
 ASKING_SECONDS = 5e-5  # of that for every piece of outline: 0.4 ms, and eight photosites are looked at or more
 FAR_SHARE, FAR_SECONDS = 0.5, 0.3  # of the image's time, or so much, for one photosite far away
-OF_OTHERS = 0.5  # of a window's time that others of its size take, measured
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,8 +130,8 @@ class Judge:
         each = self.integrals.seconds_each
         if each <= max(DEAR_SECONDS, ASKING_SECONDS * len(self.seen[0].left)):
             return True
-        middle = Frame.about(np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2]))
-        return WINDOW**2 * each <= self._taken(self._whole, middle)
+        middle = np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2])
+        return WINDOW**2 * each <= self._whole.taken(*middle)
 
     @functools.cached_property
     def integrals(self) -> Integrals:
@@ -168,11 +168,13 @@ class Judge:
         if self.integrates and self._difference is None:
             return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
         if self._difference is not None:
-            return windows(pieces.outlines, grid, WINDOW, JUST_BEYOND * plan.marks.reach)
+            rows, cols = windows(pieces.outlines, grid, WINDOW, JUST_BEYOND * plan.marks.reach)
+            which = (self._of_all + np.arange(0, rows.size, self._all)[:, None]).ravel()
+            return rows[which], cols[which]
         rows, cols = windows(pieces.outlines, grid, WINDOW)
         # A pattern's far parts are seen from far away: where that is not dear.
         row, col = farthest(pieces.outlines, grid)
-        if self._taken(self._windows, Frame.about(row, col)) > max(FAR_SHARE * plan.cost.seconds, FAR_SECONDS):
+        if self._whole.taken(row, col) > max(FAR_SHARE * plan.cost.seconds, FAR_SECONDS):
             return rows, cols
         return np.append(rows, row), np.append(cols, col)
 
@@ -195,7 +197,7 @@ class Judge:
         if self.integrates and self._difference is None:
             return self.count(plan) * self.integrals.seconds_each
         rows, cols = self.hardest(plan)
-        seconds = self._seconds(self._frames(rows, cols))
+        seconds = self._framed.seconds(rows, cols)
         return seconds + (rows.size * self.integrals.seconds_each if self.integrates else 0.0)
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
@@ -217,13 +219,13 @@ class Judge:
         if not len(pieces.left):
             return base
         if not self.integrates:
-            return self._in_windows(rows, cols, sets)
+            return self._framed.values(rows, cols, sets)
         x0, y0 = self.job.grid.first_centre
         points = np.stack([x0 + cols, y0 + rows], axis=1) - self._moved
         own = sets.reshape(-1, rows.size).astype(np.int64)
         again: F64 = np.stack([self.integrals.values(points, one) for one in own])
         values: F64 = base + again.reshape(sets.shape)
-        return values if self._difference is None else values + self._in_windows(rows, cols, sets)
+        return values if self._difference is None else values + self._framed.values(rows, cols, sets)
 
     @functools.cached_property
     def _moved(self) -> F64:
@@ -236,59 +238,53 @@ class Judge:
         """What there is besides the round part."""
         return None if self.job.split is None or not self.integrates else self.job.difference_part()
 
-    @functools.cached_property
-    def _windows(self) -> Windows:
-        return self._whole if self._difference is None else self._windows_of(self._difference)
+    @property
+    def _all(self) -> int:
+        """How many photosites there are in a window."""
+        return min(WINDOW, self.job.grid.rows) * min(WINDOW, self.job.grid.cols)
+
+    @property
+    def _of_all(self) -> I64:
+        """Which of them are looked at where each is integrated too."""
+        return np.array(OF_WINDOW if self._all == WINDOW**2 else range(self._all))
 
     @functools.cached_property
-    def _whole(self) -> Windows:
-        return self._windows_of(self.job)
+    def _framed(self) -> Framed:
+        return self._whole if self._difference is None else self._of_difference(self._difference)
 
-    def _windows_of(self, job: Job) -> Windows:
-        """Return what renders windows of the job itself, or of its difference."""
+    @functools.cached_property
+    def _whole(self) -> Framed:
+        """What transforms photosites of the job itself."""
+        windows = self._windows_of(self.job, self.base, self.job.budget.of_check.tolerance)
+        return Framed(grid=self.job.grid, windows=windows, together=self._all)
+
+    def _of_difference(self, rest: Job) -> Framed:
+        """Return what transforms photosites of the difference, or looks up what they see of lines."""
         pieces, wavelength_nm, density = self.seen
-        base, own = self.base, self.job.budget.of_check.tolerance
-        allowed = own
-        if job is not self.job:
-            base, allowed = np.zeros_like(base), DIFFERENCE_CHECK_PART * self.job.tolerance
-            job = followed(job, wavelength_nm)
+        allowed = DIFFERENCE_CHECK_PART * self.job.tolerance
+        job, beside = followed(rest, wavelength_nm), None
+        if isinstance(job.system.lens, Overlapping):
+            beside = Beside(
+                job=job,
+                lens=job.system.lens,
+                pieces=pieces,
+                where=self.integrals.where,
+                wavelength_nm=wavelength_nm,
+                density=density,
+                budget=ErrorBudget(allowed),
+            )
+        windows = self._windows_of(job, np.zeros_like(self.base), allowed)
+        return Framed(grid=job.grid, windows=windows, together=self._of_all.size, beside=beside)
+
+    def _windows_of(self, job: Job, base: F64, allowed: float) -> Windows:
+        """Return what transforms windows of the job itself, or of its difference."""
+        pieces, wavelength_nm, density = self.seen
         job = job.behind(summed_otherwise(job.system.lens))
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
-        edges = polygons(pieces, 1.0 / highest, min(allowed, own))
+        edges = polygons(pieces, 1.0 / highest, min(allowed, self.job.budget.of_check.tolerance))
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)
         return Fitting(
             lambda tolerance: self.transforms.windows(make(tolerance=tolerance)),
             wanted=max(allowed, self.transforms.finest),
             coarsest=job.tolerance,
         )
-
-    def _origin(self, frame: Frame) -> tuple[float, float]:
-        x0, y0 = self.job.grid.first_centre
-        return x0 + frame.col, y0 + frame.row
-
-    def _seconds(self, frames: list[tuple[Frame, slice]]) -> float:
-        """Return what windows one after the other take: what is made of the lens for the first serves the others."""
-        first, *others = (self._taken(self._windows, frame) for frame, _ in frames)
-        return first + OF_OTHERS * sum(others)
-
-    def _taken(self, windows: Windows, frame: Frame) -> float:
-        cost = windows.expected(self._origin(frame), frame.shape)[0]
-        return cost.seconds if cost.memory_bytes <= MEMORY_LIMIT_BYTES else math.inf
-
-    def _frames(self, rows: I64, cols: I64) -> list[tuple[Frame, slice]]:
-        """Return the windows that photosites lie in, one after the other, or what holds all if that takes less."""
-        size = min(WINDOW, self.job.grid.rows) * min(WINDOW, self.job.grid.cols)
-        parts = [slice(first, first + size) for first in range(0, rows.size, size)]
-        each = [(Frame.about(rows[part], cols[part]), part) for part in parts]
-        whole = [(Frame.about(rows, cols), slice(None))]
-        return whole if len(each) > 1 and self._seconds(whole) < self._seconds(each) else each
-
-    def _in_windows(self, rows: I64, cols: I64, sets: U8) -> F64:
-        values = np.empty(sets.shape)
-        for frame, part in self._frames(rows, cols):
-            places = (..., rows[part] - frame.row, cols[part] - frame.col)
-            channel = np.empty((*sets.shape[:-1], *frame.shape), sets.dtype)
-            channel[...] = sets[..., part][..., :1, None]
-            channel[places] = sets[..., part]
-            values[..., part] = self._windows.rendered(self._origin(frame), channel)[places]
-        return values

@@ -34,6 +34,7 @@ SHIFTS, ANGLES = np.array([0.07, 0.25, 0.5, 0.8]), np.pi * np.array([0.02, 0.29,
 FEWEST_RULE, FEWEST = 12, 32
 GROWTH, ROUNDS = 1.3, 4
 NOTHING = 1e-13  # of a harmonic
+KEPT_BYTES = 1 << 23  # of transfers on a window's frequencies
 PLACES = 12  # at which it is held against overlaps
 
 
@@ -157,6 +158,22 @@ class Fused:
 
     def on_half_plane(self, steps_per_um: tuple[float, float], counts: tuple[int, int]) -> C128:
         """Return the transfers (sets, j, i) at (i, j)·steps, i from 0 on, j of either sign; counts: of 0 and above."""
+        key = steps_per_um, counts
+        if key not in self._kept:
+            self._kept.clear()
+            found = self._on_half_plane(*key)
+            if found.nbytes > KEPT_BYTES:
+                return found
+            found.flags.writeable = False
+            self._kept[key] = found
+        return self._kept[key]
+
+    @functools.cached_property
+    def _kept(self) -> dict[tuple[tuple[float, float], tuple[int, int]], C128]:
+        """What the last window took, for the next rendering's."""
+        return {}
+
+    def _on_half_plane(self, steps_per_um: tuple[float, float], counts: tuple[int, int]) -> C128:
         quarters = self.transfer.on_quarters(steps_per_um, counts)
         found = np.empty((len(quarters), 2 * counts[1] - 1, counts[0]), complex)
         for part, values in ((found.real, quarters[:, :, :, 0]), (found.imag, quarters[:, :, :, 1])):
@@ -165,6 +182,12 @@ class Fused:
         across, down = (np.exp(-2j * np.pi * f * c) for f, c in zip(frequency, self.moved_um, strict=True))
         found *= across
         found *= down[:, None]
+        return found
+
+    def at(self, fx_per_um: F64, fy_per_um: F64) -> C128:
+        """Return the transfers (sets, n) at frequencies (n,)."""
+        turn = np.exp(-2j * np.pi * (fx_per_um * self.moved_um[0] + fy_per_um * self.moved_um[1]))
+        found: C128 = self.transfer.at(fx_per_um, fy_per_um) * turn
         return found
 
 
