@@ -20,7 +20,7 @@ from camsim.rendering.auto import Choice
 from camsim.rendering.boundary.tiles import render_tiles
 from camsim.rendering.grid import Grid
 from camsim.rendering.render import plan_render
-from camsim.scene import Rectangle, Scene
+from camsim.scene import Path, Rectangle, Scene
 
 SIDE = 16  # photosites
 
@@ -54,9 +54,10 @@ def compile_check() -> None:
 def _tiny() -> tuple[Choice, U8]:
     """Return a rendering that takes every kernel of a capture's, and its photosites' channels."""
     square = Rectangle(width_um=20.0, height_um=30.0, rotate_deg=5.0, reflectance=0.1)
+    leaf = Path(segments_um=[("move", 10, 0), ("cubic", 20, 0, 30, 10, 20, 30), ("close",)], reflectance=0.3)
     about = Rectangle(width_um=400.0, height_um=420.0, reflectance=0.5)  # beyond the frame, of rings that meet in it
     choice = plan_render(
-        Scene(background=1.0, shapes=[about, square]),
+        Scene(background=1.0, shapes=[about, square, leaf]),
         OpticalSystem.of([Airy(f_number=8.0), FourSpotOlpf(split_um=4.0), SquarePhotosite(side_um=5.0)]),
         Grid(rows=SIDE, cols=SIDE, pitch_um=5.0),
         response=np.ones((2, 3)),

@@ -35,6 +35,11 @@ class Fineness(NamedTuple):
     longest: float = 1.0
     allowed: float = 1e-9
 
+    @property
+    def most_off(self) -> float:
+        """How far off its curve an arc may lie at the most."""
+        return self.longest * math.sqrt(self.allowed / math.pi)
+
 
 class Arcs(NamedTuple):
     """Straight or round parts (n,), in order along their curves.
@@ -54,11 +59,14 @@ def arcs_of(curves: Curves, fine: Fineness) -> Arcs:
     t0 = np.tile(np.arange(4) / 4.0, len(curves.kind))
     t1 = t0 + 0.25
     extent = np.abs(curves.points).max(axis=(1, 2), initial=0.0)
-    most_off = fine.longest * math.sqrt(fine.allowed / math.pi)
 
     def close(some: _Stretches, pairs: Arcs) -> np.ndarray:
         off, bend, length, gained = _fit(curves, some, pairs)
-        good = (off <= most_off) & (off * length**2 <= fine.allowed * fine.longest**3) & (length <= 0.35 * fine.longest)
+        good = (
+            (off <= fine.most_off)
+            & (off * length**2 <= fine.allowed * fine.longest**3)
+            & (length <= 0.35 * fine.longest)
+        )
         rounding = ROUNDING * extent[some.owner] * length
         good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (some.t1 - some.t0), rounding)
         good |= off <= 0.5 * fine.allowed * fine.longest

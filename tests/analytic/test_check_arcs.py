@@ -6,10 +6,14 @@ import pytest
 
 import camsim
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, round_piece, straight
+from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, bezier, round_piece, straight
+from camsim.rendering.check.beziers import between
+from camsim.rendering.check.parts import parts_seen
 from camsim.rendering.check.pattern import table_of
 from camsim.rendering.check.points import rules_of
 from camsim.rendering.check.records import Outlines
+from camsim.rendering.check.scenery import Pieces, pieces_of
+from camsim.scene.arcs import Fineness
 
 RULES = Rules(
     *(np.stack(gauss_legendre(count)) for count in (20, *(count for count, _ in SHORT))), longest=4.0, tiny=0.25
@@ -74,4 +78,33 @@ def test_rules_along_outlines_leave_less_than_is_allowed(lens, allowed):
             ),
         ):
             off.append(abs(piece(own) - piece(fine)) / (2.0 * np.pi))
+    assert max(off) <= 0.1 * allowed
+
+
+@pytest.mark.parametrize("allowed", [1e-3, 1e-6, 1e-9])
+def test_bezier_curves_by_few_nodes_and_by_many(allowed):
+    """Leaves of the check's own parts of them: at every distance, against as many pieces of sixty-four nodes each."""
+    table = table_of(camsim.Airy(f_number=8.0), np.ones(1), np.ones((1, 1)), 60.0, 1e-12)
+    energy = Energy(table.cells[0], 1.0 / table.step, table.far[0])
+    rng, off, nothing = np.random.default_rng(5), [], np.zeros(1)
+    for _ in range(60):
+        corners = (rng.uniform(-3.0, 3.0, 8) * np.exp(rng.uniform(-3.0, 0.0))).tolist()
+        leaf = camsim.Path(segments_um=[("move", *corners[:2]), ("cubic", *corners[2:]), ("close",)], reflectance=0.0)
+        pieces, _ = pieces_of(camsim.Scene(background=1.0, shapes=[leaf]), 1.0, Fineness(1.0, 1e-9), whole=True)
+        own = parts_seen(pieces, np.zeros(len(pieces.left)), np.ones(len(pieces.left)), 1.0, allowed)
+        for e in np.flatnonzero(pieces.bezier >= 0):
+            ends = np.linspace(0.0, 1.0, 9)
+            finer = Pieces(
+                Outlines(*(np.repeat(nothing, 8) for _ in range(6))), *np.zeros((2, 8), int), np.arange(8),
+                between(np.repeat(pieces.curves[pieces.bezier[[e]]], 8, axis=0), ends[:-1], ends[1:]),
+            )  # fmt: skip
+            fine = parts_seen(finer, *np.zeros((2, 8)), 0.05, 1e-12)
+            place = own.about[e, :2] + np.exp(rng.uniform(-3.0, 5.0)) * np.array([np.cos(e), np.sin(e)])
+            # All of it is looked up in the table, or none of it.
+            gap = np.hypot(*(own.about[e, :2] - place)) - own.about[e, 2]
+            radius = 50.0 if gap < 50.0 else 0.0
+            one = bezier(*place, own.bent, own.bent.of[e], own.about[e, 2], radius, energy)
+            many = sum(bezier(*place, fine.bent, k, fine.about[k, 2], 1.2 * radius, energy) for k in range(8))
+            off.append(abs(one - many) / (2.0 * np.pi))
+    assert len(off) > 50
     assert max(off) <= 0.1 * allowed

@@ -111,7 +111,7 @@ def test_arcs_that_follow_an_ellipse_have_its_area():
     """What pairs of arcs give and take was taken for the same: the check of thin ellipses was 5e-10 off, for ever."""
     long_um, thin_um, fine = 0.32, 0.025, Fineness(longest=28.0, allowed=7e-12)
     ellipse = camsim.Ellipse(radius_x_um=long_um, radius_y_um=thin_um, rotate_deg=30.0, reflectance=1.0)
-    parts, _, _ = outlines_of(camsim.Scene(background=0.0, shapes=[ellipse]), 1.0, fine)
+    parts, *_ = outlines_of(camsim.Scene(background=0.0, shapes=[ellipse]), 1.0, fine)
     begin, end = parts.from_rad, parts.from_rad + parts.turn_rad
     sector = parts.dx * (parts.dx * parts.turn_rad + parts.x * (np.sin(end) - np.sin(begin)))
     area = 0.5 * np.sum(sector - parts.dx * parts.y * (np.cos(end) - np.cos(begin)))

@@ -238,7 +238,7 @@ def test_a_small_frame_is_transformed_twice_whatever_is_asked_for(monkeypatch, e
 @pytest.mark.parametrize(("rows", "cols"), [(1, 1), (2, 9), (24, 24)])
 def test_windows_lie_within_the_grid(rows, cols):
     triangle = scene_of([(np.array([(-1e3, 0.0), (0.2, 0.3), (1e3, 1e3)]), 0.5)])
-    outlines, _, _ = outlines_of(triangle, 4.0, Fineness())
+    outlines, *_ = outlines_of(triangle, 4.0, Fineness())
     row, col = windows(outlines, grid_of(rows, cols), WINDOW)
     assert row.min() >= 0
     assert row.max() < rows

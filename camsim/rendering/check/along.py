@@ -1,4 +1,4 @@
-"""One piece of an outline integrated, as a point sees it: straight or round, near or far."""
+"""One piece of an outline integrated, as a point sees it: straight, round or a Bézier curve, near or far."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from camsim.arrays import F64
 from camsim.kernels import kernel
-from camsim.rendering.check.records import Outlines
+from camsim.rendering.check.records import Bent, Outlines
 
 PANEL_BLURS = 8.0  # the longest piece that one rule integrates: of 4 it takes three fifths of as many nodes
 SHORT = ((8, 0.25), (4, 0.03))
@@ -123,6 +123,29 @@ def straight(x: float, y: float, o: Outlines, e: int, radius: float, energy: Ene
             s = middle + half * g[0, q]
             inside += g[1, q] * _value(math.sqrt(h * h + s * s), True, energy)
     total += h * half * inside
+    return total
+
+
+@kernel()
+def bezier(x: float, y: float, bent: Bent, k: int, half: float, radius: float, energy: Energy) -> float:
+    """One Bézier curve: (P × P′)·E/r² over t, by as many nodes as it takes there; half: how far it reaches about t = 0.
+
+    All of a curve that is partly within the radius is integrated with the table, which reaches as much farther.
+    """
+    x0, y0, x1, y1, x2, y2, x3, y3, eight, four = bent.terms[k]
+    x0, y0 = x0 - x, y0 - y
+    at = math.hypot(x0, y0)
+    inside = at - half < radius
+    order = bent.order[k]
+    if not inside:
+        order = 4 if at > four else 8 if at > eight else order
+    g = bent.rules[order]
+    total = 0.0
+    for q in range(order):
+        t = g[0, q]
+        rx, ry = x0 + t * (x1 + t * (x2 + t * x3)), y0 + t * (y1 + t * (y2 + t * y3))
+        wx, wy = x1 + t * (2.0 * x2 + t * 3.0 * x3), y1 + t * (2.0 * y2 + t * 3.0 * y3)
+        total += g[1, q] * (rx * wy - ry * wx) * _value(math.sqrt(rx * rx + ry * ry), inside, energy)
     return total
 
 

@@ -27,4 +27,7 @@ def bent(pieces: Pieces, fine: Fineness, bending: Bending) -> Pieces:
     x, y = (start / pitch_um).T
     dx, dy = ((end - start) / pitch_um).T
     none = np.zeros(len(x))
-    return Pieces(Outlines(x, y, dx, dy, none, none), edges.left[owner], edges.right[owner])
+    outlines = Outlines(x, y, dx, dy, none, none)
+    return pieces._replace(
+        outlines=outlines, left=edges.left[owner], right=edges.right[owner], bezier=np.full(len(x), -1)
+    )

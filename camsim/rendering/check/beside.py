@@ -57,11 +57,14 @@ class Beside:
         """Return whether points (n, 2) see whole straight lines, if anything."""
         o = self.pieces.outlines
         straight = o.turn_rad == 0.0
+        # A Bézier curve lies no farther from its chord than this is long.
+        short = np.where(self.pieces.bezier >= 0, self.where.length, 0.0)
         for places in self.where.some_of(points):
             x, y = o.x - places[:, :1], o.y - places[:, 1:]
             first = np.hypot(x, y)
             # No part of a round piece lies nearer than its circle.
-            gaps = np.where(straight, np.minimum(first, np.hypot(x + o.dx, y + o.dy)), np.abs(first - o.dx))
+            nearer_end = np.minimum(first, np.hypot(x + o.dx, y + o.dy))
+            gaps = np.where(straight, nearer_end - short, np.abs(first - o.dx))
             if (gaps < self.reach).any():
                 return False
         return True

@@ -16,8 +16,10 @@ from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.along import SHORT, Rules
+from camsim.rendering.check.parts import parts_seen
 from camsim.rendering.check.pattern import Table, loudness, table_of
-from camsim.rendering.check.points import Asked, Parts, Tables, light_at_points, rules_of
+from camsim.rendering.check.points import Asked, Tables, light_at_points, rules_of
+from camsim.rendering.check.records import Parts
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.check.whereabouts import Whereabouts, together
@@ -126,7 +128,7 @@ class Integrals:
 
     def _nodes_on(self, gaps: F64) -> F64:
         """Return how many nodes each piece takes so far away; those on round pieces as many times as long."""
-        o = self.pieces.outlines
+        o, curves = self.pieces.outlines, self._parts.bent
         length, bent = self.where.length, o.turn_rad != 0.0
         near = np.where(gaps < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
         panel_nodes, panels = self._rules.panel.shape[1], np.ceil(near / self._rules.longest)
@@ -135,6 +137,8 @@ class Integrals:
         for count, short in SHORT:
             beyond = np.where((gaps > self.radius) & (0.5 * length < short * (gaps + 0.5 * length)), count, beyond)
         nodes: F64 = panel_nodes * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
+        which = np.flatnonzero(curves.of >= 0)
+        nodes[:, which] = np.where(gaps[:, which] < self.radius, curves.order[curves.of[which]], SHORT[0][0])
         return nodes
 
     def _gaps(self) -> Iterator[F64]:
@@ -145,7 +149,7 @@ class Integrals:
     def values(self, points: F64, sets: I64) -> F64:
         """Return the light at points (m, 2) besides the background's, each in its channel."""
         radius = self._radii(points)
-        table = self._table(float(radius.max()))
+        table = self._table(float(radius.max()) + self._parts.longest_curve)
         pairs, channels = self.weights.shape[:2]
         tables = Tables(
             table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
@@ -165,16 +169,21 @@ class Integrals:
 
     @functools.cached_property
     def _rules(self) -> Rules:
-        return rules_of(float(self._blur.min()), ALONG_PART * self.budget.tolerance)
+        return rules_of(*self._shortest)
+
+    @functools.cached_property
+    def _shortest(self) -> tuple[float, float]:
+        """The shortest wave, and what of it is left along outlines."""
+        return float(self._blur.min()), ALONG_PART * self.budget.tolerance
 
     @functools.cached_property
     def where(self) -> Whereabouts:
         """Where the pieces lie."""
-        return Whereabouts(outlines=self.pieces.outlines, corners=self.corners)
+        return Whereabouts(pieces=self.pieces, corners=self.corners)
 
     @functools.cached_property
     def _parts(self) -> Parts:
-        return Parts.of(self.pieces.outlines, self.pair, self.times)
+        return parts_seen(self.pieces, self.pair, self.times, *self._shortest)
 
     @functools.cached_property
     def _extent(self) -> float:

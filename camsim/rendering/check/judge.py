@@ -109,7 +109,8 @@ class Judge:
         felt_nm = job.wavelength_nm[job.response.any(axis=0)]  # none of a light that the sensor does not see
         highest = job.system.highest_per_um(felt_nm if felt_nm.size else job.wavelength_nm)
         fine = Fineness(1.0 / (highest * job.grid.pitch_um), job.budget.of_check.allowed("own curves"))
-        pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine)
+        whole = job.bending is None and job.finest is not None and job.tolerance >= job.finest
+        pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine, whole=whole)
         if job.bending is not None and len(pieces.left):
             pieces = bent(pieces, fine, job.bending)
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm)
@@ -166,21 +167,21 @@ class Judge:
         if not len(pieces.left):
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
         if self.integrates and self._difference is None:
-            return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
+            return hardest_photosites(pieces.round, grid, plan.marks, count=self.count(plan))
         if self._difference is not None:
-            rows, cols = windows(pieces.outlines, grid, WINDOW, JUST_BEYOND * plan.marks.reach)
+            rows, cols = windows(pieces.round, grid, WINDOW, JUST_BEYOND * plan.marks.reach)
             which = (self._of_all + np.arange(0, rows.size, self._all)[:, None]).ravel()
             return rows[which], cols[which]
-        rows, cols = windows(pieces.outlines, grid, WINDOW)
+        rows, cols = windows(pieces.round, grid, WINDOW)
         # A pattern's far parts are seen from far away: where that is not dear.
-        row, col = farthest(pieces.outlines, grid)
+        row, col = farthest(pieces.round, grid)
         if self._whole.taken(row, col) > max(FAR_SHARE * plan.cost.seconds, FAR_SECONDS):
             return rows, cols
         return np.append(rows, row), np.append(cols, col)
 
     def fewest(self, plan: Plan) -> tuple[I64, I64]:
         """Return those of them that are looked at whatever it takes, each by itself."""
-        outlines = self.seen[0].outlines
+        outlines = self.seen[0].round
         if not len(self.seen[0].left):
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
         return hardest_photosites(outlines, self.job.grid, plan.marks, count=plan.fewest)

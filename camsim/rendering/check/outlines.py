@@ -1,4 +1,4 @@
-"""The scene's outlines as the check takes them: straight parts and arcs of circles, nothing clipped or cut."""
+"""The scene's outlines as the check takes them: straight parts, arcs of circles and Bézier curves, nothing clipped."""
 
 from __future__ import annotations
 
@@ -7,21 +7,34 @@ from collections.abc import Sequence
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.rendering.check.beziers import alone, in_parts
 from camsim.rendering.check.records import Outlines, Owners
 from camsim.scene import Primitive, Scene, flattened
 from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, joined
 
 
-def outlines_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Outlines, Owners, list[Primitive]]:
-    """Return the outlines of all shapes, pitches; circles stay circles, what else bends becomes arcs."""
+def outlines_of(
+    scene: Scene, pitch_um: float, fine: Fineness, *, whole: bool = False
+) -> tuple[Outlines, Owners, list[Primitive], tuple[I64, F64]]:
+    """Return the outlines of all shapes, pitches; circles stay circles, what else bends becomes arcs.
+
+    whole   : parts of Bézier curves that nothing comes near stay what they are, and their chords are the outlines
+    returns : and of which of those each part is the chord, −1 for none, and their control points (m, 4, 2)
+    """
     primitives = flattened(scene.shapes)
     fills = [fill for one in primitives for fill in one.fills]
     curves = joined([fill.curves for fill in fills])
     curves = curves._replace(points=curves.points / pitch_um)
-    outlines, ends, counts = _parts(curves, fine)
-    begins = np.concatenate([[0], np.cumsum(counts)])
     pieces = np.cumsum([0, *(len(fill.curves.kind) for fill in fills)])
+    kept = np.zeros(len(curves.kind), bool)
+    if whole:
+        curves, of_each, usable = in_parts(curves, fine.longest)
+        pieces = np.concatenate([[0], np.cumsum(of_each)])[pieces]
+        kept = alone(curves, usable, fine)
+    outlines, ends, counts = parts_of(curves, kept, fine)
+    begins = np.concatenate([[0], np.cumsum(counts)])
+    bezier = np.repeat(np.where(kept, np.cumsum(kept) - 1, -1), counts)
     owners = Owners(
         part=begins[pieces],
         fill=_firsts([len(layer) for one in primitives for layer in one.layers]),
@@ -29,20 +42,20 @@ def outlines_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Outlines
         even_odd=np.array([fill.rule == "evenodd" for fill in fills], bool),
         ends=ends,
     )
-    return outlines, owners, primitives
+    return outlines, owners, primitives, (bezier, curves.points[kept])
 
 
 def _firsts(counts: Sequence[int]) -> I64:
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
 
 
-def _parts(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
-    """Return the parts of all curves in order, their ends, and how many each curve has."""
+def parts_of(curves: Curves, chords: np.ndarray, fine: Fineness) -> tuple[Outlines, F64, I64]:
+    """Return the parts of all curves in order, their ends, and how many each curve has; of some their chords."""
     p, turn = curves.points, curves.turn_rad
     u, v = p[:, 1], p[:, 2]
     size = np.hypot(u[:, 0], u[:, 1])
     circle = circles_among(curves)
-    straight = curves.kind == STRAIGHT
+    straight = (curves.kind == STRAIGHT) | chords
     columns = np.zeros((len(straight), 10))
     columns[:, 6:8], columns[:, 8:] = p[:, 0], p[:, 3]
     columns[straight, :2], columns[straight, 2:4] = p[straight, 0], (p[:, 3] - p[:, 0])[straight]

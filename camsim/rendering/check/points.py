@@ -11,8 +11,8 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.quadrature import gauss_legendre, gauss_phases
-from camsim.rendering.check.along import CUTS, PANEL_BLURS, SHORT, Energy, Rules, round_piece, straight
-from camsim.rendering.check.records import Outlines
+from camsim.rendering.check.along import CUTS, PANEL_BLURS, SHORT, Energy, Rules, bezier, round_piece, straight
+from camsim.rendering.check.records import Outlines, Parts
 
 MOST_NODES = 64
 
@@ -34,28 +34,6 @@ class Asked(NamedTuple):
     nodes: F64  # (m, 2) by which every point is moved
     least: F64  # (n,) distances of the points that pieces have at least, and that they do not have
     most: F64
-
-
-class Parts(NamedTuple):
-    """What is to be known of each piece besides its outline."""
-
-    sides: I64  # which two spectra lie beside it
-    times: F64  # what their difference is to be multiplied by
-    about: F64  # (n, 3) its middle, and half its length: a circle that it lies in
-
-    @classmethod
-    def of(cls, o: Outlines, sides: I64, times: F64) -> Parts:
-        """Collect it."""
-        straight, middle = o.turn_rad == 0.0, o.from_rad + 0.5 * o.turn_rad
-        x = o.x + np.where(straight, 0.5 * o.dx, o.dx * np.cos(middle))
-        y = o.y + np.where(straight, 0.5 * o.dy, o.dx * np.sin(middle))
-        return cls(sides, times, np.stack([x, y, 0.5 * o.length], axis=1))
-
-    def gaps(self, points: F64) -> F64:
-        """Return how far (points, pieces) all of each piece lies at least from points (m, 2)."""
-        x, y, half = self.about.T
-        gaps: F64 = np.hypot(points[:, :1] - x, points[:, 1:] - y) - half
-        return gaps
 
 
 @functools.lru_cache(maxsize=16)
@@ -96,7 +74,7 @@ def _light(
 ) -> None:
     """Fill in some of the light, counted point by point; cuts: (CUTS,) memory."""
     points, sets, radius, nodes, least, most = asked
-    sides, times, about = parts
+    sides, times, about, curves = parts
     count, per_step = len(nodes), 1.0 / tables.step
     here, pieces, last = np.empty(len(sides), np.int64), 0, -1
     for job in range(begin, end):
@@ -114,7 +92,9 @@ def _light(
         total = 0.0
         for e in here[:pieces]:
             energy = Energy(tables.cells[sides[e], channel], per_step, tables.far[sides[e], channel])
-            if o.turn_rad[e] == 0.0:
+            if curves.of[e] >= 0:
+                total += times[e] * bezier(x, y, curves, curves.of[e], about[e, 2], reach, energy)
+            elif o.turn_rad[e] == 0.0:
                 total += times[e] * straight(x, y, o, e, reach, energy, rules)
             else:
                 total += times[e] * round_piece(x, y, o, e, about[e], reach, energy, rules, cuts)

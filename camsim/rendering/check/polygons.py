@@ -7,10 +7,12 @@ import math
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.rendering.check.scenery import Pieces
+from camsim.rendering.check.scenery import Pieces, followed
 from camsim.rendering.edges import Edges
+from camsim.scene.arcs import Fineness
 
 GROWTH = 1.3  # of a part's sides from its ends on
+OF_ARCS = 0.05  # of what sides may be wrong by: what Bézier curves are followed to by arcs
 
 
 def polygons(pieces: Pieces, longest: float, allowed: float, *, textured: bool = False) -> Edges:
@@ -21,6 +23,7 @@ def polygons(pieces: Pieces, longest: float, allowed: float, *, textured: bool =
     textured : edges of samples cut the sides anywhere. What is left of one then counts at once, its area, at most
                s³/(72·√3·R), times the pattern's peak, about 1/longest²; a tenth for each of those that lie near
     """
+    pieces = followed(pieces, Fineness(longest, OF_ARCS * allowed))
     o = pieces.outlines
     starts, ends, owners = [], [], []
     straight = np.flatnonzero(o.turn_rad == 0.0)

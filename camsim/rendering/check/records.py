@@ -53,3 +53,38 @@ class Owners(NamedTuple):
         """Of each part (n,)."""
         first = self.part[self.fill[self.layer]]
         return np.repeat(np.arange(len(first) - 1), np.diff(first))
+
+
+class Bent(NamedTuple):
+    """Bézier curves as polynomials of t from −1 to 1; see ``parts.bent``.
+
+    of     : (pieces,) which of them each piece is, −1 for none
+    terms  : (m, 10) x and y of the four coefficients, and distances from which on eight and four nodes do
+    order  : (m,) nodes that follow the shortest wave along each
+    rules  : (n, 2, most) Gauss rules of 0, 1, 2 … nodes
+    """
+
+    of: I64
+    terms: F64
+    order: I64
+    rules: F64
+
+
+class Parts(NamedTuple):
+    """What is to be known of each piece besides its outline."""
+
+    sides: I64  # which two spectra lie beside it
+    times: F64  # what their difference is to be multiplied by
+    about: F64  # (n, 3) its middle, and half its length: a circle that it lies in
+    bent: Bent
+
+    @property
+    def longest_curve(self) -> float:
+        """No Bézier curve is longer."""
+        return 2.0 * float(self.about[self.bent.of >= 0, 2].max(initial=0.0))
+
+    def gaps(self, points: F64) -> F64:
+        """Return how far (points, pieces) all of each piece lies at least from points (m, 2)."""
+        x, y, half = self.about.T
+        gaps: F64 = np.hypot(points[:, :1] - x, points[:, 1:] - y) - half
+        return gaps

@@ -11,14 +11,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import C128, F64, I64
+from camsim.rendering.check.beziers import between, polynomials
 from camsim.rendering.check.cuts import pieces_between_cuts
 from camsim.rendering.check.near import Squares, pairs
-from camsim.rendering.check.outlines import outlines_of
+from camsim.rendering.check.outlines import outlines_of, parts_of
 from camsim.rendering.check.painter import BESIDE, Near, Rows, sides_of
 from camsim.rendering.check.records import Outlines
 from camsim.scene import Scene
 from camsim.scene.arcs import Fineness
+from camsim.scene.curves import CUBIC, Curves
 from camsim.spectra.curve import Spectrum
 
 SAME, SAME_SHARE = (
@@ -28,25 +30,51 @@ SAME, SAME_SHARE = (
 
 
 class Pieces(NamedTuple):
-    """What is left of the outlines: parts with different spectra on their two sides."""
+    """What is left of the outlines: parts with different spectra on their two sides.
+
+    bezier : (n,) which Bézier curve a straight part is but the chord of, −1 for none
+    curves : (m, 4) control points of these, x + iy
+    """
 
     outlines: Outlines
     left: I64
     right: I64
+    bezier: I64
+    curves: C128
+
+    @property
+    def round(self) -> Outlines:
+        """The outlines with arcs in the place of Bézier curves: of one's circle in its middle, about as long."""
+        bent = np.flatnonzero(self.bezier >= 0)
+        if not bent.size:
+            return self.outlines
+        middle, way, bend, _ = polynomials(self.curves[self.bezier[bent]]).T
+        turn = 4.0 * (way.conj() * bend).imag / np.abs(way) ** 2
+        some = np.abs(turn) > SAME
+        bent, middle, way, turn = bent[some], middle[some], way[some], turn[some]
+        radius, back = 2.0 * np.abs(way) / np.abs(turn), turn < 0.0
+        centre = middle + 1j * np.where(back, -1.0, 1.0) * radius * way / np.abs(way)
+        from_rad = np.angle(middle - centre) - 0.5 * np.abs(turn)
+        o = Outlines(*(column.copy() for column in self.outlines))
+        for column, values in zip(o, (centre.real, centre.imag, radius, 0.0, from_rad, np.abs(turn)), strict=True):
+            column[bent] = values
+        return o
 
 
 def pieces_of(
     scene: Scene,
     pitch_um: float,
     fine: Fineness = Fineness(),  # noqa: B008 (a tuple of numbers)
+    *,
+    whole: bool = False,
 ) -> tuple[Pieces, tuple[Spectrum, ...]]:
-    """Return the pieces of a scene, pitches, and its spectra: the background first."""
-    outlines, owners, primitives = outlines_of(scene, pitch_um, fine)
+    """Return the pieces of a scene, pitches, and its spectra: the background first; whole: see ``outlines_of``."""
+    outlines, owners, primitives, (bezier, points) = outlines_of(scene, pitch_um, fine, whole=whole)
     spectra: dict[Spectrum, int] = {scene.background: 0}
     of_primitive = np.array([spectra.setdefault(one.reflectance, len(spectra)) for one in primitives], np.int64)
     if not len(outlines.x):
         nothing = np.empty(0, np.int64)
-        return Pieces(outlines, nothing, nothing), tuple(spectra)
+        return Pieces(outlines, nothing, nothing, nothing, np.empty((0, 4), np.complex128)), tuple(spectra)
     boxes = _boxes(outlines)
     # An arc's places are its centre's and its radius's numbers.
     size = np.maximum(np.abs(outlines.x) + np.where(outlines.turn_rad == 0.0, 0.0, outlines.dx), np.abs(outlines.y))
@@ -60,17 +88,39 @@ def pieces_of(
     # A piece as short as rounding has no direction.
     seen = (left != right) & ((high - low) * outlines.length[owner] > 1e-3 * same[owner])
     owner, low, high = owner[seen], low[seen], high[seen]
-    whole = outlines.some(owner)
-    straight = whole.turn_rad == 0.0
+    part = outlines.some(owner)
+    straight = part.turn_rad == 0.0
     cut = Outlines(
-        x=whole.x + np.where(straight, low * whole.dx, 0.0),
-        y=whole.y + np.where(straight, low * whole.dy, 0.0),
-        dx=np.where(straight, (high - low) * whole.dx, whole.dx),
-        dy=np.where(straight, (high - low) * whole.dy, 0.0),
-        from_rad=whole.from_rad + low * whole.turn_rad,
-        turn_rad=(high - low) * whole.turn_rad,
+        x=part.x + np.where(straight, low * part.dx, 0.0),
+        y=part.y + np.where(straight, low * part.dy, 0.0),
+        dx=np.where(straight, (high - low) * part.dx, part.dx),
+        dy=np.where(straight, (high - low) * part.dy, 0.0),
+        from_rad=part.from_rad + low * part.turn_rad,
+        turn_rad=(high - low) * part.turn_rad,
     )
-    return Pieces(_one_way_round(cut), *_sides(cut, left[seen], right[seen])), tuple(spectra)
+    # Nothing crosses a chord; where rounding cuts off its last bit the curve is cut with it.
+    bent = np.flatnonzero(bezier[owner] >= 0)
+    curves = between((points[..., 0] + 1j * points[..., 1])[bezier[owner[bent]]], low[bent], high[bent])
+    index = np.full(len(owner), -1)
+    index[bent] = np.arange(bent.size)
+    return Pieces(_one_way_round(cut), *_sides(cut, left[seen], right[seen]), index, curves), tuple(spectra)
+
+
+def followed(pieces: Pieces, fine: Fineness) -> Pieces:
+    """Return the same with Bézier curves followed by arcs."""
+    if not len(pieces.curves):
+        return pieces
+    bent = pieces.bezier >= 0
+    curves, owner = pieces.curves, np.flatnonzero(bent)
+    points = np.stack([curves.real, curves.imag], axis=2)[pieces.bezier[owner]]
+    drawn = Curves(points, np.zeros(owner.size), np.full(owner.size, CUBIC), np.array([0, owner.size]))
+    arcs, _, counts = parts_of(drawn, np.zeros(owner.size, bool), fine)
+    own = np.repeat(owner, counts)
+    left, right = _sides(arcs, pieces.left[own], pieces.right[own])
+    rest = pieces.outlines.some(~bent)
+    outlines = Outlines(*(np.concatenate(both) for both in zip(rest, _one_way_round(arcs), strict=True)))
+    left, right = np.concatenate([pieces.left[~bent], left]), np.concatenate([pieces.right[~bent], right])
+    return Pieces(outlines, left, right, np.full(len(left), -1), pieces.curves[:0])
 
 
 def _one_way_round(o: Outlines) -> Outlines:

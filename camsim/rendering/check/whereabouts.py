@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.rendering.check.beziers import polynomials
 from camsim.rendering.check.records import Outlines
+from camsim.rendering.check.scenery import Pieces
 
 LOOKED_AT = 24  # places in the frame where ends are heard
 AT_ONCE = 1 << 16  # places × pieces that are looked at together: there may be millions of pieces
@@ -18,13 +20,18 @@ AT_ONCE = 1 << 16  # places × pieces that are looked at together: there may be 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Whereabouts:
-    """Pieces about a frame, pitches.
+    """Pieces about a frame, pitches; Bézier curves are short, and as far away as their chords.
 
     corners : (4,) low x, low y, high x, high y of the outermost photosites
     """
 
-    outlines: Outlines
+    pieces: Pieces
     corners: F64
+
+    @property
+    def outlines(self) -> Outlines:
+        """Of the pieces, chords among them."""
+        return self.pieces.outlines
 
     @functools.cached_property
     def length(self) -> F64:
@@ -52,6 +59,13 @@ class Whereabouts:
                 np.where(straight, last, centre + o.dx * finish),
             )
             leaves, comes = np.where(straight, leaves, 1j * begin), np.where(straight, comes, 1j * finish)
+        curves = np.flatnonzero(self.pieces.bezier >= 0)
+        if curves.size:
+            _, c1, c2, c3 = polynomials(self.pieces.curves[self.pieces.bezier[curves]]).T
+            for ways, t in ((leaves, -1.0), (comes, 1.0)):
+                way = c1 + 2.0 * t * c2 + 3.0 * c3
+                size = np.abs(way)
+                ways[curves] = np.where(size > 0.0, way / np.where(size > 0.0, size, 1.0), ways[curves])
         places, index = np.unique(np.round(np.concatenate([first, last]), 9), return_inverse=True)
         turns = np.concatenate([leaves, -comes])
         jump = np.hypot(*(np.bincount(index, part, places.size) for part in (turns.real, turns.imag)))
@@ -73,6 +87,7 @@ class Whereabouts:
         more = np.where(straight, 0.0, o.dx)
         x, y = np.concatenate([o.x, o.x + straight * o.dx]), np.concatenate([o.y, o.y + straight * o.dy])
         x0, y0, x1, y1 = self.corners
+        more[self.pieces.bezier >= 0] = self.length[self.pieces.bezier >= 0]
         across = np.maximum(np.abs(x - x0), np.abs(x - x1)) + np.tile(more, 2)
         down = np.maximum(np.abs(y - y0), np.abs(y - y1)) + np.tile(more, 2)
         return float(np.hypot(across, down).max(initial=0.0))
