@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
 from tests.examples import tile_centres
 
@@ -49,6 +50,9 @@ def draw(seed, number):
     if number % 16 == 9:
         own = np.random.default_rng([seed, number, 3])
         add_fields(own, system, lambda rng: _surface(rng, spectral), lambda rng, size: _curves(rng, size, spectral))
+    if number % 16 == 13:
+        own = np.random.default_rng([seed, number, 5])
+        add_field_lens(own, system, lambda rng, size: _curves(rng, size, spectral))
     if number % 16 == 5:
         own = np.random.default_rng([seed, number, 4])
         system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]

@@ -9,8 +9,10 @@ from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.render import plan_render
 from tests.attack.draw import REFERENCE_NM
-from tests.truth import fields, picture, round_lenses, waves
+from tests.truth import field_lens, fields, picture, round_lenses, waves
 from tests.truth.boundary import BoundaryTruth
+
+FIELD_LENSES = ("field", "field grid")
 
 
 def scene(system):
@@ -120,6 +122,8 @@ def _lens(lens, p):
     if kind == "curve":
         frequency = tuple(f / blur_um for f in lens["frequency"])
         return camsim.RadialOtf(freq_per_um=frequency, values=tuple(lens["values"]))
+    if kind in FIELD_LENSES:
+        return _field_lens(lens, p, f_number)
     if kind == "measured":
         return camsim.MeasuredPsf(irradiance=tuple(map(tuple, lens["irradiance"])), spacing_um=0.5 * blur_um)
     return camsim.Wavefront(
@@ -129,6 +133,19 @@ def _lens(lens, p):
         defocus_um=_defocus_um(lens, p),
         pupil=camsim.Pupil(**lens["pupil"]),
     )
+
+
+def _field_lens(lens, p, f_number):
+    own = {name: lens[name] for name in ("wavelength_nm", "zernike", "waves")}
+    own |= {name: lens[name] for name in ("distortion", "distortion_powers") if name in lens}
+    if "illumination" in lens:
+        own["relative_illumination"] = lens["illumination"]
+    if "lateral" in lens:
+        own["lateral_colour_um"] = [_times(row, p) for row in lens["lateral"]]
+    for name, key in (("heights", "height_um"), ("x", "x_um"), ("y", "y_um")):
+        if name in lens:
+            own[key] = _times(lens[name], p)
+    return camsim.FieldLens(f_number=f_number, **own)
 
 
 def _defocus_um(lens, p):
@@ -310,6 +327,14 @@ class Truth:
         return BoundaryTruth(
             self.pieces, self.round, jumps, self.system["photosite"], self.system["olpf"], target=target,
             lights=self._lights(channel),
+        )  # fmt: skip
+
+    def placed(self, channel):
+        """Truth of single photosites behind a lens that changes over the frame, relative to one channel's scale."""
+        jumps = self.difference * self.response[channel] / self.scale[channel]
+        return field_lens.PlacedTruth(
+            self.system["lens"], self.pieces, jumps, self.system["photosite"], self.system["olpf"],
+            nm=self.system["wavelength_nm"], reference_nm=REFERENCE_NM,
         )  # fmt: skip
 
     def waves(self, channel):

@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numba as nb
 import numpy as np
 from scipy import fft, special
 
-from tests.truth import photosites, pupils
+from tests.truth import photosites, picture, pupils
 
 BAND = 23.5  # of the taper's transform, over its width: beyond it is below 1e-16
 LARGEST = 2600  # points along a side of the lattice
@@ -87,7 +89,7 @@ class WaveTruth:
         total = np.zeros((ky.size, kx.size), complex)
         for row in range(len(self.rows)):
             own = [p for p, k in zip(self.pieces, self.kind_of[: len(self.pieces)], strict=True) if k == row]
-            seen = _scene(own, kx, ky)
+            seen = _scene(own, kx, ky, (24, 20)[way])
             for (*ways, _), kind in zip(self.lights, self.kind_of[len(self.pieces) :], strict=True):
                 if kind == row:
                     seen += _points(*ways[way], kx, ky)
@@ -213,7 +215,37 @@ def _kaiser_integral():
     return np.concatenate([[0.0], np.cumsum(0.0005 * (_kaiser(nodes) @ w))])
 
 
+@dataclass(frozen=True)
+class Mapped:
+    """A piece of outline as it falls: ``bend`` takes places (n, 2) and steps there to where and what they become."""
+
+    piece: picture.Piece
+    bend: Callable
+
+
+def _nodes(piece, highest, order):
+    """Places (n, 2) along a piece, and steps there: Gauss rules of an order on panels short against a wave."""
+    if isinstance(piece, Mapped):
+        return piece.bend(*_nodes(piece.piece, highest, order))
+    x, w = pupils.gauss(order)
+    a, b = np.array(piece.start), np.array(piece.end)
+    straight = piece.centre is None
+    length = float(np.hypot(*(b - a))) if straight else piece.largest * (piece.last - piece.first)
+    panels = max(4, math.ceil(length * highest / 4.0))
+    t = ((np.arange(panels)[:, None] + 0.5 * (1.0 + x)) / panels).ravel()[:, None]
+    share = np.tile(0.5 / panels * w, panels)[:, None]
+    if straight:
+        return a + t * (b - a), share * (b - a)
+    turn = piece.last - piece.first
+    cos, sin = np.cos(piece.first + turn * t), np.sin(piece.first + turn * t)
+    c, u, v = (np.array(p) for p in (piece.centre, piece.u, piece.v))
+    return c + u * cos + v * sin, share * turn * (v * cos - u * sin)
+
+
 def _box(piece):
+    if isinstance(piece, Mapped):
+        places, _ = _nodes(piece, 0.0, 24)
+        return [*places.min(axis=0), *places.max(axis=0)]
     if piece.centre is not None:
         c, r = np.array(piece.centre), np.hypot(piece.u, piece.v)
         return [*(c - r), *(c + r)]
@@ -221,32 +253,26 @@ def _box(piece):
     return [*np.minimum(a, b), *np.maximum(a, b)]
 
 
-def _scene(own, kx, ky):
+def _scene(own, kx, ky, order):
     """∫ exp(−2πi k·y) over what lies left of the pieces, (ky, kx): a part of a closed outline each."""
     total = np.zeros((ky.size, kx.size), complex)
-    straight = [p for p in own if p.centre is None]
+    bent = [isinstance(p, Mapped) or p.centre is not None for p in own]
+    straight = [p for p, is_bent in zip(own, bent, strict=True) if not is_bent]
     if straight:
         a, b = np.array([p.start for p in straight]), np.array([p.end for p in straight])
         _straight(a, b, kx, ky, total)
     at_zero = sum(0.5 * (p.start[0] * p.end[1] - p.end[0] * p.start[1]) for p in straight)
     highest = math.hypot(float(np.abs(kx).max()), float(ky.max()))
-    for p in own:
-        if p.centre is None:
+    for p, is_bent in zip(own, bent, strict=True):
+        if not is_bent:
             continue
-        length = p.largest * (p.last - p.first)
-        panels = max(4, math.ceil(length * highest / 4.0))
-        x, w = np.polynomial.legendre.leggauss(24)
-        step = (p.last - p.first) / panels
-        angle = (p.first + step * (np.arange(panels)[:, None] + 0.5 * (1.0 + x))).ravel()
-        share = np.tile(0.5 * step * w, panels)
-        cos, sin = np.cos(angle), np.sin(angle)
-        # n ds is the step along the arc turned by a quarter: to its right.
-        nx, ny = p.v[1] * cos - p.u[1] * sin, p.u[0] * sin - p.v[0] * cos
-        px, py = p.centre[0] + p.u[0] * cos + p.v[0] * sin, p.centre[1] + p.u[1] * cos + p.v[1] * sin
-        at_zero += 0.5 * float(np.sum(share * (px * nx + py * ny)))
+        places, steps = _nodes(p, highest, order)
+        # n ds is the step turned by a quarter: to its right.
+        (px, py), nx, ny = places.T, steps[:, 1], -steps[:, 0]
+        at_zero += 0.5 * float(np.sum(px * nx + py * ny))
         down, across = np.exp(-2j * np.pi * np.outer(ky, py)), np.exp(-2j * np.pi * np.outer(px, kx))
         # ∫ exp(−2πi k·y) dA = ∮ i/(2π|k|²) (k·n) exp(−2πi k·y) ds
-        total += ((down * (share * nx)) @ across) * kx + ((down * (share * ny)) @ across) * ky[:, None]
+        total += ((down * nx) @ across) * kx + ((down * ny) @ across) * ky[:, None]
     square = kx**2 + ky[:, None] ** 2
     square[0, 0] = 1.0
     total *= 1j / (2.0 * np.pi * square)

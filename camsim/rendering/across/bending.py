@@ -1,9 +1,12 @@
 """A scene's edges as a lens with distortion throws them: straight ones bend, and are cut until no photosite can tell.
 
 Every photosite sees the scene that the distortion has drawn, so edges are mapped before anything is blurred: the image
-stays a sum over edges. Side by side sides get the curve's area: corners between them lie a third of the two arrows
-beyond it (an arrow is two thirds of its height high on average). What is left wobbles about the curve by up to two
-thirds of an arrow; a photosite hears no more of that than the wobble times the line spread.
+stays a sum over edges. Side by side sides get the curve's area (an arrow is two thirds of its height high on average):
+the corner between them takes half of what either lacks. What is left wobbles about the curve by up to two thirds of an
+arrow; a photosite hears no more of that than the wobble times the line spread, and nothing of sides that are all alike
+and shorter than the waves that pass. But a corner of the scene stays where it is: beside it a third of an arrow times
+the side lacks, which counts at once, times the pattern's height. Of sides half as long as the next a quarter of that
+lies half a side from where it belongs.
 """
 
 from __future__ import annotations
@@ -97,10 +100,12 @@ class Bending:
             there = self._places(start, end, low + quarter * (high - low))
             gap = there - a - quarter * (b - a)
             off = np.maximum(off, np.hypot(gap[:, 0], gap[:, 1]) / (4.0 * quarter * (1.0 - quarter)))
-        # Corners of the scene stay where they are, so that the first side's area is its own: sides shorter than half
-        # the finest wave that passes are the end of it.
-        short = np.hypot(*(b - a).T) <= 0.5 * self.blur_um
-        fine: np.ndarray = short | (2.0 / 3.0 * off * self._line_spread(a, b) <= self.allowed)
+        spread = self._line_spread(a, b)
+        length = np.hypot(*(b - a).T)
+        lacks = off * np.minimum(length / self.blur_um, 1.0) * spread / 3.0  # of more no photosite sees both ends
+        own = np.where((low == 0.0) | (high == 1.0), 2.0, np.minimum(length / (4.0 * self.blur_um), 1.0))
+        short = (length <= 0.5 * self.blur_um) & (own * lacks <= self.allowed)
+        fine: np.ndarray = short | (2.0 / 3.0 * off * spread + own * lacks <= self.allowed)
         return fine
 
     def _line_spread(self, a: F64, b: F64) -> F64:
@@ -118,7 +123,9 @@ class Bending:
         a, b = self._places(start, end, low), self._places(start, end, high)
         arrow = self._places(start, end, 0.5 * (low + high)) - 0.5 * (a + b)
         inner = owner[1:] == owner[:-1]
-        outward = (arrow[1:] + arrow[:-1])[inner] / 3.0
+        length = np.hypot(*(b - a).T)[:, None]
+        lacks = arrow * length
+        outward = ((lacks[1:] + lacks[:-1]) / (1.5 * (length[1:] + length[:-1])))[inner]
         b[:-1][inner] += outward
         a[1:][inner] += outward
         return Sides(a, b, owner)

@@ -26,6 +26,10 @@ from camsim.rendering.across.turns import cos_sin
 FEWEST_NODES = (14, 28, 20, 16)  # of the overlap's rule, shifts, half a circle of angles, wavelengths
 PER_WAVE = (2.2, 3.4, 3.2, 4.5)  # of the steepest slope, waves per radius: nodes more, at 1e-5
 COARSEST = 0.7  # of them, at 2e-3 and more
+EACH = 0.02  # of the tolerance: what a transfer may lose by the rule, and by each of the others' last terms
+FINEST = 2e-10  # of a transfer: sums of cosines that are known to 2e-11
+MORE, LAST = 1.25, 5  # times as many nodes where it loses more; terms that are looked at: some are 0 by symmetry
+SOME = (5, 4)  # shifts and angles at which rules are compared
 
 
 def steepest(lens: PlacedLens, wavelength_nm: F64) -> float:
@@ -92,9 +96,62 @@ class PlaceTransfers:
 
     @functools.cached_property
     def _nodes(self) -> tuple[int, int, int, int]:
+        """Nodes of the rule, shifts, angles and wavelengths.
+
+        A slope knows nothing of how often a wavefront goes up and down: at the shortest wavelength it is looked at what
+        more nodes of the rule change, and series of the others go on until their last terms are quiet.
+        """
         steep = steepest(self.lens, self.wavelength_nm)
-        counts = [self._fewest(k) + math.ceil(self._share * per * steep) for k, per in enumerate(PER_WAVE)]
-        return counts[0], counts[1], counts[2], counts[3]
+        rule, shifts, angles, colours = (
+            self._fewest(k) + math.ceil(self._share * per * steep) for k, per in enumerate(PER_WAVE)
+        )
+        loud = float(np.abs(self.weights).sum(axis=1).max())
+        allowed, nm = max(EACH * self.tolerance / max(loud, 1e-300), FINEST), self.wavelength_nm[:1]
+        some, theta = (0.5 * math.pi * (np.arange(n) + 0.5) / n for n in SOME)
+        found, finer = self._sampled(nm, some, 2.0 * theta, rule), rule
+        while True:
+            finer = math.ceil(MORE * finer)
+            before, found = found, self._sampled(nm, some, 2.0 * theta, finer)
+            if np.abs(found - before).max() <= allowed:
+                break
+            rule = finer
+        while True:
+            x, w = gauss_legendre(shifts)
+            theta = math.pi * np.arange(angles) / angles
+            half = self._sampled(nm, 0.25 * math.pi * (1.0 + x), theta, rule)[0]
+            around = scipy.fft.fft(np.concatenate([half, half.conj()], axis=-1), norm="forward")
+            legendre = np.polynomial.legendre.legvander(x, shifts - 1)[:, -LAST:] * (np.arange(shifts)[-LAST:] + 0.5)
+            last = np.abs(around[:, angles - LAST : angles]).max(), np.abs((legendre * w[:, None]).T @ half).max()
+            if max(last) <= allowed:
+                break
+            shifts, angles = (
+                math.ceil((MORE if own > allowed else 1.0) * n)
+                for n, own in zip((shifts, angles), reversed(last), strict=True)
+            )
+        while self.wavelength_nm.size > colours:
+            own = chebyshev(colours)
+            nm = 0.5 * (self.wavelength_nm[0] + self.wavelength_nm[-1]) + 0.5 * np.ptp(self.wavelength_nm) * own
+            found = self._sampled(nm, some, theta[:: max(1, angles // SOME[1])], rule)
+            series = scipy.fft.dct(found.view(np.float64), axis=0)
+            if np.abs(series[-LAST:]).max() / colours <= allowed:
+                break
+            colours = math.ceil(MORE * colours)
+        return rule, shifts, angles, colours
+
+    def _sampled(self, nm: F64, alpha: F64, theta: F64, rule: int) -> C128:
+        """Return transfers (wavelengths, shifts, directions) less the perfect one's; theta: from the radius."""
+        index, waves = turned(self.lens.zernike, self.lens.coefficients(nm), self.angle_rad + theta)
+        wavefronts = np.ascontiguousarray(waves.reshape(-1, len(index)).T)
+        pupil, out = Pupil(), np.empty((nm.size, alpha.size, theta.size), complex)
+        for s, nu in enumerate(np.cos(alpha)):
+            # Copies that nearly touch, or hardly move, differ by few waves.
+            nodes = self._fewest(0) + math.ceil((rule - self._fewest(0)) * math.sin(2.0 * float(alpha[s])))
+            x, y, weight = pupil.overlap(2.0 * float(nu), 0.0, nodes)
+            steps = np.stack([zernike(j, x - float(nu), y) - zernike(j, x + float(nu), y) for j in index])
+            found = _summed(steps.T @ wavefronts, weight / pupil.area)
+            # Less the perfect one's by the same nodes: near a whole pupil they lose some area, of both alike.
+            out[:, s] = (found[0] - weight.sum() / pupil.area + 1j * found[1]).reshape(theta.size, nm.size).T
+        return out
 
     @functools.cached_property
     def _samples(self) -> tuple[F64, F64, C128]:
@@ -105,19 +162,7 @@ class PlaceTransfers:
             nm = 0.5 * (nm[0] + nm[-1]) + 0.5 * (nm[-1] - nm[0]) * chebyshev(colours)
         alpha = 0.25 * math.pi * (1.0 + gauss_legendre(shifts)[0])
         half = angles // 2 + 1
-        index, waves = turned(
-            self.lens.zernike, self.lens.coefficients(nm), self.angle_rad + math.pi * np.arange(half) / angles
-        )
-        wavefronts = np.ascontiguousarray(waves.reshape(-1, len(index)).T)
-        pupil, out = Pupil(), np.empty((nm.size, shifts, half), complex)
-        for s, nu in enumerate(np.cos(alpha)):
-            # Copies that nearly touch, or hardly move, differ by few waves.
-            nodes = self._fewest(0) + math.ceil((rule - self._fewest(0)) * math.sin(2.0 * float(alpha[s])))
-            x, y, weight = pupil.overlap(2.0 * float(nu), 0.0, nodes)
-            steps = np.stack([zernike(j, x - float(nu), y) - zernike(j, x + float(nu), y) for j in index])
-            found = _summed(steps.T @ wavefronts, weight / pupil.area)
-            # Less the perfect one's by the same nodes: near a whole pupil they lose some area, of both alike.
-            out[:, s] = (found[0] - weight.sum() / pupil.area + 1j * found[1]).reshape(half, nm.size).T
+        out = self._sampled(nm, alpha, math.pi * np.arange(half) / angles, rule)
         out = np.concatenate([out, out[..., angles - half : 0 : -1].conj()], axis=-1)
         return alpha, nm, np.concatenate([out, out.conj()], axis=-1)
 
