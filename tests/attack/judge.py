@@ -68,6 +68,8 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
             record["faults"].append("silent")
     elif record["estimate"] > system["tolerance"] * (1.0 + 1e-6) and record["error"] < 0.3 * system["tolerance"]:
         record["faults"].append("alarm")
+    if "other" in record:
+        record["faults"].append("other")
     if seconds > SLOWEST_S:
         record["faults"].append("slow")
     return record
@@ -155,9 +157,10 @@ def _errors(system, rendering, rng, thorough):
         found |= _place(worst) | {"photosites_judged": image.size}
     if is_round:
         own = _by_lines(system, truth, image, planes, base, channel, worst, rng, thorough)
-        # The truth has the last word where it found the photosites that the other engine thought worst.
-        if other is None or own["error"] >= 0.5 * found["error"] or found["error"] <= 1.1 * system["tolerance"]:
-            found |= own
+        # The truth judged the photosites that the other engine thought worst: it has the last word.
+        if found["error"] - own["error"] > system["tolerance"]:
+            own["other"] = f"{found['judge']} is {found['error']:.1g} off"
+        found |= own
         found["judge"] = "lines" if other is None else "lines and the other engine"
     return found
 
