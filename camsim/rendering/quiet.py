@@ -18,6 +18,7 @@ from camsim.rendering.spectral import multiples
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 NEAREST = 5.0  # blurs: where the search for quiet begins
+STEP, AT_ONCE = 0.25, 32  # blurs from one place of the search to the next, and places that are looked at together
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
 
@@ -51,12 +52,14 @@ class Waves:
         farthest = min(falls_to(allowed, loudest_in_step, powers), within)
         if shortest == longest or farthest <= NEAREST * longest:
             return farthest
-        distance = np.arange(NEAREST * longest, farthest + longest, 0.25 * longest)
-        loudest = np.zeros_like(distance)
-        for u, amplitude, power in rings:
-            loudest += amplitude * self._left(u, power, distance)
-        loud = np.flatnonzero(loudest > allowed)
-        return float(distance[min(loud[-1] + 1, distance.size - 1)]) if loud.size else float(distance[0])
+        count = math.ceil((farthest + longest - NEAREST * longest) / (STEP * longest))
+        # The last loud place is asked for: wavelengths that fall silent do so not long before those in step would.
+        for block in range((count - 1) // AT_ONCE, -1, -1):
+            loudest = np.sum([amplitude * self._left(u, power, block) for u, amplitude, power in rings], axis=0)
+            loud = np.flatnonzero(loudest[: count - block * AT_ONCE] > allowed)
+            if loud.size:
+                return longest * (NEAREST + STEP * min(block * AT_ONCE + int(loud[-1]) + 1, count - 1))
+        return NEAREST * longest
 
     def _phasors(self, u: float, power: float) -> F64:
         """Return (n, j) how loud a ring of amplitude 1 is at every wavelength, of each weight set and of the OLPF's."""
@@ -71,37 +74,21 @@ class Waves:
             self._transfers[u] = self.footprint.transfer(u / self.blur)
         return self._transfers[u]
 
-    def _left(self, u: float, power: float, distance: F64) -> F64:
-        """Return what the wavelengths' sum leaves of a ring of amplitude 1 at distances, of the loudest weight set.
-
-        One search's distances are the beginning of a longer one's.
-        """
-        known = self._heard.get((u, power), np.empty(0))
-        if known.size < distance.size:
-            more = distance[known.size :]
-            wave, phasors = self._wave(u, distance)[known.size :], self._phasors(u, power).T
+    def _left(self, u: float, power: float, block: int) -> F64:
+        """Return what the wavelengths' sum leaves of a ring of amplitude 1 at distances, of the loudest weight set."""
+        if (u, power, block) not in self._heard:
+            distance = float(self.blur.max()) * (NEAREST + STEP * np.arange(block * AT_ONCE, (block + 1.0) * AT_ONCE))
+            wave, phasors = _turns(distance, u / self.blur), self._phasors(u, power).T
             # Phasors are real: as complex ones they would be multiplied twice.
             real, imaginary = (product(part, phasors) for part in (wave.real, wave.imag))
             heard = np.sqrt((real**2 + imaginary**2).max(axis=1))
-            known = self._heard[u, power] = np.concatenate([known, DULL * heard * more**-power])
-        return known[: distance.size]
-
-    def _wave(self, u: float, distance: F64) -> C128:
-        """Return (n, j) the turns of a ring at distances."""
-        known = self._waves.get(u, np.empty((0, self.blur.size), complex))
-        if len(known) < distance.size:
-            more = _turns(distance[len(known) :], u / self.blur)
-            known = self._waves[u] = np.concatenate([known, more])
-        return known[: distance.size]
+            self._heard[u, power, block] = DULL * heard * distance**-power
+        return self._heard[u, power, block]
 
     @functools.cached_property
     def different(self) -> F64:
         """Weight sets (k, j) of which none is another one times a number: the others are never the loudest."""
         return self.shares[np.unique(multiples(self.shares)[0])]
-
-    @functools.cached_property
-    def _waves(self) -> dict[float, C128]:
-        return {}
 
     @functools.cached_property
     def _transfers(self) -> dict[float, F64]:
@@ -112,7 +99,7 @@ class Waves:
         return {}
 
     @functools.cached_property
-    def _heard(self) -> dict[tuple[float, float], F64]:
+    def _heard(self) -> dict[tuple[float, float, int], F64]:
         return {}
 
 

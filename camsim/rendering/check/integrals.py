@@ -131,12 +131,15 @@ class Integrals:
         o, curves = self.pieces.outlines, self._parts.bent
         length, bent = self.where.length, o.turn_rad != 0.0
         near = np.where(gaps < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
-        panel_nodes, panels = self._rules.panel.shape[1], np.ceil(near / self._rules.longest)
+        rules = self._rules
+        panel_nodes, panels = rules.panel.shape[1], np.ceil(near / rules.longest)
+        within = np.where(near < rules.tiny, rules.few.shape[1], panel_nodes) * panels * np.where(bent, ROUND, 1.0)
         # Beyond the table a round piece takes panels that double in length on either side, a short one but a few nodes.
         beyond = panel_nodes * (2.0 + 2.0 * np.log2(1.0 + length / self.radius))
         for count, short in SHORT:
             beyond = np.where((gaps > self.radius) & (0.5 * length < short * (gaps + 0.5 * length)), count, beyond)
-        nodes: F64 = panel_nodes * panels * np.where(bent, ROUND, 1.0) + ROUND * beyond * bent
+        out_there = bent & (gaps + length > self.radius)
+        nodes: F64 = within + ROUND * beyond * out_there
         which = np.flatnonzero(curves.of >= 0)
         nodes[:, which] = np.where(gaps[:, which] < self.radius, curves.order[curves.of[which]], SHORT[0][0])
         return nodes
