@@ -128,4 +128,5 @@ class Bending:
         outward = ((lacks[1:] + lacks[:-1]) / (1.5 * (length[1:] + length[:-1])))[inner]
         b[:-1][inner] += outward
         a[1:][inner] += outward
-        return Sides(a, b, owner)
+        there = np.any(a != b, axis=1)  # a side of rounding has no direction elsewhere
+        return Sides(a[there], b[there], owner[there])

@@ -30,6 +30,7 @@ EACH = 0.02  # of the tolerance: what a transfer may lose by the rule, and by ea
 FINEST = 2e-10  # of a transfer: sums of cosines that are known to 2e-11
 MORE, LAST = 1.25, 5  # times as many nodes where it loses more; terms that are looked at: some are 0 by symmetry
 SOME = (5, 4)  # shifts and angles at which rules are compared
+ROUNDS = 6  # of that: what is not quiet then is what sums leave
 
 
 def steepest(lens: PlacedLens, wavelength_nm: F64) -> float:
@@ -109,30 +110,29 @@ class PlaceTransfers:
         allowed, nm = max(EACH * self.tolerance / max(loud, 1e-300), FINEST), self.wavelength_nm[:1]
         some, theta = (0.5 * math.pi * (np.arange(n) + 0.5) / n for n in SOME)
         found, finer = self._sampled(nm, some, 2.0 * theta, rule), rule
-        while True:
+        for _ in range(ROUNDS):
             finer = math.ceil(MORE * finer)
             before, found = found, self._sampled(nm, some, 2.0 * theta, finer)
             if np.abs(found - before).max() <= allowed:
                 break
             rule = finer
-        while True:
+        for _ in range(ROUNDS):
             x, w = gauss_legendre(shifts)
-            theta = math.pi * np.arange(angles) / angles
-            half = self._sampled(nm, 0.25 * math.pi * (1.0 + x), theta, rule)[0]
-            around = scipy.fft.fft(np.concatenate([half, half.conj()], axis=-1), norm="forward")
+            half = self._sampled(nm, 0.25 * math.pi * (1.0 + x), math.pi * np.arange(angles) / angles, rule)[0]
+            around = scipy.fft.fft(np.concatenate([half, half.conj()], axis=-1), norm="forward")[
+                :, angles - LAST : angles
+            ]
             legendre = np.polynomial.legendre.legvander(x, shifts - 1)[:, -LAST:] * (np.arange(shifts)[-LAST:] + 0.5)
-            last = np.abs(around[:, angles - LAST : angles]).max(), np.abs((legendre * w[:, None]).T @ half).max()
-            if max(last) <= allowed:
+            shown = np.abs((legendre * w[:, None]).T @ half).max(), np.abs(around).max()
+            if max(shown) <= allowed:
                 break
             shifts, angles = (
-                math.ceil((MORE if own > allowed else 1.0) * n)
-                for n, own in zip((shifts, angles), reversed(last), strict=True)
+                math.ceil(MORE * n) if own > allowed else n for n, own in zip((shifts, angles), shown, strict=True)
             )
-        while self.wavelength_nm.size > colours:
+        for _ in range(ROUNDS if self.wavelength_nm.size > colours else 0):
             own = chebyshev(colours)
             nm = 0.5 * (self.wavelength_nm[0] + self.wavelength_nm[-1]) + 0.5 * np.ptp(self.wavelength_nm) * own
-            found = self._sampled(nm, some, theta[:: max(1, angles // SOME[1])], rule)
-            series = scipy.fft.dct(found.view(np.float64), axis=0)
+            series = scipy.fft.dct(self._sampled(nm, some, 2.0 * theta, rule).view(np.float64), axis=0)
             if np.abs(series[-LAST:]).max() / colours <= allowed:
                 break
             colours = math.ceil(MORE * colours)
@@ -145,7 +145,7 @@ class PlaceTransfers:
         pupil, out = Pupil(), np.empty((nm.size, alpha.size, theta.size), complex)
         for s, nu in enumerate(np.cos(alpha)):
             # Copies that nearly touch, or hardly move, differ by few waves.
-            nodes = self._fewest(0) + math.ceil((rule - self._fewest(0)) * math.sin(2.0 * float(alpha[s])))
+            nodes = math.ceil(rule * max(0.56, math.sqrt(math.sin(2.0 * float(alpha[s])))))
             x, y, weight = pupil.overlap(2.0 * float(nu), 0.0, nodes)
             steps = np.stack([zernike(j, x - float(nu), y) - zernike(j, x + float(nu), y) for j in index])
             found = _summed(steps.T @ wavefronts, weight / pupil.area)

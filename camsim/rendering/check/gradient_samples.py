@@ -84,8 +84,9 @@ class SeenGradient(Seen):
 
     def points_near(self, radius: float) -> float:
         """Return about how many points lie within a radius of a photosite."""
-        cells = float(np.prod(self.shape))
-        return self._nodes(self.highest) ** 2 * min(cells, math.pi * radius**2) + self._nodes(0.0) ** 2 * cells
+        cells = float(np.count_nonzero(self._states[0]))
+        whole = self._nodes(self.highest) ** 2 * min(cells, math.pi * radius**2) + self._nodes(0.0) ** 2 * cells
+        return whole + Seen.points_near(self, radius)
 
     def _field(self, row: int, col: int, places: F64) -> F64:
         return self._at(places + np.array([col, row]))

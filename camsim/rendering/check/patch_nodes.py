@@ -25,6 +25,7 @@ def _nodes_for(order: int, length: F64) -> I64:
 
 def in_patch(a: F64, b: F64, order: int) -> tuple[F64, F64]:
     """Return nodes (m, 2) and weights over what lies within outlines, a to b, of the square 0 … 1."""
+    a, b = _beside(a, b)
     # Between these heights the crossings with the sides and with one another come in one order.
     safe = np.where(a[:, 0] == b[:, 0], 1.0, b[:, 0] - a[:, 0])
     heights = [a[:, 1], b[:, 1]]
@@ -65,6 +66,22 @@ def in_patch(a: F64, b: F64, order: int) -> tuple[F64, F64]:
         places.append(np.stack([x, y], axis=-1).reshape(-1, 2))
         weights.append((((high - low) * wy * length)[..., None] * wx).ravel())
     return np.concatenate(places), np.concatenate(weights)
+
+
+def _beside(a: F64, b: F64) -> tuple[F64, F64]:
+    """Return outlines of which what lies wholly on one side of the patch is upright there.
+
+    Only how often a line crosses it counts, evenly or oddly: where one outline of a chain goes on for another nothing
+    ends.
+    """
+    left, right = np.maximum(a[:, 0], b[:, 0]) <= 0.0, np.minimum(a[:, 0], b[:, 0]) >= 1.0
+    starts, ends = [a[~left & ~right]], [b[~left & ~right]]
+    for there, x in ((left, 0.0), (right, 1.0)):
+        height, times = np.unique(np.clip(np.concatenate([a[there, 1], b[there, 1]]), 0.0, 1.0), return_counts=True)
+        turns = height[times % 2 == 1].reshape(-1, 2)
+        for own, y in ((starts, turns[:, 0]), (ends, turns[:, 1])):
+            own.append(np.stack([np.full(len(turns), x), y], axis=1))
+    return np.concatenate(starts), np.concatenate(ends)
 
 
 def _rule(count: int) -> tuple[F64, F64]:

@@ -246,7 +246,7 @@ class PictureJudge:
         sums = self._sums
         if sums is None:
             return self.edges.seconds(plan)
-        return self.edges.seconds(plan) + self._fewest * self._seconds_each(sums)
+        return self.edges.seconds(plan) + self.hardest(plan)[0].size * self._seconds_each(sums)
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
         """Compare an image's values at photosites with what they should be."""

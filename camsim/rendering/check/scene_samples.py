@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.rendering.check.patch_nodes import NEXT_TO, crossing, in_patch
 from camsim.scene.raster import DEGREES, Raster
 
 Segments = tuple[F64, F64]
 Zone = tuple[float, tuple[float, float]]
 LARGEST = 3.0  # pitches, of a patch
+COUNTED = 32  # patches whose points are counted for a price
 ASKED_AT = 0.3137  # of a patch, where it is asked whether it is seen: no picture's own side is there, as in its middle
 
 
@@ -157,20 +158,24 @@ class Seen:
         """Which patches (rows, cols) are seen whole."""
         return self._states[0]
 
+    def _nodes_in(self, patches: I64) -> Iterator[tuple[int, int, F64, F64]]:
+        """Yield rows and columns of patches (n, 2) that outlines cut, row by row, with nodes and weights there."""
+        start, end = self._sides
+        low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
+        for row in np.unique(patches[:, 0]).tolist():
+            here = np.flatnonzero((high >= row) & (low <= row + 1))
+            a, b = start[here], end[here]
+            for col in patches[patches[:, 0] == row, 1].tolist():
+                yield row, col, *in_patch(a - [col, row], b - [col, row], self.order)
+
     @functools.cached_property
     def _parts(self) -> tuple[F64, F64]:
         """Places (m, 2) and light (planes, m) of the parts of patches, of a patch's area 1."""
-        start, end = self._sides
         places, lights = [np.empty((0, 2))], [np.empty((self.planes, 0))]
-        low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
-        for row in np.flatnonzero(self._states[1].any(axis=1)).tolist():
-            here = np.flatnonzero((high >= row) & (low <= row + 1))
-            a, b = start[here], end[here]
-            for col in np.flatnonzero(self._states[1][row]).tolist():
-                nodes, weights = in_patch(a - [col, row], b - [col, row], self.order)
-                if weights.size:
-                    places.append(nodes + np.array([col, row]))
-                    lights.append(self._field(row, col, nodes) * weights)
+        for row, col, nodes, weights in self._nodes_in(np.argwhere(self._states[1])):
+            if weights.size:
+                places.append(nodes + np.array([col, row]))
+                lights.append(self._field(row, col, nodes) * weights)
         placed = self.corner + self.step * np.einsum("na,ax->nx", np.concatenate(places), self.axes)
         return placed, np.concatenate(lights, axis=1)
 
@@ -190,9 +195,15 @@ class Seen:
         return field
 
     def points_near(self, radius: float) -> float:
-        """Return about how many points lie within a radius of a photosite."""
-        around = np.count_nonzero(self._states[1]) * self.step**2
-        return self.order**2 * min(around, 4.0 * radius * self.step) / self.step**2
+        """Return about how many points lie within a radius of a photosite, and are asked how far they are."""
+        return self._each_part * min(float(np.count_nonzero(self._states[1])), 4.0 * radius / self.step)
+
+    @functools.cached_property
+    def _each_part(self) -> float:
+        """How many points a patch has that is cut, of some: outlines of many sides cut it into many bands."""
+        patches = np.argwhere(self._states[1])
+        some = patches[:: max(1, len(patches) // COUNTED)]
+        return sum(weights.size for *_, weights in self._nodes_in(some)) / max(1, len(some))
 
     def farthest(self, points: F64) -> float:
         """Return the largest distance of a photosite from the picture's first patch and its last."""
