@@ -97,6 +97,14 @@ def _amplitude(length: float, series: C128, nodes: F64, weights: F64, radius: F6
     return out
 
 
+def ends_worth(length: F64, shortest: float) -> F64:
+    """Return how many ends' rings those of edges (n,) take as long as; shortest: of the tones' lengths, pitches."""
+    phase = math.pi * length / shortest
+    nodes = np.searchsorted(_PHASES, phase) + 1.0
+    worth: F64 = np.where(phase <= _PHASES[-1], nodes / RAY_NODES, 2.0)
+    return worth
+
+
 @kernel(forceinline=True)
 def _followed(u: complex, turn: complex, j: int, amplitude: C128) -> tuple[complex, complex]:
     """Return a tone's amplitudes, radial and tangential, times the first harmonic's turn to half their number."""
