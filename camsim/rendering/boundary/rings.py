@@ -165,7 +165,10 @@ def ring_part(
 @kernel(forceinline=True)
 def is_short(length: float, lengths: F64) -> bool:
     """Return whether a piece is short enough for ``ring_part``; lengths: of all tones."""
-    short: bool = math.pi * length <= _PHASES[MOST_ON_PIECES - 1] * lengths.min()
+    shortest = math.inf
+    for j in range(lengths.size):  # NumPy's minimum would import SciPy's linear algebra with every kernel
+        shortest = min(shortest, lengths[j])
+    short: bool = math.pi * length <= _PHASES[MOST_ON_PIECES - 1] * shortest
     return short
 
 
