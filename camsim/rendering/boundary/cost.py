@@ -15,7 +15,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.rendering.boundary.image import directions, inside_length, largest_tile, turns
 from camsim.rendering.boundary.potential import ORDER
-from camsim.rendering.boundary.rings import ring_terms
+from camsim.rendering.boundary.rings import ends_worth, ring_terms
 from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
@@ -34,7 +34,7 @@ class Counts:
     """What the boundary engine is going to do for one image.
 
     photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × lines close by
-    ringed     : ends × photosites where rings are computed, × wavelengths × tones, × terms of each
+    ringed     : ends × photosites where rings are computed, short edges less than one, × wavelengths × tones × terms
     close      : photosites × edges just beyond the near zone;  collected: sources × tiles that sum them up
     parts      : of the footprint, for each of which all of the above is done
     tables     : fields and edge responses;  table_values: numbers in them;  table_terms: terms added up for them
@@ -113,14 +113,16 @@ def boundary_counts(
     photosites = float(grid.rows * grid.cols)
     roots = -(-grid.rows // root) * -(-grid.cols // root)
     levels = 1.0 + math.log2(root / settings.leaf)
-    ringed = 0.0
+    shortest, ringed = settings.panel / PANEL_BLURS, 0.0
+    worth = ends_worth(length, shortest)
     if settings.quiet_end > settings.near:
-        ringed = float((within(ends, settings.quiet_end, grid) - near).sum()) * thin * wavelengths * tones
+        of_ends = 0.5 * np.tile(worth[::thin], 2)
+        ringed = float((within(ends, settings.quiet_end, grid) - near) @ of_ends) * thin * wavelengths * tones
     foci = settings.foci
     if len(foci.radius):
-        of_each = np.diff(touching(foci, edges)[0])
-        ringed += 2.0 * float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths * tones
-    shortest = settings.panel / PANEL_BLURS
+        first, picked = touching(foci, edges)
+        of_each = np.diff(np.concatenate([[0.0], np.cumsum(worth[picked])])[first])
+        ringed += float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths * tones
     ringed *= math.prod(ring_terms(footprint.extent, shortest, turns=turns(footprint), nearest=settings.near))
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step

@@ -21,11 +21,14 @@ import numpy as np
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel
 from camsim.optics.pattern import Tone
-from camsim.quadrature import gauss_legendre
+from camsim.quadrature import gauss_legendre, gauss_phases, gauss_rules
 
 RAY_NODES = 14
 RAY_DECAY = 16.0  # nepers along the ray
 _RAY_X, _RAY_W = 0.5 * (1.0 + gauss_legendre(RAY_NODES)[0]), 0.5 * gauss_legendre(RAY_NODES)[1]
+MOST_ON_PIECES, ON_PIECES = 12, 1e-10  # nodes, fewer than of two rays; of a wave, what they leave of it
+_PIECE_X, _PIECE_W, _ = gauss_rules(tuple(range(MOST_ON_PIECES + 1)))
+_PHASES = gauss_phases(ON_PIECES, MOST_ON_PIECES)
 _RAY = complex(math.sqrt(0.5), math.sqrt(0.5))
 
 
@@ -94,6 +97,81 @@ def _amplitude(length: float, series: C128, nodes: F64, weights: F64, radius: F6
     return out
 
 
+def ends_worth(length: F64, shortest: float) -> F64:
+    """Return how many ends' rings those of edges (n,) take as long as; shortest: of the tones' lengths, pitches."""
+    phase = math.pi * length / shortest
+    nodes = np.searchsorted(_PHASES, phase) + 1.0
+    worth: F64 = np.where(phase <= _PHASES[-1], nodes / RAY_NODES, 2.0)
+    return worth
+
+
+@kernel(forceinline=True)
+def _followed(u: complex, turn: complex, j: int, amplitude: C128) -> tuple[complex, complex]:
+    """Return a tone's amplitudes, radial and tangential, times the first harmonic's turn to half their number."""
+    radial, tangential = 0j, 0j
+    for m in range(amplitude.shape[2] - 1, -1, -1):
+        a, b = 0j, 0j
+        for q in range(amplitude.shape[3] - 1, -1, -1):
+            a = a * u + amplitude[j, 0, m, q]
+            b = b * u + amplitude[j, 1, m, q]
+        radial = radial * turn + a
+        tangential = tangential * turn + b
+    return radial, tangential
+
+
+@kernel()
+def ring_part(
+    h: float,
+    ends: tuple[float, float],
+    way: complex,
+    weights: F64,
+    lengths: F64,
+    amplitude: C128,
+    turns: int,
+    nearest: float,
+) -> float:
+    """Oscillating part of a piece of a line from s₁ to s₂, whose waves ``MOST_ON_PIECES`` nodes follow (``is_short``).
+
+    As of ``ring_tail``, on the real axis: s ↦ r is no steeper than 1, so no wave along the piece is shorter than λN.
+    """
+    total, (s1, s2) = 0.0, ends
+    middle, half = 0.5 * (s1 + s2), 0.5 * (s2 - s1)
+    for j in range(lengths.size):
+        weight = weights[j % weights.size]
+        if weight == 0.0:
+            continue
+        wave = 2.0 * math.pi / lengths[j]
+        count = 1
+        while count < MOST_ON_PIECES and _PHASES[count - 1] < wave * half:
+            count += 1
+        sum_j = 0.0
+        for i in range(count):
+            along = middle + half * _PIECE_X[count, i]
+            r = math.sqrt(h * h + along * along)
+            turn = way * complex(along, -h) / r
+            turn *= turn
+            if turns == 4:
+                turn *= turn
+            radial, tangential = _followed(nearest / r, turn, j, amplitude)
+            back, phase = 1.0 + 0j, wave * r
+            for _ in range((amplitude.shape[2] - 1) // 2):
+                back *= turn.conjugate()
+            rise = (h * radial - along * tangential) * complex(math.cos(phase), math.sin(phase)) * back
+            sum_j += _PIECE_W[count, i] * rise.real / (r * r * r * r)
+        total += weight * sum_j * half
+    return total
+
+
+@kernel(forceinline=True)
+def is_short(length: float, lengths: F64) -> bool:
+    """Return whether a piece is short enough for ``ring_part``; lengths: of all tones."""
+    shortest = math.inf
+    for j in range(lengths.size):  # NumPy's minimum would import SciPy's linear algebra with every kernel
+        shortest = min(shortest, lengths[j])
+    short: bool = math.pi * length <= _PHASES[MOST_ON_PIECES - 1] * shortest
+    return short
+
+
 @kernel()
 def ring_tail(
     h: float, s: float, tx: float, ty: float, weights: F64, lengths: F64, amplitude: C128, turns: int, nearest: float
@@ -106,7 +184,7 @@ def ring_tail(
     """
     total = 0.0
     r = math.hypot(h, s)
-    powers, harmonics = amplitude.shape[3], amplitude.shape[2]
+    harmonics = amplitude.shape[2]
     for j in range(lengths.size):
         weight = weights[j % weights.size]
         if weight == 0.0:
@@ -126,14 +204,7 @@ def ring_tail(
                 turn *= turn
             back = 1.0 / turn
             u = nearest * inverse
-            radial, tangential = 0j, 0j
-            for m in range(harmonics - 1, -1, -1):
-                a, b = 0j, 0j
-                for q in range(powers - 1, -1, -1):
-                    a = a * u + amplitude[j, 0, m, q]
-                    b = b * u + amplitude[j, 1, m, q]
-                radial = radial * turn + a
-                tangential = tangential * turn + b
+            radial, tangential = _followed(u, turn, j, amplitude)
             rise = (h * radial - along * tangential) * inverse**4 * np.exp(1j * wave * rr)
             sum_j += _RAY_W[i] * rise * back ** ((harmonics - 1) // 2)
         total += weight * (sum_j * _RAY).real * length
