@@ -216,7 +216,7 @@ class _Fields:
         values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
         used = np.flatnonzero(np.abs(basis.made_of).max(axis=(0, 2)) > 0.0)
         for q in range(terms):
-            stop = min(int(rows[q]) + AFTER, count)
+            stop = min(max(int(rows[q]) + AFTER, 6), count)  # six go on before 0
             spectrum = np.zeros((sets, stop, 2 * angles), complex)
             own = np.einsum("km,ksfm->sfm", basis.made_of[q, used], transfers.harmonics[used, :, :stop])
             spectrum[..., : most + 1], spectrum[..., -most:] = own[..., most:], own[..., :most]
