@@ -7,9 +7,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 import scipy
 
 from camsim.arrays import F64, I64, U8
@@ -25,6 +26,8 @@ from camsim.rendering.fourier.lens import footprint_transfer, frequencies
 from camsim.rendering.fourier.nearby import MANY, Nearby, regions_of
 from camsim.rendering.job import Job
 
+Mask: TypeAlias = npt.NDArray[np.bool_]
+
 TOGETHER = 4  # tiles
 ROWS = 16  # of a block: fewer are no work for a thread of its own
 
@@ -32,9 +35,10 @@ ROWS = 16  # of a block: fewer are no work for a thread of its own
 class Whole(Protocol):
     """The image that a band is of."""
 
-    job: Job
-    between: float
-
+    @property
+    def job(self) -> Job: ...  # noqa: D102
+    @property
+    def between(self) -> float: ...  # noqa: D102
     @property
     def transfers(self) -> Transfers: ...  # noqa: D102
     @property
@@ -148,9 +152,8 @@ class BandImage:
             index = np.full(int(job.signals.scale.size), -1)
             index[present] = np.arange(present.size)
             # Transfers hold the contrast already.
-            shares = np.ascontiguousarray(taken[spectra - 1]) / np.where(
-                self.image.contrast == 0.0, 1.0, self.image.contrast
-            )
+            contrast = np.where(self.image.contrast == 0.0, 1.0, self.image.contrast)
+            shares = np.ascontiguousarray(taken[spectra - 1]) / contrast
             total = np.zeros((present.size, basis.cuts.size, tile.sums[0], 2, tile.sums[1]))
             tiles.append((present, regions, Sets(shares, index[of_set], step * basis.cuts), total))
         for blocks in zip(*(regions.blocks() for _, regions, _, _ in tiles), strict=True):
@@ -158,14 +161,27 @@ class BandImage:
                 add = functools.partial(add_terms, total, scene, fields.on_block(block, tile), sets, block.place(tile))
                 shared(total.shape[2], add, least=ROWS)
         for (part, tile, _), (present, _, _, total) in zip(seen, tiles, strict=True):
-            rows = part.row - box.row + step * (np.arange(tile.rows) - self.band.before)
-            cols = part.col - box.col + step * (np.arange(tile.cols) - self.band.before)
-            weights = basis.weights(box, rows, cols)
+            rows = part.row - box.row + step * (np.arange(float(tile.rows)) - self.band.before)
+            cols = part.col - box.col + step * (np.arange(float(tile.cols)) - self.band.before)
+            weights, into = basis.weights(box, rows, cols), image[part.where]
             for own, letter in zip(total, present, strict=True):
-                coarse = np.einsum("qrc,qrc->rc", weights, inverse(own[:, :, 0] + 1j * own[:, :, 1], tile))
                 here = channel[part.where] == letter
-                fine = coarse if step == 1 else filled(coarse, step, part.rows, part.cols)
-                image[part.where][here] += fine[here]
+                every = every_second(here) if step == 1 else (slice(None), slice(None))
+                terms = inverse(own[:, :, 0] + 1j * own[:, :, 1], tile, every)
+                found = np.einsum("qrc,qrc->rc", weights[:, every[0], every[1]], terms)
+                if step > 1:
+                    found = filled(found, step, part.rows, part.cols)
+                into[every][here[every]] += found[here[every]]
+
+
+def every_second(here: Mask) -> tuple[slice, slice]:
+    """Return rows and columns that hold all photosites of a channel: every second one where the others have none."""
+    every = []
+    for axis in (1, 0):
+        own = np.flatnonzero(here.any(axis=axis))
+        apart = own.size > 1 and bool((np.diff(own) % 2 == 0).all())
+        every.append(slice(int(own[0]) % 2, None, 2) if apart else slice(None))
+    return every[0], every[1]
 
 
 def cut(count: int, pieces: int) -> list[int]:
@@ -200,7 +216,7 @@ class _Fields:
         values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
         used = np.flatnonzero(np.abs(basis.made_of).max(axis=(0, 2)) > 0.0)
         for q in range(terms):
-            stop = min(int(rows[q]) + AFTER, count)
+            stop = min(max(int(rows[q]) + AFTER, 6), count)  # six go on before 0
             spectrum = np.zeros((sets, stop, 2 * angles), complex)
             own = np.einsum("km,ksfm->sfm", basis.made_of[q, used], transfers.harmonics[used, :, :stop])
             spectrum[..., : most + 1], spectrum[..., -most:] = own[..., most:], own[..., :most]

@@ -45,10 +45,10 @@ CHUNK = 64  # directions at a time
 RAYS = 2.0  # λN that a ray goes for a wave of slope: what turns with the wavelength
 FLAT = 1e-3  # of a step: what is nearer than this to a place is there, and shows Q's slope
 WIDEST, NARROWER = 0.25, 4.0  # windows: the first one's width in cycles/pitch, and from one to the next
-SHORT, LONG = 3.0, 4.0  # over a window's width, pitches: where its reach is looked for first, and no other follows
+SHORT, LONG = 3.0, 4.0  # over a window's width, pitches: its reach is looked for within three times it; the last one's
 QUIET = 0.05  # of the tolerance: what a line may show past a window's reach
 SILENT = 5.5  # widths of a window, past which it is 5e-10
-LISTENED, FARTHER = 16, 1.25  # directions in which lines are looked at; how much farther where one is heard
+LISTENED = 16  # directions in which lines are looked at
 
 
 class Window(NamedTuple):
@@ -164,18 +164,17 @@ class FieldJudge:
     def _reach(self, own: PlaceTransfers, window: Window, farthest: float) -> float:
         """Return how far lines are heard in a window, pitches."""
         theta = math.pi * np.arange(LISTENED) / LISTENED
+        spectrum, length = self._spectrum(own, theta, window, SHORT / window.low)
+        line = scipy.fft.irfft(2j * math.pi * spectrum, n=length, axis=-1, norm="forward")
+        shown = np.abs(line).max(axis=(0, 1))
+        either = np.maximum(shown[: length // 2], shown[:0:-1][: length // 2])
+        beyond = np.maximum.accumulate(either[::-1])[::-1]
+        step = 1.0 / (STEPS * self._cut(own, window))
 
         def reach_of(lines: float) -> float:
-            reach = SHORT / window.low
-            while reach < farthest:
-                spectrum, length = self._spectrum(own, theta, window, reach)
-                line = scipy.fft.irfft(2j * math.pi * spectrum, n=length, axis=-1, norm="forward")
-                shown = np.abs(line).max(axis=(0, 1))
-                beyond = math.ceil(length / PERIOD)
-                if float(shown[beyond:-beyond].max()) <= QUIET * self.job.tolerance / lines:
-                    break
-                reach *= FARTHER
-            return min(reach, farthest)
+            quiet = np.flatnonzero(beyond <= QUIET * self.job.tolerance / lines)
+            # What is loud as far as half the period may be so farther on.
+            return float(quiet[0]) * step if quiet.size and quiet[0] < 0.8 * beyond.size else farthest
 
         return min(sighted(self._edges, reach_of), farthest)
 

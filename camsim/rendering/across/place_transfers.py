@@ -25,6 +25,7 @@ from camsim.rendering.across.turns import cos_sin
 
 FEWEST_NODES = (14, 28, 20, 16)  # of the overlap's rule, shifts, half a circle of angles, wavelengths
 PER_WAVE = (2.2, 3.4, 3.2, 4.5)  # of the steepest slope, waves per radius: nodes more, at 1e-5
+AT_ONCE = 256  # frequencies
 COARSEST = 0.7  # of them, at 2e-3 and more
 EACH = 0.02  # of the tolerance: what a transfer may lose by the rule, and by each of the others' last terms
 FINEST = 2e-10  # of a transfer: sums of cosines that are known to 2e-11
@@ -200,15 +201,17 @@ class PlaceTransfers:
             alpha = self._samples[0]
             x, w = gauss_legendre(alpha.size)
             signs = (-1.0) ** np.arange(x.size) * np.sqrt((1.0 - x * x) * w)
-            f_number = self.lens.f_number
-            fused = np.zeros((len(self.weights), frequency_per_um.size, self._harmonics[0].size), complex)
-            for j, each_nm in enumerate(self.wavelength_nm):
-                nu = frequency_per_um * f_number * each_nm / NM_PER_UM
-                inside = nu < 1.0
-                at = barycentric(x, signs, np.arccos(nu[inside]) / (0.25 * math.pi) - 1.0, same=1e-14)
-                # Two real numbers for a complex one: one product of matrices.
-                values = (at @ self._at_wavelengths[j]).view(complex)
-                fused[:, inside] += self.weights[:, j, None, None] * values
+            scale = self.lens.f_number * self.wavelength_nm / NM_PER_UM
+            samples = self._at_wavelengths.reshape(-1, self._at_wavelengths.shape[-1])
+            fused = np.empty((len(self.weights), frequency_per_um.size, self._harmonics[0].size), complex)
+            for first in range(0, frequency_per_um.size, AT_ONCE):
+                part = slice(first, first + AT_ONCE)
+                nu = np.multiply.outer(frequency_per_um[part], scale)
+                at = np.zeros((*nu.shape, x.size))
+                at[nu < 1.0] = barycentric(x, signs, np.arccos(nu[nu < 1.0]) / (0.25 * math.pi) - 1.0, same=1e-14)
+                for own, weights in zip(fused, self.weights, strict=True):
+                    # Two real numbers for a complex one, all wavelengths at once: one product of matrices.
+                    own[part] = ((at * weights[:, None]).reshape(len(nu), -1) @ samples).view(complex)
             self._kept[key] = np.moveaxis(fused, 2, 1)
         return self._kept[key]
 

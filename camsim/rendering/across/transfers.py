@@ -107,8 +107,8 @@ class _Sampler:
         self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
         self.terms = Terms.of(lens.at(lens.height_um[-1], 0.0).zernike)
         ends = wavelength_nm[np.linspace(0, wavelength_nm.size - 1, TRIED).round().astype(int)]
-        inside = [um for um in lens.height_um if radii_um[0] < um < radii_um[1]]
-        self.rules = self._rules(self._hardest(self.waves(np.array([*inside, *radii_um]), ends)))
+        inside = (um for um in lens.height_um if radii_um[0] < um < radii_um[1])
+        self.rules = self._rules(self._hardest(self.waves(np.array([*radii_um, *inside]), ends)))
 
     def waves(self, radius_um: F64, wavelength_nm: F64) -> F64:
         """Return coefficients (k, radii · wavelengths), waves."""
@@ -117,19 +117,17 @@ class _Sampler:
 
     def _rules(self, waves: F64) -> I64:
         """Return how many nodes across and along (2, n) settle the overlaps of wavefronts at each of ``SHIFTS``."""
-        rules = np.full((2, SHIFTS.size), RULES[-1])
+        rules = np.empty((2, SHIFTS.size), np.int64)
         for k, shift in enumerate(SHIFTS):
             own, allowed = np.array([shift]), 0.5 * self.allowed
             right = overlaps(self.terms, waves, own, ANGLES, (RULES[0], RULES[0]))
-            for fewer, nodes in pairwise(RULES):
+            for rules[0, k], nodes in pairwise(RULES):
                 before, right = right, overlaps(self.terms, waves, own, ANGLES, (nodes, nodes))
                 if float(np.abs(right - before).max()) <= allowed:
-                    rules[0, k] = fewer
                     break
-            for along in RULES:
-                found = overlaps(self.terms, waves, own, ANGLES, (int(rules[0, k]), along))
+            for rules[1, k] in RULES:
+                found = overlaps(self.terms, waves, own, ANGLES, (int(rules[0, k]), int(rules[1, k])))
                 if float(np.abs(found - right).max()) <= 2.0 * allowed:
-                    rules[1, k] = along
                     break
         return rules
 
@@ -288,8 +286,7 @@ def _times(values: C128, cut: float, allowed: float, heard: Callable[[F64], F64]
 def with_ghosts(values: C128) -> C128:
     """Return values (…, |f|, angles), 0 first, with two more before and three after it, for a six-point look-up.
 
-    Along a ray a transfer is smooth up to 0 and no further: those before are where a polynomial through the first six
-    goes on. Beyond the last there is nothing.
+    Along a ray a transfer is smooth up to 0 and no further: before it a polynomial through the first six goes on.
     """
     before = np.einsum("gk,...ka->...ga", GHOSTS, values[..., :6, :])
     return np.concatenate([before, values, np.zeros_like(values[..., :3, :])], axis=-2)

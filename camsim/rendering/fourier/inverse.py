@@ -8,43 +8,60 @@ import math
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
+from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
 from camsim.quadrature import barycentric
 from camsim.rendering.fourier.blocks import COARSE_POINTS, Tile
 from camsim.rendering.fourier.plan import PART
 
 FILLED = 10_000  # photosites that are worth a thread's while
+WORTH_THREADS = 1_000_000  # numbers to be transformed, likewise: fewer take longer on two
 
 
-def inverse(values: C128, tile: Tile) -> F64:
+def inverse(values: C128, tile: Tile, every: tuple[slice, slice] = (slice(None), slice(None))) -> F64:
     """Return the tile's photosites (…, rows, cols) from their frequencies (…, ``tile.sums``); ``values`` is lost.
 
     First down the columns, some at a time, of which only the tile's rows are kept; then along those.
+    every : rows and columns that are asked for
     """
     px, py = tile.periods
     before = values.shape[:-2]
     if tile.one_by_one:
         each = [_one_by_one(own, tile) for own in values.reshape(-1, *values.shape[-2:])]
-        return np.array(each).reshape(*before, *each[0].shape)
+        return np.array(each).reshape(*before, *each[0].shape)[..., every[0], every[1]]
     # A short kernel's period may be less than the tile: what repeats is then the empty background.
-    rows, cols = np.arange(tile.rows) % py, np.arange(tile.cols) % px
-    lines = np.empty((*before, tile.rows, values.shape[-1]), complex)
-    many = math.prod(before)
+    rows, cols = (np.arange(tile.rows) % py)[every[0]], (np.arange(tile.cols) % px)[every[1]]
+    lines = np.empty((*before, rows.size, values.shape[-1]), complex)
+    many, frequencies = math.prod(before), values.shape[-2]
     step = max(1, PART // (many * py))
-    below = (values.shape[-2] + 1) // 2  # rows of j ≥ 0; where all of the others are not there, they are 0
+    below = (frequencies + 1) // 2  # rows of j ≥ 0; where all of the others are not there, they are 0
     for first in range(0, values.shape[-1], step):
-        own = values[..., first : first + step]
-        part = np.zeros((*before, py, own.shape[-1]), complex)
-        part[..., :below, :], part[..., py - values.shape[-2] + below :, :] = own[..., :below, :], own[..., below:, :]
-        down = scipy.fft.ifft(part, axis=-2, overwrite_x=True, workers=-1)
-        lines[..., first : first + step] = down[..., rows, :]
-    image = np.empty((*before, tile.rows, tile.cols))
+        part = values[..., first : first + step]
+        if frequencies < py:
+            some = part
+            part = np.zeros((*before, py, some.shape[-1]), complex)
+            part[..., :below, :], part[..., py - frequencies + below :, :] = some[..., :below, :], some[..., below:, :]
+        down = scipy.fft.ifft(part, axis=-2, overwrite_x=True, workers=_threads(part.size))
+        lines[..., first : first + step] = down[..., _run(rows), :]
+    image = np.empty((*before, rows.size, cols.size))
     step = max(1, PART // (many * px))
-    for first in range(0, tile.rows, step):
-        along = scipy.fft.irfft(lines[..., first : first + step, :], n=px, axis=-1, workers=-1)
-        image[..., first : first + step, :] = along[..., cols]
+    for first in range(0, rows.size, step):
+        some = lines[..., first : first + step, :]
+        along = scipy.fft.irfft(some, n=px, axis=-1, workers=_threads(some.size))
+        image[..., first : first + step, :] = along[..., _run(cols)]
     return image
+
+
+def _run(places: I64) -> slice | I64:
+    """Return places, evenly spaced unless they repeat, as a slice where they are one: none is picked one by one."""
+    step = int(places[1] - places[0]) if places.size > 1 else 1
+    if step < 1 or places[-1] - places[0] != step * (places.size - 1):
+        return places
+    return slice(int(places[0]), int(places[-1]) + 1, step)
+
+
+def _threads(size: int) -> int:
+    return -1 if size >= WORTH_THREADS else 1
 
 
 def _one_by_one(values: C128, tile: Tile) -> F64:
