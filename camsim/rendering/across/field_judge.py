@@ -40,7 +40,7 @@ from camsim.rendering.job import Job
 SECONDS = 1.5  # for each photosite
 FINER = 1.5  # directions, times what a sum over them takes to be exact of waves that go so far
 STEPS = 12.0  # of a direction's table in the finest wave: sums over sides take slopes of what is looked up
-PERIOD = 6.0  # of such a table, in what is seen to one side
+PERIOD, APART = 6.0, 2.0  # of such a table, in what is seen to one side; and that more, at least, than lines are heard
 CHUNK = 64  # directions at a time
 RAYS = 2.0  # λN that a ray goes for a wave of slope: what turns with the wavelength
 FLAT = 1e-3  # of a step: what is nearer than this to a place is there, and shows Q's slope
@@ -138,7 +138,8 @@ class FieldJudge:
             edges=self._edges,
             allowed=0.5 * DIFFERENCE_CHECK_PART * job.tolerance,
         )
-        farthest = min(max(reach, 8.0), 2.0 * max(job.span, 8.0))
+        reach = max(reach, 8.0)
+        farthest = min(reach, 2.0 * max(job.span, 8.0))
         if not len(clamped(self._edges.seen_from(place), (-farthest, -farthest), (farthest, farthest))):
             return np.zeros(channels.size)
         angle_rad = math.atan2(place[1], place[0])
@@ -147,12 +148,14 @@ class FieldJudge:
         )
         found = np.zeros((len(weights), len(contrast)))
         for window in _windows(farthest):
-            box = self._reach(own, window, farthest) if window.low else farthest
+            heard = self._reach(own, window, reach) if window.low else reach
+            box = min(heard, farthest)
+            period = max(PERIOD * box, heard + APART * box)
             seen = clamped(self._edges.seen_from(place), (-box, -box), (box, box))
             count = math.ceil(FINER * math.pi * self._cut(own, window) * math.sqrt(2.0) * box)
             for first in range(0, count if len(seen) else 0, CHUNK):
                 theta = math.pi * (np.arange(first, min(first + CHUNK, count)) + 0.5) / count
-                found += self._directions(own, theta, seen, window, box) * (math.pi / count)
+                found += self._directions(own, theta, seen, window, period) * (math.pi / count)
         # Each spectrum's regions with its own transfer.
         total: F64 = np.einsum("scs->c", found.reshape(len(contrast), channels.size, len(contrast)))
         return total
@@ -161,10 +164,10 @@ class FieldJudge:
         """Return where a window ends, cycles/pitch."""
         return min(SILENT * window.high, self.job.system.highest_per_um(own.wavelength_nm) * self.job.grid.pitch_um)
 
-    def _reach(self, own: PlaceTransfers, window: Window, farthest: float) -> float:
-        """Return how far lines are heard in a window, pitches."""
+    def _reach(self, own: PlaceTransfers, window: Window, most: float) -> float:
+        """Return how far lines are heard in a window, pitches; most: in any."""
         theta = math.pi * np.arange(LISTENED) / LISTENED
-        spectrum, length = self._spectrum(own, theta, window, SHORT / window.low)
+        spectrum, length = self._spectrum(own, theta, window, PERIOD * SHORT / window.low)
         line = scipy.fft.irfft(2j * math.pi * spectrum, n=length, axis=-1, norm="forward")
         shown = np.abs(line).max(axis=(0, 1))
         either = np.maximum(shown[: length // 2], shown[:0:-1][: length // 2])
@@ -174,15 +177,18 @@ class FieldJudge:
         def reach_of(lines: float) -> float:
             quiet = np.flatnonzero(beyond <= QUIET * self.job.tolerance / lines)
             # What is loud as far as half the period may be so farther on.
-            return float(quiet[0]) * step if quiet.size and quiet[0] < 0.8 * beyond.size else farthest
+            return float(quiet[0]) * step if quiet.size and quiet[0] < 0.8 * beyond.size else most
 
-        return min(sighted(self._edges, reach_of), farthest)
+        return min(sighted(self._edges, reach_of), most)
 
-    def _spectrum(self, own: PlaceTransfers, theta: F64, window: Window, box: float) -> tuple[C128, int]:
-        """Return spectra of Q (transfers, directions, n) in some directions, and of how many steps its tables are."""
+    def _spectrum(self, own: PlaceTransfers, theta: F64, window: Window, period: float) -> tuple[C128, int]:
+        """Return spectra of Q (transfers, directions, n) in some directions, and of how many steps its tables are.
+
+        period : pitches, after which they repeat
+        """
         pitch_um, cut = self.job.grid.pitch_um, self._cut(own, window)
         step = 1.0 / (STEPS * cut)
-        length = fast_length(math.ceil(PERIOD * box / step), real=True)
+        length = fast_length(math.ceil(period / step), real=True)
         frequency = np.arange(1, math.ceil(cut * length * step)) / (length * step)
         cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
         foot = self.job.system.footprint_otf(frequency * cos / pitch_um, frequency * sin / pitch_um)
@@ -191,9 +197,9 @@ class FieldJudge:
         spectrum[..., 1 : 1 + frequency.size] = (own.on(frequency / pitch_um, theta) * times).conj()
         return spectrum, length
 
-    def _directions(self, own: PlaceTransfers, theta: F64, seen: Edges, window: Window, box: float) -> F64:
+    def _directions(self, own: PlaceTransfers, theta: F64, seen: Edges, window: Window, period: float) -> F64:
         """Return (transfers, spectra): what some directions give of the regions of each spectrum, added up."""
-        spectrum, length = self._spectrum(own, theta, window, box)
+        spectrum, length = self._spectrum(own, theta, window, period)
         tables = scipy.fft.irfft(spectrum, n=length, axis=-1, norm="forward")
         step = 1.0 / (STEPS * self._cut(own, window))
         cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
