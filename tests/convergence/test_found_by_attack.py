@@ -317,7 +317,7 @@ RINGS = {"kind": "ring", "centre": [11.5, 2.5], "radius": 2.1, "inner": 1.05, "r
 )
 def test_lenses_that_change_over_the_frame(lens, shape, blur, tolerance):
     """1.3 times the tolerance, unseen: sides beside bent corners lacked their area, in the check as well. And false
-    alarms: nodes of the check knew a wavefront's slope only; behind an OLPF it took the axis's lens for the perfect one;
+    alarms: the check's nodes knew a wavefront's slope only; behind an OLPF it took the axis's lens for the perfect one;
     and its tables repeated after six times what was seen, where the pattern went on farther."""
     lens = {"kind": "field", "blur": blur, "wavelength_nm": [550.0], "heights": [0.0, 20.0, 48.0], **lens}
     olpf = {"split": 0.31, "split_y": 0.31, "rotate_deg": 45.0}
