@@ -24,6 +24,7 @@ LAYERS = (
     "typed",
     "own",
     "kernels",
+    "products",
     "quadrature",
     "nonuniform",
     "spectra",
