@@ -18,7 +18,7 @@ from camsim.kernels import shared
 from camsim.rendering.across.bands import Band
 from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, Sets, add_terms, on_lattice
 from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
-from camsim.rendering.across.transfers import Transfers, with_ghosts
+from camsim.rendering.across.transfers import GHOSTS, Transfers, with_ghosts
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.inverse import filled, inverse
@@ -216,7 +216,7 @@ class _Fields:
         values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
         used = np.flatnonzero(np.abs(basis.made_of).max(axis=(0, 2)) > 0.0)
         for q in range(terms):
-            stop = min(max(int(rows[q]) + AFTER, 6), count)  # six go on before 0
+            stop = min(max(int(rows[q]) + AFTER, GHOSTS.shape[1]), count)
             spectrum = np.zeros((sets, stop, 2 * angles), complex)
             own = np.einsum("km,ksfm->sfm", basis.made_of[q, used], transfers.harmonics[used, :, :stop])
             spectrum[..., : most + 1], spectrum[..., -most:] = own[..., most:], own[..., :most]
