@@ -43,7 +43,7 @@ def bent(pieces: Pieces, blur: float, allowed: float) -> Bent:
     size = np.abs(c)
     phases = gauss_phases(allowed, MOST_NODES)
     order = np.full(len(c), MOST_NODES)
-    for n in range(MOST_NODES, LEAST_NODES - 1, -1):
+    for n in range(MOST_NODES, LEAST_NODES - 1, -1) if len(c) else ():
         a = 2.0 * n / phases[n - 1]
         phase = 2.0 * math.pi / blur * (size[:, 1] + 2.0 * a * size[:, 2] + 3.0 * a * a * size[:, 3])
         order[phase <= phases[n - 1]] = n
