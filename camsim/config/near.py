@@ -80,10 +80,10 @@ def meant(key: str, allowed: list[str]) -> str | None:
 
 
 def elsewhere(key: str, root: type[Table], here: KeyPath) -> list[str]:
-    """Return the other places of a format where a key of exactly this name belongs, as dotted paths."""
+    """Return the other places of a format where a key of exactly this name belongs, as dotted paths, lists' last."""
     here = tuple(0 if isinstance(part, int) else part for part in here)
     places = dict.fromkeys(path for path in _all_keys(Expected.of(root), ()) if path[-1] == key)
-    return [dotted(path) for path in places if path != here]
+    return [dotted(path) for path in sorted(places, key=lambda path: 0 in path) if path != here]
 
 
 def place_of(word: str) -> str | None:

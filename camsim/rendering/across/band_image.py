@@ -161,16 +161,20 @@ class BandImage:
                 add = functools.partial(add_terms, total, scene, fields.on_block(block, tile), sets, block.place(tile))
                 shared(total.shape[2], add, least=ROWS)
         for (part, tile, _), (present, _, _, total) in zip(seen, tiles, strict=True):
-            rows = part.row - box.row + step * (np.arange(float(tile.rows)) - self.band.before)
-            cols = part.col - box.col + step * (np.arange(float(tile.cols)) - self.band.before)
+            rows = part.row - box.row + np.arange(float(part.rows))
+            cols = part.col - box.col + np.arange(float(part.cols))
             weights, into = basis.weights(box, rows, cols), image[part.where]
             for own, letter in zip(total, present, strict=True):
                 here = channel[part.where] == letter
                 every = every_second(here) if step == 1 else (slice(None), slice(None))
                 terms = inverse(own[:, :, 0] + 1j * own[:, :, 1], tile, every)
-                found = np.einsum("qrc,qrc->rc", weights[:, every[0], every[1]], terms)
-                if step > 1:
-                    found = filled(found, step, part.rows, part.cols)
+                if step == 1:
+                    found = np.einsum("qrc,qrc->rc", weights[:, every[0], every[1]], terms)
+                else:
+                    # Term by term: beyond its box a place's weight grows as a polynomial of its degree.
+                    found = np.zeros((part.rows, part.cols))
+                    for weight, term in zip(weights, terms, strict=True):
+                        found += weight * filled(term, step, part.rows, part.cols)
                 into[every][here[every]] += found[here[every]]
 
 

@@ -177,18 +177,18 @@ class FieldJudge:
         def reach_of(lines: float) -> float:
             quiet = np.flatnonzero(beyond <= QUIET * self.job.tolerance / lines)
             # What is loud as far as half the period may be so farther on.
-            return float(quiet[0]) * step if quiet.size and quiet[0] < 0.8 * beyond.size else most
+            return max(float(quiet[0]), 1.0) * step if quiet.size and quiet[0] < 0.8 * beyond.size else most
 
         return min(sighted(self._edges, reach_of), most)
 
     def _spectrum(self, own: PlaceTransfers, theta: F64, window: Window, period: float) -> tuple[C128, int]:
         """Return spectra of Q (transfers, directions, n) in some directions, and of how many steps its tables are.
 
-        period : pitches, after which they repeat
+        period : pitches, after which they repeat; some waves of the finest at the least
         """
         pitch_um, cut = self.job.grid.pitch_um, self._cut(own, window)
         step = 1.0 / (STEPS * cut)
-        length = fast_length(math.ceil(period / step), real=True)
+        length = fast_length(math.ceil(max(period, PERIOD / cut) / step), real=True)
         frequency = np.arange(1, math.ceil(cut * length * step)) / (length * step)
         cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
         foot = self.job.system.footprint_otf(frequency * cos / pitch_um, frequency * sin / pitch_um)
