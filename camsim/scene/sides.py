@@ -216,7 +216,7 @@ def _whole_steps(curves: Curves, found: Stretches, side: F64) -> tuple[I64, F64]
     begin, way = np.arctan2(u[:, 1], u[:, 0]), np.sign(cross(u, v)) * own.turn_rad
     wanted = math.tau * found.radius_um / side
     eighth = 2.0 ** (np.floor(np.log2(wanted)) - 3.0)
-    step = math.tau / (eighth * np.ceil(wanted / eighth - NEARLY))
+    step = _kept_on(math.tau / (eighth * np.ceil(wanted / eighth - NEARLY)), found, np.abs(way))
     ends = np.stack([begin + way * found.t0, begin + way * found.t1]) / step
     low, high = np.floor(ends.min(axis=0)) + 1.0, np.floor(ends.max(axis=0))
     counts = np.maximum(high - low + 1.0, 0.0).astype(np.int64)
@@ -231,6 +231,26 @@ def _whole_steps(curves: Curves, found: Stretches, side: F64) -> tuple[I64, F64]
     crowded = (np.diff(t) < np.minimum(least[1:], least[:-1])) & (np.diff(owner) == 0)
     apart = np.append(True, ~crowded) if t.size else crowded
     return owner[apart], t[apart]
+
+
+def _kept_on(step: F64, found: Stretches, turn_rad: F64) -> F64:
+    """Return steps, each kept as far on either side of its stretch as it is long.
+
+    A stretch may be shorter than its step, and have none of its corners: between two beside it that have other steps
+    a side would be as long as both of theirs.
+    """
+    kept, size, count = step.copy(), (found.t1 - found.t0) * turn_rad, len(step)
+    apart = np.zeros(count)
+    for ahead in range(1, count):
+        one, two = np.arange(count - ahead), np.arange(ahead, count)
+        apart = apart[: count - ahead] + (size[ahead - 1 : -1] if ahead > 1 else 0.0)
+        near = (found.owner[one] == found.owner[two]) & (apart < np.maximum(step[one], step[two]))
+        if not near.any():
+            break
+        for here, there in ((one, two), (two, one)):
+            own = near & (apart < step[here])
+            np.minimum.at(kept, there[own], step[here[own]])
+    return kept
 
 
 def _even_steps(found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, F64]:

@@ -337,3 +337,21 @@ def test_lenses_that_change_over_the_frame(lens, shape, blur, tolerance):
     exact, unsure = truth.placed(0).value((truth.x[1], truth.y[0]))
     assert unsure < 1e-10
     assert abs(rendering.image[0, 1] - 0.8 - exact) <= 0.5 * tolerance
+
+
+@pytest.mark.parametrize("tolerance", [3e-3, 1e-3])
+def test_a_rim_cut_where_its_sides_change(tolerance):
+    """1.3 times the tolerance, unseen: stretches shorter than a side had no corner, and those beside one lay apart."""
+    side, turned = 9.50222514992246, 92.37468300022111
+    middle = [-6.961274387506892, -12.545223757140725]
+    disc = {"kind": "disc", "radius": 16.466552265758697, "centre": [9.453439185115037, -11.824421552208454]}
+    shapes = [
+        RECTANGLE | {"width": side, "height": side, "centre": middle, "rotate_deg": turned, "reflectance": 0.79},
+        disc | {"reflectance": 0.04},
+    ]
+    olpf = {"split": 0.75, "split_y": 0.05259295200402053, "rotate_deg": 90.0}
+    square = {"kind": "square", "side": 0.75}
+    system = system_of(shapes, 3.0373047123140213, photosite=square, olpf=olpf, rows=30, cols=18)
+    system["grid"] |= {"origin": [0, 16], "frame": [47, 45]}
+    system["background"] = 0.16
+    keeps(system, tolerance, "boundary")
