@@ -18,7 +18,7 @@ NM_PER_UM = 1e3
 # J0² + J1² = (smooth) + ½·Re G(x), x = πρ, with Hankel functions G = H0² + H1²; by the series of DLMF 10.17.5
 # (πx/2)·e^{−2ix}·G = Σ i^{k+1}·d_k/x^{k+1}, d_k as below: x ≥ 20 leaves 1e-11 of it.
 _SERIES = (1.0, -1 / 4, 9 / 32, -57 / 128, 1875 / 2048, -19035 / 8192, 460845 / 65536, -6486165 / 262144)
-SERIES_FROM = 10.0  # λN: x = 31
+SERIES_FROM = 5.0  # λN: x = 16, where the series leave 1e-8 of themselves
 
 
 def airy_otf(freq_per_um: F64, *, f_number: float, wavelength_nm: float) -> F64:

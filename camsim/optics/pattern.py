@@ -32,7 +32,7 @@ class Pattern:
     rings   : (u, a, n): an edge's end at distance R leaves oscillation of frequency u, at most a·R⁻ⁿ, in the far form
     tones   : (u, (a₀, a₁ …)): what oscillates in 1 − E is Re Σ aₖ·ρ^(−2−k)·e^{2πiuρ}, all of it added up; none where
               that is not known, and it is kept out by distance
-    tones_from_blurs : ρ past which they hold, to 1e-9 of the loudest
+    tones_from_blurs : ρ past which they hold, to 3e-8 of the loudest
     signed  : the pattern has negative rings, as no light has: a transfer that was measured or made up
     quiet   : an error → ρ past which the smooth powers leave no more
     finest  : the smallest tolerance

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camsim.arrays import F64
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.falling import falls_to
@@ -48,8 +49,11 @@ def heard(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> Heard:
         # Where a smooth outline is met square on it is a line, however short its sides.
         end = max(end, waves.quiet_distance(lines, front="line"))
     loud = _loud_foci(waves, edges, grid, end, lines + budget.allowed("foci"))
-    if not pattern.tones:
-        end, loud = max(end, followed(loud)), NO_FOCI
+    if loud.radius.size:
+        # Zones add rings from ``end`` on, and those hold from ``holds`` on: beyond, if the pattern has any.
+        holds = pattern.tones_from_blurs * float(waves.blur.max()) + waves.footprint.extent
+        end = max(end, min(followed(loud), holds) if pattern.tones else followed(loud))
+        loud = loud.some(_far_sides(loud) > end)
     count = int(np.count_nonzero(edges.length >= end))
     line = max(end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line"))
     return Heard(end, line, loud)
@@ -68,7 +72,12 @@ def smooth_from(waves: Waves, budget: ErrorBudget) -> float:
 
 def followed(found: Foci) -> float:
     """Return how far rings are heard that meet in foci."""
-    return (1.0 + ZONE) * float(found.radius.max(initial=0.0))
+    return float(_far_sides(found).max(initial=0.0))
+
+
+def _far_sides(found: Foci) -> F64:
+    """Return how far outlines (n,) are from the photosites about their centres that hear their rings, at most."""
+    return (1.0 + ZONE) * found.radius
 
 
 def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed: float) -> Foci:

@@ -229,7 +229,12 @@ class Job:
 
     @functools.cached_property
     def span(self) -> float:
-        """Largest distance of a photosite from an edge's end, pitches."""
+        """Largest distance of an edge's end from where a photosite gathers light, pitches."""
+        return self.farthest + self.system.footprint_extent_um / self.grid.pitch_um
+
+    @functools.cached_property
+    def farthest(self) -> float:
+        """Largest distance of a photosite's centre from an edge's end, pitches."""
         first = np.array(self.grid.first_centre)
         last = first + np.array([self.grid.cols - 1, self.grid.rows - 1])
         farthest = 0.0

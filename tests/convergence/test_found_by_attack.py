@@ -355,3 +355,34 @@ def test_a_rim_cut_where_its_sides_change(tolerance):
     system["grid"] |= {"origin": [0, 16], "frame": [47, 45]}
     system["background"] = 0.16
     keeps(system, tolerance, "boundary")
+
+
+@pytest.mark.parametrize(("obstruction", "tolerance"), [(0.05, 3.6e-3), (0.05, 4e-4), (0.1, 4e-3), (0.6, 2e-3)])
+def test_where_rings_meet_nearer_than_their_series_hold(obstruction, tolerance):
+    """4.9 times the tolerance, unseen: zones added rings by series that hold from ten inner rings on."""
+    ring = {"kind": "ring", "centre": [-2.19, -0.13], "radius": 5.09, "inner": 2.54, "reflectance": 0.0}
+    other = RECTANGLE | {"width": 3.0, "height": 2.0, "centre": [9.0, -3.0], "reflectance": 1.0}
+    system = system_of([ring, other], 0.43, photosite={"kind": "square", "side": 0.5}, rows=6, cols=11)
+    system |= {"lens": {"kind": "annular", "blur": 0.43, "obstruction": obstruction}, "background": 0.18}
+    keeps(system, tolerance, "boundary")
+
+
+def test_a_wavefront_that_spots_gather_from_farther_than_the_scene_is():
+    """28 times the tolerance, seen: how far light comes was counted from photosites' centres."""
+    disc = {"kind": "disc", "radius": 0.24, "centre": [-0.15, -1.63], "reflectance": 0.05}
+    spots = {"split": 0.5, "split_y": 1.424, "rotate_deg": 0.0}
+    system = system_of([disc], 0.0725, photosite={"kind": "square", "side": 0.75}, olpf=spots, rows=1, cols=2)
+    keeps(system | {"lens": wavefront(0.0725, {"obstruction": 0.876}, [[24, 0.02]])}, 1e-10, "boundary")
+
+
+def test_colours_that_spots_gather_from_farther_than_the_scene_is():
+    """21 times the tolerance, seen: wavelengths followed the rings as far as photosites' centres are from the scene."""
+    disc = {"kind": "disc", "radius": 0.2, "centre": [0.1, 0.05], "reflectance": 0.05}
+    spots = {"split": 20.0, "split_y": 20.0, "rotate_deg": 0.0}
+    system = system_of([disc], 0.55, photosite={"kind": "square", "side": 0.05}, olpf=spots, rows=1, cols=1)
+    nm = np.arange(400.0, 701.0).tolist()
+    each = [systems.rendered(system | {"wavelength_nm": [own]}, tolerance=1e-10, method="boundary") for own in nm]
+    exact = np.mean([one.image for one in each])
+    system |= {"wavelength_nm": nm, "response": [[1.0 / len(nm)] * len(nm)]}
+    for method in ("boundary", "fourier"):
+        assert abs(systems.rendered(system, tolerance=1e-10, method=method).image[0, 0] - exact) <= 1e-10

@@ -99,7 +99,7 @@ class DifferenceImage:
             allowed=job.budget.allowed("far cut"),
         )
         listened = Listened(transfers=self.transfers, edges=job.edges, share=job.budget.allowed("near cut"))
-        return bands_of(listened, extent + far, extent, job.span, (job.grid.rows, job.grid.cols))
+        return bands_of(listened, extent + far, extent, job.farthest, (job.grid.rows, job.grid.cols))
 
     @functools.cached_property
     def angles(self) -> int:

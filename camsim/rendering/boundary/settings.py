@@ -93,8 +93,9 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     near, reach = quiet_end, quiet_line
     table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
     dear = quiet_end > RINGS_FROM * len(pattern.tones) * blur.size * longest or table_bytes > TABLE_BYTES
-    if pattern.tones and dear:
-        near = reach = min(near, max(smooth_from(waves, budget), pattern.tones_from_blurs * longest + footprint.extent))
+    holds = max(smooth_from(waves, budget), pattern.tones_from_blurs * longest + footprint.extent)
+    if pattern.tones and dear and holds < quiet_end:
+        near = reach = holds
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,

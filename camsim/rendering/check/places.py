@@ -26,18 +26,18 @@ def hardest_photosites(outlines: Outlines, grid: Grid, marks: Marks, *, count: i
     """Return rows and columns of ``count`` photosites to check (all of a smaller grid), none twice.
 
     In turn: at a corner; straight off a part's end, from just beyond the near radius to past where the end is quiet;
-    the middle of a round part, where its rings meet; across the middle of a part, at the end of the edge response's
-    table, beyond it, or close to it; a corner of a tile that is just far enough from a corner of the scene to be
-    interpolated, or of the frame; and any photosite at all.
+    across the middle of a part, at the end of the edge response's table, beyond it, or close to it; a corner of a tile
+    that is just far enough from a corner of the scene to be interpolated, or of the frame; the middle of a round part,
+    where its rings meet; and any photosite at all.
     """
     photosites = grid.rows * grid.cols
     count = min(count, photosites)
-    ends = _ends(outlines)
+    ends, middles = _ends(outlines), _middles(outlines, grid)
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):
         if len(spots) >= count:
             break
-        for x, y in _hard_points(outlines, ends, marks, grid, turn):
+        for x, y in _hard_points(ends, middles, marks, grid, turn):
             spots[(_nearest(y - grid.first_centre[1], grid.rows), _nearest(x - grid.first_centre[0], grid.cols))] = None
     place = 0.0
     while len(spots) < count:
@@ -104,9 +104,19 @@ def _nearest(position: float, count: int) -> int:
     return int(min(max(round(position), 0), count - 1))
 
 
-def _hard_points(o: Outlines, ends: tuple[F64, F64], marks: Marks, grid: Grid, turn: int) -> F64:
+def _middles(o: Outlines, grid: Grid) -> F64:
+    """Return the middles (n, 2) of round parts that lie in the frame, those of the most of a turn first."""
+    low = np.array(grid.first_centre) - 0.5
+    places, index = np.unique(np.round(np.stack([o.x, o.y], axis=1), 9), axis=0, return_inverse=True)
+    turn = np.bincount(index.ravel(), o.turn_rad, len(places))
+    seen = (turn > 0.0) & np.all((places >= low) & (places <= low + np.array([grid.cols, grid.rows])), axis=1)
+    middles: F64 = places[seen][np.argsort(-turn[seen], kind="stable")]
+    return middles
+
+
+def _hard_points(ends: tuple[F64, F64], middles: F64, marks: Marks, grid: Grid, turn: int) -> F64:
     """Return four points (4, 2), pitches; turns step through the parts by the golden ratio."""
-    part = _part(turn, len(o.x))
+    part = _part(turn, len(ends[0]))
     a, b = ends[0][part], ends[1][part]
     along = (b - a) / np.hypot(*(b - a))
     across = np.array([-along[1], along[0]]) * (1.0 if turn % 2 else -1.0)
@@ -117,8 +127,8 @@ def _hard_points(o: Outlines, ends: tuple[F64, F64], marks: Marks, grid: Grid, t
     if turn % 4 == 0:
         corner = _tile_corner(*ends, marks, grid, turn)
         fourth = np.array([x0 + (turn % 2) * width, y0 + (turn // 2 % 2) * height]) if corner is None else corner
-    elif turn % 4 == 2 and o.turn_rad[part] > 0.0:
-        fourth = np.array([o.x[part], o.y[part]])
+    elif turn % 4 == 1 and len(middles):
+        fourth = middles[turn // 4 % len(middles)]
     distance = (0.97 * marks.reach, 0.3, 1.03 * marks.reach, 0.5 * marks.reach)[turn % 4]
     beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
     # Past the near radius for certain, wherever the photosites lie; later turns go as far as the end is heard.
