@@ -318,7 +318,12 @@ CORRUPTIONS = {
     "the pattern's energy": (airy, "AIRY", pattern(energy=lambda f: lambda rho: f(1.01 * rho)), {}),
     "the pattern's transfer": (airy, "AIRY", pattern(otf=lambda f: lambda u: f(1.01 * u)), {"optics": WIDE}),
     "quiet too soon": (quiet.Waves, "quiet_distance", lambda f: scaled(f, 0.2), {"optics": SHARP}),
-    "moments end too soon": (heard, "_moment_distance", lambda f: scaled(f, 0.3), {"optics": WIDE, "over": 3.0}),
+    "moments end too soon": (
+        heard,
+        "_moment_distance",
+        lambda f: scaled(f, 0.3),
+        {"optics": WIDE, "scene": "overlap", "over": 3.0},
+    ),
     "rings in the centre of a disc are left out": (
         boundary_engine,
         "plan_boundary",
