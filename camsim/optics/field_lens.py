@@ -294,13 +294,26 @@ def _table(lens: FieldLens) -> Callable[[float, float], F64]:
         down = np.moveaxis(path, (1, 2, 3, 0), (0, 1, 2, 3))  # (y, x, k, w)
         rows = along(tuple(lens.x_um), np.moveaxis(down, 1, 0))
         return lambda x_um, y_um: along(tuple(lens.y_um), rows(x_um))(y_um)
-    each = [_even(lens.height_um, path[:, :, k].T, orders(index)[1]) for k, index in enumerate(lens.zernike)]
+    each = [_about_axis(lens.height_um, path[:, :, k].T, orders(index)[1]) for k, index in enumerate(lens.zernike)]
     return lambda x_um, y_um: np.array([one(math.hypot(x_um, y_um)) for one in each])
 
 
 @functools.lru_cache(maxsize=64)
 def _lateral(lens: FieldLens) -> Callable[[float], F64]:
     return _even(lens.height_um, np.array(lens.lateral_colour_um).T, 1)
+
+
+def _about_axis(heights: Any, values: F64, m: int) -> Callable[..., F64]:
+    """Return what a harmonic of order m is at heights: it begins with their m-th power, or wavefronts kink on the axis.
+
+    A spline of what is even, or odd, begins with the power 0, or 1. Of higher orders the values over the height's square
+    lie on one, and begin with 3 or 4: as smooth as splines are.
+    """
+    if m < 3:
+        return _even(heights, values, m)
+    square = np.square(np.array(heights, float))[:, None]
+    over = _even(heights, np.divide(values, square, out=np.zeros_like(values), where=square > 0.0), m)
+    return lambda h: over(h) * h**2
 
 
 def _even(heights: Any, values: F64, m: int = 0) -> Callable[..., F64]:

@@ -386,3 +386,19 @@ def test_colours_that_spots_gather_from_farther_than_the_scene_is():
     system |= {"wavelength_nm": nm, "response": [[1.0 / len(nm)] * len(nm)]}
     for method in ("boundary", "fourier"):
         assert abs(systems.rendered(system, tolerance=1e-10, method=method).image[0, 0] - exact) <= 1e-10
+
+
+@pytest.mark.parametrize("photosite", [{"kind": "square", "side": 0.7}, {"kind": "circle", "diameter": 0.7}])
+def test_wavefronts_do_not_kink_on_the_axis(photosite):
+    """200 times the tolerance, seen: trefoil rose straight from the axis, where its direction is any."""
+    lens = {"kind": "field", "blur": 1.94, "wavelength_nm": [550.0], "zernike": [9], "heights": [0.0, 140.0]}
+    lens |= {"waves": [[[0.0], [-0.014]]], "distortion": [0.0, 0.0], "lateral": [[0.0, 0.0]]}
+    sector = {"kind": "sector", "centre": [-0.5, -2.0], "radius": 5.0, "inner": 4.1, "from_deg": 0.0, "turn_deg": 90.0}
+    system = system_of([sector | {"reflectance": 0.9}], 1.94, photosite=photosite, rows=2, cols=2)
+    system["grid"] |= {"origin": [69, 87], "frame": [140, 176]}
+    system |= {"lens": lens, "background": 0.2}
+    rendering, truth = systems.rendered(system, tolerance=1e-7), systems.Truth(system)
+    assert rendering.error_estimate <= 1e-7
+    exact, unsure = truth.placed(0).value((truth.x[1], truth.y[0]))
+    assert unsure < 1e-10
+    assert abs(rendering.image[0, 1] - 0.2 - exact) <= 1e-7

@@ -135,7 +135,11 @@ def order(index):
 
 
 def _about_the_axis(lens, values, height, m):
-    return _both_sides(lens["heights"], values, m)(height)
+    """A harmonic's value at a height: from order 3 on a spline goes through what is left over the square."""
+    if m < 3:
+        return _both_sides(lens["heights"], values, m)(height)
+    left = [0.0] + [value / place**2 for place, value in zip(lens["heights"][1:], values[1:], strict=True)]
+    return height**2 * _both_sides(lens["heights"], np.array(left), m)(height)
 
 
 def _both_sides(heights, values, m):
