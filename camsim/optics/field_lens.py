@@ -306,8 +306,8 @@ def _lateral(lens: FieldLens) -> Callable[[float], F64]:
 def _about_axis(heights: Any, values: F64, m: int) -> Callable[..., F64]:
     """Return what a harmonic of order m is at heights: it begins with their m-th power, or wavefronts kink on the axis.
 
-    A spline of what is even, or odd, begins with the power 0, or 1. Of higher orders the values over the height's square
-    lie on one, and begin with 3 or 4: as smooth as splines are.
+    A spline of what is even, or odd, begins with the power 0, or 1. Of higher orders the values over the height's
+    square lie on one, and begin with 3 or 4: as smooth as splines are.
     """
     if m < 3:
         return _even(heights, values, m)
