@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.products import product
 
 
 @functools.cache
@@ -129,15 +130,8 @@ def quintic_cells(values: F64) -> F64:
     15.625
     """
     window = np.lib.stride_tricks.sliding_window_view(values, 6, axis=-1)
-    cells: F64 = np.empty(window.shape)
-    for first in range(0, window.shape[-2], _ONE_THREAD):
-        part = slice(first, first + _ONE_THREAD)
-        np.matmul(window[..., part, :], _QUINTIC.T, out=cells[..., part, :])
-    return cells
+    return product(window.reshape(-1, 6), _QUINTIC.T).reshape(window.shape)
 
-
-_ONE_THREAD = 4096
-"""Cells at a time: for longer products BLAS wakes threads, which then spin for longer than all of this takes."""
 
 # Rows: coefficients of t^0 … t^5 of the polynomial through values at −2 … 3.
 _QUINTIC = np.linalg.inv(np.vander(np.arange(-2.0, 4.0), 6, increasing=True))

@@ -153,47 +153,42 @@ def _distinct(centre: F64, radius: F64, strongest: I64, low: I64, keys: I64, by_
 
 def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
     """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, some of several."""
+    if not len(edges):
+        return np.zeros(1, np.int64), np.empty(0, np.int64)
     counts, tree = np.zeros(found.radius.size, np.int64), EdgeBoxes.of(edges)
+    blocks: dict[int, I64] = {}
 
     def work(begin: int, end: int) -> None:
         memory = np.empty(len(tree.group), np.int64)
-        _touching(begin, end, found.centre, found.radius, tree, memory, first, picked, counts)
+        blocks[begin] = _touching(begin, end, found.centre, found.radius, tree, memory, counts)
 
-    first, picked = np.zeros(counts.size + 1, np.int64), np.empty(0, np.int64)
     shared(counts.size, work, least=CIRCLES_AT_ONCE)
-    np.cumsum(counts, out=first[1:])
-    picked = np.empty(first[-1], np.int64)
-    shared(counts.size, work, least=CIRCLES_AT_ONCE)
-    return first, picked
+    picked = np.concatenate([blocks[begin] for begin in sorted(blocks)])
+    return np.concatenate([[0], np.cumsum(counts)]), picked
 
 
 @kernel()
-def _touching(
-    begin: int,
-    end: int,
-    centre: F64,
-    radius: F64,
-    tree: EdgeBoxes,
-    found: I64,
-    first: I64,
-    picked: I64,
-    counts: I64,
-) -> None:
-    """Count some foci's edges, and write them where there is room."""
+def _touching(begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, found: I64, counts: I64) -> I64:
+    """Return the edges of some foci, and count each one's."""
+    picked, until = np.empty(256, np.int64), 0
     for k in range(begin, end):
-        (x, y), r, count = centre[k], radius[k], 0
+        (x, y), r, before = centre[k], radius[k], until
         slack = 2.0 * SAME * r
         # What is 1.1 radii across, and a tenth of one beyond an edge's end, lies within 1.2 radii of the edge.
         for g in found[: groups_about(tree, x, y, r - slack, r + 2.0 * slack, found)]:
+            if until + GROUP > picked.size:
+                more = np.empty(2 * picked.size, np.int64)
+                more[:until] = picked[:until]
+                picked = more
             for e in range(GROUP * g, min(GROUP * (g + 1), tree.length.size)):
                 dx, dy = tree.start[e, 0] - x, tree.start[e, 1] - y
                 tx, ty, length = tree.along[e, 0], tree.along[e, 1], tree.length[e]
                 gap, foot = abs(dx * ty - dy * tx), -(tx * dx + ty * dy)
                 if abs(gap - r) <= slack and max(-foot, foot - length) <= slack:
-                    if picked.size:
-                        picked[first[k] + count] = e
-                    count += 1
-        counts[k] = count
+                    picked[until] = e
+                    until += 1
+        counts[k] = until - before
+    return picked[:until].copy()
 
 
 def _normals(edges: Edges) -> tuple[F64, F64]:

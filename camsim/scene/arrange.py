@@ -10,11 +10,10 @@ import numpy as np
 from camsim.arrays import F64, I64, same_rows
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive, flattened
-from camsim.scene.regions import positive
 from camsim.scene.rim_sides import sides_of
 from camsim.scene.rims import Rims, discs_among, rims_of
 from camsim.scene.scene import Scene
-from camsim.scene.sides import SideLimits
+from camsim.scene.sides import Polygons, SideLimits
 from camsim.scene.stretches import Apart
 from camsim.scene.visible import Covers, visible_rings
 from camsim.spectra.curve import Spectrum
@@ -89,15 +88,22 @@ def arrange(
         )
         drawn = _rims_drawn(rims._replace(disc=covers.seen[discs][rims.disc]), outlines, limits, apart)
     others = covers.some(~discs)
-    rings = outlines.some(others.seen).rings(limits, crossing=others.crossing, apart=apart)
-    cut = _rings_drawn([(primitives[i], int(regions[i])) for i in others.seen.tolist()], rings, others)
+    polygonal = outlines.some(others.seen)
+    polygons = polygonal.polygons(limits, meets=~others.alone, apart=apart)
+    alone = _alone_drawn(polygonal, polygons, regions[others.seen], others.alone)
+    meeting = np.flatnonzero(~others.alone)
+    cut = _rings_drawn(
+        [(primitives[i], int(regions[i])) for i in others.seen[meeting].tolist()],
+        polygonal.each(polygons, meeting),
+        others.some(~others.alone),
+    )
     hidden = np.ones(len(primitives), bool)
     hidden[covers.seen] = False
     sides[covers.seen[discs]] = np.bincount(drawn.owner, minlength=len(primitives))[covers.seen[discs]]
-    sides[others.seen] = [sum(map(len, own)) for own in rings]
+    sides[others.seen] = np.bincount(polygonal.loop_of, np.diff(polygons.first), len(others.seen))
     start, end, left, right = (
         np.concatenate(parts)
-        for parts in zip(cut, (drawn.start, drawn.end, regions[drawn.owner], drawn.right), strict=True)
+        for parts in zip(alone, cut, (drawn.start, drawn.end, regions[drawn.owner], drawn.right), strict=True)
     )
     return Arrangement(
         start_um=start,
@@ -126,26 +132,35 @@ def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits, apart: Apart
     """Return the sides of what is seen of rims; ``rims.disc`` numbers primitives."""
     whole = rims.some(rims.whole)
     order = np.argsort(whole.disc)
-    rings = [ring for (ring,) in outlines.some(whole.disc[order]).rings(limits, apart=apart)]
-    closed = np.repeat(order, [len(ring) for ring in rings])
+    closed_ones = outlines.some(whole.disc[order]).polygons(limits, apart=apart)
+    closed = np.repeat(order, np.diff(closed_ones.first))
+    starts, ends = closed_ones.sides_um(np.ones(len(order), bool))
     arcs = rims.some(~rims.whole)
     owner, start, end = sides_of(arcs, limits, apart)
-    starts = [positive(ring) for ring in rings]
-    ends = [np.roll(ring, -1, axis=0) for ring in starts]
     drawn = _Drawn(
         np.concatenate([whole.disc[closed], arcs.disc[owner]]),
-        np.concatenate([*starts, start]),
-        np.concatenate([*ends, end]),
+        np.concatenate([starts, start]),
+        np.concatenate([ends, end]),
         np.concatenate([whole.behind[closed], arcs.behind[owner]]),
     )
     keep = np.any(drawn.start != drawn.end, axis=1)
     return _Drawn(drawn.owner[keep], drawn.start[keep], drawn.end[keep], drawn.right[keep])
 
 
+def _alone_drawn(outlines: Outlines, polygons: Polygons, regions: I64, alone: np.ndarray) -> tuple[F64, F64, I64, I64]:
+    """Return the edges of simple polygons that touch no other shape."""
+    loops = (alone & (regions != 0))[outlines.loop_of]
+    owner, own = outlines.loop_of[loops], polygons.some(loops)
+    start, end = own.sides_um(np.append(True, owner[1:] != owner[:-1])[: len(owner)])
+    left = np.repeat(regions[owner], np.diff(own.first))
+    keep = _long(start, end)
+    return start[keep], end[keep], left[keep], np.zeros_like(left[keep])
+
+
 def _rings_drawn(
     seen: list[tuple[Primitive, int]], rings: list[list[F64]], covers: Covers
 ) -> tuple[F64, F64, I64, I64]:
-    """Return the edges of what is seen of polygons."""
+    """Return the edges of what is seen of polygons that others touch."""
     starts: list[F64] = []
     ends: list[F64] = []
     lefts: list[I64] = []
@@ -158,9 +173,14 @@ def _rings_drawn(
             lefts.append(np.full(len(ring), region))
     start, end = np.concatenate([np.empty((0, 2)), *starts]), np.concatenate([np.empty((0, 2)), *ends])
     left = np.concatenate([np.empty(0, np.int64), *lefts])
-    # An edge whose squared length is no longer a number above 0 contributes nothing.
-    keep = np.sum((end - start) ** 2, axis=1) > 0.0
+    keep = _long(start, end)
     return _merge_shared(start[keep], end[keep], left[keep])
+
+
+def _long(start: F64, end: F64) -> np.ndarray:
+    """Return which edges contribute: those whose squared length is still a number above 0."""
+    long: np.ndarray = np.sum((end - start) ** 2, axis=1) > 0.0
+    return long
 
 
 def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:

@@ -31,34 +31,45 @@ class Curves(NamedTuple):
 
     def moved(self, matrix: F64) -> Curves:
         """Return them under x, y → matrix · (x, y, 1); matrix (2, 3)."""
-        points = np.einsum("ij,nkj->nki", matrix[:, :2], self.points)
-        places = points + matrix[:, 2]
-        places[:, 1:3] = np.where((self.kind == ARC)[:, None, None], points[:, 1:3], places[:, 1:3])
+        return self._replace(points=np.einsum("ij,nkj->nki", matrix[:, :2], self.points)).shifted(matrix[:, 2])
+
+    def shifted(self, by_um: F64) -> Curves:
+        """Return them moved by a vector."""
+        places, arcs = self.points + by_um, self.kind == ARC
+        if arcs.any():
+            places[arcs, 1:3] = self.points[arcs, 1:3]
         return self._replace(points=places)
 
     def some(self, which: I64 | np.ndarray) -> Curves:
         """Return picked pieces, with no loops."""
         return Curves(self.points[which], self.turn_rad[which], self.kind[which], np.zeros(1, np.int64))
 
+    def loops(self, which: Sequence[int]) -> Curves:
+        """Return picked loops."""
+        pieces = np.concatenate([np.arange(self.first[loop], self.first[loop + 1]) for loop in which])
+        first = np.cumsum([0, *np.diff(self.first)[list(which)]])
+        return self.some(pieces)._replace(first=first)
+
     def at(self, t: F64) -> F64:
         """Return places (n, 2), one on each piece, at shares t (n,) of its parameter."""
         p = self.points
-        cubic = (self.kind == CUBIC)[:, None]
-        s = 1.0 - t
-        b = np.stack([s**3, 3.0 * s * s * t, 3.0 * s * t * t, t**3], axis=1)
-        phi = (self.turn_rad * t)[:, None]
-        arc = p[:, 0] - p[:, 1] + p[:, 1] * np.cos(phi) + p[:, 2] * np.sin(phi)
-        straight = p[:, 0] + t[:, None] * (p[:, 3] - p[:, 0])
-        places: F64 = np.where(
-            cubic, np.einsum("nk,nkj->nj", b, p), np.where((self.kind == ARC)[:, None], arc, straight)
-        )
+        places: F64 = p[:, 0] + t[:, None] * (p[:, 3] - p[:, 0])
+        # Each kind by itself: crowds of discs have no cubics, and letters no arcs.
+        if (which := np.flatnonzero(self.kind == CUBIC)).size:
+            u = t[which]
+            s = 1.0 - u
+            b = np.stack([s**3, 3.0 * s * s * u, 3.0 * s * u * u, u**3], axis=1)
+            places[which] = np.einsum("nk,nkj->nj", b, p[which])
+        if (which := np.flatnonzero(self.kind == ARC)).size:
+            start, x, y, _ = p[which].transpose(1, 0, 2)
+            phi = (self.turn_rad * t)[which, None]
+            places[which] = start - x + x * np.cos(phi) + y * np.sin(phi)
         return places
 
     def slopes(self, t: F64) -> tuple[F64, F64]:
         """Return first and second derivatives (n, 2) by the parameter."""
         p = self.points
         first, second = p[:, 3] - p[:, 0], np.zeros((len(p), 2))
-        # Each kind by itself: crowds of discs have no cubics.
         if (which := np.flatnonzero(self.kind == CUBIC)).size:
             a, b, c = np.diff(p[which], axis=1).transpose(1, 0, 2)
             s, u = (1.0 - t)[which, None], t[which, None]

@@ -14,7 +14,7 @@ from camsim.scene.curves import STRAIGHT, Curves, joined
 from camsim.scene.primitives import Primitive, flattened
 from camsim.scene.regions import common, joined_areas, region_of, without
 from camsim.scene.scene import Scene
-from camsim.scene.sides import SideLimits, polygons
+from camsim.scene.sides import Polygons, SideLimits, polygons
 from camsim.scene.stretches import Apart, Whose
 from camsim.spectra.curve import Spectrum
 
@@ -69,15 +69,25 @@ class Outlines:
             around[filled, 2:] = np.maximum.reduceat(boxes[:, 2:], first)
         return around
 
-    def rings(self, limits: SideLimits, *, crossing: bool = False, apart: Apart | None = None) -> list[list[F64]]:
-        """Return the polygons of each primitive, fill by fill; ``crossing``: whether outlines may cut one another."""
+    def polygons(self, limits: SideLimits, *, meets: np.ndarray | None = None, apart: Apart | None = None) -> Polygons:
+        """Return all loops as polygons; ``meets``: (primitives,) those that another outline may cut, None for none."""
+        if not len(self.owner):
+            return Polygons(np.empty((0, 2)), np.zeros(1, np.int64))
         owner = self.owner
-        whose = Whose(owner, ~self.simple[owner]) if crossing else None
-        each = polygons(self.curves, limits, whose, apart).each if len(owner) else []
-        found: list[list[F64]] = [[] for _ in self.simple]
-        for number, ring in zip(self.loop_of.tolist(), each, strict=True):
-            found[number].append(ring)
-        return found
+        whose = None if meets is None or not meets.any() else Whose(owner, ~self.simple[owner], meets[owner])
+        return polygons(self.curves, limits, whose, apart)
+
+    def each(self, sides: Polygons, which: I64) -> list[list[F64]]:
+        """Return the polygons of picked primitives, fill by fill."""
+        begin, end = (np.searchsorted(self.loop_of, which, side) for side in ("left", "right"))
+        return [
+            [sides.corners_um[sides.first[loop] : sides.first[loop + 1]] for loop in range(*own)]
+            for own in zip(begin.tolist(), end.tolist(), strict=True)
+        ]
+
+    def rings(self, limits: SideLimits, *, apart: Apart | None = None) -> list[list[F64]]:
+        """Return the polygons of each primitive, where no outline cuts another."""
+        return self.each(self.polygons(limits, apart=apart), np.arange(len(self.simple)))
 
 
 def has_curves(primitives: Sequence[Primitive]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -40,11 +40,15 @@ class Primitive(NamedTuple):
 
     def moved(self, matrix: F64) -> Primitive:
         """Return it under a linear map (2, 3)."""
-        return self._replace(
-            layers=tuple(
-                tuple(fill._replace(curves=fill.curves.moved(matrix)) for fill in layer) for layer in self.layers
-            )
-        )
+        return self._changed(lambda curves: curves.moved(matrix))
+
+    def shifted(self, by_um: F64) -> Primitive:
+        """Return it moved by a vector."""
+        return self._changed(lambda curves: curves.shifted(by_um))
+
+    def _changed(self, change: Callable[[Curves], Curves]) -> Primitive:
+        layers = [tuple(fill._replace(curves=change(fill.curves)) for fill in layer) for layer in self.layers]
+        return self._replace(layers=tuple(layers))
 
     @property
     def fills(self) -> Iterator[Fill]:

@@ -21,21 +21,37 @@ TOGETHER = 100_000  # sides that are looked up at a time
 def region_of(rings: Sequence[F64], rule: FillRule, *, simple: bool) -> Any:
     """Return what rings (n, 2) enclose.
 
-    simple : the first is the outline, the others are holes; none crosses
+    simple : the first is the outline, the others are holes; none crosses, or only where coarse sides make it
     """
     import shapely
 
     rings = [ring for ring in rings if len(ring) > 2]
     if not rings:
         return shapely.Polygon()
-    if simple:
-        return shapely.Polygon(rings[0], rings[1:])
-    lines = shapely.linearrings(np.concatenate(rings), indices=np.repeat(np.arange(len(rings)), list(map(len, rings))))
-    alone = shapely.polygons(lines)
-    if shapely.is_valid(alone).all() and not _touching(lines):
-        return _nested(rings, alone, rule)
+    if simple and (area := shapely.Polygon(rings[0], rings[1:])).is_valid:
+        return area
+    nested = nesting(rings, rule)
+    if nested is not None:
+        return shapely.MultiPolygon([(rings[outline], [rings[hole] for hole in holes]) for outline, holes in nested])
     _judge_crossings(rings)
-    return _by_faces(rings, lines, rule)
+    return _by_faces(rings, _lines(rings), rule)
+
+
+def nesting(rings: Sequence[F64], rule: FillRule) -> list[tuple[int, list[int]]] | None:
+    """Return which rings are outlines, each with those that are holes in it; None where rings meet."""
+    import shapely
+
+    lines = _lines(rings)
+    alone = shapely.polygons(lines)
+    if not shapely.is_valid(alone).all() or _touching(lines):
+        return None
+    return _nested(rings, alone, rule)
+
+
+def _lines(rings: Sequence[F64]) -> Any:
+    import shapely
+
+    return shapely.linearrings(np.concatenate(rings), indices=np.repeat(np.arange(len(rings)), list(map(len, rings))))
 
 
 def without(area: Any, others: Iterable[Any]) -> Any:
@@ -142,8 +158,8 @@ def _touching(lines: Any) -> bool:
     return bool(shapely.intersects(lines[first[apart]], lines[second[apart]]).any())
 
 
-def _nested(rings: Sequence[F64], alone: Any, rule: FillRule) -> Any:
-    """Return the region of rings that lie apart or in one another."""
+def _nested(rings: Sequence[F64], alone: Any, rule: FillRule) -> list[tuple[int, list[int]]]:
+    """Return the outlines among rings that lie apart or in one another, and the holes in each."""
     import shapely
 
     count = len(rings)
@@ -163,10 +179,10 @@ def _nested(rings: Sequence[F64], alone: Any, rule: FillRule) -> Any:
     for ring, about in zip(inner[order].tolist(), outer[order].tolist(), strict=True):
         if is_shell[about]:
             owner[ring] = about
-    holes_of: dict[int, list[F64]] = {shell: [] for shell in shells.tolist()}
+    holes_of: dict[int, list[int]] = {shell: [] for shell in shells.tolist()}
     for hole in np.flatnonzero(holes).tolist():
-        holes_of[owner[hole]].append(rings[hole])
-    return shapely.MultiPolygon([(rings[shell], inside) for shell, inside in holes_of.items()])
+        holes_of[owner[hole]].append(hole)
+    return list(holes_of.items())
 
 
 def _inside(winds: I64, times: I64, rule: FillRule) -> np.ndarray:

@@ -90,6 +90,22 @@ class Polygons(NamedTuple):
         """The corners of each."""
         return np.split(self.corners_um, self.first[1:-1])
 
+    def some(self, loops: np.ndarray) -> Polygons:
+        """Return picked ones."""
+        counts = np.diff(self.first)
+        return Polygons(self.corners_um[np.repeat(loops, counts)], np.append(0, np.cumsum(counts[loops])))
+
+    def sides_um(self, outer: np.ndarray) -> tuple[F64, F64]:
+        """Return where all sides start and end (n, 2): those that are ``outer`` (loops,) the positive way round, their
+        inside where the cross product is positive, and holes the other."""
+        loop = np.repeat(np.arange(len(outer)), np.diff(self.first))
+        following = _following(self.first)
+        base = self.corners_um - self.corners_um[self.first[:-1]][loop]
+        back = (np.add.reduceat(cross(base, base[following]), self.first[:-1]) > 0.0) != outer
+        number = np.arange(len(loop))
+        start = self.corners_um[np.where(back[loop], (self.first[:-1] + self.first[1:] - 1)[loop] - number, number)]
+        return start, start[following]
+
 
 def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apart: Apart | None = None) -> Polygons:
     """Return the loops as polygons; ``whose``: by which it is found what another outline may cut, None for nothing."""
@@ -249,7 +265,7 @@ def _kept_on(step: F64, found: Stretches, turn_rad: F64) -> F64:
             break
         for here, there in ((one, two), (two, one)):
             own = near & (apart < step[here])
-            np.minimum.at(kept, there[own], step[here[own]])
+            kept[there[own]] = np.minimum(kept[there[own]], step[here[own]])
     return kept
 
 

@@ -116,10 +116,12 @@ class Whose(NamedTuple):
 
     primitive : (n,) of each piece
     crosses   : (n,) whether its own primitive's outlines may cut it
+    meets     : (n,) whether any outline may
     """
 
     primitive: I64
     crosses: np.ndarray
+    meets: np.ndarray
 
 
 def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stretches, np.ndarray]:
@@ -129,21 +131,23 @@ def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stret
     """
     import shapely
 
-    straight = np.flatnonzero(curves.kind == STRAIGHT)
+    straight = np.flatnonzero((curves.kind == STRAIGHT) & whose.meets)
     fixed = np.stack([curves.points[straight, 0], curves.points[straight, 3]], axis=1)
-    cut = np.ones(len(found.owner), bool)
+    cut = whose.meets[found.owner]
     for turn in range(ROUNDS):
         if turn:
             found, which = halved(found, cut)
             cut = cut[which]
-        own = curves.some(found.owner)
-        chords = np.concatenate([np.stack([own.at(found.t0), own.at(found.t1)], axis=1), fixed])
+        here = np.flatnonzero(whose.meets[found.owner])
+        bent = found.some(here)
+        own = curves.some(bent.owner)
+        chords = np.concatenate([np.stack([own.at(bent.t0), own.at(bent.t1)], axis=1), fixed])
         # An arc of a quarter radian or less rises by an eighth of its square over its radius; half of that is spare.
-        high = np.minimum(HIGH * found.length_um, 0.19 * found.length_um**2 / found.radius_um)
+        high = np.minimum(HIGH * bent.length_um, 0.19 * bent.length_um**2 / bent.radius_um)
         high = np.concatenate([high, np.zeros(len(straight))])
-        owner = np.concatenate([found.owner, straight])
+        owner = np.concatenate([bent.owner, straight])
         boxes = shapely.box(*_boxes(chords[:, 0], chords[:, 1], high[:, None]).T)
-        asked = np.flatnonzero(cut)
+        asked = np.flatnonzero(cut[here])
         first, second = shapely.STRtree(boxes).query(boxes[asked])
         first = asked[first]
         one, two = owner[first], owner[second]
@@ -152,7 +156,7 @@ def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stret
         first, second = first[other], second[other]
         near = shapely.distance(*(shapely.linestrings(chords[part]) for part in (first, second)))
         cut[:] = False
-        cut[first[near <= high[first] + high[second]]] = True
+        cut[here[first[near <= high[first] + high[second]]]] = True
     return found, cut
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Primitive
-from camsim.scene.regions import joined_areas, positive, rings_of, without
+from camsim.scene.regions import joined_areas, rings_of, without
 from camsim.scene.sides import SideLimits
 
 ROUGH = 0.01  # of a shape's size: more than a rough outline is off
@@ -56,10 +56,12 @@ class Covers:
         first, second = number[self.first[kept]], number[self.second[kept]]
         return Covers(self.seen[which], first, second, self.boxes_um[which], self.alone[which])
 
-    @property
-    def crossing(self) -> bool:
-        """Whether any outlines may cross."""
-        return not bool(self.alone.all())
+    def met(self, pairs: np.ndarray) -> Covers:
+        """Return the same, knowing which pairs meet: what has none is alone, simple or not."""
+        first, second = self.first[pairs], self.second[pairs]
+        alone = np.ones(len(self.seen), bool)
+        alone[first] = alone[second] = False
+        return Covers(self.seen, first, second, self.boxes_um, alone)
 
     def after(self) -> list[I64]:
         """Return which later ones each touches."""
@@ -110,31 +112,29 @@ def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, fir
 def visible_rings(
     seen: Sequence[tuple[Primitive, int]], rings: Sequence[list[F64]], covers: Covers
 ) -> list[tuple[int, list[F64]]]:
-    """Return (region, rings) of what can be seen; a shape that touches no other keeps its very numbers.
+    """Return (region, rings) of what can be seen of shapes that may cover one another; one that meets no other keeps
+    its very numbers.
 
-    seen, rings : primitives with their regions, and the polygons of each
+    seen, rings : primitives with their regions, and the polygons of each;  covers: of them
     """
-    visible = [
-        (seen[i][1], [positive(rings[i][0]), *(positive(hole)[::-1].copy() for hole in rings[i][1:])])
-        for i in np.flatnonzero(covers.alone).tolist()
-        if rings[i]
-    ]
-    others = np.flatnonzero(~covers.alone)
-    if not len(others):
-        return visible
+    if not len(seen):
+        return []
     import shapely
 
-    areas = np.full(len(seen), None, object)
-    for i in others.tolist():
-        areas[i] = area_of(seen[i][0], rings[i])
+    areas = np.array([area_of(primitive, own) for (primitive, _), own in zip(seen, rings, strict=True)], object)
+    covers = covers.met(shapely.intersects(areas[covers.first], areas[covers.second]))
     corners = shapely.get_num_coordinates(areas)
+    visible: list[tuple[int, list[F64]]] = []
     pieces: dict[int, list[Any]] = {}
-    after = covers.after()
-    for i in others.tolist():
-        later = _near(areas[after[i]], corners[after[i]], covers.boxes_um[i])
+    for i, after in enumerate(covers.after()):
+        region = seen[i][1]
+        if covers.alone[i]:
+            visible.append((region, rings_of(areas[i])))
+            continue
+        later = _near(areas[after], corners[after], covers.boxes_um[i])
         piece = without(areas[i], later)
         if not piece.is_empty:
-            pieces.setdefault(seen[i][1], []).append(piece)
+            pieces.setdefault(region, []).append(piece)
     for region, parts in pieces.items():
         visible += [(region, rings_of(together)) for together in _joined(parts)]
     return visible
@@ -165,7 +165,7 @@ def _joined(parts: list[Any]) -> list[Any]:
     if len(parts) == 1:
         return parts
     found = np.array(parts)
-    first, second = shapely.STRtree(found).query(found)
+    first, second = shapely.STRtree(found).query(found, predicate="intersects")
     group = np.arange(len(found))
     while True:  # each takes the least number among its neighbours
         least = group.copy()

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.rendering.boundary.image import directions, inside_length, largest_tile, turns
 from camsim.rendering.boundary.potential import ORDER
 from camsim.rendering.boundary.rings import ends_worth, ring_terms
@@ -20,7 +20,7 @@ from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import SET_UP_SECONDS, Cost
-from camsim.rendering.focus import ZONE, touching
+from camsim.rendering.focus import ZONE
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 
@@ -84,6 +84,7 @@ def boundary_counts(
     settings: Settings,
     footprint: Footprint,
     *,
+    in_foci: tuple[I64, I64],
     extent: float,
     sets: int,
     wavelengths: int,
@@ -92,6 +93,7 @@ def boundary_counts(
 ) -> Counts:
     """Count what the boundary engine is going to do.
 
+    in_foci : the edges of each of the settings' foci (``focus.touching``)
     extent : of the places of the footprint's parts, along x or y
     sets : pairs of spectra times channels;  tones: of the pattern;  parts: of the footprint
     """
@@ -120,7 +122,7 @@ def boundary_counts(
         ringed = float((within(ends, settings.quiet_end, grid) - near) @ of_ends) * thin * wavelengths * tones
     foci = settings.foci
     if len(foci.radius):
-        first, picked = touching(foci, edges)
+        first, picked = in_foci
         of_each = np.diff(np.concatenate([[0.0], np.cumsum(worth[picked])])[first])
         ringed += float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths * tones
     ringed *= math.prod(ring_terms(footprint.extent, shortest, turns=turns(footprint), nearest=settings.near))

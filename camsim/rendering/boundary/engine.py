@@ -17,6 +17,7 @@ from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_count
 from camsim.rendering.boundary.image import boundary_bands
 from camsim.rendering.boundary.settings import Settings, plan_boundary
 from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress, one_by_one
+from camsim.rendering.focus import touching
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
@@ -70,6 +71,11 @@ class BoundaryPlan:
         return len(np.unique(multiples(weights.reshape(len(weights), -1))[0]))
 
     @functools.cached_property
+    def in_foci(self) -> tuple[I64, I64]:
+        """The job's edges that touch each of the settings' foci: found once, which takes long, for cost and image."""
+        return touching(self.settings.foci, self.job.edges)
+
+    @functools.cached_property
     def counts(self) -> Counts:
         """What has to be done for one image."""
         job = self.job
@@ -78,6 +84,7 @@ class BoundaryPlan:
             job.grid,
             self.settings,
             self.footprint,
+            in_foci=self.in_foci,
             extent=float(np.abs(self.places).max()),
             sets=self.tabled * job.signals.scale.size,
             wavelengths=self.wavelengths,
@@ -144,6 +151,7 @@ class BoundaryPlan:
             places=self.places,
             nodes=self.nodes,
             settings=self.settings,
+            in_foci=self.in_foci,
             channel=channel,
         ):
             row += len(band)

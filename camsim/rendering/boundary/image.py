@@ -20,7 +20,7 @@ from camsim.rendering.boundary.tables import edge_responses, field_tables
 from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
 from camsim.rendering.edges import Edges, shares_within
-from camsim.rendering.focus import ZONE, touching
+from camsim.rendering.focus import ZONE
 from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job, Nodes
@@ -100,11 +100,13 @@ def boundary_bands(
     places: F64,
     nodes: Nodes,
     settings: Settings,
+    in_foci: tuple[I64, I64],
     channel: Channels,
 ) -> Iterator[F64]:
     """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
 
     footprint : or part of it, and (n, 2) ``places`` from a photosite's centre at which parts make up all of it
+    in_foci   : the edges of each of the settings' foci (``focus.touching``)
     channel   : (rows, cols) channel of each photosite
     """
     weights = nodes.weights
@@ -151,7 +153,7 @@ def boundary_bands(
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
-    zones = _zones(some, settings)
+    zones = _zones(settings, in_foci, order)
     if len(zones.circle):
         long, short = _farther(n, settings)
         far_rings = tables._replace(rings=_rings(pattern, blur, footprint, settings.quiet_end))
@@ -221,11 +223,12 @@ def _tabled(
     return tabled, normals
 
 
-def _zones(edges: Edges, settings: Settings) -> Zones:
-    """Return where rings that meet in foci are added."""
-    found = settings.foci
-    first, picked = touching(found, edges)
-    return Zones(np.concatenate([found.centre, ZONE * found.radius[:, None]], axis=1), first, picked)
+def _zones(settings: Settings, in_foci: tuple[I64, I64], order: I64) -> Zones:
+    """Return where rings that meet in foci are added; ``order``: in which the job's edges are rendered."""
+    found, (first, picked) = settings.foci, in_foci
+    place = np.empty(order.size, np.int64)
+    place[order] = np.arange(order.size)
+    return Zones(np.concatenate([found.centre, ZONE * found.radius[:, None]], axis=1), first, place[picked])
 
 
 def _farther(n: Numbers, settings: Settings) -> tuple[Numbers, Numbers]:

@@ -122,12 +122,11 @@ class RepeatOnGrid(Shape):
     def primitives(self) -> Iterator[Primitive]:
         """Return all copies."""
         own = [primitive for shape in self.shapes for primitive in shape.primitives()]
-        matrix = np.eye(2, 3)
         for row in range(self.rows):
             for col in range(self.cols):
                 place = (col - 0.5 * (self.cols - 1), row - 0.5 * (self.rows - 1))
-                matrix[:, 2] = np.array(self.step_um) * place
-                yield from (primitive.moved(matrix) for primitive in own)
+                by_um = np.array(self.step_um) * place
+                yield from (primitive.shifted(by_um) for primitive in own)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

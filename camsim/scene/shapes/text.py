@@ -13,7 +13,8 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.scene.curves import Curves, Pen
-from camsim.scene.primitives import MOST_PIECES, Primitive, Shape, one, turned
+from camsim.scene.primitives import MOST_PIECES, Fill, Primitive, Shape, turned
+from camsim.scene.separate import separated
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 from camsim.typed import Number, Place, Point, Positive, judge, refusal
 
@@ -84,9 +85,11 @@ class Text(Shape):
         object.__setattr__(self, "pieces", pieces)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return letter by letter."""
+        """Return letter by letter, of each what lies apart, as i and its dot."""
         font, lines = font_of(self.weight), self.text.split("\n")
-        turn = turned(np.eye(2), self.rotate_deg).T
+        turn = self.size_um * turned(np.eye(2), self.rotate_deg).T
+        matrix = np.column_stack([turn, np.zeros(2)])
+        set_once: dict[str, list[Primitive]] = {}  # each letter in its size and direction, then moved
         top = 0.0
         if self.vertical == "middle":
             top = 0.5 * (font.capital - self.line * (len(lines) - 1))
@@ -94,12 +97,11 @@ class Text(Shape):
             widths = [font.advance(letter) for letter in line]
             left = -{"left": 0.0, "centre": 0.5, "right": 1.0}[self.align] * sum(widths)
             for letter, width in zip(line, widths, strict=True):
-                glyph = font.glyph(letter)
-                if len(glyph.kind):
-                    place = np.array([left, top + number * self.line])
-                    moved = np.array(self.at_um) + self.size_um * np.einsum("ij,j->i", turn, place)
-                    matrix = np.column_stack([self.size_um * turn, moved])
-                    yield one(glyph.moved(matrix), self.reflectance)
+                if letter not in set_once:
+                    parts = [Primitive(((fill,),), self.reflectance) for fill in font.parts(letter)]
+                    set_once[letter] = [part.moved(matrix) for part in parts]
+                by_um = np.array(self.at_um) + turn[:, 0] * left + turn[:, 1] * (top + number * self.line)
+                yield from (part.shifted(by_um) for part in set_once[letter])
                 left += width
 
 
@@ -114,6 +116,7 @@ class Font:
         self._glyphs = self._font.getGlyphSet()
         self._em = float(self._font["head"].unitsPerEm)
         self._kept: dict[str, Curves] = {}
+        self._parts: dict[str, tuple[Fill, ...]] = {}
         self.capital = float(self._font["OS/2"].sCapHeight) / self._em
 
     def __contains__(self, letter: str) -> bool:
@@ -123,6 +126,12 @@ class Font:
     def advance(self, letter: str) -> float:
         """Return how far the next letter stands, in sizes."""
         return float(self._glyphs[self._names[ord(letter)]].width) / self._em
+
+    def parts(self, letter: str) -> tuple[Fill, ...]:
+        """Return a letter's outlines, sorted."""
+        if letter not in self._parts:
+            self._parts[letter] = separated(self.glyph(letter), "nonzero")
+        return self._parts[letter]
 
     def glyph(self, letter: str) -> Curves:
         """Return a letter's outlines."""
