@@ -85,6 +85,11 @@ class OpticalSystem:
         spots: F64 = self.olpf.spots_um()
         return spots
 
+    @property
+    def extent_um(self) -> float:
+        """Distance of the farthest point of OLPF and photosite from their centre, or more, µm."""
+        return float(np.hypot(*self.spots_um().T).max() + np.hypot(*self.photosite.half_extent_um))
+
     def footprint_otf(self, fx_per_um: F64, fy_per_um: F64) -> F64:
         """OTF of OLPF and photosite, the part that no wavelength changes."""
         otf: F64 = self.photosite.otf(fx_per_um, fy_per_um, 0.0)

@@ -117,9 +117,8 @@ def shells(
     if not (kernel.round and kernel.tapered and kernel.rings and isinstance(lens, RoundLens)):
         return ()
     allowed = ErrorBudget(tolerance).allowed("taper")
-    spots, photosite = np.hypot(*system.spots_um().T).max(), math.hypot(*system.photosite.half_extent_um)
     nearest, farthest = _distances(edges, shape)
-    nearest = np.maximum(nearest - (spots + photosite) / pitch_um, 0.0)
+    nearest = np.maximum(nearest - system.extent_um / pitch_um, 0.0)
     far = min(kernel.reach, farthest)
     least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
     first = _quiet_distance(kernel, nearest, edges.length, RINGS_PART * allowed, least, far)

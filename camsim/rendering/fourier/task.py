@@ -61,8 +61,8 @@ class Task:
         """Return seconds that the transfer of OLPF and photosite takes for each frequency."""
         if not self.joint:
             return 0.0
-        cycles = zip(self.footprint.tolist(), tile.periods, strict=True)
-        across, down = (min(1.0, NODES_IN_CYCLE * reach / period) for reach, period in cycles)
+        a, b = float(self.footprint[0]) / tile.periods[0], float(self.footprint[1]) / tile.periods[1]
+        across, down = min(1.0, NODES_IN_CYCLE * a), min(1.0, NODES_IN_CYCLE * b)
         return PER_JOINT_POINT + PER_JOINT_NODE * across * down
 
     def nodes(self, tile: Tile, first: F64) -> tuple[F64, F64]:
