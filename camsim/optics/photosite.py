@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from itertools import pairwise
@@ -11,10 +12,13 @@ import numpy as np
 import scipy
 from annotated_types import Gt, Le
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
+from camsim.products import product
 from camsim.quadrature import gauss_legendre
 from camsim.typed import Corners, NonNegative, Number, Place, Positive, Several, check, judge, refusal
 from camsim.words import brief
+
+POWERS = 14  # of a polygon's transfer where its phases are below 0.45 radians: 0.45¹⁴/14! is 2e-16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,14 +199,22 @@ class RoundedPhotosite:
         highest = float(np.hypot(fx, fy).max(initial=0.0))
         # Over the quarter turn the phase is within ±π²/2 times radius and frequency: half as many nodes, and some.
         x, w = gauss_legendre(math.ceil(2.8 * radius * min(highest, 1000.0 / max(radius, 1e-300))) + 20)
-        angle, share = 0.25 * math.pi * (1.0 + x), 0.25 * math.pi * w
-        for a, s in zip(angle, share, strict=True):
-            row = width - 2.0 * radius + 2.0 * radius * math.cos(a)
-            level = 0.5 * flat + radius * math.sin(a)
-            # The rows above and below the middle together are a cosine. A row of fx and a column of fy stay that until
-            # they are multiplied.
-            across = 2.0 * s * radius * math.cos(a) * row * np.sinc(row * fx)
-            total = total + across * np.cos(2.0 * np.pi * level * fy)
+        angle = 0.25 * math.pi * (1.0 + x)
+        row, level = width - 2.0 * radius * (1.0 - np.cos(angle)), 0.5 * flat + radius * np.sin(angle)
+        share = 0.5 * math.pi * radius * w * np.cos(angle) * row
+
+        def rows(part: slice | int) -> tuple[F64, F64]:
+            """Return rows (…, fx's) times their shares, and columns (…, fy's): those above and below the middle."""
+            across = np.multiply.outer(share[part], np.ones(fx.shape)) * np.sinc(np.multiply.outer(row[part], fx))
+            return across, np.cos(2.0 * np.pi * np.multiply.outer(level[part], fy))
+
+        if fx.ndim == fy.ndim == 2 and fx.shape[0] == fy.shape[1] == 1:
+            across, down = rows(slice(None))
+            total += product(down[..., 0].T, across[:, 0])
+        else:
+            for node in range(x.size):
+                across, down = rows(node)
+                total = total + across * down
         otf: F64 = total / self.area_um2
         return otf
 
@@ -257,7 +269,7 @@ class PolygonPhotosite:
 
         Light that falls beside the centre is counted there: a photosite that lies to the right of its centre sees the
         image shifted to the left, hence the sign. Edge by edge in closed form; at low frequencies, where that cancels,
-        by a Gauss rule over triangles.
+        by its powers.
         """
         fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
         points = np.array(self.points_um)
@@ -266,9 +278,13 @@ class PolygonPhotosite:
         low = square * size * size < 2.5e-3
         out = np.empty(fx.shape, complex)
         out[~low] = _by_edges(points, fx[~low], fy[~low]) / (0.5 * _doubled_area(points))
-        nodes, weights = _triangle_rule(points)
-        turns = np.multiply.outer(fx[low], nodes[:, 0]) + np.multiply.outer(fy[low], nodes[:, 1])
-        out[low] = np.exp(2j * np.pi * turns) @ weights / weights.sum()
+        x, y, powers = fx[low] * size, fy[low] * size, np.zeros(np.count_nonzero(low), complex)
+        for row in _series(tuple((float(a), float(b)) for a, b in points / size))[::-1]:
+            own = np.zeros(x.size, complex)
+            for coefficient in row[::-1]:
+                own = own * y + coefficient
+            powers = powers * x + own
+        out[low] = powers
         return out
 
 
@@ -288,17 +304,29 @@ def _by_edges(points: F64, fx: F64, fy: F64) -> F64:
     return transform
 
 
-def _triangle_rule(points: F64) -> tuple[F64, F64]:
-    """Return nodes (m, 2) and signed weights of a collapsed Gauss rule over the triangles from the first corner."""
-    x, w = gauss_legendre(12)
+@functools.lru_cache(maxsize=16)
+def _series(corners: tuple[tuple[float, float], ...]) -> C128:
+    """Return the transfer's coefficients of fxᵖ·fyᵠ, p + q < POWERS: (2πi)ᵖ⁺ᵠ⟨xᵖyᵠ⟩/p!q!, x and y of size 1.
+
+    Moments by a collapsed Gauss rule over the triangles from the first corner, of signed weights.
+    """
+    points = np.array(corners)
+    x, w = gauss_legendre(POWERS)
     x, w = 0.5 * (1.0 + x), 0.5 * w
-    u, v = np.meshgrid(x, x, indexing="ij")
-    nodes, weights = [], []
+    u, v = (axis.ravel() for axis in np.meshgrid(x, x, indexing="ij"))
+    moments, area = np.zeros((POWERS, POWERS)), 0.0
     for b, c in pairwise(points[1:]):
         p, q = b - points[0], c - points[0]
-        nodes.append(points[0] + (u[..., None] * ((1.0 - v[..., None]) * p + v[..., None] * q)).reshape(-1, 2))
-        weights.append((np.outer(w, w) * u).ravel() * (p[0] * q[1] - p[1] * q[0]))
-    return np.concatenate(nodes), np.concatenate(weights)
+        nodes = points[0] + u[:, None] * (p + v[:, None] * (q - p))
+        weights = (np.outer(w, w).ravel() * u) * (p[0] * q[1] - p[1] * q[0])
+        powers = nodes.T[:, None] ** np.arange(POWERS)[:, None]
+        moments += np.einsum("pn,qn,n->pq", *powers, weights)
+        area += float(weights.sum())
+    order = np.arange(POWERS)
+    each = (2j * np.pi) ** order / scipy.special.factorial(order)
+    kept = order[:, None] + order < POWERS
+    series: C128 = np.where(kept, np.outer(each, each) * moments / area, 0.0)
+    return series
 
 
 def _crossing(points: F64) -> tuple[int, int] | None:

@@ -86,9 +86,9 @@ class OpticalSystem:
         return spots
 
     @property
-    def footprint_extent_um(self) -> float:
-        """How far from a photosite's centre it may gather light, through the OLPF."""
-        return math.hypot(*self.photosite.half_extent_um) + float(np.hypot(*self.spots_um().T).max())
+    def extent_um(self) -> float:
+        """Distance of the farthest point of OLPF and photosite from their centre, or more, µm."""
+        return float(np.hypot(*self.spots_um().T).max() + np.hypot(*self.photosite.half_extent_um))
 
     def footprint_otf(self, fx_per_um: F64, fy_per_um: F64) -> F64:
         """OTF of OLPF and photosite, the part that no wavelength changes."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -57,9 +58,9 @@ class ByTransforms:
         """Return what a plan is sure to take, without one."""
         return self._engine.least_seconds(job)
 
-    def windows(self, job: Job) -> Windows:
+    def windows(self, job: Job, heard: Callable[[Job], float] | None) -> Windows:
         """Return what renders windows of a job."""
-        return self._engine.windows(job)
+        return self._engine.windows(job, heard)
 
 
 BY_EDGES, FOURIER = ByEdges(), ByTransforms()

@@ -62,6 +62,11 @@ class Footprint:
         return cls.measured(width, height, system.spots_um() / pitch_um)
 
     @classmethod
+    def point(cls) -> Footprint:
+        """Return a point."""
+        return cls.measured(0.0, 0.0, np.zeros((1, 2)))
+
+    @classmethod
     def measured(cls, width: float, height: float, spots: F64) -> Footprint:
         """Measure a rectangle on every spot, pitches; a 9-point Gauss rule is exact for every moment used."""
         zeta, weight = footprint_rule(width, height, spots, 9)

@@ -114,8 +114,8 @@ class Job:
         """Resolve a scene and its arrangement (``outlines.arranged``); the rest as in ``render_channels``."""
         pattern, footprint, unknown = None, None, ""
         try:
+            pattern = None if system.more else _pattern_of(system.lens)
             footprint = Footprint.of(system, grid.pitch_um)
-            pattern = _pattern_of(system.lens)
         except UnsupportedError as error:
             unknown = str(error)
         budget = ErrorBudget(tolerance)
@@ -230,7 +230,7 @@ class Job:
     @functools.cached_property
     def span(self) -> float:
         """Largest distance of an edge's end from where a photosite gathers light, pitches."""
-        return self.farthest + self.system.footprint_extent_um / self.grid.pitch_um
+        return self.farthest + self.extent
 
     @functools.cached_property
     def farthest(self) -> float:
@@ -255,9 +255,15 @@ class Job:
 
     @functools.cached_property
     def heard(self) -> Heard:
-        """How far rings are heard; pattern and footprint are known."""
-        assert self.pattern is not None and self.footprint is not None  # noqa: PT018
-        return heard(self.waves(self.pattern, self.footprint), self.edges, self.grid, self.budget)
+        """How far rings are heard; the pattern is known, and a footprint that is not is taken for a point."""
+        assert self.pattern is not None
+        waves = self.waves(self.pattern, self.footprint or Footprint.point())
+        return heard(waves, self.edges, self.grid, self.budget)
+
+    @property
+    def extent(self) -> float:
+        """Distance of the farthest point of OLPF ⊗ photosite from its centre, or more, pitches."""
+        return self.system.extent_um / self.grid.pitch_um
 
     def blur_at(self, wavelength_nm: F64) -> F64:
         """Return the lens's own length at wavelengths, pitches."""

@@ -50,7 +50,7 @@ class Beside:
         system, nm = self.job.system, self.wavelength_nm
         lost, rings = self.budget.allowed("reach"), system.ring_share(nm)
         reach_um = max(self.lens.reach_um(lost, own, rings) for own in (float(nm.min()), float(nm.max())))
-        extent_um = system.footprint_extent_um
+        extent_um = system.extent_um
         return (reach_um + extent_um) / self.job.grid.pitch_um
 
     def alone(self, points: F64) -> bool:

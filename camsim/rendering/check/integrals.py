@@ -114,6 +114,13 @@ class Integrals:
             radius = max(radius, everything)
         return min(radius, max(everything, NEAREST * blur)) + self._extent
 
+    @property
+    def farthest(self) -> float:
+        """The farthest that E is taken from its table, wherever a photosite lies."""
+        x0, y0, x1, y1 = self.corners
+        ends = [[x0, y0], [x0, y1], [x1, y0], [x1, y1]]
+        return float(self._radii(np.concatenate([self.where.listeners, ends])).max())
+
     @functools.cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
@@ -32,6 +33,7 @@ OF_WINDOW = [2, 4, 7]  # of these, where each is integrated too: the middle one,
 JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 DEAR_SECONDS = 0.05  # for one photosite: then windows are asked what they take
 ASKING_SECONDS = 5e-5  # of that for every piece of outline: 0.4 ms, and eight photosites are looked at or more
+OF_RINGS = 0.5  # of what a window may be wrong by: what integrals may be that end where its rings are dropped
 FAR_SHARE, FAR_SECONDS = 0.5, 0.3  # of the image's time, or so much, for one photosite far away
 
 
@@ -81,7 +83,7 @@ class Transforms(Protocol):
     @property
     def finest(self) -> float: ...  # noqa: D102 (above)
 
-    def windows(self, job: Job) -> Windows: ...  # noqa: D102
+    def windows(self, job: Job, heard: Callable[[Job], float] | None) -> Windows: ...  # noqa: D102
 
 
 class Judge:
@@ -132,34 +134,38 @@ class Judge:
         if each <= max(DEAR_SECONDS, ASKING_SECONDS * len(self.seen[0].left)):
             return True
         middle = np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2])
-        return WINDOW**2 * each <= self._whole.taken(*middle)
+        return self._all * each <= self._whole.taken(*middle)
 
     @functools.cached_property
     def integrals(self) -> Integrals:
         """What integrates."""
+        system, pitch_um = self.job.system, self.job.grid.pitch_um
+        assert isinstance(system.photosite, Rectangular)
+        width_um, height_um = system.photosite.sides_um
+        spots = system.spots_um() / pitch_um
+        return self._integrals((width_um / pitch_um, height_um / pitch_um), spots, self.job.budget.of_check)
+
+    def _integrals(self, sides: tuple[float, float], spots: F64, budget: ErrorBudget) -> Integrals:
+        """Return what integrates what a rectangle on every spot sees."""
         job = self.job
         pieces, wavelength_nm, density = self.seen
         both, pair = np.unique(pieces.left * len(density) + pieces.right, return_inverse=True)
         left, right = np.divmod(both, len(density))
         weights, which, times = widest(density[left] - density[right])
         x0, y0 = np.array(job.grid.first_centre) - self._moved
-        lens, photosite = job.system.lens if job.split is None else job.split.core, job.system.photosite
+        lens = job.system.lens if job.split is None else job.split.core
         assert isinstance(lens, RoundLens)
-        assert isinstance(photosite, Rectangular)
-        width_um, height_um = photosite.sides_um
         return Integrals(
-            lens=lens,
-            sides=(width_um / job.grid.pitch_um, height_um / job.grid.pitch_um),
-            spots=job.system.spots_um() / job.grid.pitch_um,
-            pitch_um=job.grid.pitch_um,
-            pieces=pieces,
-            pair=which[pair],
-            times=times[pair],
-            wavelength_nm=wavelength_nm,
-            weights=weights,
-            budget=job.budget.of_check,
+            lens=lens, sides=sides, spots=spots, pitch_um=job.grid.pitch_um,
+            pieces=pieces, pair=which[pair], times=times[pair],
+            wavelength_nm=wavelength_nm, weights=weights, budget=budget,
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
-        )
+        )  # fmt: skip
+
+    def _heard(self, job: Job) -> float:
+        """Return how far a round lens's rings are heard, by the check's own rule: as far as a point's, and some."""
+        budget = ErrorBudget(OF_RINGS * job.tolerance)
+        return self._integrals((0.0, 0.0), np.zeros((1, 2)), budget).farthest + job.extent
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at: a tenth of the rendering's time's worth, at least."""
@@ -283,9 +289,10 @@ class Judge:
         job = job.behind(summed_otherwise(job.system.lens))
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
         edges = polygons(pieces, 1.0 / highest, min(allowed, self.job.budget.of_check.tolerance))
+        heard = self._heard if isinstance(job.system.lens, RoundLens) and not job.system.more else None
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)
         return Fitting(
-            lambda tolerance: self.transforms.windows(make(tolerance=tolerance)),
+            lambda tolerance: self.transforms.windows(make(tolerance=tolerance), heard),
             wanted=max(allowed, self.transforms.finest),
             coarsest=job.tolerance,
         )

@@ -19,7 +19,8 @@ def clamped(
     """Move every point into a box, edges cut where they cross its sides; all of it as seen from an origin.
 
     A closed outline clamped axis by axis is the outline of what lies in the box: pieces along its sides cancel or
-    close it. Those that follow one another along a side, with the same spectra beside them, are one.
+    close it. Those that follow one another along a side, with the same spectra beside them, are one. In a box without
+    area there is nothing to see: it is where all of a scene lies farther away, along one axis, than anything is seen.
 
     >>> a = np.array([[-1.0, 0.0], [3.0, 0.0], [0.0, 2.0]])  # a triangle that sticks out to the right and the left
     >>> b = np.roll(a, -1, axis=0)
@@ -30,6 +31,8 @@ def clamped(
     >>> sorted(inside.left.tolist())  # the second runs down to the right side and along it
     [1, 2, 2, 3]
     """
+    if low[0] >= high[0] or low[1] >= high[1]:
+        return edges.some(np.empty(0, np.int64))
     box, room = np.array([*low, *high], float), ROOM + len(edges) // 8
     while True:
         ends, of = np.empty((room, 4)), np.empty(room, np.int64)

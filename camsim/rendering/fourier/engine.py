@@ -5,14 +5,13 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
-from camsim.optics import OpticalSystem
 from camsim.optics.airy import AIRY
 from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import CLOSED_PART
@@ -44,13 +43,13 @@ class FourierPlan:
     """A job with any lens and any photosite, and the wavelengths that it takes.
 
     parts : a lens's round part and its short difference, where these take less than all of it at once
-    crowds : whether it is asked how far the rings of a crowd are heard, as the other engine asks
+    heard : what tells how far a job's rings are heard, and what is past three powers of 1/r; None: only edges do
     """
 
     job: Job
     nodes: Nodes
     parts: tuple[FourierPlan, ...] = ()
-    crowds: bool = False
+    heard: Callable[[Job], float] | None = None
 
     @property
     def marks(self) -> Marks:
@@ -84,13 +83,8 @@ class FourierPlan:
             system=job.system,
             pitch_um=job.grid.pitch_um,
             tolerance=job.tolerance,
-            quiet=self._quiet if self.crowds else None,
+            quiet=None if self.heard is None else functools.partial(self.heard, job),
         )
-
-    def _quiet(self) -> float:
-        """Return from where on the scene's rings, and what is past three powers of 1/r, are within their shares."""
-        found = self.job.heard
-        return max(found.line, followed(found.foci))
 
     @functools.cached_property
     def _expected(self) -> tuple[Cost, float]:
@@ -143,7 +137,7 @@ class FourierPlan:
         """Return the same wavelengths for other edges."""
         own = [job.round_part(), job.difference_part()] if self.parts else []
         parts = tuple(part.of(one) for part, one in zip(self.parts, own, strict=False) if one is not None)
-        return FourierPlan(job=job, nodes=job.nodes_like(self.nodes), parts=parts, crowds=self.crowds)
+        return FourierPlan(job=job, nodes=job.nodes_like(self.nodes), parts=parts, heard=self.heard)
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""
@@ -169,22 +163,20 @@ class Fourier:
         if samples is not None:
             raise UnsupportedError("fourier takes none; only importance takes a number", key="samples")
         check_tolerance(job.tolerance)
-        return self._planned(job, crowds=job.pattern is not None and job.footprint is not None)
+        return self._planned(job, _heard if job.pattern is not None else None)
 
-    def _planned(self, job: Job, *, crowds: bool) -> FourierPlan:
-        whole = FourierPlan(job=job, nodes=_nodes(job), crowds=crowds)
+    def _planned(self, job: Job, heard: Callable[[Job], float] | None) -> FourierPlan:
+        whole = FourierPlan(job=job, nodes=_nodes(job), heard=heard)
         if job.split is None or not len(job.edges) or min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST:
             return whole
         own = (job.round_part(), job.difference_part())
-        apart = dataclasses.replace(
-            whole, parts=tuple(self._planned(one, crowds=crowds) for one in own if one is not None)
-        )
+        apart = dataclasses.replace(whole, parts=tuple(self._planned(one, heard) for one in own if one is not None))
         return min(whole, apart, key=lambda plan: (plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds))
 
-    def windows(self, job: Job) -> FourierImage | Sum:
-        """Return what renders windows of a job; as a judge it asks nothing that the other engine asks."""
+    def windows(self, job: Job, heard: Callable[[Job], float] | None) -> FourierImage | Sum:
+        """Return what renders windows of a job; how far rings are heard whoever asks knows, or only edges tell."""
         check_tolerance(job.tolerance)
-        return self._planned(job, crowds=False).image
+        return self._planned(job, heard).image
 
     def least_seconds(self, job: Job) -> float:
         """Return what a plan is sure to take, without one: the band's frequencies of the smallest period there can be.
@@ -205,12 +197,21 @@ class Fourier:
         return SET_UP_SECONDS + count * per_point
 
 
+def _heard(job: Job) -> float:
+    """Return from where on a scene's rings, and what is past three powers of 1/r, are within their shares.
+
+    A footprint that is no rectangle hears the mean of what points on it do: no more, as far as it reaches farther out.
+    """
+    found = job.heard
+    return max(found.line, followed(found.foci)) + (0.0 if job.footprint is not None else job.extent)
+
+
 def _nodes(job: Job) -> Nodes:
     """Return wavelengths that follow the rings of the spectrum as far as these are heard.
 
     Farther out they need not be right, but must be as quiet: a few wavelengths come back into step where the spectrum
-    does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width on a
-    point: no pupil's rings exceed those by much.
+    does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width: no
+    pupil's rings exceed those by much. Photosites that are no rectangles are taken for points, which they are made of.
     """
     blur, span, allowed = job.blur, job.span, job.budget.allowed("rings")
     own_phase = wavefront_phase(job.system, job.signals.wavelength_nm)
@@ -218,10 +219,7 @@ def _nodes(job: Job) -> Nodes:
         span = min(
             span, kernel_of(job.system, job.signals.wavelength_nm[[0, -1]], job.grid.pitch_um, job.tolerance).reach
         )
-    if job.pattern is not None and job.footprint is not None:
-        pattern, footprint = job.pattern, job.footprint
-    else:
-        pattern, footprint = AIRY, Footprint.of(OpticalSystem(lens=job.system.lens), job.grid.pitch_um)
+    pattern, footprint = job.pattern or AIRY, job.footprint or Footprint.point()
     waves = job.waves(pattern, footprint)
     spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
     followed = waves.quiet_distance(allowed, front="line", within=span)

@@ -26,8 +26,9 @@ from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.inverse import inverse
+from camsim.rendering.fourier.joint import joint_stages
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
-from camsim.rendering.fourier.lens import Footprints
+from camsim.rendering.fourier.lens import Footprints, passing
 from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.lens_fields import LensFields
 from camsim.rendering.fourier.plan import Sizes, plan_sizes
@@ -227,6 +228,7 @@ class FourierImage:
                 low=self._density.low - origin,
                 high=self._density.high - origin,
                 footprint=np.array([float(spots[0] + photosite[0]), float(spots[1] + photosite[1])]) / self.pitch_um,
+                joint=bool(joint_stages(self.system)),
                 edges=len(self.edges),
                 density=self._density,
                 origin=origin,
@@ -267,9 +269,8 @@ class FourierImage:
                 shared(total.shape[1], add)
             return total
         for fields, weights in self._fields.of(tile, plan, contrast):
-            for block, scene in regions.blocks():
+            for block, scene, values in passing(fields, regions.blocks()):
                 footprint = self._footprints.on(block, tile)
-                values = fields(block)
                 add = functools.partial(add_fields, total, scene, footprint, values, weights, block.place(tile))
                 shared(total.shape[1], add)
         return total

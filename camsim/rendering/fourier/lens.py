@@ -7,9 +7,10 @@ tapered pattern is band-limited. Any other lens is sampled on a lattice: see sam
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 import scipy
@@ -21,7 +22,8 @@ from camsim.optics.system import OpticalSystem
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
-from camsim.rendering.fourier.kernels import Curves, Factors
+from camsim.rendering.fourier.joint import joint_transfer
+from camsim.rendering.fourier.kernels import Curves, Factors, SceneBlock
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper, tapered
@@ -30,6 +32,7 @@ SAMPLES, CELLS = 20, 4  # points of a pattern on its own length: 7e-15; it is in
 DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
 OVERSAMPLED = 16  # of the transfer's curve; with 8 points 2.4e-9 of what oscillates fastest, which is the faintest
 CURVE_POINTS = 8
+NOTHING = 1e-16  # of a transfer: as much as passes beyond a cut-off
 
 
 @kernel()
@@ -123,6 +126,23 @@ def plain_fields(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, til
     return fields
 
 
+def passing(fields: Fields, blocks: Iterable[tuple[Block, SceneBlock]]) -> Iterator[tuple[Block, SceneBlock, F64]]:
+    """Yield of blocks those rows that a lens lets pass anything of, the scene there, and the lens's transfers.
+
+    A thin pattern's band is as much longer one way than the other; blocks are of a round one.
+    """
+    for block, scene in blocks:
+        values = fields(block)
+        rows = np.flatnonzero(np.abs(values).max(axis=(0, 2, 3)) > NOTHING)
+        if rows.size == block.count_j:
+            yield block, scene, values
+        elif rows.size:
+            first, stop = int(rows[0]), int(rows[-1]) + 1
+            own = dataclasses.replace(block, first_j=block.first_j + first, count_j=stop - first)
+            transforms = np.ascontiguousarray(scene.transforms[:, first:stop])
+            yield own, SceneBlock(transforms, scene.areas), np.ascontiguousarray(values[:, first:stop])
+
+
 def frequencies(block: Block, tile: Tile, pitch_um: float) -> tuple[F64, F64]:
     """Return the block's fx (1, count_i) and fy (count_j, 1), cycles/µm."""
     fx = (block.first_i + np.arange(block.count_i)) / (tile.periods[0] * pitch_um)
@@ -135,16 +155,11 @@ def footprint_transfer(system: OpticalSystem, block: Block, tile: Tile, pitch_um
     fx, fy = frequencies(block, tile, pitch_um)
     zero = np.zeros((1, 1))
     across, down = np.ones(fx.shape, complex), np.ones(fy.shape, complex)
-    both = np.empty((0, 0), complex)
     for stage in (system.olpf, system.photosite):
-        if stage is None:
-            continue
         if isinstance(stage, Separable) and stage.separable:
             across *= stage.otf(fx, zero, 0.0)
             down *= stage.otf(zero, fy, 0.0)
-        else:
-            values = np.broadcast_to(stage.otf(fx, fy, 0.0), (block.count_j, block.count_i))
-            both = both * values if both.size else values.astype(complex)
+    both = joint_transfer(system, fx[0], fy[:, 0])
     return Factors(across=parts(across.ravel()), down=parts(down.ravel()), both=parts(both))
 
 

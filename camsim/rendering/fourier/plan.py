@@ -154,8 +154,8 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
     held = task.spectra + fields + 4  # numbers of a frequency that are kept while its block is worked on
     block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + task.spectra + fields))
     at_once = TILES_AT_ONCE if kernel.round and tiles > 1 else 1
-    each = [task.nodes(alike.tile, alike.first) for alike in cut]
-    edges, nodes = (max(float(counts.max()) for counts in some) for some in zip(*each, strict=True))
+    counted = [task.nodes(alike.tile, alike.first) for alike in cut]
+    edges, nodes = (max(float(counts.max()) for counts in some) for some in zip(*counted, strict=True))
     # Where an alias has few columns, a row of them takes what its first takes.
     _, rows_of_blocks = count_blocks(largest, block_points)
     by_edge = edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
@@ -168,8 +168,8 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
         of_rows, of_columns = tile.sums
         grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
         kernel_seconds, kernel_bytes = _of_kernel(task, tile, fields)
-        own = tile.points * (passes * per_point + task.weights * PER_POINT_WEIGHT)
-        seconds += len(alike) * (own + task.channels * grid * PER_GRID_POINT + kernel_seconds)
+        each = passes * (per_point + task.of_footprint(tile)) + task.weights * PER_POINT_WEIGHT
+        seconds += len(alike) * (tile.points * each + task.channels * grid * PER_GRID_POINT + kernel_seconds)
         fixed = max(fixed, kernel_bytes + 16.0 * of_columns * tile.rows)
         transforms = max(transforms, 16.0 * of_rows * of_columns)
     fixed += block_points * 16.0 * held

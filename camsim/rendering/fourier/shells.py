@@ -118,7 +118,7 @@ def shells(
         return ()
     allowed = ErrorBudget(tolerance).allowed("taper")
     nearest, farthest = _distances(edges, shape)
-    nearest = np.maximum(nearest - system.footprint_extent_um / pitch_um, 0.0)
+    nearest = np.maximum(nearest - system.extent_um / pitch_um, 0.0)
     far = min(kernel.reach, farthest)
     least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
     first = _quiet_distance(kernel, nearest, edges.length, RINGS_PART * allowed, least, far)

@@ -12,6 +12,7 @@ from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.density import Density
+from camsim.rendering.fourier.joint import NODES_IN_CYCLE
 from camsim.rendering.fourier.spread import Kernel
 
 PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
@@ -21,6 +22,8 @@ OF_A_CROWD = 0.14
 SAMPLES_OF_POINT = 8.0 / math.pi  # a pattern's, of its period, for every frequency of half the band (``Tile.points``)
 MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
 
+PER_JOINT_POINT, PER_JOINT_NODE = 1.2e-8, 2e-7  # seconds: of a footprint that is no product, and where it is asked for
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Task:
@@ -28,7 +31,7 @@ class Task:
 
     shape     : rows and columns of photosites
     low, high : (2,) corners of the scene's edges, from the first photosite
-    footprint : (2,) how far the footprint reaches along x and y
+    footprint : (2,) how far the footprint reaches along x and y;  joint: its transfer is no product of one along each
     edges, density : how many, and where they are;  origin: the first photosite there
     spectra, channels, wavelengths : numbers of them
     memory_limit_bytes : what the sizes keep below if they can
@@ -39,6 +42,7 @@ class Task:
     low: F64
     high: F64
     footprint: F64
+    joint: bool
     edges: int
     density: Density
     origin: F64
@@ -52,6 +56,14 @@ class Task:
     def weights(self) -> int:
         """Numbers that every frequency is multiplied by."""
         return self.spectra * self.channels * (1 if self.kernel.round else self.wavelengths)
+
+    def of_footprint(self, tile: Tile) -> float:
+        """Return seconds that the transfer of OLPF and photosite takes for each frequency."""
+        if not self.joint:
+            return 0.0
+        a, b = float(self.footprint[0]) / tile.periods[0], float(self.footprint[1]) / tile.periods[1]
+        across, down = min(1.0, NODES_IN_CYCLE * a), min(1.0, NODES_IN_CYCLE * b)
+        return PER_JOINT_POINT + PER_JOINT_NODE * across * down
 
     def nodes(self, tile: Tile, first: F64) -> tuple[F64, F64]:
         """Return how many edges there are in boxes of tiles like this one at ``first`` (n, 2), and nodes on them."""
