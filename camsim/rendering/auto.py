@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim.errors import UnknownNameError
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.check.judge import Checks, Judge
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
@@ -71,6 +71,7 @@ ENGINES: dict[str, Engine] = {
 }
 NAMES = ("auto", *ENGINES)
 CHEAP_SECONDS = 0.05  # the answer saves no more than this; to import and ask the other engine takes nearly as long
+IMAGE_BYTES = 24.0  # of a photosite: whole images, which are no engine's tables and transforms
 CHEAP_SPLIT_SECONDS = 0.1  # of a lens that is taken apart it takes 20 ms more
 
 
@@ -102,13 +103,23 @@ def check_method(method: str) -> None:
 def choose(method: str, job: Job, samples: int | None = None) -> Choice:
     """Plan with the method named; "auto": boundary where it can and is cheaper, fourier otherwise.
 
-    What a method cannot render it refuses, even where there is nothing to render.
+    What a method cannot render it refuses, even where there is nothing to render; what takes too much memory, before
+    anything is rendered.
     """
     judge = Judge(job, FOURIER)
     if method != "auto":
-        return Choice(method=method, why="asked for", plan=_planned(method, job, samples), judge=judge, samples=samples)
-    name, why, plan = _auto(job, judge, samples)
-    return Choice(method=name, why=why, plan=plan, judge=judge)
+        name, why, plan = method, "asked for", _planned(method, job, samples)
+    else:
+        name, why, plan = _auto(job, judge, samples)
+    grid, needed_bytes = plan.job.grid, plan.cost.memory_bytes
+    if needed_bytes > MEMORY_LIMIT_BYTES + IMAGE_BYTES * grid.rows * grid.cols:
+        raise InvalidValueError(
+            f"{name} would take {needed_bytes / 1e9:.1f} GB for this frame and scene, and its limit is "
+            f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; render a smaller region, fewer colours, allow a larger tolerance, "
+            "or take another method",
+            key="method",
+        )
+    return Choice(method=name, why=why, plan=plan, judge=judge, samples=samples)
 
 
 def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:

@@ -26,6 +26,7 @@ from camsim.arrays import C128, F64, I64, U8
 from camsim.optics.placed import Revolves
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.bands import far_reach
+from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.place_transfers import PlaceTransfers, steepest
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.judge import Found, Judge, Transforms
@@ -37,7 +38,6 @@ from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.job import Job
 
-SECONDS = 1.5  # for each photosite
 FINER = 1.5  # directions, times what a sum over them takes to be exact of waves that go so far
 STEPS = 12.0  # of a direction's table in the finest wave: sums over sides take slopes of what is looked up
 PERIOD, APART = 6.0, 2.0  # of such a table, in what is seen to one side; and that more, at least, than lines are heard
@@ -90,7 +90,11 @@ class FieldJudge:
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""
-        return 0.0 if not len(self._perfect.seen[0].left) else plan.fewest * SECONDS
+        if not len(self._perfect.seen[0].left):
+            return 0.0
+        assert isinstance(plan, FieldPlan)
+        grid = self.job.grid
+        return min(plan.fewest, grid.rows * grid.cols) * plan.each_checked_seconds
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""

@@ -28,7 +28,9 @@ from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
 FEWEST = 4  # photosites checked, each with a pattern of its own
-SECONDS = 4.0  # of the transfers along the radius
+SECONDS, EACH_TRANSFER = 0.1, 5e-3  # of the transfers along the radius: of any, and of each place and wavelength
+WAVELENGTHS = 44  # as many of them stand for all that there are
+CHECKED, CHECKED_COLOUR, CHECKED_WAVE, CHECKED_TURN = 0.1, 5e-3, 3e-3, 4.3e-8  # of a photosite that is checked
 EACH_FREQUENCY = 1.5e-7  # seconds: its part of the scene, and of some thirty terms
 
 
@@ -91,12 +93,27 @@ class FieldPlan:
         )
 
     @property
+    def _colours(self) -> int:
+        return min(self.job.signals.wavelength_nm.size, WAVELENGTHS)
+
+    @property
+    def each_checked_seconds(self) -> float:
+        """What the check of one photosite takes, measured: by wavelengths, the near band's waves, and harmonics.
+
+        Overlaps of so many harmonics take as many angles, about as many shifts, and as many nodes either way.
+        """
+        near, harmonics = self.image.bands[0], 2 * self.image.transfers.most + 1
+        waves = near.cut * near.reach
+        return CHECKED + CHECKED_COLOUR * self._colours + CHECKED_WAVE * waves + CHECKED_TURN * harmonics**4
+
+    @property
     def cost(self) -> Cost:
         """What one image takes."""
         closed, grid = self.closed.cost, self.job.grid
+        transfers = SECONDS + EACH_TRANSFER * self._colours * self.image.transfers.radii.nodes.size
         points = max(band.tile(band.side, band.side).points for band in self.image.bands)
         return Cost(
-            seconds=closed.seconds + SECONDS + EACH_FREQUENCY * self.frequencies,
+            seconds=closed.seconds + transfers + EACH_FREQUENCY * self.frequencies,
             memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + 16.0 * 40.0 * points,
         )
 

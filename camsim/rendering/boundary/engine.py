@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
 from camsim.rendering.boundary.image import boundary_bands
@@ -136,14 +136,8 @@ class BoundaryPlan:
         return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes))
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
-        """Yield the image band by band; raises InvalidValueError where the tables would take too much memory."""
-        row, table_bytes = 0, 8.0 * self.counts.table_values
-        if table_bytes > MEMORY_LIMIT_BYTES:
-            raise InvalidValueError(
-                f"boundary would take {table_bytes / 1e9:.1f} GB for its tables, and its limit is "
-                f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; allow a larger tolerance, fewer colours, or use fourier",
-                key="method",
-            )
+        """Yield the image band by band."""
+        row = 0
         for band in boundary_bands(
             self.job,
             pattern=self.pattern,

@@ -101,8 +101,8 @@ class FourierImage:
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
                 f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
-                f"is {self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, allow a larger tolerance, or use "
-                "boundary",
+                f"is {self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, fewer colours, allow a larger "
+                "tolerance, or take another method",
                 key="method",
             )
 
@@ -273,6 +273,7 @@ class FourierImage:
                 footprint = self._footprints.on(block, tile)
                 add = functools.partial(add_fields, total, scene, footprint, values, weights, block.place(tile))
                 shared(total.shape[1], add)
+            del fields, values, add  # or these transfers would stay until the next are made
         return total
 
     @functools.cached_property

@@ -80,11 +80,13 @@ class LensFields:
             if key not in self._made:
                 self._made.clear()
                 precision = self._budget.allowed("pupil")
-                own_transfers = tapered_transfers(
-                    self.system, wavelength_nm[some], own, self.pitch_um, tile, plan,
-                    cuts=self.kernel.cuts(tile.cut), precision=precision,
+                # Nobody else holds them: those before are gone when the next are made.
+                self._made[key] = fields_of(
+                    tapered_transfers(
+                        self.system, wavelength_nm[some], own, self.pitch_um, tile, plan,
+                        cuts=self.kernel.cuts(tile.cut), precision=precision,
+                    )
                 )  # fmt: skip
-                self._made[key] = fields_of(own_transfers)
             yield self._made[key], np.ascontiguousarray(weights[:, :, some])
 
     def _mixed(self, contrast: F64, most: int) -> tuple[F64, F64]:

@@ -29,7 +29,7 @@ NODE_BYTES = 100.0  # of a node on an edge, with all that is made of it
 TILES_AT_ONCE = 2  # of round lenses, and then one strip of each
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
-ALL_BUT = 0.8  # of the memory, that a wavefront's patterns may take while they are made
+ALL_BUT = 0.95  # of the memory, that a wavefront's patterns may take while they are made
 STRIP_SAMPLES = 4_000_000  # of a pattern at a time, at least, each of which takes STRIP_BYTES until it is added up
 STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all of it, and the pupil's nodes at a time
 WHOLE_BYTES = 24.0  # of a transfer that is made for a whole tile at once, three times, for each such sample
@@ -162,19 +162,20 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
     strip_points, by_spreading = _strips(task, largest, nodes)
     spread = by_spreading < by_edge
     per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
-    seconds, fixed, transforms = tiles * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0
+    seconds, fixed, transforms, making = tiles * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0, 0.0
     for alike in cut:
         tile = alike.tile
         of_rows, of_columns = tile.sums
         grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
-        kernel_seconds, kernel_bytes = _of_kernel(task, tile, fields)
+        kernel_seconds, kernel_bytes, made = _of_kernel(task, tile, fields)
         each = passes * (per_point + task.of_footprint(tile)) + task.weights * PER_POINT_WEIGHT
         seconds += len(alike) * (tile.points * each + task.channels * grid * PER_GRID_POINT + kernel_seconds)
-        fixed = max(fixed, kernel_bytes + 16.0 * of_columns * tile.rows)
+        fixed, making = max(fixed, kernel_bytes + 16.0 * of_columns * tile.rows), max(making, made)
         transforms = max(transforms, 16.0 * of_rows * of_columns)
-    fixed += block_points * 16.0 * held
+    scenery = block_points * 16.0 * held
     if spread:
-        fixed += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + NODE_BYTES * at_once * nodes
+        scenery += _strip_bytes(task) * min(strip_points, 2.0 * largest.points) + NODE_BYTES * at_once * nodes
+    fixed += max(making, scenery)  # one after the other
     fixed += 16.0 * task.shape[0] * task.shape[1] + 48.0 * min(PART, largest.periods[0] * largest.periods[1])
     transforms *= at_once
     channels = task.channels
@@ -217,22 +218,22 @@ def _strip_bytes(task: Task) -> float:
     return 16.0 * (SPREAD_HELD + task.spectra)
 
 
-def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float]:
-    """Return seconds and bytes that a tile's transfer of the lens takes."""
+def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float, float]:
+    """Return seconds and bytes that a tile's transfer of the lens takes, and more bytes while it is made."""
     kernel, samples = task.kernel, samples_of(task.kernel, tile)
     if kernel.round:
         curves = task.spectra * task.channels
         seconds = PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2
         seconds += PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
-        return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut)
+        return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut), 0.0
     if kernel.tapered:
         strip = _pattern_samples(task, tile, fields)
         seconds = PER_PUPIL_NODE * kernel.pupil_nodes(math.hypot(*tile.outer)) * math.ceil(samples / strip)
         seconds += PER_PUPIL_SAMPLE * task.wavelengths * samples
         made = STRIP_BYTES * min(samples, strip) + min(NODES_BYTES, STRIP_BYTES * samples)
-        return seconds, (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
+        return seconds, (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples, made
     sets = min(task.spectra * task.channels, task.wavelengths)
-    return 0.0, WHOLE_BYTES * sets * samples if kernel.whole else 0.0
+    return 0.0, WHOLE_BYTES * sets * samples if kernel.whole else 0.0, 0.0
 
 
 def _pattern_samples(task: Task, tile: Tile, fields: int) -> int:
