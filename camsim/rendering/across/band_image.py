@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ import scipy
 from camsim.arrays import F64, I64, U8
 from camsim.kernels import shared
 from camsim.rendering.across.bands import Band
-from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, Sets, add_terms, on_lattice
+from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, Sets, add_terms, fold, on_lattice
 from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
 from camsim.rendering.across.transfers import GHOSTS, Transfers, with_ghosts
 from camsim.rendering.edges import Edges
@@ -163,29 +164,38 @@ class BandImage:
         for (part, tile, _), (present, _, _, total) in zip(seen, tiles, strict=True):
             rows = part.row - box.row + np.arange(float(part.rows))
             cols = part.col - box.col + np.arange(float(part.cols))
-            weights, into = basis.weights(box, rows, cols), image[part.where]
+            into = image[part.where]
             for own, letter in zip(total, present, strict=True):
                 here = channel[part.where] == letter
-                every = every_second(here) if step == 1 else (slice(None), slice(None))
-                terms = inverse(own[:, :, 0] + 1j * own[:, :, 1], tile, every)
-                if step == 1:
-                    found = np.einsum("qrc,qrc->rc", weights[:, every[0], every[1]], terms)
-                else:
+                for every in lattices(here) if step == 1 else (WHOLE,):
+                    weights = basis.weights(box, rows[every[0]], cols[every[1]])
+                    found = np.zeros(weights.shape[1:])
                     # Term by term: beyond its box a place's weight grows as a polynomial of its degree.
-                    found = np.zeros((part.rows, part.cols))
-                    for weight, term in zip(weights, terms, strict=True):
-                        found += weight * filled(term, step, part.rows, part.cols)
-                into[every][here[every]] += found[here[every]]
+                    for weight, term in zip(weights, seen_through(own, tile, every), strict=True):
+                        found += weight * (term if step == 1 else filled(term, step, part.rows, part.cols))
+                    into[every][here[every]] += found[here[every]]
 
 
-def every_second(here: Mask) -> tuple[slice, slice]:
-    """Return rows and columns that hold all photosites of a channel: every second one where the others have none."""
-    every = []
-    for axis in (1, 0):
-        own = np.flatnonzero(here.any(axis=axis))
-        apart = own.size > 1 and bool((np.diff(own) % 2 == 0).all())
-        every.append(slice(int(own[0]) % 2, None, 2) if apart else slice(None))
-    return every[0], every[1]
+WHOLE = (slice(None), slice(None))
+
+
+def lattices(here: Mask) -> list[tuple[slice, slice]]:
+    """Return rows and columns that hold all photosites of a channel: every second one where half have none."""
+    quarters = [(slice(a, None, 2), slice(b, None, 2)) for a in (0, 1) for b in (0, 1)]
+    own = [every for every in quarters if here[every].any()]
+    return own if len(own) <= 2 else [WHOLE]
+
+
+def seen_through(own: F64, tile: Tile, every: tuple[slice, slice]) -> F64:
+    """Return photosites (terms, rows, cols) of a tile, or some, from frequencies (terms, rows, 2, columns)."""
+    if every == WHOLE:
+        return inverse(own[:, :, 0] + 1j * own[:, :, 1], tile)
+    (px, py), at = tile.periods, (every[1].start, every[0].start)
+    rows, cols = (len(range(*part.indices(count))) for part, count in zip(every, (tile.rows, tile.cols), strict=True))
+    fewer = dataclasses.replace(tile, rows=rows, cols=cols, periods=(px // 2, py // 2), cut=2.0 * tile.cut)
+    folded = np.zeros((len(own), *fewer.sums, 2))
+    shared(len(own), functools.partial(fold, own, tile.periods, at, folded))
+    return inverse(folded.view(complex)[..., 0], fewer)
 
 
 def cut(count: int, pieces: int) -> list[int]:

@@ -185,7 +185,8 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
             side, group = max(shape), 1
         step, sight = listened.step(high, cut) if found else 1, min(reach, span)
         band = Band(low=low, high=high, cut=cut, reach=reach, sight=sight, side=side, step=step, period=0, group=group)
-        period = fast_length(math.ceil(band.steps(side) + (reach + sight) / step), real=True)
+        # Even: every second photosite has a period of its own.
+        period = 2 * fast_length(math.ceil(0.5 * (band.steps(side) + (reach + sight) / step)), real=True)
         found.append(dataclasses.replace(band, period=period))
         if low == 0.0:
             break
