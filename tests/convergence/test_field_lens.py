@@ -10,7 +10,7 @@ import pytest
 
 import camsim
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
-from camsim.rendering.across import bands
+from camsim.rendering.across import band_image, bands
 from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.named import illuminant
@@ -393,3 +393,29 @@ def test_what_a_lens_cannot_take_is_refused():
         camsim.errors.CamsimError, match="rendered of shapes only, without pictures, gradients and points"
     ):
         rendered(revolved(), dataclasses.replace(scene, shapes=[gradient]), window())
+
+
+def test_lines_are_what_tiles_are(monkeypatch):
+    """Photosites far from corners by look-ups along bent outlines, against transforms of all of the window."""
+    monkeypatch.setattr(
+        "test_field_lens.coefficients",
+        lambda h: {4: 0.03 * (h / RADIUS_UM) ** 2, 5: 0.08 * (h / RADIUS_UM) ** 2, 8: 0.04 * h / RADIUS_UM},
+    )
+    grid, tolerance = window(size=300), 3e-5
+    x, y = middle_um(grid)
+    outline_um = [(-400.0, -300.0), (440.0, -560.0), (500.0, 440.0), (-440.0, 400.0)]
+    scene = polygon([(x + u, y + v) for u, v in outline_um])
+    lens = revolved(distortion_powers=[-0.01])
+    found = plan_render(
+        scene, OpticalSystem.of([lens, PHOTOSITE]), grid,
+        response=np.ones((1, 1)), wavelength_nm=np.array([NM]), tolerance=tolerance,
+    ).plan.image  # fmt: skip
+    marked = found.parts[0].marked
+    assert marked is not None
+    assert 0.0 < marked.mean() < 0.8
+    channel = np.zeros((grid.rows, grid.cols), np.uint8)
+    own = found.rendered(channel, lambda done: None)
+    monkeypatch.setattr(band_image, "LARGE", math.inf)
+    del found.__dict__["parts"]
+    whole = found.rendered(channel, lambda done: None)
+    assert 0.0 < np.abs(own - whole).max() <= 0.1 * tolerance

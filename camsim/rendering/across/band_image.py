@@ -7,29 +7,33 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol
 
 import numpy as np
-import numpy.typing as npt
-import scipy
 
 from camsim.arrays import F64, I64, U8
 from camsim.kernels import shared
-from camsim.rendering.across.bands import Band
-from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, Sets, add_terms, on_lattice
-from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
-from camsim.rendering.across.transfers import GHOSTS, Transfers, with_ghosts
+from camsim.rendering.aberrated.kernels import mark
+from camsim.rendering.aberrated.windows import windows
+from camsim.rendering.across.bands import Band, Listened
+from camsim.rendering.across.beside import Beside
+from camsim.rendering.across.kernels import Sets, add_terms
+from camsim.rendering.across.line_kernels import Pieces
+from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, Passed, lattices, seen_through
+from camsim.rendering.across.pieces import pieces_of
+from camsim.rendering.across.places import COARSE, Box, Places, angles_of
+from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.blocks import Block, Tile
-from camsim.rendering.fourier.inverse import filled, inverse
-from camsim.rendering.fourier.lens import footprint_transfer, frequencies
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.inverse import filled
 from camsim.rendering.fourier.nearby import MANY, Nearby, regions_of
 from camsim.rendering.job import Job
 
-Mask: TypeAlias = npt.NDArray[np.bool_]
-
 TOGETHER = 4  # tiles
-ROWS = 16  # of a block: fewer are no work for a thread of its own
+GRAIN = 2  # photosites of a map of what sees more than lines
+LONG, LARGE = 6.0, 8.0  # reaches: pieces of outlines, and the least window that is worth it
+WORTH = 0.9  # of the least price so far: what is worth it
+SIDES = (2.2, 3.5, 5.0)  # reaches: of tiles about what sees more than lines
 
 
 class Whole(Protocol):
@@ -47,15 +51,18 @@ class Whole(Protocol):
     def signals(self) -> tuple[F64, I64, F64]: ...  # noqa: D102
     @property
     def contrast(self) -> F64: ...  # noqa: D102
+    @property
+    def listened(self) -> Listened: ...  # noqa: D102
 
 
 class Part(NamedTuple):
-    """Photosites of the window that are one tile."""
+    """Photosites of the window that are one tile; mine: which of them it is for."""
 
     row: int
     col: int
     rows: int
     cols: int
+    mine: Mask
 
     @property
     def where(self) -> tuple[slice, slice]:
@@ -65,10 +72,16 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BandImage:
-    """What one band adds."""
+    """What one band adds.
+
+    pieces : of outlines that photosites see as lines
+    marked : the photosites that see more than lines; None: all of them
+    """
 
     image: Whole
     band: Band
+    pieces: Pieces
+    marked: U8 | None
 
     @functools.cached_property
     def _nearby(self) -> Nearby:
@@ -97,9 +110,14 @@ class BandImage:
         ), transfers.step * times
 
     @functools.cached_property
+    def _passed(self) -> Passed:
+        """What all boxes' transfers are multiplied by."""
+        return Passed(system=self.image.job.system, band=self.band, pitch_um=self.image.job.grid.pitch_um)
+
+    @functools.cached_property
     def boxes(self) -> list[Box]:
         """The boxes that have places in common."""
-        grid, size = self.image.job.grid, self.band.side * self.band.group
+        grid, size = self.image.job.grid, self.band.box
         x0, y0 = grid.first_centre
         cuts = [cut(count, max(1, round(count / size))) for count in (grid.rows, grid.cols)]
         return [
@@ -117,10 +135,48 @@ class BandImage:
 
     def _parts(self, box: Box) -> Iterator[Part]:
         """Yield a box's tiles, each no larger than the band's side."""
+        if self.marked is not None:
+            left = self.marked[box.row : box.row + box.rows, box.col : box.col + box.cols].copy()
+            for window in windows(left, GRAIN, self.band.side):
+                own = left[window.row : window.row + window.rows, window.col : window.col + window.cols]
+                mine = own != 0
+                own[:] = 0  # other windows' patches may lie in this one
+                yield Part(box.row + window.row, box.col + window.col, window.rows, window.cols, mine)
+            return
         cuts = [cut(count, -(-count // self.band.side)) for count in (box.rows, box.cols)]
         for top, bottom in pairwise(cuts[0]):
-            for left, right in pairwise(cuts[1]):
-                yield Part(box.row + top, box.col + left, bottom - top, right - left)
+            for left_col, right in pairwise(cuts[1]):
+                mine = np.ones((bottom - top, right - left_col), bool)
+                yield Part(box.row + top, box.col + left_col, bottom - top, right - left_col, mine)
+
+    def add_lines(self, channel: U8, image: F64) -> None:
+        """Add what photosites see of lines that see nothing else."""
+        if self.marked is None or not len(self.pieces.frame):
+            return
+        whole, band, grid = self.image, self.band, self.image.job.grid
+        first_um = grid.first_centre[0] * grid.pitch_um, grid.first_centre[1] * grid.pitch_um
+        sizes = (math.ceil(LONG * band.reach), math.ceil(2.0 * band.reach))
+        # Where patterns change most, and where least.
+        corners = [(row, col) for row in (0, grid.rows) for col in (0, grid.cols)]
+        counts = [
+            max(self._places[0].counts([Box(row, col, n, n, first_um, grid.pitch_um) for row, col in corners]))
+            for n in sizes
+        ]
+        _, of_set, taken = whole.signals
+        shares = np.concatenate([np.zeros((1, len(of_set))), taken]) / np.where(
+            whole.contrast == 0.0, 1.0, whole.contrast
+        )
+        beside = Beside(
+            system=whole.job.system,
+            transfers=whole.transfers,
+            angles=whole.angles,
+            band=band,
+            pitch_um=grid.pitch_um,
+            counts=(counts[0], counts[1]),
+            shares=shares,
+            channel=of_set,
+        )
+        beside.add(self.pieces, grid.first_centre, channel, self.marked, image)
 
     def add_box(self, box: Box, channel: U8, image: F64) -> None:
         """Add what the photosites of a box see."""
@@ -136,19 +192,21 @@ class BandImage:
         places, spacing = self._places
         basis = places.basis(box, self.counts, spacing)
         if basis.cuts.size:
-            fields = _Fields(whole=self.image, band=band, basis=basis)
+            fields = Fields(
+                transfers=self.image.transfers, angles=self.image.angles, band=band, basis=basis, passed=self._passed
+            )
             for some in groups(seen, TOGETHER):
                 self._add_tiles(some, box, fields, channel, image)
 
     def _add_tiles(
-        self, seen: list[tuple[Part, Tile, Edges]], box: Box, fields: _Fields, channel: U8, image: F64
+        self, seen: list[tuple[Part, Tile, Edges]], box: Box, fields: Fields, channel: U8, image: F64
     ) -> None:
         """Add some tiles of a box, whose transfers are read once for all of them."""
         _, of_set, taken = self.image.signals
         job, basis, step, tiles = self.image.job, fields.basis, self.band.step, []
         for part, tile, edges in seen:
             spectra, regions = regions_of(edges, tile, 0.0, job.tolerance)
-            present = np.unique(channel[part.where])
+            present = np.unique(channel[part.where][part.mine])
             index = np.full(int(job.signals.scale.size), -1)
             index[present] = np.arange(present.size)
             # Transfers hold the contrast already.
@@ -163,29 +221,41 @@ class BandImage:
         for (part, tile, _), (present, _, _, total) in zip(seen, tiles, strict=True):
             rows = part.row - box.row + np.arange(float(part.rows))
             cols = part.col - box.col + np.arange(float(part.cols))
-            weights, into = basis.weights(box, rows, cols), image[part.where]
+            into = image[part.where]
             for own, letter in zip(total, present, strict=True):
-                here = channel[part.where] == letter
-                every = every_second(here) if step == 1 else (slice(None), slice(None))
-                terms = inverse(own[:, :, 0] + 1j * own[:, :, 1], tile, every)
-                if step == 1:
-                    found = np.einsum("qrc,qrc->rc", weights[:, every[0], every[1]], terms)
-                else:
+                here = part.mine & (channel[part.where] == letter)
+                coarse = None if step == 1 else seen_through(own, tile)
+                for every in lattices(here):
+                    weights = basis.weights(box, rows[every[0]], cols[every[1]])
+                    found = np.zeros(weights.shape[1:])
                     # Term by term: beyond its box a place's weight grows as a polynomial of its degree.
-                    found = np.zeros((part.rows, part.cols))
-                    for weight, term in zip(weights, terms, strict=True):
-                        found += weight * filled(term, step, part.rows, part.cols)
-                into[every][here[every]] += found[here[every]]
+                    for weight, term in zip(
+                        weights, seen_through(own, tile, every) if coarse is None else coarse, strict=True
+                    ):
+                        found += weight * (term if step == 1 else filled(term, step, part.rows, part.cols, every))
+                    into[every][here[every]] += found[here[every]]
 
 
-def every_second(here: Mask) -> tuple[slice, slice]:
-    """Return rows and columns that hold all photosites of a channel: every second one where the others have none."""
-    every = []
-    for axis in (1, 0):
-        own = np.flatnonzero(here.any(axis=axis))
-        apart = own.size > 1 and bool((np.diff(own) % 2 == 0).all())
-        every.append(slice(int(own[0]) % 2, None, 2) if apart else slice(None))
-    return every[0], every[1]
+def band_image(whole: Whole, band: Band) -> BandImage:
+    """Return the image of a band, in the tiles that are cheapest: about all, or about what sees more than lines."""
+    grid = whole.job.grid
+    low = np.array(grid.first_centre)
+    high = low + np.array([grid.cols - 1, grid.rows - 1])
+    edges = whole.job.edges
+    if band.step > 1 or max(grid.rows, grid.cols) < LARGE * band.reach:
+        edges = edges.some(np.zeros(len(edges), bool))
+    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.high))
+    best = BandImage(image=whole, band=band, pieces=pieces, marked=None)
+    if len(pieces.frame):
+        marked = np.zeros((grid.rows, grid.cols), np.uint8)
+        shared(grid.rows, functools.partial(mark, grid.first_centre, marks, band.reach, marked))
+        least = band.period**2 * math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
+        for times in SIDES:
+            other = band.with_side(math.ceil(times * band.reach))
+            price = other.period**2 * len(windows(marked, GRAIN, other.side))
+            if price < WORTH * least:
+                least, best = price, BandImage(image=whole, band=other, pieces=pieces, marked=marked)
+    return best
 
 
 def cut(count: int, pieces: int) -> list[int]:
@@ -200,52 +270,3 @@ def groups(seen: list[tuple[Part, Tile, Edges]], most: int) -> Iterator[list[tup
         own = [each for each in seen if (len(each[2]) > MANY) == spread]
         for first in range(0, len(own), most):
             yield own[first : first + most]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Fields:
-    """A basis's transfers on the lattice of a band's tiles, kept."""
-
-    whole: Whole
-    band: Band
-    basis: Basis
-
-    @functools.cached_property
-    def polar(self) -> Polar:
-        """The transfers over |f| and angle."""
-        transfers, angles, basis = self.whole.transfers, self.whole.angles, self.basis
-        count = transfers.harmonics.shape[2]
-        rows = np.minimum(np.ceil(basis.cuts / transfers.step).astype(int) + 1, count)
-        terms, sets, most = len(basis.cuts), transfers.harmonics.shape[1], transfers.most
-        values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
-        used = np.flatnonzero(np.abs(basis.made_of).max(axis=(0, 2)) > 0.0)
-        for q in range(terms):
-            stop = min(max(int(rows[q]) + AFTER, GHOSTS.shape[1]), count)
-            spectrum = np.zeros((sets, stop, 2 * angles), complex)
-            own = np.einsum("km,ksfm->sfm", basis.made_of[q, used], transfers.harmonics[used, :, :stop])
-            spectrum[..., : most + 1], spectrum[..., -most:] = own[..., most:], own[..., :most]
-            around = scipy.fft.ifft(spectrum, axis=-1, norm="forward", workers=-1)
-            half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
-            moved = np.moveaxis(with_ghosts(half), 0, -1)[: len(values)]
-            values[: moved.shape[0], :, q, :, 0], values[: moved.shape[0], :, q, :, 1] = moved.real, moved.imag
-        active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
-        return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)
-
-    @functools.cached_property
-    def _kept(self) -> dict[Block, F64]:
-        return {}
-
-    def on_block(self, block: Block, tile: Tile) -> F64:
-        """Return transfers (terms · sets, count_j, 2, count_i) with OLPF, photosite and the band's window."""
-        if block not in self._kept:
-            job, step = self.whole.job, self.band.step
-            foot = footprint_transfer(job.system, block, tile, step * job.grid.pitch_um)
-            across, down, both = (part.view(complex)[..., 0] for part in foot)
-            fx, fy = frequencies(block, tile, 1.0)
-            more = across * down[:, None] * (both if both.size else 1.0) * self.band.window(np.hypot(fx, fy) / step)
-            out = np.zeros((self.polar.values.shape[2] // 2, block.count_j, 2, block.count_i))
-            pairs = np.ascontiguousarray(more).view(np.float64).reshape(*more.shape, 2)
-            polar = self.polar._replace(per_frequency=self.polar.per_frequency / step)
-            shared(block.count_j, functools.partial(on_lattice, block.place(tile), polar, pairs, out), least=ROWS)
-            self._kept[block] = out
-        return self._kept[block]

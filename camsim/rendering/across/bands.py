@@ -35,7 +35,8 @@ WORTH = 2.0  # times a band's reach, that what is left of it goes on: from here 
 DIRECTIONS = 16  # in which lines are looked at
 FINER = 8.0  # frequencies to a window's width, of what a line shows
 LINE = 4096  # points of it
-SHORT, CUT = 0.3, 0.033  # of the near bands' share: the reach of each of three, the end of each window
+SHORT, CUT = 0.25, 0.033  # of the near bands' share: the reach of each of three, the end of each window
+BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows
 TIMES = {"near": 5.0, "smooth": 4.0}  # the reach: sides of tiles
 GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
 LEAST_SIDE, LEAST_REACH = 48, 1.0  # pitches
@@ -61,7 +62,7 @@ class Band:
     sight  : as far as there are edges to be heard;  from a period on, less this, all must be quiet
     side   : of a tile, photosites
     step   : photosites from one to the next that is transformed;  period: as many of these
-    group  : tiles along a side of what has places in common
+    box    : photosites along what has places in common
     """
 
     low: float
@@ -72,7 +73,13 @@ class Band:
     side: int
     step: int
     period: int
-    group: int
+    box: int
+
+    def with_side(self, side: int) -> Band:
+        """Return the same band in other tiles."""
+        # Even: every second photosite has a period of its own.
+        period = 2 * fast_length(math.ceil(0.5 * (self.steps(side) + (self.reach + self.sight) / self.step)), real=True)
+        return dataclasses.replace(self, side=side, period=period)
 
     def window(self, frequency: F64) -> F64:
         """Return what the band takes of frequencies."""
@@ -158,6 +165,13 @@ class Listened:
                 return step
         return 1
 
+    def bent(self, high: float) -> F64:
+        """Return how far a line may be from where it belongs, and half of the square of that, pitches."""
+        frequency, size = self._shown(high)
+        turns = 2.0 * math.pi * frequency
+        allowed: F64 = BENT * self.share / np.maximum([np.sum(size * turns), np.sum(size * turns**2)], 1e-300)
+        return allowed
+
     def _shown(self, high: float) -> tuple[F64, F64]:
         """Return frequencies, and the most that lines show at each."""
         frequency, lines = self._lines
@@ -183,10 +197,9 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
         side, group = max(LEAST_SIDE, math.ceil(TIMES[name] * reach)), GROUPS[name if len(found) < 2 else "far"]
         if side * 1.3 > max(shape):
             side, group = max(shape), 1
-        step, sight = listened.step(high, cut) if found else 1, min(reach, span)
-        band = Band(low=low, high=high, cut=cut, reach=reach, sight=sight, side=side, step=step, period=0, group=group)
-        period = fast_length(math.ceil(band.steps(side) + (reach + sight) / step), real=True)
-        found.append(dataclasses.replace(band, period=period))
+        step, sight, box = listened.step(high, cut) if found else 1, min(reach, span), side * group
+        band = Band(low=low, high=high, cut=cut, reach=reach, sight=sight, side=side, step=step, period=0, box=box)
+        found.append(band.with_side(side))
         if low == 0.0:
             break
         high = low

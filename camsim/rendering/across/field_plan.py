@@ -129,7 +129,7 @@ class FieldPlan:
         yield Decision(
             topic="field",
             decision=f"the perfect lens, and what differs within {far.reach:.3g} pitches, the fine part of it within "
-            f"{near.reach:.3g}: patterns of {across} × {down} places in boxes of {near.side * near.group} photosites",
+            f"{near.reach:.3g}: patterns of {across} × {down} places in boxes of {near.box} photosites",
             reason=f"transfers at {transfers.radii.nodes.size} distances from the axis, turned and interpolated",
         )
         yield from bent_sides(self.job)

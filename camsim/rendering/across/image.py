@@ -10,7 +10,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.optics.placed import Revolves
-from camsim.rendering.across.band_image import BandImage
+from camsim.rendering.across.band_image import BandImage, band_image
 from camsim.rendering.across.bands import Band, Listened, bands_of, far_reach
 from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers
 from camsim.rendering.engine import Progress
@@ -84,6 +84,11 @@ class DifferenceImage:
         )
 
     @functools.cached_property
+    def listened(self) -> Listened:
+        """What lines show."""
+        return Listened(transfers=self.transfers, edges=self.job.edges, share=self.job.budget.allowed("near cut"))
+
+    @functools.cached_property
     def bands(self) -> tuple[Band, ...]:
         """The bands, the finest first."""
         job, (weights, _, _) = self.job, self.signals
@@ -98,8 +103,7 @@ class DifferenceImage:
             edges=job.edges,
             allowed=job.budget.allowed("far cut"),
         )
-        listened = Listened(transfers=self.transfers, edges=job.edges, share=job.budget.allowed("near cut"))
-        return bands_of(listened, extent + far, extent, job.farthest, (job.grid.rows, job.grid.cols))
+        return bands_of(self.listened, extent + far, extent, job.farthest, (job.grid.rows, job.grid.cols))
 
     @functools.cached_property
     def angles(self) -> int:
@@ -117,11 +121,13 @@ class DifferenceImage:
     @functools.cached_property
     def parts(self) -> tuple[BandImage, ...]:
         """The image of each band."""
-        return tuple(BandImage(image=self, band=band) for band in self.bands)
+        return tuple(band_image(self, band) for band in self.bands)
 
     def rendered(self, channel: U8, progress: Progress) -> F64:
         """Return the image, each photosite in its own channel."""
         image = np.zeros(channel.shape)
+        for part in self.parts:
+            part.add_lines(channel, image)
         work = [(part, box) for part in self.parts for box in part.boxes]
         for done, (part, box) in enumerate(work):
             part.add_box(box, channel, image)

@@ -133,3 +133,41 @@ def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Pla
                         for c in range(end - begin):
                             into_r[c] += own_r[c] * x[c] - own_i[c] * y[c]
                             into_i[c] += own_r[c] * y[c] + own_i[c] * x[c]
+
+
+@kernel(error_model="numpy")
+def fold(own: F64, periods: tuple[int, int], at: tuple[int, int], out: F64, first: int, stop: int) -> None:
+    """Fold terms' frequencies (terms, rows, 2, columns) onto those of every second photosite along x and y.
+
+    periods : along x and y, even, of all photosites;  at: column and row of the first that is asked for
+    out     : (terms, rows, columns, 2) on half of the periods
+
+    What lies half a period of frequencies farther turns once more from one such photosite to the next: by nothing.
+    """
+    (px, py), (left, top) = periods, at
+    rows, columns = own.shape[1], own.shape[3]
+    half = px // 2
+    direct, mirrored = min(columns, half // 2 + 1), max(0, min(columns, half) - (half + 1) // 2)
+    across, along = np.empty((2, columns)), np.empty((2, columns))
+    for i in range(columns):
+        turn = 2.0 * math.pi * left * i / px
+        across[0, i], across[1, i] = 0.25 * math.cos(turn), 0.25 * math.sin(turn)
+    for r in range(rows):
+        j = r if 2 * r < rows else r - rows
+        c, s = math.cos(2.0 * math.pi * top * j / py), math.sin(2.0 * math.pi * top * j / py)
+        for i in range(columns):
+            along[0, i], along[1, i] = c * across[0, i] - s * across[1, i], c * across[1, i] + s * across[0, i]
+        for q in range(first, stop):
+            real, imaginary = own[q, r, 0], own[q, r, 1]
+            into = out[q, j % out.shape[1]]
+            for i in range(direct):
+                into[i, 0] += along[0, i] * real[i] - along[1, i] * imaginary[i]
+                into[i, 1] += along[0, i] * imaginary[i] + along[1, i] * real[i]
+            if columns > half:
+                into[0, 0] += along[0, half] * real[half] - along[1, half] * imaginary[half]
+                into[0, 1] += along[0, half] * imaginary[half] + along[1, half] * real[half]
+            into = out[q, -j % out.shape[1]]
+            for k in range(mirrored):
+                i = (half + 1) // 2 + k
+                into[half - i, 0] += along[0, i] * real[i] - along[1, i] * imaginary[i]
+                into[half - i, 1] -= along[0, i] * imaginary[i] + along[1, i] * real[i]

@@ -21,6 +21,7 @@ from camsim.kernels import kernel, shared
 from camsim.optics.airy import NM_PER_UM, airy_otf
 from camsim.optics.placed import Revolves
 from camsim.quadrature import chebyshev, interpolation
+from camsim.rendering.across.ghosts import six_between
 from camsim.rendering.across.overlap import Terms, overlaps
 from camsim.rendering.across.panels import Panels, panels
 
@@ -32,7 +33,6 @@ TRIED = 5  # places, and wavelengths, at which the others' nodes are counted
 MARGIN = 2  # harmonics more
 SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
 COLOURS = (12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 80, 96, 128, 192, 256)  # nodes of a spectrum
-GHOSTS = np.array([[21.0, -70.0, 105.0, -84.0, 35.0, -6.0], [6.0, -15.0, 20.0, -15.0, 6.0, -1.0]])
 FINEST = 960  # steps of |f| to the cut-off
 TIMES = (2, 4, 6, 8, 10, 12, 16, 20)  # of which so many may be one
 
@@ -54,6 +54,19 @@ class Transfers:
     def most(self) -> int:
         """The highest harmonic."""
         return int(self.harmonics.shape[-1]) // 2
+
+    @functools.cached_property
+    def _by_harmonic(self) -> C128:
+        """The same as (harmonics, radii, sets, |f|)."""
+        return np.ascontiguousarray(np.moveaxis(self.harmonics, 3, 0))
+
+    def made(self, made_of: C128, stop: int) -> C128:
+        """Return what is made (harmonics, sets, terms, |f|), up to a frequency; made_of: (terms, radii, harmonics)."""
+        used = np.flatnonzero(np.abs(made_of).max(axis=(0, 2)) > 0.0)
+        some = slice(int(used[0]), int(used[-1]) + 1)
+        own = np.swapaxes(self._by_harmonic[:, some, :, :stop], 1, 2)
+        made: C128 = np.moveaxis(made_of[:, some], 2, 0)[:, None] @ own
+        return made
 
     def turned(self, radius_um: F64, angle_rad: F64) -> C128:
         """Return what radii and harmonics weigh (places, radii, harmonics) at places of the frame."""
@@ -281,20 +294,3 @@ def _times(values: C128, cut: float, allowed: float, heard: Callable[[F64], F64]
             break
         best = times
     return best
-
-
-def with_ghosts(values: C128) -> C128:
-    """Return values (…, |f|, angles), 0 first, with two more before and three after it, for a six-point look-up.
-
-    Along a ray a transfer is smooth up to 0 and no further: before it a polynomial through the first six goes on.
-    """
-    before = np.einsum("gk,...ka->...ga", GHOSTS, values[..., :6, :])
-    return np.concatenate([before, values, np.zeros_like(values[..., :3, :])], axis=-2)
-
-
-def six_between(values: C128) -> C128:
-    """Return values half way between rows (…, |f|, angles), 0 first."""
-    more, count = with_ghosts(values), values.shape[-2] - 1
-    weights = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
-    found: C128 = sum(w * more[..., k : k + count, :] for k, w in enumerate(weights))
-    return found

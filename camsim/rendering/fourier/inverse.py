@@ -15,10 +15,11 @@ from camsim.rendering.fourier.blocks import COARSE_POINTS, Tile
 from camsim.rendering.fourier.plan import PART
 
 FILLED = 10_000  # photosites that are worth a thread's while
+WHOLE = (slice(None), slice(None))  # rows and columns
 WORTH_THREADS = 1_000_000  # numbers to be transformed, likewise: fewer take longer on two
 
 
-def inverse(values: C128, tile: Tile, every: tuple[slice, slice] = (slice(None), slice(None))) -> F64:
+def inverse(values: C128, tile: Tile, every: tuple[slice, slice] = WHOLE) -> F64:
     """Return the tile's photosites (…, rows, cols) from their frequencies (…, ``tile.sums``); ``values`` is lost.
 
     First down the columns, some at a time, of which only the tile's rows are kept; then along those.
@@ -81,31 +82,45 @@ def _one_by_one(values: C128, tile: Tile) -> F64:
     return filled(image, step, tile.rows, tile.cols)
 
 
-def filled(coarse: F64, step: int, rows: int, cols: int) -> F64:
-    """Return photosites (rows, cols) from every ``step``-th, some beyond them on all sides."""
+def filled(
+    coarse: F64, step: int, rows: int, cols: int, every: tuple[slice, slice] = (slice(None), slice(None))
+) -> F64:
+    """Return photosites (rows, cols) from every ``step``-th, some beyond them on all sides.
+
+    every : rows and columns that are asked for
+    """
     nodes = np.arange(float(COARSE_POINTS))
     even = (-1.0) ** nodes * scipy.special.binom(COARSE_POINTS - 1, nodes)
     between = barycentric(nodes - (COARSE_POINTS // 2 - 1), even, np.arange(step) / step, same=1e-14)
-    image = np.empty((rows, cols))
-    work = functools.partial(_fill, np.ascontiguousarray(coarse), between, image)
-    shared(rows, work, least=1 + FILLED // cols)
+    down, across = (range(*part.indices(count)) for part, count in zip(every, (rows, cols), strict=True))
+    image = np.empty((len(down), len(across)))
+    places = (down.start, down.step), (across.start, across.step)
+    work = functools.partial(_fill, np.ascontiguousarray(coarse), between, places, image)
+    shared(len(down), work, least=1 + FILLED // max(1, len(across)))
     return image
 
 
 @kernel(fastmath={"contract"})
-def _fill(coarse: F64, between: F64, image: F64, begin: int, end: int) -> None:
-    """Fill some rows of an image between the photosites of a coarse one; ``between``: weights (step, nodes)."""
-    cols = image.shape[1]
+def _fill(
+    coarse: F64, between: F64, places: tuple[tuple[int, int], tuple[int, int]], image: F64, begin: int, end: int
+) -> None:
+    """Fill some rows of an image between the photosites of a coarse one.
+
+    between : weights (step, nodes);  places: first photosite of the image and how many to the next, down and across
+    """
+    (first_row, down), (first_col, across) = places
     step, nodes = between.shape
     line = np.empty(coarse.shape[1])
-    for r in range(begin, end):
+    for n in range(begin, end):
+        r = first_row + n * down
         line[:] = 0.0
         for k in range(nodes):
             w = between[r % step, k]
             for c in range(line.size):
                 line[c] += w * coarse[r // step + k, c]
-        for c in range(cols):
+        for m in range(image.shape[1]):
+            c = first_col + m * across
             value = 0.0
             for k in range(nodes):
                 value += between[c % step, k] * line[c // step + k]
-            image[r, c] = value
+            image[n, m] = value

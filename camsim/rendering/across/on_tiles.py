@@ -1,0 +1,116 @@
+"""Boxes' transfers on the lattice of a band's tiles, and tiles from frequencies back to photosites."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import scipy
+
+from camsim.arrays import F64
+from camsim.kernels import shared
+from camsim.optics import OpticalSystem
+from camsim.rendering.across.bands import Band
+from camsim.rendering.across.ghosts import GHOSTS, with_ghosts
+from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, fold, on_lattice
+from camsim.rendering.across.places import Basis
+from camsim.rendering.across.transfers import Transfers
+from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.inverse import WHOLE, inverse
+from camsim.rendering.fourier.lens import footprint_transfer, frequencies
+
+Mask: TypeAlias = npt.NDArray[np.bool_]
+
+ROWS = 16  # of a block: fewer are no work for a thread of its own
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Passed:
+    """OLPF, photosite and a band's window on the lattice of its tiles, kept: all boxes have them in common."""
+
+    system: OpticalSystem
+    band: Band
+    pitch_um: float
+
+    @functools.cached_property
+    def _kept(self) -> dict[Block, F64]:
+        return {}
+
+    def on(self, block: Block, tile: Tile) -> F64:
+        """Return them on a block (count_j, count_i, 2)."""
+        if block not in self._kept:
+            step = self.band.step
+            foot = footprint_transfer(self.system, block, tile, step * self.pitch_um)
+            across, down, both = (part.view(complex)[..., 0] for part in foot)
+            fx, fy = frequencies(block, tile, 1.0)
+            more = across * down[:, None] * (both if both.size else 1.0) * self.band.window(np.hypot(fx, fy) / step)
+            self._kept[block] = np.ascontiguousarray(more).view(np.float64).reshape(*more.shape, 2)
+        return self._kept[block]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fields:
+    """A basis's transfers on the lattice of a band's tiles, kept."""
+
+    transfers: Transfers
+    angles: int
+    band: Band
+    basis: Basis
+    passed: Passed
+
+    @functools.cached_property
+    def polar(self) -> Polar:
+        """The transfers over |f| and angle."""
+        transfers, angles, basis = self.transfers, self.angles, self.basis
+        count = transfers.harmonics.shape[2]
+        rows = np.minimum(np.ceil(basis.cuts / transfers.step).astype(int) + 1, count)
+        terms, sets, most = len(basis.cuts), transfers.harmonics.shape[1], transfers.most
+        values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
+        stop = min(max(int(rows.max()) + AFTER, GHOSTS.shape[1]), count)
+        own = np.ascontiguousarray(np.moveaxis(transfers.made(basis.made_of, stop), 0, 3))
+        for q in range(terms):
+            spectrum = np.zeros((sets, stop, 2 * angles), complex)
+            spectrum[..., : most + 1], spectrum[..., -most:] = own[:, q, :, most:], own[:, q, :, :most]
+            around = scipy.fft.ifft(spectrum, axis=-1, norm="forward", workers=-1)
+            half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
+            moved = np.moveaxis(with_ghosts(half), 0, -1)[: len(values)]
+            values[: moved.shape[0], :, q, :, 0], values[: moved.shape[0], :, q, :, 1] = moved.real, moved.imag
+        active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
+        return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)
+
+    @functools.cached_property
+    def _kept(self) -> dict[Block, F64]:
+        return {}
+
+    def on_block(self, block: Block, tile: Tile) -> F64:
+        """Return transfers (terms · sets, count_j, 2, count_i) with OLPF, photosite and the band's window."""
+        if block not in self._kept:
+            step, pairs = self.band.step, self.passed.on(block, tile)
+            out = np.zeros((self.polar.values.shape[2] // 2, block.count_j, 2, block.count_i))
+            polar = self.polar._replace(per_frequency=self.polar.per_frequency / step)
+            shared(block.count_j, functools.partial(on_lattice, block.place(tile), polar, pairs, out), least=ROWS)
+            self._kept[block] = out
+        return self._kept[block]
+
+
+def lattices(here: Mask) -> list[tuple[slice, slice]]:
+    """Return rows and columns that hold all photosites of a channel: every second one where half have none."""
+    quarters = [(slice(a, None, 2), slice(b, None, 2)) for a in (0, 1) for b in (0, 1)]
+    own = [every for every in quarters if here[every].any()]
+    return own if len(own) <= 2 else [WHOLE]
+
+
+def seen_through(own: F64, tile: Tile, every: tuple[slice, slice] = WHOLE) -> F64:
+    """Return photosites (terms, rows, cols) of a tile, or some, from frequencies (terms, rows, 2, columns)."""
+    if every == WHOLE:
+        return inverse(own[:, :, 0] + 1j * own[:, :, 1], tile)
+    (px, py), at = tile.periods, (every[1].start, every[0].start)
+    rows, cols = (len(range(*part.indices(count))) for part, count in zip(every, (tile.rows, tile.cols), strict=True))
+    fewer = dataclasses.replace(tile, rows=rows, cols=cols, periods=(px // 2, py // 2), cut=2.0 * tile.cut)
+    folded = np.zeros((len(own), *fewer.sums, 2))
+    shared(len(own), functools.partial(fold, own, tile.periods, at, folded))
+    return inverse(folded.view(complex)[..., 0], fewer)
