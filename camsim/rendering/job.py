@@ -11,7 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
-from camsim.optics import OpticalSystem
+from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.difference import Split
 from camsim.optics.pattern import Pattern
 from camsim.rendering.across.bending import Bending
