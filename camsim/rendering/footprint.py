@@ -10,7 +10,8 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.optics import OpticalSystem
+from camsim.optics import OpticalStage, OpticalSystem, RoundLens
+from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import Rectangular
 from camsim.quadrature import gauss_error, gauss_legendre
 
@@ -139,6 +140,17 @@ class Footprint:
         octants = 1 if self.square else 2 if self.mirrored else 4
         angle = np.linspace(0.0, octants * np.pi / 4, octants * (32 if frequency.size == 1 else 8) + 1)
         return self.otf(np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency))
+
+
+def pattern_of(lens: OpticalStage) -> Pattern:
+    """Return a lens's pattern, if the boundary engine knows it."""
+    if not isinstance(lens, RoundLens):
+        raise UnsupportedError(
+            "the boundary engine knows Airy, AnnularAiry, Gaussian, RadialOtf and what tells its pattern, not "
+            f"{type(lens).__name__}; use fourier",
+            key="lens",
+        )
+    return lens.pattern()
 
 
 def _same_spots(a: F64, b: F64) -> bool:

@@ -11,13 +11,13 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
-from camsim.optics import OpticalStage, OpticalSystem, RoundLens
+from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.difference import Split
 from camsim.optics.pattern import Pattern
 from camsim.rendering.across.bending import Bending
 from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.footprint import Footprint
+from camsim.rendering.footprint import Footprint, pattern_of
 from camsim.rendering.grid import Grid
 from camsim.rendering.heard import Heard, heard
 from camsim.rendering.prune import equal_sides, far_outlines
@@ -114,10 +114,13 @@ class Job:
         """Resolve a scene and its arrangement (``outlines.arranged``); the rest as in ``render_channels``."""
         pattern, footprint, unknown = None, None, ""
         try:
-            pattern = None if system.more else _pattern_of(system.lens)
             footprint = Footprint.of(system, grid.pitch_um)
         except UnsupportedError as error:
             unknown = str(error)
+        try:
+            pattern = None if system.more else pattern_of(system.lens)
+        except UnsupportedError as error:
+            unknown = unknown or str(error)
         budget = ErrorBudget(tolerance)
         signals = Signals.of(arrangement, response, wavelength_nm)
         edges = Edges(
@@ -257,8 +260,7 @@ class Job:
     def heard(self) -> Heard:
         """How far rings are heard; the pattern is known, and a footprint that is not is taken for a point."""
         assert self.pattern is not None
-        waves = self.waves(self.pattern, self.footprint or Footprint.point())
-        return heard(waves, self.edges, self.grid, self.budget)
+        return heard(self.waves(self.pattern, self.footprint or Footprint.point()), self.edges, self.grid, self.budget)
 
     @property
     def extent(self) -> float:
@@ -293,13 +295,3 @@ def _paired(edges: Edges) -> _Paired:
     """Return the fields of a job that its edges make."""
     sides, pair = edges.pairs()
     return {"edges": edges, "sides": sides, "pair": pair}
-
-
-def _pattern_of(lens: OpticalStage) -> Pattern:
-    if not isinstance(lens, RoundLens):
-        raise UnsupportedError(
-            "the boundary engine knows Airy, AnnularAiry, Gaussian, RadialOtf and what tells its pattern, not "
-            f"{type(lens).__name__}; use fourier",
-            key="lens",
-        )
-    return lens.pattern()

@@ -218,16 +218,15 @@ class FourierImage:
 
     def _plan(self, origin: F64, shape: tuple[int, int]) -> Sizes:
         """Choose tiles and settings."""
-        kernel = self.kernel
-        spots, photosite = np.abs(self.system.spots_um()).max(axis=0), self.system.photosite.half_extent_um
+        footprint_um = np.abs(self.system.spots_um()).max(axis=0) + self.system.photosite.half_extent_um
         spectra, channels, wavelengths = self._alike[1].shape
         return plan_sizes(
             Task(
-                kernel=kernel,
+                kernel=self.kernel,
                 shape=shape,
                 low=self._density.low - origin,
                 high=self._density.high - origin,
-                footprint=np.array([float(spots[0] + photosite[0]), float(spots[1] + photosite[1])]) / self.pitch_um,
+                footprint=footprint_um / self.pitch_um,
                 joint=bool(joint_stages(self.system)),
                 edges=len(self.edges),
                 density=self._density,
