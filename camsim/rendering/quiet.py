@@ -43,7 +43,7 @@ class Waves:
 
         It is looked for ``within`` a distance; there may be none, and then it is that one.
         """
-        if not self.pattern.rings:
+        if not self.pattern.rings or not len(self.shares):  # a scene without edges has no weights
             return 0.0
         shortest, longest = float(self.blur.min()), float(self.blur.max())
         rings = [_at(front, ring) for ring in self.pattern.rings]
