@@ -83,7 +83,8 @@ def shares_within(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64]:
     along = end - start
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (low - start) / along, (high - start) / along
-    # 0/0: along the box's own side, which counts as within.
-    enters = np.where(np.isnan(a), 0.0, np.minimum(a, b)).max(axis=1, initial=0.0)
-    leaves = np.where(np.isnan(a), 1.0, np.maximum(a, b)).min(axis=1, initial=1.0)
+    # 0/0: along one of the box's own sides, which counts as within.
+    on_side = np.isnan(a) | np.isnan(b)
+    enters = np.where(on_side, 0.0, np.minimum(a, b)).max(axis=1, initial=0.0)
+    leaves = np.where(on_side, 1.0, np.maximum(a, b)).min(axis=1, initial=1.0)
     return enters, leaves
