@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from camsim.optics import OpticalSystem
+from camsim.optics import Airy, OpticalSystem, PolygonPhotosite
+from camsim.rendering.edges import shares_within
+from camsim.rendering.fourier.spread import BAND_STEPS, band_of
 from camsim.rendering.render import plan_render
 from tests.attack import systems
 from tests.convergence.test_tolerance import POINT, SQUARE, system_of
@@ -402,3 +404,27 @@ def test_wavefronts_do_not_kink_on_the_axis(photosite):
     exact, unsure = truth.placed(0).value((truth.x[1], truth.y[0]))
     assert unsure < 1e-10
     assert abs(rendering.image[0, 1] - 0.2 - exact) <= 1e-7
+
+
+@pytest.mark.parametrize("at", [0.0, 1.0])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_lines_along_any_side_of_a_box_are_within_it(at, axis):
+    """A crash: 0/0 was looked for on the lower sides only, and counts beside squares that touch were not numbers."""
+    start, end = np.full((1, 2), at), np.full((1, 2), at)
+    start[0, 1 - axis], end[0, 1 - axis] = -1.0, 3.0
+    enters, leaves = shares_within(start, end, np.zeros(2), np.ones(2))
+    assert (enters[0], leaves[0]) == (0.25, 0.5)
+
+
+@pytest.mark.parametrize("blur", [0.02, 0.3])
+def test_a_photosite_that_is_turned_passes_as_much(blur):
+    """Twelve directions missed a triangle's lobes: as it was turned the band ended at 34 cycles or at 43."""
+    bands = []
+    for turn in np.radians([0.0, 7.0, 11.3, 20.0, 33.0]):
+        corners = 0.45 * np.stack(
+            [np.cos(turn + np.arange(3) * 2 * np.pi / 3), np.sin(turn + np.arange(3) * 2 * np.pi / 3)], 1
+        )
+        photosite = PolygonPhotosite(points_um=tuple(map(tuple, corners.tolist())))
+        system = OpticalSystem.of([Airy(f_number=blur / 0.55), photosite])
+        bands.append(band_of(system, np.array([550.0]), np.ones((1, 1)), 1.0 / blur, 1e-4) * blur)
+    assert max(bands) - min(bands) <= 2.5 / BAND_STEPS
