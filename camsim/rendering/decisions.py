@@ -136,9 +136,9 @@ def _wavelengths(choice: Choice, light_samples: int) -> Iterator[Decision]:
             decision=f"{light_samples - seen} of {light_samples} dropped",
             reason="no channel responds there",
         )
-    if not len(job.edges):
-        return
     nodes = choice.plan.wavelengths
+    if not nodes:
+        return
     if nodes == 1:
         yield Decision(topic="wavelengths", decision="one", reason="the light is a line")
     elif nodes < seen:
@@ -153,6 +153,6 @@ def _wavelengths(choice: Choice, light_samples: int) -> Iterator[Decision]:
 
 def expectation(choice: Choice) -> dict[str, Any]:
     """Return what the rendering is expected to take: seconds of one core, bytes, and the error it may have."""
-    cost, job = choice.cost, choice.plan.job
-    error = job.tolerance if len(job.edges) else 0.0
+    cost, plan = choice.cost, choice.plan
+    error = plan.job.tolerance if plan.wavelengths else 0.0  # of a scene that blurs nothing
     return {"seconds": cost.seconds, "memory_bytes": cost.memory_bytes, "error": error}

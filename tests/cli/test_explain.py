@@ -73,6 +73,21 @@ def test_every_shipped_scene(camsim: Run, scene: str) -> None:
     assert 1e6 < expected["memory_bytes"] < 2e9
 
 
+@pytest.mark.parametrize(
+    ("shapes", "error"),
+    [
+        ("[]", 0.0),
+        ("[{kind: point-source, photosites: 3}]", 1e-4),
+        ("[{kind: sine-grating, period: 9, width: 20, height: 20}]", 1e-4),
+    ],
+)
+def test_what_has_no_edge_may_be_wrong_too(camsim: Run, shapes: str, error: float) -> None:
+    done = camsim("explain", "small.yaml", "--set", f"scene.shapes={shapes}", "--json")
+    told = json.loads(done.stdout)
+    assert told["expected"]["error"] == error, done.stderr
+    assert sum(line["topic"] == "wavelengths" for line in told["decisions"]) == bool(error)
+
+
 @pytest.mark.parametrize("kind", ["mtf", "psf", "qe", "spectra", "noise"])
 def test_plots(camsim: Run, folder: Path, kind: str) -> None:
     done = camsim("explain", "small.yaml", "--plot", kind, "a.svg")
