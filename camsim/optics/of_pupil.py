@@ -18,6 +18,7 @@ from camsim.optics.chords import Chords
 from camsim.optics.difference import Core
 from camsim.optics.pupil import Pupil
 from camsim.optics.rays import Rays
+from camsim.optics.spikes import Spike, spikes_of
 
 SETTLED = 1e-11  # two rules that differ by no more than this agree
 LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
@@ -101,6 +102,10 @@ class OfPupil:
         shift = 2.0 * self.blur_um(wavelength_nm) * frequency_per_um
         sizes: F64 = np.interp(shift, np.arange(LATTICE) * (place[1] - place[0]), size / size[0], right=0.0)
         return sizes
+
+    def spikes(self, wavelength_nm: float) -> tuple[Spike, ...]:
+        """Return the far light of a pupil with straight sides."""
+        return spikes_of(self, wavelength_nm)
 
     def round_core(self) -> Core:
         """Return the lens of a round pupil without aberrations."""

@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from camsim.arrays import F64
 from camsim.optics.pattern import Pattern
+from camsim.optics.spikes import Spike
 from camsim.spectra.curve import Spectrum
 
 _ANSWERS: dict[tuple[type, type], bool] = {}
@@ -269,6 +270,15 @@ class Splits(_Ability, Protocol):
 
     def split(self) -> Any:
         """Return a ``difference.Split``, None where it is not."""
+        ...
+
+
+@runtime_checkable
+class KnowsSpikes(_Ability, Protocol):
+    """A lens that may know its far light as spikes, with errors that fall a power of the distance faster."""
+
+    def spikes(self, wavelength_nm: float) -> tuple[Spike, ...]:
+        """Return them; none where that is not all of its far light."""
         ...
 
 

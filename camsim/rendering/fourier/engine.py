@@ -27,6 +27,7 @@ from camsim.rendering.engine import (
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_PUPIL_SAMPLE, PER_ROUND_POINT
+from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.fourier.task import SAMPLES_OF_POINT
 from camsim.rendering.fourier.together import Sum
@@ -121,10 +122,17 @@ class FourierPlan:
                 reason="each by itself takes less: the difference is short" if len(self.parts) > 1 else "plane waves",
             )
         grid = self.job.grid
-        if not self.parts and (count := self.whole.shells(grid.first_centre, (grid.rows, grid.cols))):
+        apart = () if self.parts else self.whole.parts(grid.first_centre, (grid.rows, grid.cols))
+        if apart and isinstance(far := apart[-1], Spikes):
             yield Decision(
                 topic="scenery",
-                decision=f"by distance, on {count} lattices",
+                decision=f"along {far.count} spikes from {far.hem.inner:.3g} photosites on",
+                reason="straight sides of a pupil throw far light along their normals: it is integrated edge by edge",
+            )
+        elif apart:
+            yield Decision(
+                topic="scenery",
+                decision=f"by distance, on {len(apart)} lattices",
                 reason="what is far is smooth, and its rings stay within the tolerance",
             )
         yield Decision(

@@ -34,13 +34,13 @@ from camsim.rendering.fourier.lens_fields import LensFields
 from camsim.rendering.fourier.plan import Sizes, plan_sizes
 from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.shells import Shell, shells
+from camsim.rendering.fourier.spikes import Spikes, spike_hem
 from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
 from camsim.rendering.fourier.task import Task
-from camsim.rendering.fourier.together import Sum
+from camsim.rendering.fourier.together import Part, Sum, pays
 from camsim.rendering.spectral import multiples
 
 FINEST, COARSEST = 1e-11, 1e-2
-MOST_SECONDS = 300.0  # of parts by distance, where all at once does not fit the memory
 
 
 class Scenery(Protocol):
@@ -95,7 +95,7 @@ class FourierImage:
             progress(1.0)
             return image
         shape = (channel.shape[-2], channel.shape[-1])
-        if parts := self._shells(origin, shape):
+        if parts := self.parts(origin, shape):
             return image + Sum(parts=parts).rendered(origin, channel, progress)
         plan, (shares, contrast) = self._planned(origin, shape), self._alike
         if plan.memory_bytes > self.memory_limit_bytes:
@@ -123,45 +123,44 @@ class FourierImage:
         """Return what rows and columns from ``origin`` on are expected to take, and the number of frequencies."""
         if not len(self.edges):
             return Cost(seconds=0.0, memory_bytes=8.0 * shape[0] * shape[1]), 0.0
-        if parts := self._shells(origin, shape):
+        if parts := self.parts(origin, shape):
             return Sum(parts=parts).expected(origin, shape)
         return self._expected(origin, shape)
-
-    def shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> int:
-        """Return into how many parts the pattern is cut by distance; 0: into none."""
-        return len(self._shells(origin, shape))
 
     def _expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return the same of all at once."""
         plan = self._planned(origin, shape)
         return Cost(seconds=plan.seconds, memory_bytes=plan.memory_bytes), sum(tile.points for tile in plan.tiles)
 
-    def _shells(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[FourierImage, ...]:
+    def parts(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
         """Return parts of the pattern by distance, where they take less than all at once; else none."""
         if self.shell is not None:
             return ()
-        known = self._parts.get((origin, shape))
+        known = self._apart.get((origin, shape))
         if known is None:
-            edges = self.edges.seen_from(origin)
-            found = shells(
-                self.system, self.kernel, self._lit[0], self.pitch_um, edges, shape, self.tolerance, self.quiet
-            )
-            nothing = np.zeros_like(self.base)
-            known = tuple(dataclasses.replace(self, base=nothing, shell=shell, whole=self) for shell in found)
+            known = self._by_distance(origin, shape)
             if known:
-                whole = self._expected(origin, shape)[0]
-                apart = Sum(parts=known).expected(origin, shape)[0]
-                limit = self.memory_limit_bytes
-                fits = whole.memory_bytes <= limit
-                # What would take hours is refused for what all at once would take of memory.
-                absurd = apart.memory_bytes > limit or (not fits and apart.seconds > MOST_SECONDS)
-                if absurd or (fits and whole.seconds <= apart.seconds):
-                    known = ()
-            self._parts[origin, shape] = known
+                apart, whole = Sum(parts=known).expected(origin, shape)[0], self._expected(origin, shape)[0]
+                known = known if pays(apart, whole, self.memory_limit_bytes) else ()
+            self._apart[origin, shape] = known
         return known
 
+    def _by_distance(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
+        """Return shells of a round pattern; of a pupil with straight sides what is near, and its spikes."""
+        (nm, density), edges = self._lit, self.edges.seen_from(origin)
+        task = self.system, self.kernel, nm, self.pitch_um, edges, shape, self.tolerance
+        hem = spike_hem(*task)
+        own = shells(*task, self.quiet) if hem is None else (Shell(begin=None, end=hem, tapers=1),)
+        base = np.zeros_like(self.base)
+        parts = tuple(dataclasses.replace(self, base=base, shell=shell, whole=self) for shell in own)
+        if hem is None:
+            return parts
+        system, pitch_um = self.system, self.pitch_um
+        far = Spikes(edges=self.edges, density=density, wavelength_nm=nm, system=system, pitch_um=pitch_um, hem=hem)
+        return *parts, far
+
     @functools.cached_property
-    def _parts(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[FourierImage, ...]]:
+    def _apart(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Part, ...]]:
         return {}
 
     @functools.cached_property

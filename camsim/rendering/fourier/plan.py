@@ -274,7 +274,7 @@ def _tile(task: Task, window: tuple[int, int, int, int], box_low: F64, box_high:
         width = max(math.sqrt(margin * shortest / kernel.cutoff), margin * kernel.blur / 8.0)
     outer = inner + width
     wanted = [fast_length(math.ceil(value), real=True) for value in extent + outer]
-    if kernel.tapered and not kernel.round:
+    if kernel.tapered and not kernel.round and kernel.hem is None:
         # What is left of the period widens the taper for nothing.
         outer = np.maximum(outer, np.array(wanted) - extent)
         width = float((outer - inner).min())

@@ -117,7 +117,7 @@ def shells(
     if not (kernel.round and kernel.tapered and kernel.rings and isinstance(lens, RoundLens)):
         return ()
     allowed = ErrorBudget(tolerance).allowed("taper")
-    nearest, farthest = _distances(edges, shape)
+    nearest, farthest = distances(edges, shape)
     nearest = np.maximum(nearest - system.extent_um / pitch_um, 0.0)
     far = min(kernel.reach, farthest)
     least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
@@ -136,7 +136,7 @@ def shells(
     return tuple(Shell(begin=a, end=b, tapers=tapers) for a, b in itertools.pairwise(bounds))
 
 
-def _distances(edges: Edges, shape: tuple[int, int]) -> tuple[F64, float]:
+def distances(edges: Edges, shape: tuple[int, int]) -> tuple[F64, float]:
     """Return how far every edge is from the frame, at least, and how far one may be from a photosite."""
     low, high = np.minimum(edges.start, edges.end), np.maximum(edges.start, edges.end)
     size = np.array([shape[1] - 1.0, shape[0] - 1.0])

@@ -12,6 +12,8 @@ import numpy as np
 from camsim.arrays import F64, U8
 from camsim.rendering.engine import Cost, Progress, in_turn, share
 
+MOST_SECONDS = 300.0  # of parts, where all at once does not fit the memory
+
 
 class Part(Protocol):
     """What renders windows, and knows what they take."""
@@ -39,3 +41,11 @@ class Sum:
         """Return what rows and columns take, and the number of frequencies."""
         each = [part.expected(origin, shape) for part in self.parts]
         return in_turn([cost for cost, _ in each]), sum(frequencies for _, frequencies in each)
+
+
+def pays(apart: Cost, whole: Cost, memory_limit_bytes: float) -> bool:
+    """Return whether parts take less than all at once, or fit the memory where that does not."""
+    fits = whole.memory_bytes <= memory_limit_bytes
+    # What would take hours is refused for what all at once would take of memory.
+    absurd = apart.memory_bytes > memory_limit_bytes or (not fits and apart.seconds > MOST_SECONDS)
+    return not absurd and not (fits and whole.seconds <= apart.seconds)

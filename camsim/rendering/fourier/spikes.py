@@ -1,0 +1,214 @@
+"""Far scenery behind a pupil with straight sides: its light comes along spikes, edge by edge, without a transform.
+
+No coarser lattice holds what is far, as it does behind round lenses (shells.py): spikes are as narrow far out as near.
+But each is a profile across times 1/s² along (optics/spikes.py), so a region's light is an integral along its edges of
+∫(1 − taper)/s² ds times the profile: where a spike crosses an edge, and how much of its width. The pattern itself,
+tapered soon after a distance, is left to a transform whose period needs to be no longer than that.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, U8
+from camsim.kernels import shared
+from camsim.optics import OpticalSystem
+from camsim.optics.protocols import KnowsSpikes
+from camsim.optics.spikes import Spike
+from camsim.quadrature import gauss_legendre, quintic_cells
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.edges import Edges
+from camsim.rendering.engine import Cost
+from camsim.rendering.fourier.shells import RINGS_PART, distances
+from camsim.rendering.fourier.spike_kernels import Far, Profiles, Ways, add_spikes
+from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
+from camsim.rendering.spectral import Signals, fuse
+
+BESIDES = 0.05  # (λN/r)² of an edge: interference and what lies between spikes, measured up to 0.003
+UNEVEN = 0.1  # λN/r² times the spread: parts of an aberrated side that lie across are moved along, measured up to 0.01
+WIDE = 0.1  # λN/r³ times its square: the taper, and 1/s², are those of a spike's middle, measured up to 0.015
+PER_OCTAVE = 4  # distances that are tried
+CELLS = 256  # of a taper
+TAIL, PER_WAVE = 32.0, 16.0  # blurs to either side of a spike that are tabulated, cells of its finest wave
+PHASE, FUSED_OFF = 20.0, 1e-3  # wavelengths that a spike's light is summed from
+SECONDS_PER_WAY = 4e-8  # of one core, of a photosite and an edge
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spikes:
+    """The light from beyond a taper, as spikes of a lens throw it."""
+
+    edges: Edges
+    density: F64
+    wavelength_nm: F64
+    system: OpticalSystem
+    pitch_um: float
+    hem: Hem
+
+    def rendered(
+        self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
+    ) -> F64:
+        """Render every photosite in its own channel, less the background; see ``FourierImage.rendered``."""
+        pairs, pair = self.edges.pairs()
+        image = np.zeros(channel.shape)
+        images, channels = image.reshape(-1, *channel.shape[-2:]), channel.reshape(-1, *channel.shape[-2:])
+        far = Far(self.edges.start, self.edges.end, pair)
+        add = functools.partial(_add, far, self._profiles(pairs), self._ways, np.array(origin), channels, images)
+        shared(images.size, add, least=max(1, 20_000 // (1 + len(self.edges))))
+        progress(1.0)
+        return image
+
+    def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
+        """Return what rows and columns are expected to take; no frequencies."""
+        each = SECONDS_PER_WAY * self.count * len(self.edges)
+        return Cost(seconds=each * shape[0] * shape[1], memory_bytes=16.0 * shape[0] * shape[1]), 0.0
+
+    @property
+    def count(self) -> int:
+        """How many there are, two of every side."""
+        return 2 * len(self._spikes)
+
+    @functools.cached_property
+    def _spikes(self) -> tuple[Spike, ...]:
+        return spikes_of(self.system, float(self.wavelength_nm.mean()))
+
+    @functools.cached_property
+    def _ways(self) -> Ways:
+        shape, (x, w) = taper(self.hem.sharpness), gauss_legendre(8)
+        signs, cells, begins, steps, wholes, moves = np.tile([1.0, -1.0], len(self._spikes)), [], [], [], [], []
+        spikes = [spike for spike in self._spikes for _ in range(2)]
+        for spike, sign in zip(spikes, signs.tolist(), strict=True):
+            move, aside = sign * spike.moved_um[0] / self.pitch_um, spike.moved_um[1] / self.pitch_um
+            steepest = float(np.abs(spike.along).max())
+            begin, end = (self.hem.inner - abs(aside)) / steepest, (self.hem.outer + abs(aside)) / steepest
+            step = (end - begin) / CELLS
+            s = begin + step * (np.arange(-2.0, CELLS + 2.0)[:, None] + 0.5 * (1.0 + x))
+            at = [
+                np.abs(s * sign * part + aside * other) for part, other in zip(spike.along, spike.across, strict=True)
+            ]
+            kept = np.prod([tapered(place, self.hem.inner, self.hem.outer, shape) for place in at], axis=0)
+            running = np.concatenate([[0.0], np.cumsum(0.5 * step * ((1.0 - kept) / (s - move) ** 2) @ w)])
+            cells.append(quintic_cells(running - running[2]))
+            wholes.append(running[CELLS + 2] - running[2] + 1.0 / (end - move))
+            begins.append(begin)
+            steps.append(step)
+            moves.append(move)
+        return Ways(
+            along=signs[:, None] * np.array([spike.along for spike in spikes]),
+            across=np.array([spike.across for spike in spikes]),
+            moved=np.array(moves),
+            sign=signs,
+            gained=np.array(cells),
+            begin=np.array(begins),
+            step=np.array(steps),
+            whole=np.array(wholes),
+        )
+
+    def _profiles(self, pairs: np.ndarray) -> Profiles:
+        """Return the light across every side's spike, running, summed over wavelengths."""
+        signals = Signals(
+            wavelength_nm=self.wavelength_nm,
+            density=self.density[pairs[:, 0]] - self.density[pairs[:, 1]],
+            scale=np.ones(self.density.shape[1]),
+        )
+        wavelength_nm, weights = fuse(signals, phase=PHASE, allowed=FUSED_OFF)
+        each = [spikes_of(self.system, nm) for nm in wavelength_nm.tolist()]
+        running, tails, firsts, steps, middles, widths = [], [], [], [], [], []
+        for own in zip(*each, strict=True):
+            finest = max(spike.cutoff_per_um for spike in own) * self.pitch_um
+            blur = max(1.0 / spike.cutoff_per_um for spike in own) / self.pitch_um
+            wide = self.system.extent_um / self.pitch_um + max(spike.spread_um[1] for spike in own) / self.pitch_um
+            middle = own[0].moved_um[1] / self.pitch_um
+            step, half = 1.0 / (PER_WAVE * finest), TAIL * blur + 3.0 * wide
+            cells = math.ceil(2.0 * half / step)
+            places = middle - half + step * np.arange(-2.0, cells + 3.0)
+            curves = np.array([self._running(spike, places) for spike in own])
+            light = np.array([spike.light_um for spike in own]) / self.pitch_um
+            missing = np.array([0.5 / np.pi**2 / (spike.cutoff_per_um * self.pitch_um) for spike in own])
+            running.append(quintic_cells(np.einsum("pcj,j,jt->pct", weights, light, curves)))
+            tails.append(np.stack([0.5 * weights @ light, weights @ (light * missing)], axis=-1))
+            firsts.append(middle - half)
+            middles.append(middle)
+            steps.append(step)
+            widths.append(blur + wide)
+        return _same_cells(running, tails, firsts, steps, middles, widths)
+
+    def _running(self, spike: Spike, places: F64) -> F64:
+        """Return ∫ of a profile of one unit, averaged over the footprint, from the middle to places (pitches)."""
+        cut = spike.cutoff_per_um * self.pitch_um
+        x, w = gauss_legendre(math.ceil(2.0 * cut * float(np.abs(places).max())) + 32)
+        f = 0.5 * cut * (1.0 + x)
+        fx, fy = np.multiply.outer(spike.across, f / self.pitch_um)
+        passed = spike.transfer(f / self.pitch_um) * self.system.footprint_otf(fx, fy)
+        turns = np.multiply.outer(places, 2.0 * np.pi * f)
+        share = 0.5 * cut * w / (np.pi * f)
+        running: F64 = np.sin(turns) @ (share * passed.real) + np.cos(turns) @ (share * passed.imag)
+        return running
+
+
+def _add(far: Far, profiles: Profiles, ways: Ways, origin: F64, channel: U8, image: F64, begin: int, stop: int) -> None:
+    add_spikes(begin, stop, far, profiles, ways, origin, channel, image)
+
+
+def _same_cells(
+    running: list[F64],
+    tails: list[F64],
+    firsts: list[float],
+    steps: list[float],
+    middles: list[float],
+    widths: list[float],
+) -> Profiles:
+    """Return profiles in one array: the shorter ones go on with cells that are not asked for."""
+    most = max(cells.shape[2] for cells in running)
+    whole = np.zeros((len(running), *running[0].shape[:2], most, 6))
+    for own, cells in zip(whole, running, strict=True):
+        own[:, :, : cells.shape[2]] = cells
+    return Profiles(whole, np.array(tails), np.array(firsts), np.array(steps), np.array(middles), np.array(widths))
+
+
+def spikes_of(system: OpticalSystem, wavelength_nm: float) -> tuple[Spike, ...]:
+    """Return a system's spikes, none where it has none or where its far light is not known."""
+    lens = system.lens
+    return lens.spikes(wavelength_nm) if isinstance(lens, KnowsSpikes) and not system.more else ()
+
+
+def spike_hem(
+    system: OpticalSystem,
+    kernel: Kernel,
+    wavelength_nm: F64,
+    pitch_um: float,
+    edges: Edges,
+    shape: tuple[int, int],
+    tolerance: float,
+) -> Hem | None:
+    """Return a taper beyond which spikes are all that is seen of edges; None where there are none, or nothing is.
+
+    edges : seen from the first photosite
+    """
+    spikes = spikes_of(system, float(wavelength_nm.max()))
+    if not spikes or not len(edges):
+        return None
+    allowed = ErrorBudget(tolerance).allowed("taper")
+    nearest, farthest = distances(edges, shape)
+    nearest = np.maximum(nearest - system.extent_um / pitch_um, 0.0)
+    longest = max(system.blurs_um(wavelength_nm)) / pitch_um
+    spread = np.max([spike.spread_um for spike in spikes], axis=0) / pitch_um
+    besides = BESIDES * longest**2 + UNEVEN * longest * spread[0], WIDE * longest * float(spread @ spread)
+    for step in range(math.ceil(PER_OCTAVE * math.log2(max(farthest / longest, 1.0)))):
+        inner = longest * 2.0 ** (step / PER_OCTAVE)
+        away = np.maximum(nearest, inner)
+        if float(np.sum(besides[0] / away**2 + besides[1] / away**3)) <= RINGS_PART * allowed:
+            break
+    else:
+        return None
+    light = 2.0 * sum(spike.light_um for spike in spikes) / pitch_um / inner
+    margin, sharpness = taper_margin(min(max((1.0 - RINGS_PART) * allowed / light, 1e-14), 1.0))
+    # (cutoff + margin/width)·(frame + 2·(inner + width)) is smallest, or nearly.
+    width = math.sqrt(margin * (max(shape) + 2.0 * inner) / (2.0 * kernel.cutoff))
+    return Hem(inner, inner + width, sharpness) if inner + width < farthest else None
