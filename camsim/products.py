@@ -13,6 +13,7 @@ import numpy as np
 from camsim.arrays import F64
 
 _MOST = 2**18  # multiplications: OpenBLAS's own limit; with a vector 9216
+_DEEP, _CUBE = 256, 64  # numbers along which products are added up: of more so many at once, else pieces are thin
 
 
 def product(left: F64, right: F64) -> F64:
@@ -23,10 +24,17 @@ def product(left: F64, right: F64) -> F64:
     """
     (m, k), n = left.shape, right.shape[1]
     out: F64 = np.empty((m, n))
-    rows = min(m, max(math.isqrt(_MOST // k), _MOST // (k * n), 1))
-    cols = min(n, max(_MOST // (k * rows), 1))
+    deep = k if k <= _DEEP else _CUBE
+    rows = min(m, max(math.isqrt(_MOST // deep), _MOST // (deep * n), 1))
+    cols = min(n, max(_MOST // (deep * rows), 1))
     for first in range(0, m, rows):
-        part = slice(first, first + rows)
         for begin in range(0, n, cols):
-            np.matmul(left[part], right[:, begin : begin + cols], out=out[part, begin : begin + cols])
+            part = out[first : first + rows, begin : begin + cols]
+            for top in range(0, k, deep):
+                own = slice(top, top + deep)
+                more = left[first : first + rows, own], right[own, begin : begin + cols]
+                if top == 0:
+                    np.matmul(*more, out=part)
+                else:
+                    part += np.matmul(*more)
     return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Iterator
@@ -34,6 +35,7 @@ GRAIN = 2  # photosites of a map of what sees more than lines
 LONG, LARGE = 6.0, 8.0  # reaches: pieces of outlines, and the least window that is worth it
 WORTH = 0.9  # of the least price so far: what is worth it
 SIDES = (2.2, 3.5, 5.0)  # reaches: of tiles about what sees more than lines
+SPARSE, TILES = 2, 20  # times a box that is larger then, at the most: with so many of them
 
 
 class Whole(Protocol):
@@ -252,9 +254,12 @@ def band_image(whole: Whole, band: Band) -> BandImage:
         least = band.period**2 * math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
         for times in SIDES:
             other = band.with_side(math.ceil(times * band.reach))
-            price = other.period**2 * len(windows(marked, GRAIN, other.side))
+            count = len(windows(marked, GRAIN, other.side))
+            price = other.period**2 * count
             if price < WORTH * least:
-                least, best = price, BandImage(image=whole, band=other, pieces=pieces, marked=marked)
+                box = min(SPARSE * band.box, math.ceil(math.sqrt(TILES * grid.rows * grid.cols / max(count, 1))))
+                least, other = price, dataclasses.replace(other, box=box)
+                best = BandImage(image=whole, band=other, pieces=pieces, marked=marked)
     return best
 
 
