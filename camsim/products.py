@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 
 _MOST = 2**18  # multiplications: OpenBLAS's own limit; with a vector 9216
 _DEEP, _CUBE = 256, 64  # numbers along which products are added up: of more so many at once, else pieces are thin
@@ -38,3 +38,15 @@ def product(left: F64, right: F64) -> F64:
                 else:
                     part += np.matmul(*more)
     return out
+
+
+def complex_product(left: C128, right: C128) -> C128:
+    """Return left @ right, of (m, k) and (k, n).
+
+    >>> complex_product(np.array([[1.0 + 2.0j]]), np.array([[3.0 - 1.0j]])).tolist()
+    [[(5+5j)]]
+    """
+    a, b = left.real, left.imag
+    found = product(np.block([[a, -b], [b, a]]), np.concatenate([right.real, right.imag]))
+    both: C128 = found[: len(left)] + 1j * found[len(left) :]
+    return both

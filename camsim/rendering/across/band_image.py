@@ -35,7 +35,8 @@ GRAIN = 2  # photosites of a map of what sees more than lines
 LONG, LARGE = 6.0, 8.0  # reaches: pieces of outlines, and the least window that is worth it
 WORTH = 0.9  # of the least price so far: what is worth it
 SIDES = (2.2, 3.5, 5.0)  # reaches: of tiles about what sees more than lines
-SPARSE, TILES = 2, 20  # times a box that is larger then, at the most: with so many of them
+SPARSE = 2  # times as large a box then, at the most: as many tiles as its transfers are worth
+TILES, PRODUCTS = 9.0, 0.4  # a box takes as long for a frequency as so many points of a tile, and a tile, for its own
 
 
 class Whole(Protocol):
@@ -246,7 +247,7 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     edges = whole.job.edges
     if band.step > 1 or max(grid.rows, grid.cols) < LARGE * band.reach:
         edges = edges.some(np.zeros(len(edges), bool))
-    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.high))
+    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.low, band.high))
     best = BandImage(image=whole, band=band, pieces=pieces, marked=None)
     if len(pieces.frame):
         marked = np.zeros((grid.rows, grid.cols), np.uint8)
@@ -257,8 +258,10 @@ def band_image(whole: Whole, band: Band) -> BandImage:
             count = len(windows(marked, GRAIN, other.side))
             price = other.period**2 * count
             if price < WORTH * least:
-                box = min(SPARSE * band.box, math.ceil(math.sqrt(TILES * grid.rows * grid.cols / max(count, 1))))
-                least, other = price, dataclasses.replace(other, box=box)
+                points = other.tile(other.side, other.side).points
+                tiles = TILES * points / (PRODUCTS * points + other.period**2)
+                box = math.ceil(math.sqrt(tiles * grid.rows * grid.cols / max(count, 1)))
+                least, other = price, dataclasses.replace(other, box=max(other.side, min(SPARSE * band.box, box)))
                 best = BandImage(image=whole, band=other, pieces=pieces, marked=marked)
     return best
 

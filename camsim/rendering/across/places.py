@@ -15,6 +15,7 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
+from camsim.products import product
 from camsim.rendering.across.lattice import cardinal, nodes
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.fast_length import fast_length
@@ -64,8 +65,9 @@ class Basis:
 
         down = along(self.shares.shape[1], box.rows, rows)
         across = along(self.shares.shape[2], box.cols, cols)
-        weights: F64 = np.einsum("qyx,ry,cx->qrc", self.shares, down, across, optimize=True)
-        return weights
+        terms, y, x = self.shares.shape
+        lines = product(np.swapaxes(self.shares, 1, 2).reshape(-1, y), down.T).reshape(terms, x, -1)
+        return product(np.swapaxes(lines, 1, 2).reshape(-1, x), across.T).reshape(terms, rows.size, cols.size)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -145,7 +147,7 @@ class Places:
             made[pick] = 1.0
             for share, its in zip(shares, makes, strict=True):
                 made -= share[pick] * its
-            share = left @ term
+            share = product(left, term[:, None])[:, 0]
             left -= np.multiply.outer(share, term)
             shares.append(share)
             makes.append(made / size)
@@ -186,7 +188,10 @@ def between(shown: C128, counts: tuple[int, int]) -> float:
     each = np.moveaxis(shown, 2, -1).reshape(*counts[::-1], -1, shown.shape[2])
     loudest = np.argsort(np.abs(each).sum(axis=-1).max(axis=(0, 1)))[-LOUDEST:]
     across, down = (cardinal(count, np.linspace(-1.0, 1.0, 2 * count + 1)) for count in counts)
-    found = np.einsum("ry,cx,yxaf->rcaf", down, across, each[:, :, loudest], optimize=True)
+    pairs = np.ascontiguousarray(each[:, :, loudest]).view(np.float64)
+    rows = product(down, pairs.reshape(counts[1], -1)).reshape(len(down), counts[0], -1)
+    found = np.stack([product(across, row) for row in rows]).reshape(-1, loudest.size, 2 * shown.shape[2])
+    found = found.view(complex)
     return float(np.abs(found).sum(axis=-1).max())
 
 

@@ -20,7 +20,7 @@ from camsim.arrays import C128, F64, I64
 from camsim.kernels import shared
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.placed import Revolves
-from camsim.products import product
+from camsim.products import complex_product, product
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.across.ghosts import six_between
 from camsim.rendering.across.overlap import Terms, overlaps
@@ -67,9 +67,12 @@ class Transfers:
         """Return what is made (harmonics, sets, terms, |f|), up to a frequency; made_of: (terms, radii, harmonics)."""
         used = np.flatnonzero(np.abs(made_of).max(axis=(0, 2)) > 0.0)
         some = slice(int(used[0]), int(used[-1]) + 1)
-        own = np.swapaxes(self._by_harmonic[:, some, :, :stop], 1, 2)
-        made: C128 = np.moveaxis(made_of[:, some], 2, 0)[:, None] @ own
-        return made
+        own = self._by_harmonic[:, some, :, :stop]
+        harmonics, radii, sets, _ = own.shape
+        made = np.empty((harmonics, len(made_of), sets * stop), complex)
+        for out, weights, values in zip(made, np.moveaxis(made_of[:, some], 2, 0), own, strict=True):
+            out[:] = complex_product(weights, values.reshape(radii, -1))
+        return np.swapaxes(made.reshape(harmonics, len(made_of), sets, stop), 1, 2)
 
     def turned(self, radius_um: F64, angle_rad: F64) -> C128:
         """Return what radii and harmonics weigh (places, radii, harmonics) at places of the frame."""
