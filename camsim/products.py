@@ -23,7 +23,9 @@ def product(left: F64, right: F64) -> F64:
     [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
     """
     (m, k), n = left.shape, right.shape[1]
-    out: F64 = np.empty((m, n))
+    out: F64 = np.zeros((m, n))
+    if k == 0:
+        return out
     deep = k if k <= _DEEP else _CUBE
     rows = min(m, max(math.isqrt(_MOST // deep), _MOST // (deep * n), 1))
     cols = min(n, max(_MOST // (deep * rows), 1))
@@ -32,11 +34,7 @@ def product(left: F64, right: F64) -> F64:
             part = out[first : first + rows, begin : begin + cols]
             for top in range(0, k, deep):
                 own = slice(top, top + deep)
-                more = left[first : first + rows, own], right[own, begin : begin + cols]
-                if top == 0:
-                    np.matmul(*more, out=part)
-                else:
-                    part += np.matmul(*more)
+                part += np.matmul(left[first : first + rows, own], right[own, begin : begin + cols])
     return out
 
 

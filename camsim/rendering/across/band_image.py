@@ -79,12 +79,14 @@ class BandImage:
 
     pieces : of outlines that photosites see as lines
     marked : the photosites that see more than lines; None: all of them
+    tiles  : about how many windows hold these
     """
 
     image: Whole
     band: Band
     pieces: Pieces
     marked: U8 | None
+    tiles: int
 
     @functools.cached_property
     def _nearby(self) -> Nearby:
@@ -248,21 +250,22 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     if band.step > 1 or max(grid.rows, grid.cols) < LARGE * band.reach:
         edges = edges.some(np.zeros(len(edges), bool))
     pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.low, band.high))
-    best = BandImage(image=whole, band=band, pieces=pieces, marked=None)
+    tiles = math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
+    best = BandImage(image=whole, band=band, pieces=pieces, marked=None, tiles=tiles)
     if len(pieces.frame):
         marked = np.zeros((grid.rows, grid.cols), np.uint8)
         shared(grid.rows, functools.partial(mark, grid.first_centre, marks, band.reach, marked))
-        least = band.period**2 * math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
+        least = band.period**2 * tiles
         for times in SIDES:
             other = band.with_side(math.ceil(times * band.reach))
             count = len(windows(marked, GRAIN, other.side))
             price = other.period**2 * count
             if price < WORTH * least:
                 points = other.tile(other.side, other.side).points
-                tiles = TILES * points / (PRODUCTS * points + other.period**2)
-                box = math.ceil(math.sqrt(tiles * grid.rows * grid.cols / max(count, 1)))
+                together = TILES * points / (PRODUCTS * points + other.period**2)
+                box = math.ceil(math.sqrt(together * grid.rows * grid.cols / max(count, 1)))
                 least, other = price, dataclasses.replace(other, box=max(other.side, min(SPARSE * band.box, box)))
-                best = BandImage(image=whole, band=other, pieces=pieces, marked=marked)
+                best = BandImage(image=whole, band=other, pieces=pieces, marked=marked, tiles=count)
     return best
 
 
