@@ -17,7 +17,7 @@ from camsim.kernels import shared
 from camsim.rendering.aberrated.kernels import mark
 from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.across.bands import Band, Listened
-from camsim.rendering.across.beside import Beside
+from camsim.rendering.across.beside import Beside, repeats
 from camsim.rendering.across.kernels import Sets, add_terms
 from camsim.rendering.across.line_kernels import Pieces
 from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, Passed, lattices, seen_through
@@ -247,7 +247,8 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     low = np.array(grid.first_centre)
     high = low + np.array([grid.cols - 1, grid.rows - 1])
     edges = whole.job.edges
-    if band.step > 1 or max(grid.rows, grid.cols) < LARGE * band.reach:
+    small = max(grid.rows, grid.cols) < LARGE * band.reach
+    if band.step > 1 or small or repeats(band, whole.transfers.step):
         edges = edges.some(np.zeros(len(edges), bool))
     pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.low, band.high))
     tiles = math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
