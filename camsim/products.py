@@ -10,9 +10,10 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 
 _MOST = 2**18  # multiplications: OpenBLAS's own limit; with a vector 9216
+_DEEP, _CUBE = 256, 64  # numbers along which products are added up: of more so many at once, else pieces are thin
 
 
 def product(left: F64, right: F64) -> F64:
@@ -22,11 +23,28 @@ def product(left: F64, right: F64) -> F64:
     [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
     """
     (m, k), n = left.shape, right.shape[1]
-    out: F64 = np.empty((m, n))
-    rows = min(m, max(math.isqrt(_MOST // k), _MOST // (k * n), 1))
-    cols = min(n, max(_MOST // (k * rows), 1))
+    out: F64 = np.zeros((m, n))
+    if k == 0:
+        return out
+    deep = k if k <= _DEEP else _CUBE
+    rows = min(m, max(math.isqrt(_MOST // deep), _MOST // (deep * n), 1))
+    cols = min(n, max(_MOST // (deep * rows), 1))
     for first in range(0, m, rows):
-        part = slice(first, first + rows)
         for begin in range(0, n, cols):
-            np.matmul(left[part], right[:, begin : begin + cols], out=out[part, begin : begin + cols])
+            part = out[first : first + rows, begin : begin + cols]
+            for top in range(0, k, deep):
+                own = slice(top, top + deep)
+                part += np.matmul(left[first : first + rows, own], right[own, begin : begin + cols])
     return out
+
+
+def complex_product(left: C128, right: C128) -> C128:
+    """Return left @ right, of (m, k) and (k, n).
+
+    >>> complex_product(np.array([[1.0 + 2.0j]]), np.array([[3.0 - 1.0j]])).tolist()
+    [[(5+5j)]]
+    """
+    a, b = left.real, left.imag
+    found = product(np.block([[a, -b], [b, a]]), np.concatenate([right.real, right.imag]))
+    both: C128 = found[: len(left)] + 1j * found[len(left) :]
+    return both

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ from camsim.kernels import shared
 from camsim.rendering.aberrated.kernels import mark
 from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.across.bands import Band, Listened
-from camsim.rendering.across.beside import Beside
+from camsim.rendering.across.beside import Beside, repeats
 from camsim.rendering.across.kernels import Sets, add_terms
 from camsim.rendering.across.line_kernels import Pieces
 from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, Passed, lattices, seen_through
@@ -34,6 +35,8 @@ GRAIN = 2  # photosites of a map of what sees more than lines
 LONG, LARGE = 6.0, 8.0  # reaches: pieces of outlines, and the least window that is worth it
 WORTH = 0.9  # of the least price so far: what is worth it
 SIDES = (2.2, 3.5, 5.0)  # reaches: of tiles about what sees more than lines
+SPARSE = 2  # times as large a box then, at the most: as many tiles as its transfers are worth
+TILES, PRODUCTS = 9.0, 0.4  # a box takes as long for a frequency as so many points of a tile, and a tile, for its own
 
 
 class Whole(Protocol):
@@ -76,12 +79,14 @@ class BandImage:
 
     pieces : of outlines that photosites see as lines
     marked : the photosites that see more than lines; None: all of them
+    tiles  : about how many windows hold these
     """
 
     image: Whole
     band: Band
     pieces: Pieces
     marked: U8 | None
+    tiles: int
 
     @functools.cached_property
     def _nearby(self) -> Nearby:
@@ -242,19 +247,26 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     low = np.array(grid.first_centre)
     high = low + np.array([grid.cols - 1, grid.rows - 1])
     edges = whole.job.edges
-    if band.step > 1 or max(grid.rows, grid.cols) < LARGE * band.reach:
+    small = max(grid.rows, grid.cols) < LARGE * band.reach
+    if band.step > 1 or small or repeats(band, whole.transfers.step):
         edges = edges.some(np.zeros(len(edges), bool))
-    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.high))
-    best = BandImage(image=whole, band=band, pieces=pieces, marked=None)
+    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.low, band.high))
+    tiles = math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
+    best = BandImage(image=whole, band=band, pieces=pieces, marked=None, tiles=tiles)
     if len(pieces.frame):
         marked = np.zeros((grid.rows, grid.cols), np.uint8)
         shared(grid.rows, functools.partial(mark, grid.first_centre, marks, band.reach, marked))
-        least = band.period**2 * math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
+        least = band.period**2 * tiles
         for times in SIDES:
             other = band.with_side(math.ceil(times * band.reach))
-            price = other.period**2 * len(windows(marked, GRAIN, other.side))
+            count = len(windows(marked, GRAIN, other.side))
+            price = other.period**2 * count
             if price < WORTH * least:
-                least, best = price, BandImage(image=whole, band=other, pieces=pieces, marked=marked)
+                points = other.tile(other.side, other.side).points
+                together = TILES * points / (PRODUCTS * points + other.period**2)
+                box = math.ceil(math.sqrt(together * grid.rows * grid.cols / max(count, 1)))
+                least, other = price, dataclasses.replace(other, box=max(other.side, min(SPARSE * band.box, box)))
+                best = BandImage(image=whole, band=other, pieces=pieces, marked=marked, tiles=count)
     return best
 
 

@@ -118,10 +118,19 @@ class Listened:
         """Frequencies, and transfers (n, radii · sets · directions) across lines at them."""
         transfers = self.transfers
         frequency = transfers.step * np.arange(float(transfers.harmonics.shape[2]))
+        return frequency, self._around(0)
+
+    @functools.cached_property
+    def _turned(self) -> tuple[C128, C128]:
+        """Their first and third derivatives by the direction."""
+        return self._around(1), self._around(3)
+
+    def _around(self, order: int) -> C128:
+        transfers = self.transfers
         m = np.arange(-transfers.most, transfers.most + 1)
         around = np.exp(1j * math.pi / DIRECTIONS * np.multiply.outer(m, np.arange(DIRECTIONS)))
-        found = np.moveaxis(transfers.harmonics @ around, 2, 0)
-        return frequency, np.ascontiguousarray(found).reshape(frequency.size, -1)
+        found = np.moveaxis(transfers.harmonics @ (around * (1j * m[:, None]) ** order), 2, 0)
+        return np.ascontiguousarray(found).reshape(found.shape[0], -1)
 
     def reach(self, low: float, high: float) -> float:
         """Return how far lines are heard of what lies between two windows, pitches."""
@@ -165,11 +174,19 @@ class Listened:
                 return step
         return 1
 
-    def bent(self, high: float) -> F64:
-        """Return how far a line may be from where it belongs, and half of the square of that, pitches."""
+    def bent(self, low: float, high: float) -> F64:
+        """Return how far a line may be from where it belongs, half of the square of that, and how fast its bend grows.
+
+        A line that is t³·twist/6 away shows twist/48π³ of ∂³M/∂k³, k along it: of what passes between two windows.
+        """
         frequency, size = self._shown(high)
-        turns = 2.0 * math.pi * frequency
-        allowed: F64 = BENT * self.share / np.maximum([np.sum(size * turns), np.sum(size * turns**2)], 1e-300)
+        turns, (once, thrice) = 2.0 * math.pi * frequency, self._turned
+        f = frequency[1:, None]
+        window = passed(f, high) - passed(f, low)
+        rising = np.gradient(once[1:] * window, frequency[1], axis=0)
+        along = np.abs((thrice[1:] - 2.0 * once[1:]) * window / f**3 + 3.0 * rising / f**2).max(axis=1)
+        moved = np.sum(size * turns), np.sum(size * turns**2), 2.0 * frequency[1] * np.sum(along) / (48.0 * math.pi**3)
+        allowed: F64 = BENT * self.share / np.maximum(moved, 1e-300)
         return allowed
 
     def _shown(self, high: float) -> tuple[F64, F64]:

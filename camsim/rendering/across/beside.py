@@ -31,6 +31,11 @@ TOGETHER = 64  # pieces
 SPARE = 4  # steps of a table on either side
 
 
+def repeats(band: Band, step: float) -> bool:
+    """Whether responses from frequencies so far apart repeat within a band's reach."""
+    return 2.0 * step * (band.reach + SPARE) > 1.0
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Beside:
     """Responses of one band.
@@ -92,7 +97,7 @@ class Beside:
         places_um = ((at[:, :, None] + off) * self.pitch_um).reshape(-1, 2)
 
         frequency: F64 = self.transfers.step * np.arange(float(rows))
-        stride = max(1, math.floor(1.0 / (self.transfers.step * (2.0 * reach + 2.0 * SPARE))))
+        stride = math.floor(1.0 / (self.transfers.step * (2.0 * reach + 2.0 * SPARE)))
         period = 1.0 / (stride * self.transfers.step)
         few = frequency[::stride]
         straight = self._transfers(places_um, np.repeat(normal.ravel(), across))

@@ -23,10 +23,12 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64, U8
+from camsim.kernels import shared
 from camsim.optics.placed import Revolves
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.bands import far_reach
 from camsim.rendering.across.field_plan import FieldPlan
+from camsim.rendering.across.judge_kernels import add_sides
 from camsim.rendering.across.place_transfers import PlaceTransfers, steepest
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.judge import Found, Judge, Transforms
@@ -43,7 +45,6 @@ STEPS = 12.0  # of a direction's table in the finest wave: sums over sides take 
 PERIOD, APART = 6.0, 2.0  # of such a table, in what is seen to one side; and that more, at least, than lines are heard
 CHUNK = 64  # directions at a time
 RAYS = 2.0  # λN that a ray goes for a wave of slope: what turns with the wavelength
-FLAT = 1e-3  # of a step: what is nearer than this to a place is there, and shows Q's slope
 WIDEST, NARROWER = 0.25, 4.0  # windows: the first one's width in cycles/pitch, and from one to the next
 SHORT, LONG = 3.0, 4.0  # over a window's width, pitches: its reach is looked for within three times it; the last one's
 QUIET = 0.05  # of the tolerance: what a line may show past a window's reach
@@ -206,21 +207,12 @@ class FieldJudge:
         spectrum, length = self._spectrum(own, theta, window, period)
         tables = scipy.fft.irfft(spectrum, n=length, axis=-1, norm="forward")
         step = 1.0 / (STEPS * self._cut(own, window))
-        cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
-        along = seen.end - seen.start
-        begin, end = (p[:, 0] * cos + p[:, 1] * sin for p in (seen.start, seen.end))
-        middle, half = 0.5 * (begin + end) / step, 0.5 * (end - begin) / step
-        # Ends that are one place show the slope there.
-        half = np.where(np.abs(half) < FLAT, FLAT, half)
-        begin, end = middle - half, middle + half
-        turned = (cos * along[:, 1] - sin * along[:, 0]) / (2.0 * step * half)
-        out = np.zeros((len(tables), self._spectra))
-        for own_out, table in zip(out, tables, strict=True):
-            each = np.sum(turned * (_looked_up(table, begin) - _looked_up(table, end)), axis=0)
-            for side, sign in ((seen.left, 1.0), (seen.right, -1.0)):
-                there = side > 0
-                own_out += sign * np.bincount(side[there] - 1, each[there], out.shape[1])
-        return out
+        direction = np.stack([np.cos(theta), np.sin(theta)], axis=1)
+        ends, sides = np.concatenate([seen.start, seen.end], axis=1), np.stack([seen.left, seen.right], axis=1)
+        out = np.zeros((theta.size, len(tables), self._spectra))
+        shared(theta.size, functools.partial(add_sides, direction, tables, step, ends, sides, out))
+        total: F64 = out.sum(axis=0)
+        return total
 
     @property
     def _spectra(self) -> int:
@@ -235,18 +227,3 @@ def _windows(farthest: float) -> list[Window]:
         widths.append(width)
         width /= NARROWER
     return [Window(low, high) for high, low in pairwise([*widths, 0.0])]
-
-
-def _looked_up(table: F64, place: F64) -> F64:
-    """Return values (directions, n) at places, in steps, from periodic tables (directions, steps), by six points."""
-    cell = np.floor(place)
-    t, first = place - cell, cell.astype(np.int64)
-    row = np.arange(len(table))[:, None]
-    value = np.zeros_like(t)
-    for k in range(-2, 4):
-        weight = np.ones_like(t)
-        for other in range(-2, 4):
-            if other != k:
-                weight *= (t - other) / (k - other)
-        value += weight * table[row, (first + k) % table.shape[1]]
-    return value

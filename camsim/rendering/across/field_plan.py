@@ -31,7 +31,7 @@ FEWEST = 4  # photosites checked, each with a pattern of its own
 SECONDS, EACH_TRANSFER = 0.1, 5e-3  # of the transfers along the radius: of any, and of each place and wavelength
 WAVELENGTHS = 44  # as many of them stand for all that there are
 CHECKED, CHECKED_COLOUR, CHECKED_WAVE, CHECKED_TURN = 0.1, 5e-3, 3e-3, 4.3e-8  # of a photosite that is checked
-EACH_FREQUENCY = 1.5e-7  # seconds: its part of the scene, and of some thirty terms
+EACH_FREQUENCY, EACH_PHOTOSITE = 4e-7, 2e-7  # seconds: of the scene and of some fifteen terms, and of tiles' periods
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,10 +87,7 @@ class FieldPlan:
     @functools.cached_property
     def frequencies(self) -> float:
         """Frequencies of all tiles."""
-        grid = self.job.grid
-        return sum(
-            band.tile(band.side, band.side).points * grid.rows * grid.cols / band.side**2 for band in self.image.bands
-        )
+        return sum(part.tiles * part.band.tile(part.band.side, part.band.side).points for part in self.image.parts)
 
     @property
     def _colours(self) -> int:
@@ -111,9 +108,11 @@ class FieldPlan:
         """What one image takes."""
         closed, grid = self.closed.cost, self.job.grid
         transfers = SECONDS + EACH_TRANSFER * self._colours * self.image.transfers.radii.nodes.size
-        points = max(band.tile(band.side, band.side).points for band in self.image.bands)
+        parts = self.image.parts
+        points = max(part.band.tile(part.band.side, part.band.side).points for part in parts)
+        photosites = sum(part.tiles * part.band.period**2 for part in parts)
         return Cost(
-            seconds=closed.seconds + transfers + EACH_FREQUENCY * self.frequencies,
+            seconds=closed.seconds + transfers + EACH_FREQUENCY * self.frequencies + EACH_PHOTOSITE * photosites,
             memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + 16.0 * 40.0 * points,
         )
 

@@ -32,7 +32,8 @@ def pieces_of(edges: Edges, low: F64, high: F64, reach: float, long: float, allo
     """Return the pieces within ``reach`` of a window, and what is none: sides (response −1), and runs' ends (0).
 
     low, high : x and y of the window's corners;  reach: of a line;  long: pieces
-    allowed   : how far a run may be from what it is taken for, and half of the square of how much it may bend, pitches
+    allowed   : how far a run may be from what it is taken for, half of the square of how much it may bend, and how
+        fast its bend may grow; pitches
     """
     apart = np.maximum(1, np.ceil(PARTS * edges.length / long)).astype(int)
     owner = np.repeat(np.arange(len(edges)), apart)
@@ -124,9 +125,7 @@ class _Fit:
         s = np.linspace(-1.0, 1.0, 9)
         slope, bend, twist = (np.abs(self.height(s, order)).max() for order in (1, 2, 3))
         square = (0.5 * bend * heard**2) ** 2
-        return bool(
-            slope <= STEEP and self.off <= allowed[0] and twist * heard**3 / 6.0 <= allowed[0] and square <= allowed[1]
-        )
+        return bool(slope <= STEEP and self.off <= allowed[0] and square <= allowed[1] and twist <= allowed[2])
 
     def goes_on(self, other: _Fit, heard: float, allowed: float) -> bool:
         """Whether the other piece goes on where this one ends, without a corner."""

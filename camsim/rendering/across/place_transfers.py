@@ -14,14 +14,15 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
-from camsim.kernels import kernel, shared
+from camsim.kernels import shared
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.difference import rim_of
 from camsim.optics.placed import PlacedLens
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import orders, zernike
+from camsim.products import product
 from camsim.quadrature import barycentric, chebyshev, gauss_legendre, interpolation
-from camsim.rendering.across.turns import cos_sin
+from camsim.rendering.across.judge_kernels import add_nodes
 
 FEWEST_NODES = (14, 28, 20, 16)  # of the overlap's rule, shifts, half a circle of angles, wavelengths
 PER_WAVE = (2.2, 3.4, 3.2, 4.5)  # of the steepest slope, waves per radius: nodes more, at 1e-5
@@ -31,6 +32,7 @@ EACH = 0.02  # of the tolerance: what a transfer may lose by the rule, and by ea
 FINEST = 2e-10  # of a transfer: sums of cosines that are known to 2e-11
 MORE, LAST = 1.25, 5  # times as many nodes where it loses more; terms that are looked at: some are 0 by symmetry
 SOME = (5, 4)  # shifts and angles at which rules are compared
+AXIS = 1e-14  # from the line through both copies' middles: is on it
 ROUNDS = 6  # of that: what is not quiet then is what sums leave
 
 
@@ -56,23 +58,11 @@ def turned(index: tuple[int, ...], waves: F64, angle_rad: F64) -> tuple[list[int
     return both, out
 
 
-def _summed(turns: F64, weight: F64) -> F64:
-    """Return sums (2, wavefronts) of cos and sin of turns (nodes, wavefronts)."""
-    out = np.zeros((2, turns.shape[1]))
-    shared(turns.shape[1], functools.partial(_sum, turns, weight, out))
+def _summed(even: F64, odd: F64, weight: F64) -> F64:
+    """Return sums (2, wavefronts) of cos and sin of turns (nodes, wavefronts) over nodes and their mirror images."""
+    out = np.zeros((2, even.shape[1]))
+    shared(even.shape[1], functools.partial(add_nodes, even, odd, weight, out))
     return out
-
-
-@kernel(error_model="numpy", fastmath={"contract"})
-def _sum(turns: F64, weight: F64, out: F64, first: int, stop: int) -> None:
-    """Fill in some wavefronts."""
-    real, imaginary = out[0, first:stop], out[1, first:stop]
-    for n in range(weight.size):
-        share, own = weight[n], turns[n, first:stop]
-        for q in range(own.size):
-            c, s = cos_sin(own[q])
-            real[q] += share * c
-            imaginary[q] += share * s
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,14 +134,26 @@ class PlaceTransfers:
         index, waves = turned(self.lens.zernike, self.lens.coefficients(nm), self.angle_rad + theta)
         wavefronts = np.ascontiguousarray(waves.reshape(-1, len(index)).T)
         pupil, out = Pupil(), np.empty((nm.size, alpha.size, theta.size), complex)
-        for s, nu in enumerate(np.cos(alpha)):
+        rules = []
+        for nu in np.cos(alpha):
             # Copies that nearly touch, or hardly move, differ by few waves.
-            nodes = math.ceil(rule * max(0.56, math.sqrt(math.sin(2.0 * float(alpha[s])))))
+            nodes = math.ceil(rule * max(0.56, math.sqrt(2.0 * nu * math.sqrt(1.0 - nu * nu))))
             x, y, weight = pupil.overlap(2.0 * float(nu), 0.0, nodes)
-            steps = np.stack([zernike(j, x - float(nu), y) - zernike(j, x + float(nu), y) for j in index])
-            found = _summed(steps.T @ wavefronts, weight / pupil.area)
+            # On the other half odd polynomials' steps are these, and even ones' turn back.
+            half = y > -AXIS
+            rules.append((x[half], y[half], weight[half] * np.where(y[half] > AXIS, 2.0, 1.0) / pupil.area))
+        first = np.cumsum([0, *(weight.size for *_, weight in rules)])
+        x, y, weight = (np.concatenate(parts) for parts in zip(*rules, strict=True))
+        shift = np.repeat(np.cos(alpha), np.diff(first))
+        steps = np.stack([zernike(j, x - shift, y) - zernike(j, x + shift, y) for j in index])
+        odd = np.array([orders(j)[1] % 2 == 1 for j in index])
+        for s in range(alpha.size):
+            own = slice(first[s], first[s + 1])
+            even_turns, odd_turns = (product(steps[which, own].T, wavefronts[which]) for which in (~odd, odd))
+            found = _summed(even_turns, odd_turns, weight[own])
             # Less the perfect one's by the same nodes: near a whole pupil they lose some area, of both alike.
-            out[:, s] = (found[0] - weight.sum() / pupil.area + 1j * found[1]).reshape(theta.size, nm.size).T
+            found[0] -= weight[own].sum()
+            out[:, s] = (found[0] + 1j * found[1]).reshape(theta.size, nm.size).T
         return out
 
     @functools.cached_property
@@ -211,7 +213,7 @@ class PlaceTransfers:
                 at[nu < 1.0] = barycentric(x, signs, np.arccos(nu[nu < 1.0]) / (0.25 * math.pi) - 1.0, same=1e-14)
                 for own, weights in zip(fused, self.weights, strict=True):
                     # Two real numbers for a complex one, all wavelengths at once: one product of matrices.
-                    own[part] = ((at * weights[:, None]).reshape(len(nu), -1) @ samples).view(complex)
+                    own[part] = product((at * weights[:, None]).reshape(len(nu), -1), samples).view(complex)
             self._kept[key] = np.moveaxis(fused, 2, 1)
         return self._kept[key]
 

@@ -6,6 +6,7 @@ before it follow worst, until what is left of all is nothing that a line could s
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,13 +15,15 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
-from camsim.rendering.across.lattice import cardinal, lebesgue, nodes
+from camsim.products import product
+from camsim.rendering.across.lattice import cardinal, nodes
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.fast_length import fast_length
 
 COARSE = 40  # frequencies at which places are compared
 ALONG, LEFT, CUT = 0.25, 0.3, 0.2  # of what places may leave: along x and y each, all but some terms, their ends
 MOST_PLACES = 14  # along a side of a box
+LOUDEST = 12  # directions, of all sets, that are looked at between places
 
 
 class Box(NamedTuple):
@@ -62,8 +65,9 @@ class Basis:
 
         down = along(self.shares.shape[1], box.rows, rows)
         across = along(self.shares.shape[2], box.cols, cols)
-        weights: F64 = np.einsum("qyx,ry,cx->qrc", self.shares, down, across, optimize=True)
-        return weights
+        terms, y, x = self.shares.shape
+        lines = product(np.swapaxes(self.shares, 1, 2).reshape(-1, y), down.T).reshape(terms, x, -1)
+        return product(np.swapaxes(lines, 1, 2).reshape(-1, x), across.T).reshape(terms, rows.size, cols.size)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,16 +89,18 @@ class Places:
         radius, angle = np.hypot(places_um[:, 0], places_um[:, 1]), np.arctan2(places_um[:, 1], places_um[:, 0])
         taken = self.transfers.turned(radius, angle)
         used = np.flatnonzero(np.abs(taken).max(axis=(0, 2)) > 0.0)
-        most, sets = self.transfers.most, self.heard.shape[0]
-        around = 2 * self.heard.shape[2]
-        shown = np.empty((len(places_um), *self.heard.shape), complex)
-        for k in range(sets):
-            own = self.transfers.harmonics[used, k][:, self.index]
-            spectrum = np.zeros((len(places_um), self.index.size, around), complex)
-            for m in range(-most, most + 1):
-                spectrum[:, :, m] = np.einsum("pk,kf->pf", taken[:, used, m + most], own[:, :, m + most])
-            shown[:, k] = scipy.fft.ifft(spectrum, axis=-1, norm="forward")[:, :, : around // 2] * self.heard[k]
-        return taken, shown
+        most, (sets, count, angles) = self.transfers.most, self.heard.shape
+        own = self._compared[:, used].reshape(2 * most + 1, used.size, -1)
+        made = np.moveaxis(np.moveaxis(taken[:, used], 2, 0) @ own, 0, 2)
+        spectrum = np.zeros((len(places_um), sets * count, 2 * angles), complex)
+        spectrum[..., : most + 1], spectrum[..., -most:] = made[..., most:], made[..., :most]
+        around = scipy.fft.ifft(spectrum, axis=-1, norm="forward")[..., :angles]
+        return taken, around.reshape(-1, sets, count, angles) * self.heard
+
+    @functools.cached_property
+    def _compared(self) -> C128:
+        """Harmonics (harmonics, radii, sets, frequencies) of the transfers at the frequencies that are compared."""
+        return np.ascontiguousarray(np.moveaxis(self.transfers.harmonics[:, :, self.index], 3, 0))
 
     def counts(self, boxes: list[Box]) -> tuple[int, int]:
         """Return how many places along x and along y are enough for boxes."""
@@ -125,32 +131,36 @@ class Places:
         """Return the transfers that stand for a box; ``spacing``: of the compared frequencies, cycles/pitch."""
         x, y = (axis.ravel() for axis in np.meshgrid(nodes(counts[0]), nodes(counts[1])))
         taken, shown = self._seen(box.places_um(x, y))
-        left, flat = shown.copy(), shown.shape[0]
-        allowed = LEFT * self.allowed / (lebesgue(counts[0]) * lebesgue(counts[1]))
+        flat, sets, count, angles = shown.shape
+        # Real shares only: then each term's image is real.
+        left = np.ascontiguousarray(shown).view(np.float64).reshape(flat, -1)
+        allowed = LEFT * self.allowed
         shares: list[F64] = []
         makes: list[F64] = []
-        terms: list[C128] = []
-        loud = loudness(left)
-        while loud.max() > allowed and len(terms) < flat:
+        terms: list[F64] = []
+        loud = loudness(shown)
+        while len(terms) < flat and (loud.max() > allowed or between(_as(left, shown), counts) > allowed):
             pick = int(np.argmax(loud))
-            size = float(np.sqrt(np.sum(np.square(left[pick].real) + np.square(left[pick].imag))))
+            size = float(np.sqrt(left[pick] @ left[pick]))
             term = left[pick] / size
             made = np.zeros(flat)
             made[pick] = 1.0
             for share, its in zip(shares, makes, strict=True):
                 made -= share[pick] * its
-            # Real shares only: then each term's image is real.
-            share = np.einsum("psfa,sfa->p", left.real, term.real) + np.einsum("psfa,sfa->p", left.imag, term.imag)
-            left -= share[:, None, None, None] * term
+            share = product(left, term[:, None])[:, 0]
+            left -= np.multiply.outer(share, term)
             shares.append(share)
             makes.append(made / size)
             terms.append(term)
-            loud = loudness(left)
+            loud = loudness(_as(left, shown))
         if not terms:
             return Basis(made_of=taken[:0], shares=np.zeros((0, counts[1], counts[0])), cuts=np.zeros(0))
         largest = np.abs(np.array(shares)).max(axis=1)
         cuts = np.array(
-            [self._cut(term * own, CUT * self.allowed / len(terms)) for term, own in zip(terms, largest, strict=True)]
+            [
+                self._cut(own * term.view(complex).reshape(sets, count, angles), CUT * self.allowed / len(terms))
+                for term, own in zip(terms, largest, strict=True)
+            ]
         )
         cuts = np.maximum.accumulate(cuts[::-1])[::-1] * spacing
         return Basis(
@@ -169,10 +179,28 @@ class Places:
 
 def loudness(shown: C128) -> F64:
     """Return what transfers (n, sets, frequencies, angles), as they are heard, show of a line at the most."""
-    most: F64 = np.abs(shown).sum(axis=2).max(axis=(1, 2))
+    most: F64 = np.sqrt(np.square(shown.real) + np.square(shown.imag)).sum(axis=2).max(axis=(1, 2))
     return most
+
+
+def between(shown: C128, counts: tuple[int, int]) -> float:
+    """Return how loud transfers at a box's Chebyshev places are between them, in the loudest directions."""
+    each = np.moveaxis(shown, 2, -1).reshape(*counts[::-1], -1, shown.shape[2])
+    loudest = np.argsort(np.abs(each).sum(axis=-1).max(axis=(0, 1)))[-LOUDEST:]
+    across, down = (cardinal(count, np.linspace(-1.0, 1.0, 2 * count + 1)) for count in counts)
+    pairs = np.ascontiguousarray(each[:, :, loudest]).view(np.float64)
+    rows = product(down, pairs.reshape(counts[1], -1)).reshape(len(down), counts[0], -1)
+    found = np.stack([product(across, row) for row in rows]).reshape(-1, loudest.size, 2 * shown.shape[2])
+    found = found.view(complex)
+    return float(np.abs(found).sum(axis=-1).max())
 
 
 def angles_of(most: int) -> int:
     """Return on how many angles of half a circle harmonics are compared."""
     return fast_length(most + 1)
+
+
+def _as(pairs: F64, shown: C128) -> C128:
+    """Return real and imaginary parts in turn as numbers of a shape."""
+    numbers: C128 = pairs.view(complex).reshape(shown.shape)
+    return numbers

@@ -17,9 +17,10 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
-from camsim.kernels import kernel, shared
-from camsim.optics.airy import NM_PER_UM, airy_otf
+from camsim.kernels import shared
+from camsim.optics.airy import NM_PER_UM
 from camsim.optics.placed import Revolves
+from camsim.products import complex_product, product
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.across.ghosts import six_between
 from camsim.rendering.across.overlap import Terms, overlaps
@@ -31,10 +32,12 @@ SHIFTS = np.array([0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])  # where nodes a
 ANGLES = math.pi * np.array([0.02, 0.17, 0.33, 0.48])
 TRIED = 5  # places, and wavelengths, at which the others' nodes are counted
 MARGIN = 2  # harmonics more
+GROUPS = 8  # of wavelengths, that have a rule in common
 SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
 COLOURS = (12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 80, 96, 128, 192, 256)  # nodes of a spectrum
 FINEST = 960  # steps of |f| to the cut-off
 TIMES = (2, 4, 6, 8, 10, 12, 16, 20)  # of which so many may be one
+TOGETHER = 64  # frequencies, in one product of matrices
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,9 +67,12 @@ class Transfers:
         """Return what is made (harmonics, sets, terms, |f|), up to a frequency; made_of: (terms, radii, harmonics)."""
         used = np.flatnonzero(np.abs(made_of).max(axis=(0, 2)) > 0.0)
         some = slice(int(used[0]), int(used[-1]) + 1)
-        own = np.swapaxes(self._by_harmonic[:, some, :, :stop], 1, 2)
-        made: C128 = np.moveaxis(made_of[:, some], 2, 0)[:, None] @ own
-        return made
+        own = self._by_harmonic[:, some, :, :stop]
+        harmonics, radii, sets, _ = own.shape
+        made = np.empty((harmonics, len(made_of), sets * stop), complex)
+        for out, weights, values in zip(made, np.moveaxis(made_of[:, some], 2, 0), own, strict=True):
+            out[:] = complex_product(weights, values.reshape(radii, -1))
+        return np.swapaxes(made.reshape(harmonics, len(made_of), sets, stop), 1, 2)
 
     def turned(self, radius_um: F64, angle_rad: F64) -> C128:
         """Return what radii and harmonics weigh (places, radii, harmonics) at places of the frame."""
@@ -93,16 +99,16 @@ def fused_transfers(
     at_nm, own = work.colours(np.linspace(*radii_um, TRIED))
     few_nm = at_nm[np.linspace(0, at_nm.size - 1, min(TRIED, at_nm.size)).round().astype(int)]
     radii = panels(lambda um: work.probed(um, few_nm), *radii_um, lens.height_um, allowed)
-    shifts, angles = work.series(radii_um[1], at_nm)
-    samples = work.sampled(radii.nodes, at_nm, shifts, angles)
-
-    def fusing(frequency: F64) -> F64:
-        return _fusing(frequency / pitch_um, lens.f_number, wavelength_nm, weights[:, :, None] * own, shifts)
+    light = np.abs(weights @ own).max(axis=0)
+    shifts, angles = work.series(radii_um[1], at_nm, light)
+    samples = work.sampled(radii.nodes, at_nm, light, shifts, angles)
 
     cut = pitch_um * NM_PER_UM / (lens.f_number * float(wavelength_nm[0]))
-    times = _times(_fused(fusing(cut / FINEST * np.arange(FINEST + 1.0)), samples[-1:]), cut, allowed, heard)
+    finest = cut / FINEST * np.arange(FINEST + 1.0)
+    fusing = _fusing(finest / pitch_um, lens.f_number, wavelength_nm, weights[:, :, None] * own, shifts)
+    times = _times(_fused(fusing, samples[-1:]), cut, allowed, heard)
     step = times * cut / FINEST
-    fused = _fused(fusing(step * np.arange(FINEST // times + 1.0)), samples)
+    fused = _fused(np.ascontiguousarray(fusing[:, ::times]), samples)
     # A lens of revolution looks alike on both sides of the radius, and half a circle is the other half's conjugate.
     fused = np.concatenate([fused, fused[..., angles - fused.shape[-1] : 0 : -1].conj()], axis=-1)
     spectrum = scipy.fft.fft(np.concatenate([fused, fused.conj()], axis=-1), axis=-1) / (2 * angles)
@@ -119,20 +125,23 @@ class _Sampler:
     ) -> None:
         self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
         self.terms = Terms.of(lens.at(lens.height_um[-1], 0.0).zernike)
-        ends = wavelength_nm[np.linspace(0, wavelength_nm.size - 1, TRIED).round().astype(int)]
-        inside = (um for um in lens.height_um if radii_um[0] < um < radii_um[1])
-        self.rules = self._rules(self._hardest(self.waves(np.array([*radii_um, *inside]), ends)))
+        self.radii_um = np.array([*radii_um, *(um for um in lens.height_um if radii_um[0] < um < radii_um[1])])
+        self.rules = self._rules(wavelength_nm, allowed)
 
     def waves(self, radius_um: F64, wavelength_nm: F64) -> F64:
         """Return coefficients (k, radii · wavelengths), waves."""
         each = [self.lens.at(float(um), 0.0).coefficients(wavelength_nm) for um in radius_um]
         return np.ascontiguousarray(np.concatenate(each, axis=0).T)
 
-    def _rules(self, waves: F64) -> I64:
-        """Return how many nodes across and along (2, n) settle the overlaps of wavefronts at each of ``SHIFTS``."""
-        rules = np.empty((2, SHIFTS.size), np.int64)
+    def _rules(self, wavelength_nm: F64, allowed: float) -> I64:
+        """Return how many nodes across and along (2, n) settle the overlaps at each of ``SHIFTS``."""
+        some_nm = wavelength_nm[np.linspace(0, wavelength_nm.size - 1, TRIED).round().astype(int)]
+        waves = self.waves(self.radii_um, some_nm)
+        # Those that differ most from a plane.
+        waves = np.ascontiguousarray(waves[:, np.argsort(-np.square(waves).sum(axis=0))[:TRIED]])
+        rules, allowed = np.empty((2, SHIFTS.size), np.int64), 0.5 * allowed
         for k, shift in enumerate(SHIFTS):
-            own, allowed = np.array([shift]), 0.5 * self.allowed
+            own = np.array([shift])
             right = overlaps(self.terms, waves, own, ANGLES, (RULES[0], RULES[0]))
             for rules[0, k], nodes in pairwise(RULES):
                 before, right = right, overlaps(self.terms, waves, own, ANGLES, (nodes, nodes))
@@ -144,15 +153,11 @@ class _Sampler:
                     break
         return rules
 
-    def _hardest(self, waves: F64) -> F64:
-        """Return those of wavefronts (k, n) that differ most from a plane."""
-        return np.ascontiguousarray(waves[:, np.argsort(-np.square(waves).sum(axis=0))[:TRIED]])
-
-    def _overlaps(self, waves: F64, shift: F64, angle_rad: F64) -> C128:
+    def _overlaps(self, waves: F64, shift: F64, angle_rad: F64, rules: I64) -> C128:
         """Return transfers (wavefronts, shifts, angles), each by as many nodes as its shift takes."""
         out = np.empty((waves.shape[1], shift.size, angle_rad.size), complex)
         after = np.clip(np.searchsorted(SHIFTS, shift), 0, SHIFTS.size - 1)
-        nodes = np.maximum(self.rules[:, after], self.rules[:, np.maximum(after - 1, 0)])
+        nodes = np.maximum(rules[:, after], rules[:, np.maximum(after - 1, 0)])
         for across, along in np.unique(nodes, axis=1).T:
             here = (nodes[0] == across) & (nodes[1] == along)
             out[:, here] = overlaps(self.terms, waves, shift[here], angle_rad, (int(across), int(along)))
@@ -179,38 +184,51 @@ class _Sampler:
 
     def probed(self, radius_um: F64, wavelength_nm: F64) -> C128:
         """Return a few samples (radii, wavelengths, n) of transfers."""
-        found = self._overlaps(self.waves(radius_um, wavelength_nm), SHIFTS, ANGLES)
+        found = self._overlaps(self.waves(radius_um, wavelength_nm), SHIFTS, ANGLES, self.rules)
         return found.reshape(radius_um.size, wavelength_nm.size, -1)
 
-    def series(self, radius_um: float, wavelength_nm: F64) -> tuple[int, int]:
-        """Return how many points along √(1 − ν), and half round, follow the transfers at a radius."""
+    def series(self, radius_um: float, wavelength_nm: F64, light: F64) -> tuple[int, int]:
+        """Return how many points along √(1 − ν), and half round, follow the transfers at a radius.
+
+        light : of each wavelength, the most that a set takes
+        """
         waves = self.waves(np.array([radius_um]), wavelength_nm)
-        hardest = np.concatenate([self._hardest(waves), waves[:, [0, -1]]], axis=1)
         ends = []
         for along in (True, False):
             for count in SERIES:
                 shift = 1.0 - (0.5 * (1.0 + chebyshev(count))) ** 2 if along else SHIFTS
                 angle = ANGLES if along else math.pi * np.arange(count) / count
-                found = self._overlaps(hardest, shift, angle)
+                found = self._overlaps(waves, shift, angle, self.rules)
                 if along:
-                    size = np.abs(scipy.fft.dct(found.real, axis=1)) + np.abs(scipy.fft.dct(found.imag, axis=1))
-                    size = size.max(axis=(0, 2)) / count
+                    each = np.abs(scipy.fft.dct(found.real, axis=1)) + np.abs(scipy.fft.dct(found.imag, axis=1))
+                    size = np.einsum("k,knd->nd", light, each).max(axis=1) / count
                 else:
-                    both = np.abs(scipy.fft.fft(np.concatenate([found, found.conj()], axis=2), axis=2)).max(axis=(0, 1))
+                    each = np.abs(scipy.fft.fft(np.concatenate([found, found.conj()], axis=2), axis=2))
+                    both = np.einsum("k,kdn->dn", light, each).max(axis=0)
                     size = np.maximum(both[:count], both[::-1][:count]) / (2 * count)
-                end = int(np.flatnonzero(size > self.allowed)[-1]) + 1 if (size > self.allowed).any() else 1
+                # What lies beyond adds up.
+                end = int(np.sum(np.cumsum(size[::-1]) > self.allowed)) + 1
                 if end <= 0.75 * count:
                     break
             ends.append(end + MARGIN)
         return ends[0], ends[1]
 
-    def sampled(self, radius_um: F64, wavelength_nm: F64, shifts: int, angles: int) -> C128:
-        """Return (radii, wavelengths · shifts, angles) of T − Airy, a quarter of a circle of angles."""
+    def sampled(self, radius_um: F64, wavelength_nm: F64, light: F64, shifts: int, angles: int) -> C128:
+        """Return (radii, wavelengths · shifts, angles) of T − Airy, a quarter of a circle of angles.
+
+        Wavelengths of little light, of which wavefronts may be steepest, take few nodes.
+        """
         shift = 1.0 - (0.5 * (1.0 + chebyshev(shifts))) ** 2
         angle = math.pi * np.arange(angles // 2 + 1) / angles
-        found = self._overlaps(self.waves(radius_um, wavelength_nm), shift, angle)
-        found -= airy_otf(shift, f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
-        return np.ascontiguousarray(found).reshape(radius_um.size, -1, angle.size)
+        out = np.empty((radius_um.size, wavelength_nm.size, shifts, angle.size), complex)
+        for part in np.array_split(np.arange(wavelength_nm.size), min(GROUPS, wavelength_nm.size)):
+            own_nm = wavelength_nm[part]
+            rules = self._rules(own_nm, self.allowed / max(GROUPS * float(light[part].sum()), 1e-300))
+            waves = self.waves(radius_um, own_nm)
+            # Less the perfect one's by the same nodes: what they lose of the pupil, both do.
+            found = self._overlaps(np.append(waves, np.zeros((len(waves), 1)), axis=1), shift, angle, rules)
+            out[:, part] = (found[:-1] - found[-1]).reshape(radius_um.size, part.size, shifts, angle.size)
+        return out.reshape(radius_um.size, -1, angle.size)
 
 
 def _fusing(frequency_per_um: F64, f_number: float, wavelength_nm: F64, own: F64, shifts: int) -> F64:
@@ -219,64 +237,39 @@ def _fusing(frequency_per_um: F64, f_number: float, wavelength_nm: F64, own: F64
     own : (sets, wavelengths, nodes)
     """
     sets, _, nodes = own.shape
-    out = np.zeros((sets, frequency_per_um.size, nodes, shifts))
-    scaled = np.multiply.outer(frequency_per_um, f_number * wavelength_nm / NM_PER_UM)
-    x = chebyshev(shifts)
-    k = np.arange(float(shifts))
-    weights: F64 = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / shifts)
-    shared(frequency_per_um.size, functools.partial(_weigh, scaled, np.ascontiguousarray(own), x, weights, out))
+    out = np.empty((sets, frequency_per_um.size, nodes, shifts))
+    scaled = np.multiply.outer(f_number * wavelength_nm / NM_PER_UM, frequency_per_um)
+    weighs, x = np.ascontiguousarray(np.moveaxis(own, 1, 2)).reshape(sets * nodes, -1), chebyshev(shifts)
+
+    def work(first: int, stop: int) -> None:
+        for begin in range(first * TOGETHER, min(stop * TOGETHER, frequency_per_um.size), TOGETHER):
+            part = slice(begin, begin + TOGETHER)
+            nu = scaled[:, part]
+            at = np.zeros((*nu.shape, shifts))
+            at[nu < 1.0] = interpolation(x, 2.0 * np.sqrt(1.0 - nu[nu < 1.0]) - 1.0)
+            found = product(weighs, at.reshape(len(nu), -1)).reshape(sets, nodes, -1, shifts)
+            out[:, part] = np.swapaxes(found, 1, 2)
+
+    shared(-(-frequency_per_um.size // TOGETHER), work)
     return out.reshape(sets, frequency_per_um.size, -1)
-
-
-@kernel(error_model="numpy", fastmath={"contract"})
-def _weigh(scaled: F64, own: F64, x: F64, weights: F64, out: F64, first: int, stop: int) -> None:
-    """Fill in some frequencies: Lagrange's polynomials on √(1 − ν), by the barycentric formula."""
-    row = np.empty(x.size)
-    for f in range(first, stop):
-        for j in range(scaled.shape[1]):
-            if scaled[f, j] >= 1.0:
-                continue
-            place, total, hit = 2.0 * math.sqrt(1.0 - scaled[f, j]) - 1.0, 0.0, -1
-            for n in range(x.size):
-                gap = place - x[n]
-                if abs(gap) < 1e-14:
-                    hit = n
-                row[n] = weights[n] / gap
-                total += row[n]
-            if hit >= 0:
-                row[:] = 0.0
-                row[hit], total = 1.0, 1.0
-            for s in range(out.shape[0]):
-                for k in range(out.shape[2]):
-                    weight = own[s, j, k] / total
-                    if weight != 0.0:
-                        for n in range(x.size):
-                            out[s, f, k, n] += weight * row[n]
 
 
 def _fused(fusing: F64, samples: C128) -> C128:
     """Return (radii, sets, frequencies, angles)."""
     sets, frequencies, _ = fusing.shape
     radii, _, angles = samples.shape
-    out = np.zeros((radii, sets, frequencies, 2 * angles))
-    shared(frequencies, functools.partial(_fuse, fusing, samples.view(np.float64), out))
+    out = np.empty((radii, sets, frequencies, 2 * angles))
+    every = np.swapaxes(samples.view(np.float64), 0, 1).reshape(fusing.shape[2], -1)
+
+    def work(first: int, stop: int) -> None:
+        for begin in range(first * TOGETHER, min(stop * TOGETHER, frequencies), TOGETHER):
+            part = slice(begin, begin + TOGETHER)
+            for s in range(sets):
+                out[:, s, part] = np.swapaxes(product(fusing[s, part], every).reshape(-1, radii, 2 * angles), 0, 1)
+
+    shared(-(-frequencies // TOGETHER), work)
     fused: C128 = out.view(np.complex128)
     return fused
-
-
-@kernel(error_model="numpy", fastmath={"contract"})
-def _fuse(fusing: F64, samples: F64, out: F64, first: int, stop: int) -> None:
-    """Fill in some frequencies."""
-    for k in range(out.shape[0]):
-        for f in range(first, stop):
-            for s in range(out.shape[1]):
-                total = out[k, s, f]
-                for n in range(fusing.shape[2]):
-                    weight = fusing[s, f, n]
-                    if weight != 0.0:
-                        own = samples[k, n]
-                        for a in range(total.size):
-                            total[a] += weight * own[a]
 
 
 def _times(values: C128, cut: float, allowed: float, heard: Callable[[F64], F64]) -> int:
