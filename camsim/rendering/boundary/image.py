@@ -253,12 +253,7 @@ def directions(tx: F64, ty: F64, long: np.ndarray, seen: np.ndarray, footprint: 
     A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and
     y exchanged.
     """
-    folded = np.stack([-ty, tx], axis=1)
-    folded *= np.where((folded[:, :1] < 0.0) | ((folded[:, :1] == 0.0) & (folded[:, 1:] < 0.0)), -1.0, 1.0)
-    if footprint.mirrored:
-        folded = np.abs(folded)
-    if footprint.square:
-        folded = np.sort(folded, axis=1)
+    folded = footprint.folded(np.stack([-ty, tx], axis=1))
     own = np.round(folded[long & seen], 13)
     found, index = np.unique(own[:, 0] + 1j * own[:, 1], return_inverse=True)
     distinct = found.view(np.float64).reshape(-1, 2)

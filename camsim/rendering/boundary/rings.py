@@ -101,7 +101,8 @@ def ends_worth(length: F64, shortest: float) -> F64:
     """Return how many ends' rings those of edges (n,) take as long as; shortest: of the tones' lengths, pitches."""
     phase = math.pi * length / shortest
     nodes = np.searchsorted(_PHASES, phase) + 1.0
-    worth: F64 = np.where(phase <= _PHASES[-1], nodes / RAY_NODES, 2.0)
+    # A node on the real axis takes half as long as one on a ray.
+    worth: F64 = np.where(phase <= _PHASES[-1], 0.5 * nodes / RAY_NODES, 2.0)
     return worth
 
 
