@@ -15,7 +15,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.rendering.boundary.image import directions, inside_length, largest_tile, turns
 from camsim.rendering.boundary.potential import ORDER
-from camsim.rendering.boundary.rings import ends_worth, ring_terms
+from camsim.rendering.boundary.rings import ends_worth, piece_phases, ring_terms
 from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
@@ -127,7 +127,7 @@ def boundary_counts(
     roots = -(-grid.rows // root) * -(-grid.cols // root)
     levels = 1.0 + math.log2(root / settings.leaf)
     shortest, ringed = settings.panel / PANEL_BLURS, 0.0
-    worth = ends_worth(length, shortest)
+    worth = ends_worth(length, shortest, piece_phases(settings.tolerance))
     if settings.quiet_end > settings.near:
         of_ends = 0.5 * np.tile(worth[::thin], 2)
         ringed = float((within(ends, settings.quiet_end, grid) - near) @ of_ends) * thin * wavelengths * tones
