@@ -64,7 +64,8 @@ class Waves:
     def passed(self, normals: F64) -> F64:
         """Return shares (n,) of the loudest direction's rings: what no wavelength's are louder than, square on edges
         with such normals (n, 2)."""
-        angle, loudest = self.footprint.angles(self.blur.size), 0.0
+        angle = self.footprint.angles(self.blur.size)
+        loudest = np.zeros(angle.size)
         for u, _, _ in self.pattern.rings:
             size = np.abs(self._transfer(u))
             loudest = np.maximum(loudest, (size / size.max(axis=0)).max(axis=1))

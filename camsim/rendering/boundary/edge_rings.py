@@ -36,7 +36,8 @@ def _rings_of_part(
     A half line going the other way sees the photosite on its other side, and runs against the edge: twice a sign.
     """
     whole = max(math.hypot(h, s1), math.hypot(h, s2)) < n.quiet_end
-    if whole and is_short(s2 - s1, tables.tones, n.ring_phases) and (s1 * s2 >= 0.0 or n.reach <= abs(h) < n.quiet_line):
+    beside = s1 * s2 >= 0.0 or n.reach <= abs(h) < n.quiet_line
+    if whole and beside and is_short(s2 - s1, tables.tones, n.ring_phases):
         way = complex(tx, ty)
         return ring_part(h, (s1, s2), way, weights, tables.tones, tables.rings, n.turns, n.near, n.ring_phases)
     if s1 >= 0.0:
