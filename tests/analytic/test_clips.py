@@ -54,7 +54,7 @@ def test_a_clip_that_covers_nothing_leaves_nothing():
 
 
 def test_more_shapes_in_one_another_than_memory_holds_are_refused_at_once(monkeypatch):
-    """50 000 rings of a zone plate are 1.2 thousand million pairs; here 2000 of two million, of which one is allowed."""
+    """50 000 rings of a zone plate are 1.2 thousand million pairs; here 2000 are two million, and one is allowed."""
     monkeypatch.setattr("camsim.scene.visible.MOST_PAIRS", 1_000_000)
     plate = camsim.charts.zone_plate(radius_um=34.5, rim_period_um=0.0172)
     with pytest.raises(camsim.CamsimError, match="shapes more than 1 million pairs lie one over the other; draw fewer"):
