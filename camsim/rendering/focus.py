@@ -27,7 +27,8 @@ ZONE = 0.2  # radii about the centre, in which the arc's far side is heard more 
 
 
 class Foci(NamedTuple):
-    """Circles that edges touch: centres (n, 2) and radii (n,), pitches, and the share (n,) of a turn that they fill."""
+    """Circles that edges touch: centres (n, 2) and radii (n,), pitches, and the share (n,) of a turn that they fill, as
+    loud as it is where the footprint passes most."""
 
     centre: F64
     radius: F64
@@ -50,7 +51,7 @@ def circles(edges: Edges, *, grid: Grid, nearest: float) -> tuple[F64, F64]:
     length is ρ·(tan α/2 + tan β/2). Of a round outline each of them brings it up again.
     """
     first, middle, last = threes(edges)
-    normal, length = _normals(edges)
+    normal, length = normals(edges), edges.length
     alpha, beta = _half_tangent(normal[first], normal[middle]), _half_tangent(normal[middle], normal[last])
     turns = np.minimum(np.abs(alpha), np.abs(beta)) > 0.5 * NEARLY_PARALLEL
     both = alpha + beta
@@ -75,12 +76,16 @@ def _half_tangent(before: F64, after: F64) -> F64:
     return tangent
 
 
-def foci(centre: F64, radius: F64, edges: Edges, blur: float) -> Foci:
-    """Return circles with the shares of a turn that edges fill; ``blur``: the pattern's shortest length, pitches."""
+def foci(centre: F64, radius: F64, edges: Edges, blur: float, passed: F64) -> Foci:
+    """Return circles with the shares of a turn that edges fill.
+
+    blur   : the pattern's shortest length, pitches
+    passed : (edges,) how loud each one's rings are, as a share of the loudest direction's: it fills no more than that
+    """
     shares, tree = np.zeros(radius.size), EdgeBoxes.of(edges)
 
     def work(begin: int, end: int) -> None:
-        _shares(begin, end, centre, radius, tree, blur, np.empty(len(tree.group), np.int64), shares)
+        _shares(begin, end, centre, radius, tree, blur, passed, np.empty(len(tree.group), np.int64), shares)
 
     shared(radius.size, work, least=CIRCLES_AT_ONCE)
     return Foci(centre, radius, shares)
@@ -88,7 +93,15 @@ def foci(centre: F64, radius: F64, edges: Edges, blur: float) -> Foci:
 
 @kernel()
 def _shares(
-    begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, blur: float, found: I64, shares: F64
+    begin: int,
+    end: int,
+    centre: F64,
+    radius: F64,
+    tree: EdgeBoxes,
+    blur: float,
+    passed: F64,
+    found: I64,
+    shares: F64,
 ) -> None:
     """Fill in the share of a turn that those edges fill which are a radius from a centre, but for a quarter wave."""
     for k in range(begin, end):
@@ -100,7 +113,7 @@ def _shares(
                 tx, ty, length = tree.along[e, 0], tree.along[e, 1], tree.length[e]
                 foot = min(max(-(tx * dx + ty * dy), 0.0), length)
                 if abs(math.hypot(dx + foot * tx, dy + foot * ty) - r) <= off:
-                    filled += min(length, math.sqrt(blur * r))
+                    filled += passed[e] * min(length, math.sqrt(blur * r))
         shares[k] = min(filled / r / (2.0 * math.pi), 1.0)
 
 
@@ -191,10 +204,11 @@ def _touching(begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, f
     return picked[:until].copy()
 
 
-def _normals(edges: Edges) -> tuple[F64, F64]:
-    """Return unit normals (n, 2) and lengths (n,)."""
-    along, length = edges.end - edges.start, edges.length
-    return np.stack([-along[:, 1], along[:, 0]], axis=1) / length[:, None], length
+def normals(edges: Edges) -> F64:
+    """Return unit normals (n, 2)."""
+    along = edges.end - edges.start
+    across: F64 = np.stack([-along[:, 1], along[:, 0]], axis=1) / edges.length[:, None]
+    return across
 
 
 def threes(edges: Edges) -> tuple[I64, I64, I64]:

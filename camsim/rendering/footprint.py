@@ -134,11 +134,23 @@ class Footprint:
             return x, y, np.zeros((1, 2))
         return np.zeros(1), np.zeros(1), self.spots
 
-    def transfer(self, frequency: F64) -> F64:
-        """OTF (directions, n), signed, at each radial frequency (cycles/pitch) in directions that cover all of them."""
+    def folded(self, ways: F64) -> F64:
+        """Return directions (n, 2), one of those that its symmetries make the same: none is to the left, and where it
+        is mirrored none up, where it is square none more to the right than down."""
+        folded = ways * np.where((ways[:, :1] < 0.0) | ((ways[:, :1] == 0.0) & (ways[:, 1:] < 0.0)), -1.0, 1.0)
+        if self.mirrored:
+            folded = np.abs(folded)
+        return np.sort(folded, axis=1) if self.square else folded
+
+    def angles(self, frequencies: int) -> F64:
+        """Return angles in even steps, from a quarter turn down, that cover all ``folded`` directions."""
         # One wavelength has narrow lobes where the footprint is many λN wide; a spectrum smears them.
         octants = 1 if self.square else 2 if self.mirrored else 4
-        angle = np.linspace(0.0, octants * np.pi / 4, octants * (32 if frequency.size == 1 else 8) + 1)
+        return 0.5 * np.pi - np.linspace(0.0, octants * np.pi / 4, octants * (32 if frequencies == 1 else 8) + 1)
+
+    def transfer(self, frequency: F64) -> F64:
+        """OTF (directions, n), signed, at each radial frequency (cycles/pitch) in directions that cover all of them."""
+        angle = self.angles(frequency.size)
         return self.otf(np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency))
 
 

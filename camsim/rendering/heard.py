@@ -15,7 +15,7 @@ from camsim.arrays import F64
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.falling import falls_to
-from camsim.rendering.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, threes
+from camsim.rendering.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, normals, threes
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.quiet import Waves
@@ -91,7 +91,7 @@ def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed
     if radius.size > FEW_CIRCLES:
         loud = radius < waves.quiet_distance(allowed, front="focus", within=beyond)
         centre, radius = centre[loud], radius[loud]
-    found = foci(centre, radius, edges, float(waves.blur.min()))
+    found = foci(centre, radius, edges, float(waves.blur.min()), waves.passed(normals(edges)))
     hundredths = np.ceil(100.0 * found.share)
     until = np.zeros_like(found.radius)
     for share in np.unique(hundredths[hundredths > 0.0]):

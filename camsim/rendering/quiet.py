@@ -61,6 +61,20 @@ class Waves:
                 return longest * (NEAREST + STEP * min(block * AT_ONCE + int(loud[-1]) + 1, count - 1))
         return NEAREST * longest
 
+    def passed(self, normals: F64) -> F64:
+        """Return shares (n,) of the loudest direction's rings: what no wavelength's are louder than, square on edges
+        with such normals (n, 2)."""
+        angle = self.footprint.angles(self.blur.size)
+        loudest = np.zeros(angle.size)
+        for u, _, _ in self.pattern.rings:
+            size = np.abs(self._transfer(u))
+            loudest = np.maximum(loudest, (size / size.max(axis=0)).max(axis=1))
+        x, y = self.footprint.folded(normals).T
+        place = (angle[0] - np.arctan2(y, x)) / (angle[0] - angle[1])
+        step = np.clip(place.astype(np.int64), 0, angle.size - 2)
+        between: F64 = np.maximum(loudest[:-1], loudest[1:])[step]
+        return between
+
     def _phasors(self, u: float, power: float) -> F64:
         """Return (n, j) how loud a ring of amplitude 1 is at every wavelength, of each weight set and of the OLPF's."""
         if (u, power) not in self._loudness:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64, I64, same_rows
 from camsim.scene.curves import STRAIGHT, Curves, joined
 from camsim.scene.primitives import Primitive, flattened
 from camsim.scene.regions import common, joined_areas, region_of, without
@@ -23,22 +24,26 @@ from camsim.spectra.curve import Spectrum
 class Outlines:
     """The loops of all primitives together, and which are whose.
 
-    curves : all;  loop_of: (loops,) the primitive of each;  simple: (primitives,) see ``Fill``
+    curves : all;  loop_of: (loops,) the primitive of each;  layer_of: (loops,) its layer, counted through all of them
+    simple : (primitives,) see ``Fill``
     """
 
     curves: Curves
     loop_of: I64
+    layer_of: I64
     simple: np.ndarray
 
     @classmethod
     def of(cls, primitives: Sequence[Primitive]) -> Outlines:
         """Collect them."""
-        parts = [(number, fill.curves) for number, one in enumerate(primitives) for fill in one.fills]
-        loops = np.array([len(curves.first) - 1 for _, curves in parts], np.int64)
-        owners = np.array([number for number, _ in parts], np.int64)
+        layers = [(number, layer) for number, one in enumerate(primitives) for layer in one.layers]
+        parts = [(owner, k, fill.curves) for k, (owner, layer) in enumerate(layers) for fill in layer]
+        loops = np.array([len(curves.first) - 1 for _, _, curves in parts], np.int64)
+        owners = np.array([[owner, layer] for owner, layer, _ in parts], np.int64).reshape(-1, 2).T
         return cls(
-            joined([curves for _, curves in parts]),
-            np.repeat(owners, loops),
+            joined([curves for _, _, curves in parts]),
+            np.repeat(owners[0], loops),
+            np.repeat(owners[1], loops),
             np.array([primitive.simple for primitive in primitives], bool),
         )
 
@@ -50,7 +55,7 @@ class Outlines:
         pieces = number[self.owner] >= 0
         first = np.concatenate([[0], np.cumsum(np.diff(self.curves.first)[loops])])
         curves = self.curves.some(pieces)._replace(first=first)
-        return Outlines(curves, number[self.loop_of[loops]], self.simple[which])
+        return Outlines(curves, number[self.loop_of[loops]], self.layer_of[loops], self.simple[which])
 
     @property
     def owner(self) -> I64:
@@ -59,23 +64,33 @@ class Outlines:
 
     @property
     def boxes(self) -> F64:
-        """Boxes (primitives, 4) about each."""
-        boxes, owner = self.curves.boxes, self.owner
-        around = np.full((len(self.simple), 4), np.inf)
+        """Boxes (primitives, 4) about what each covers at the most: what all boxes about its layers have in common."""
+        boxes, around = self.curves.boxes, np.full((len(self.simple), 4), np.inf)
         around[:, 2:] = -np.inf
-        filled, first = np.unique(owner, return_index=True)
-        if filled.size:
-            around[filled, :2] = np.minimum.reduceat(boxes[:, :2], first)
-            around[filled, 2:] = np.maximum.reduceat(boxes[:, 2:], first)
+        if not len(boxes):
+            return around
+        _, first = np.unique(self.layer_of[self.curves.loop], return_index=True)
+        low, high = np.minimum.reduceat(boxes[:, :2], first), np.maximum.reduceat(boxes[:, 2:], first)
+        filled, first = np.unique(self.owner[first], return_index=True)
+        low, high = np.maximum.reduceat(low, first), np.minimum.reduceat(high, first)
+        some = (low <= high).all(axis=1)
+        around[filled[some]] = np.concatenate([low, high], axis=1)[some]
         return around
 
     def polygons(self, limits: SideLimits, *, meets: np.ndarray | None = None, apart: Apart | None = None) -> Polygons:
         """Return all loops as polygons; ``meets``: (primitives,) those that another outline may cut, None for none."""
         if not len(self.owner):
             return Polygons(np.empty((0, 2)), np.zeros(1, np.int64))
-        owner = self.owner
-        whose = None if meets is None or not meets.any() else Whose(owner, ~self.simple[owner], meets[owner])
-        return polygons(self.curves, limits, whose, apart)
+        # What clips many shapes is an outline of each: it is cut into sides once, and does not cut itself.
+        kept, kind = _different(self.curves)
+        curves = self.curves if len(kept) == len(kind) else self.curves.loops(kept.tolist())
+        whose = None
+        if meets is not None and meets.any():
+            shared = np.bincount(kind) > 1
+            owner = np.where(shared, len(meets) + np.arange(len(kept)), self.loop_of[kept])
+            crosses, met = (np.bincount(kind, flags[self.loop_of]) > 0 for flags in (~self.simple, meets))
+            whose = Whose(owner[curves.loop], crosses[curves.loop], met[curves.loop])
+        return polygons(curves, limits, whose, apart).some_of(kind)
 
     def each(self, sides: Polygons, which: I64) -> list[list[F64]]:
         """Return the polygons of picked primitives, fill by fill."""
@@ -88,6 +103,23 @@ class Outlines:
     def rings(self, limits: SideLimits, *, apart: Apart | None = None) -> list[list[F64]]:
         """Return the polygons of each primitive, where no outline cuts another."""
         return self.each(self.polygons(limits, apart=apart), np.arange(len(self.simple)))
+
+
+def _different(curves: Curves) -> tuple[I64, I64]:
+    """Return loops of which none is another's copy, and which of them each loop is, by all their bits."""
+    count = len(curves.first) - 1
+    beginning, _ = same_rows(curves.points[curves.first[:-1]].reshape(count, 8))
+    if len(beginning) == count:
+        return np.arange(count), np.arange(count)
+    known: dict[tuple[bytes, ...], int] = {}
+    kept: list[int] = []
+    kind = np.empty(count, np.int64)
+    for loop, (first, end) in enumerate(itertools.pairwise(curves.first.tolist())):
+        own = tuple(column[first:end].tobytes() for column in (curves.points, curves.turn_rad, curves.kind))
+        kind[loop] = known.setdefault(own, len(known))
+        if kind[loop] == len(kept):
+            kept.append(loop)
+    return np.array(kept), kind
 
 
 def has_curves(primitives: Sequence[Primitive]) -> bool:

@@ -143,8 +143,8 @@ def positive(outline: F64) -> F64:
 
 
 def _area(outline: F64) -> float:
-    x, y = (outline - outline[0]).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    x, y = (outline - outline[0]).T  # from the last corner to the first there is nothing to add
+    return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
 
 
 def _touching(lines: Any) -> bool:

@@ -95,6 +95,12 @@ class Polygons(NamedTuple):
         counts = np.diff(self.first)
         return Polygons(self.corners_um[np.repeat(loops, counts)], np.append(0, np.cumsum(counts[loops])))
 
+    def some_of(self, kind: I64) -> Polygons:
+        """Return polygons by their numbers (n,), some of them several times."""
+        counts = np.diff(self.first)[kind]
+        first = np.concatenate([[0], np.cumsum(counts)])
+        return Polygons(self.corners_um[np.arange(first[-1]) + np.repeat(self.first[kind] - first[:-1], counts)], first)
+
     def sides_um(self, outer: np.ndarray) -> tuple[F64, F64]:
         """Return where all sides start and end (n, 2): those that are ``outer`` (loops,) the positive way round, their
         inside where the cross product is positive, and holes the other."""

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.errors import InvalidValueError
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Primitive
 from camsim.scene.regions import joined_areas, rings_of, without
 from camsim.scene.sides import SideLimits
 
+MOST_PAIRS = 30_000_000  # of shapes whose boxes touch: 8000 rings in one another, a gigabyte
+TOGETHER = 1000  # boxes that are looked up at a time
 ROUGH = 0.01  # of a shape's size: more than a rough outline is off
 LONG = 48  # corners of a shape from which on it is cut to what another one needs of it
 BESIDE = 0.01  # of a box's size: how much larger it is cut
@@ -78,9 +81,21 @@ def _touching(boxes: F64) -> tuple[I64, I64]:
     import shapely
 
     areas = shapely.box(*boxes[filled].T)
-    first, second = shapely.STRtree(areas).query(areas)
-    earlier = first < second
-    return filled[first[earlier]], filled[second[earlier]]
+    tree, pairs, count = shapely.STRtree(areas), [], 0
+    for begin in range(0, len(areas), TOGETHER):
+        first, second = tree.query(areas[begin : begin + TOGETHER])
+        earlier = first + begin < second
+        pairs.append((first[earlier] + begin, second[earlier]))
+        count += len(pairs[-1][0])
+        if count > MOST_PAIRS:
+            raise InvalidValueError(
+                f"of {len(areas)} shapes more than {MOST_PAIRS // 10**6} million pairs lie one over the other; "
+                "draw fewer, or in parts that lie apart",
+                key="shapes",
+                stage="Scene",
+            )
+    first, second = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    return filled[first], filled[second]
 
 
 def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, first: I64, second: I64) -> np.ndarray:

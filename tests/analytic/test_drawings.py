@@ -68,6 +68,19 @@ CONSTRUCTS = {
     'height="14"/><rect x="22" y="22" width="12" height="12" fill="currentColor"/></g>',
     "clip path": '<clipPath id="k"><circle cx="20" cy="20" r="12"/><rect width="10" height="10"/></clipPath>'
     '<rect x="2" y="2" width="30" height="36" clip-path="url(#k)"/>',
+    "clip path of parts that are not seen": '<clipPath id="k"><rect width="20" height="30"/><rect x="20" width="20" '
+    'height="40" display="none"/><rect y="30" width="20" height="10" visibility="hidden"/></clipPath>'
+    '<rect width="40" height="40" clip-path="url(#k)"/>',
+    "clip path without parts": '<clipPath id="k"/><rect width="9" height="9"/><circle r="40" clip-path="url(#k)"/>',
+    "clip path with the rule of what it lies in": '<g clip-rule="evenodd"><clipPath id="k"><path d="M2 2H38V38H2Z '
+    'M9 9H30V30H9Z"/></clipPath></g><rect width="40" height="40" clip-path="url(#k)"/>',
+    "flattened": '<rect width="9" height="9"/><g transform="scale(0 2)"><rect width="30" height="30"/></g>',
+    "an id given twice": '<defs><rect id="a" width="9" height="9"/><rect id="a" width="30" height="30"/></defs>'
+    '<use href="#a" transform="none"/>',
+    "important rules and comments": "<style>.a{fill:#808080 !important} /* .a{} */</style><rect class='a' width='9' "
+    "height='9' style='fill:black'/><rect x='20' width='9' height='9' style='/* a:b; */fill:#808080'/>",
+    "see-through colours": '<rect width="9" height="9" fill="rgba(0, 0, 0, 1)"/><rect width="30" height="30" '
+    'fill="#00000000"/><rect width="40" height="30" fill="rgba(0, 0, 0, 0)"/>',
     "hidden parts": '<g display="none"><rect width="40" height="40"/></g><rect width="9" height="9" '
     'visibility="hidden"/><rect x="20" y="20" width="12" height="12" opacity="1"/><rect width="5" height="5" '
     'fill-opacity="0"/>',
@@ -138,6 +151,39 @@ def test_the_page_is_placed_as_in_another_program(tmp_path, head):
     ours, theirs = seen(file), shown(file)
     assert ours.shape == theirs.shape
     assert np.abs(ours - theirs).max() < 0.02
+
+
+def test_percentages_are_of_user_units(tmp_path):
+    """Of the viewBox, however large the page is shown."""
+    file = tmp_path / "drawing.svg"
+    inside = '<circle cx="50%" cy="75%" r="10%"/><use href="#a" x="5%" y="10%"/><defs><path id="a" d="M0 2H36" '
+    file.write_text(
+        page(
+            inside + 'stroke="#808080" stroke-width="10%" stroke-dasharray="20%"/></defs>',
+            'width="80" height="80" viewBox="0 0 40 40"',
+        )
+    )
+    assert np.abs(seen(file) - shown(file)).max() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("styled", "plain"),
+    [
+        ("rotate(0.1turn)", "rotate(36)"),
+        ("rotate(0.5rad, 4px, 0)", "rotate(28.64788975654116 4 0)"),
+        ("skewX(10grad)", "skewX(9)"),
+        ("translate(2mm,1in)", "translate(7.559055118110236 96)"),
+    ],
+)
+def test_transforms_have_units_in_styles(tmp_path, styled, plain):
+    """CSS Transforms: angles in four units, lengths in all."""
+    boxes = []
+    for attribute in (f'style="transform:{styled}"', f'transform="{plain}"'):
+        file = tmp_path / "drawing.svg"
+        file.write_text(page(f'<rect {attribute} width="20" height="10"/>'))
+        (rectangle,) = flattened([read_svg(file, width_um=40.0)])
+        boxes.append(rectangle.layers[0][0].curves.points)
+    np.testing.assert_allclose(*boxes, atol=1e-12)
 
 
 def test_a_drawing_lies_where_it_is_put(tmp_path):
@@ -215,6 +261,23 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
         (page("<script>x</script>"), "scripts are not run"),
         (page("<style>@import 'a.css';</style>"), "@import is not understood"),
         (page("<style>a > b{fill:red}</style>"), "the selector 'a > b' is not understood"),
+        (page("<style>a{fill:red</style>"), "its rules are cut short or nested at 'a{fill:red'"),
+        (page("<use x='3'/>"), "<use>: has no href and shows nothing"),
+        (page('<rect style="width:9px" height="9"/>'), "its width '9px' is not supported; say it by an attribute"),
+        (
+            page('<rect width="9" height="9" transform="rotate(9)" transform-origin="3 3"/>'),
+            "its transform-origin '3 3' is not supported",
+        ),
+        (page('<rect width="9" height="9" style="transform:translate(20%,0)"/>'), "translate(20%,0) is not understood"),
+        (page('<rect width="9" height="1e400"/>'), ":1:61: <rect>: item 2.2 must be a finite number, at most 1e+15"),
+        (page('<g transform="skewX(90)">\n<rect width="9" height="9"/></g>'), ":2:1: <rect>: item 2 must be a number"),
+        (
+            page(
+                '<clipPath id="k"><rect width="9" height="9" clip-path="url(#j)"/></clipPath><g clip-path="url(#k)">'
+                '<circle r="3"/></g>'
+            ),
+            "<rect>: is clipped itself, in a <clipPath>",
+        ),
         ("<?xml-stylesheet href='a.css'?>" + page(""), "takes its style from another file"),
         (
             '<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>' + page("<path d='&b;'/>"),
@@ -231,7 +294,7 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
             "draws more than 100000 elements",
         ),
     ],
-    ids=range(27),
+    ids=range(35),
 )
 def test_what_cannot_be_shown_is_named_with_its_element_and_line(tmp_path, text, message):
     file = tmp_path / "drawing.svg"

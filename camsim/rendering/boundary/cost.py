@@ -15,7 +15,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.rendering.boundary.image import directions, inside_length, largest_tile, turns
 from camsim.rendering.boundary.potential import ORDER
-from camsim.rendering.boundary.rings import ends_worth, ring_terms
+from camsim.rendering.boundary.rings import ends_worth, piece_phases, ring_terms
 from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
@@ -78,6 +78,17 @@ def within(points: F64, radius: float, grid: Grid) -> F64:
     return step * counts
 
 
+def beyond(radius: F64, near: float) -> F64:
+    """Return how many photosites of the zone about a circle's centre have a place on the circle farther than ``near``.
+
+    >>> beyond(np.array([5.0, 10.0, 20.0]), 10.0).round(2)
+    array([ 0.  ,  6.28, 50.27])
+    """
+    share = np.clip((radius - near) / (ZONE * radius), -1.0, 1.0)
+    area: F64 = (ZONE * radius) ** 2 * (np.pi - np.arccos(share) + share * np.sqrt(1.0 - share**2))
+    return area
+
+
 def boundary_counts(
     edges: Edges,
     grid: Grid,
@@ -116,7 +127,7 @@ def boundary_counts(
     roots = -(-grid.rows // root) * -(-grid.cols // root)
     levels = 1.0 + math.log2(root / settings.leaf)
     shortest, ringed = settings.panel / PANEL_BLURS, 0.0
-    worth = ends_worth(length, shortest)
+    worth = ends_worth(length, shortest, piece_phases(settings.tolerance))
     if settings.quiet_end > settings.near:
         of_ends = 0.5 * np.tile(worth[::thin], 2)
         ringed = float((within(ends, settings.quiet_end, grid) - near) @ of_ends) * thin * wavelengths * tones
@@ -124,7 +135,7 @@ def boundary_counts(
     if len(foci.radius):
         first, picked = in_foci
         of_each = np.diff(np.concatenate([[0.0], np.cumsum(worth[picked])])[first])
-        ringed += float((ZONE * foci.radius) ** 2 @ of_each) * math.pi * wavelengths * tones
+        ringed += float(beyond(foci.radius, settings.near) @ of_each) * wavelengths * tones
     ringed *= math.prod(ring_terms(footprint.extent, shortest, turns=turns(footprint), nearest=settings.near))
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step

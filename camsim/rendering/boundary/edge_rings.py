@@ -36,8 +36,10 @@ def _rings_of_part(
     A half line going the other way sees the photosite on its other side, and runs against the edge: twice a sign.
     """
     whole = max(math.hypot(h, s1), math.hypot(h, s2)) < n.quiet_end
-    if whole and is_short(s2 - s1, tables.tones) and (s1 * s2 >= 0.0 or n.reach <= abs(h) < n.quiet_line):
-        return ring_part(h, (s1, s2), complex(tx, ty), weights, tables.tones, tables.rings, n.turns, n.near)
+    beside = s1 * s2 >= 0.0 or n.reach <= abs(h) < n.quiet_line
+    if whole and beside and is_short(s2 - s1, tables.tones, n.ring_phases):
+        way = complex(tx, ty)
+        return ring_part(h, (s1, s2), way, weights, tables.tones, tables.rings, n.turns, n.near, n.ring_phases)
     if s1 >= 0.0:
         return _rings_of_end(h, s1, tx, ty, weights, tables, n) - _rings_of_end(h, s2, tx, ty, weights, tables, n)
     if s2 <= 0.0:

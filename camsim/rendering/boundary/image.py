@@ -14,7 +14,7 @@ from camsim.quadrature import chebyshev, gauss_rules, interpolation
 from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
-from camsim.rendering.boundary.rings import ring_amplitudes, tone_lengths
+from camsim.rendering.boundary.rings import piece_phases, ring_amplitudes, tone_lengths
 from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import edge_responses, field_tables
 from camsim.rendering.boundary.tiles import render_edges
@@ -63,6 +63,7 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         gauss_x=gauss_x,
         gauss_w=gauss_w,
         gauss_count=gauss_count,
+        ring_phases=piece_phases(settings.tolerance),
         sigma2=footprint.sigma2,
         m22=footprint.m22,
         harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),
@@ -253,12 +254,7 @@ def directions(tx: F64, ty: F64, long: np.ndarray, seen: np.ndarray, footprint: 
     A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and
     y exchanged.
     """
-    folded = np.stack([-ty, tx], axis=1)
-    folded *= np.where((folded[:, :1] < 0.0) | ((folded[:, :1] == 0.0) & (folded[:, 1:] < 0.0)), -1.0, 1.0)
-    if footprint.mirrored:
-        folded = np.abs(folded)
-    if footprint.square:
-        folded = np.sort(folded, axis=1)
+    folded = footprint.folded(np.stack([-ty, tx], axis=1))
     own = np.round(folded[long & seen], 13)
     found, index = np.unique(own[:, 0] + 1j * own[:, 1], return_inverse=True)
     distinct = found.view(np.float64).reshape(-1, 2)

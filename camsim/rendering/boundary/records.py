@@ -54,6 +54,7 @@ class Numbers(NamedTuple):
     gauss_x: F64  # (lengths, most): rules for pieces of 1/lengths, 2/lengths … of it
     gauss_w: F64
     gauss_count: I64  # (lengths,) nodes of each
+    ring_phases: F64  # of rings.piece_phases
     sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
     m22: float
     harmonic: C128  # (4,) its ⟨ζ²⟩, ⟨ζ³ζ̄⟩, ⟨ζ⁴⟩, ⟨ζ⁶⟩ in the photosite's own frame

@@ -26,9 +26,9 @@ from camsim.quadrature import gauss_legendre, gauss_phases, gauss_rules
 RAY_NODES = 14
 RAY_DECAY = 16.0  # nepers along the ray
 _RAY_X, _RAY_W = 0.5 * (1.0 + gauss_legendre(RAY_NODES)[0]), 0.5 * gauss_legendre(RAY_NODES)[1]
-MOST_ON_PIECES, ON_PIECES = 12, 1e-10  # nodes, fewer than of two rays; of a wave, what they leave of it
+MOST_ON_PIECES = 12  # nodes, fewer than of two rays
+ON_PIECES, FINEST, COARSEST = 0.1, 1e-10, 1e-5  # of a tolerance, and within which limits: what they leave of a wave
 _PIECE_X, _PIECE_W, _ = gauss_rules(tuple(range(MOST_ON_PIECES + 1)))
-_PHASES = gauss_phases(ON_PIECES, MOST_ON_PIECES)
 _RAY = complex(math.sqrt(0.5), math.sqrt(0.5))
 
 
@@ -97,11 +97,21 @@ def _amplitude(length: float, series: C128, nodes: F64, weights: F64, radius: F6
     return out
 
 
-def ends_worth(length: F64, shortest: float) -> F64:
-    """Return how many ends' rings those of edges (n,) take as long as; shortest: of the tones' lengths, pitches."""
+def piece_phases(tolerance: float) -> F64:
+    """Return half of the phase (MOST_ON_PIECES,) along pieces that 1, 2 … nodes follow; of rings that are heard there
+    is no more than a thousandth of full scale."""
+    return gauss_phases(min(max(ON_PIECES * tolerance, FINEST), COARSEST), MOST_ON_PIECES)
+
+
+def ends_worth(length: F64, shortest: float, phases: F64) -> F64:
+    """Return how many ends' rings those of edges (n,) take as long as.
+
+    shortest : of the tones' lengths, pitches;  phases: of ``piece_phases``
+    """
     phase = math.pi * length / shortest
-    nodes = np.searchsorted(_PHASES, phase) + 1.0
-    worth: F64 = np.where(phase <= _PHASES[-1], nodes / RAY_NODES, 2.0)
+    nodes = np.searchsorted(phases, phase) + 1.0
+    # A node on the real axis takes half as long as one on a ray.
+    worth: F64 = np.where(phase <= phases[-1], 0.5 * nodes / RAY_NODES, 2.0)
     return worth
 
 
@@ -129,8 +139,11 @@ def ring_part(
     amplitude: C128,
     turns: int,
     nearest: float,
+    phases: F64,
 ) -> float:
     """Oscillating part of a piece of a line from s₁ to s₂, whose waves ``MOST_ON_PIECES`` nodes follow (``is_short``).
+
+    phases : of ``piece_phases``
 
     As of ``ring_tail``, on the real axis: s ↦ r is no steeper than 1, so no wave along the piece is shorter than λN.
     """
@@ -142,7 +155,7 @@ def ring_part(
             continue
         wave = 2.0 * math.pi / lengths[j]
         count = 1
-        while count < MOST_ON_PIECES and _PHASES[count - 1] < wave * half:
+        while count < MOST_ON_PIECES and phases[count - 1] < wave * half:
             count += 1
         sum_j = 0.0
         for i in range(count):
@@ -163,12 +176,12 @@ def ring_part(
 
 
 @kernel(forceinline=True)
-def is_short(length: float, lengths: F64) -> bool:
-    """Return whether a piece is short enough for ``ring_part``; lengths: of all tones."""
+def is_short(length: float, lengths: F64, phases: F64) -> bool:
+    """Return whether a piece is short enough for ``ring_part``; lengths: of all tones;  phases: of ``piece_phases``."""
     shortest = math.inf
     for j in range(lengths.size):  # NumPy's minimum would import SciPy's linear algebra with every kernel
         shortest = min(shortest, lengths[j])
-    short: bool = math.pi * length <= _PHASES[MOST_ON_PIECES - 1] * shortest
+    short: bool = math.pi * length <= phases[MOST_ON_PIECES - 1] * shortest
     return short
 
 

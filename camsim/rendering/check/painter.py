@@ -120,33 +120,56 @@ class Near(NamedTuple):
     boxes: F64
 
 
+@kernel(forceinline=True)
+def _within(box: F64, x: float, y: float, same: float) -> bool:
+    """Return whether a place lies in a box (4,) or as near."""
+    inside: bool = box[0] - same <= x <= box[2] + same and box[1] - same <= y <= box[3] + same
+    return inside
+
+
 @kernel()
 def _seen(o: Outlines, rows: Rows, owners: Owners, near: Near, own: int, x: float, y: float) -> int:
     """Return the last primitive that covers a place, −1 for none."""
     for k in range(near.begin[own + 1] - 1, near.begin[own] - 1, -1):
         j = near.other[k]
-        within = near.boxes[j, 0] <= x <= near.boxes[j, 2] and near.boxes[j, 1] <= y <= near.boxes[j, 3]
-        if within and _covers(o, rows, owners, j, x, y):
+        if _within(near.boxes[j], x, y, 0.0) and _covers(o, rows, owners, j, x, y):
             return int(j)
     return -1
 
 
 @kernel()
-def _others(
-    o: Outlines, rows: Rows, owners: Owners, near: Near, own: int, e: int, place: tuple[float, float, float]
-) -> tuple[int, bool]:
-    """Return how many other parts a place on part ``e`` lies on, and whether an earlier one is among them.
+def _clipped(o: Outlines, rows: Rows, owners: Owners, j: int, place: tuple[float, float, float, float, float]) -> bool:
+    """Return whether a primitive of several layers covers neither side of a place, though its outline runs there."""
+    x, y, _, to_x, to_y = place
+    if owners.layer[j + 1] - owners.layer[j] < 2 or _covers(o, rows, owners, j, x + to_x, y + to_y):
+        return False
+    return not _covers(o, rows, owners, j, x - to_x, y - to_y)
 
-    place : x, y, and how near places are one
+
+@kernel()
+def _others(
+    o: Outlines,
+    rows: Rows,
+    owners: Owners,
+    near: Near,
+    own: int,
+    e: int,
+    place: tuple[float, float, float, float, float],
+) -> tuple[int, bool]:
+    """Return how many other parts a place on part ``e`` lies on, and whether an earlier one stands for it, or none has
+    to: there it belongs to what clips its primitive, of which nothing is there.
+
+    place : x, y, how near places are one, and from there to a place beside it
     """
-    x, y, same = place
+    x, y, same = place[:3]
+    if not _within(near.boxes[own], x, y, same) or _clipped(o, rows, owners, own, place):
+        return 0, True
     count, earlier = 0, False
     for k in range(near.begin[own], near.begin[own + 1]):
         j = near.other[k]
-        if not (near.boxes[j, 0] - same <= x <= near.boxes[j, 2] + same):
+        if not _within(near.boxes[j], x, y, same):
             continue
-        if not (near.boxes[j, 1] - same <= y <= near.boxes[j, 3] + same):
-            continue
+        here, before = 0, False
         for fill in range(owners.fill[owners.layer[j]], owners.fill[owners.layer[j + 1]]):
             row = _row(rows, fill, y)
             if row < 0:
@@ -154,8 +177,11 @@ def _others(
             for p in range(rows.first[row], rows.first[row + 1]):
                 f = rows.part[p]
                 if f != e and lies_on(o, f, x, y, same):
-                    count += 1
-                    earlier |= f < e
+                    here += 1
+                    before |= f < e
+        if here > 0 and (j == own or not _clipped(o, rows, owners, j, place)):
+            count += here
+            earlier |= before
     return count, earlier
 
 
@@ -205,15 +231,15 @@ def _sides_of(
                 way = 1.0 if o.turn_rad[e] > 0.0 else -1.0
                 x, y = o.x[e] + o.dx[e] * math.cos(angle), o.y[e] + o.dx[e] * math.sin(angle)
                 tx, ty = -way * math.sin(angle), way * math.cos(angle)
-            count, earlier = _others(o, rows, owners, near, whose[e], e, (x, y, same[e]))
+            to_x, to_y = -BESIDE * same[e] * ty, BESIDE * same[e] * tx
+            count, earlier = _others(o, rows, owners, near, whose[e], e, (x, y, same[e], to_x, to_y))
             if count >= fewest:
                 continue
             fewest = count
             left[p] = right[p] = 0
             if not earlier:
-                off = BESIDE * same[e]
-                one = _seen(o, rows, owners, near, whose[e], x - off * ty, y + off * tx)
-                two = _seen(o, rows, owners, near, whose[e], x + off * ty, y - off * tx)
+                one = _seen(o, rows, owners, near, whose[e], x + to_x, y + to_y)
+                two = _seen(o, rows, owners, near, whose[e], x - to_x, y - to_y)
                 left[p] = of[one] if one >= 0 else 0
                 right[p] = of[two] if two >= 0 else 0
             if count == 0:

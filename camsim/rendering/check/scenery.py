@@ -17,7 +17,7 @@ from camsim.rendering.check.cuts import pieces_between_cuts
 from camsim.rendering.check.near import Squares, pairs
 from camsim.rendering.check.outlines import outlines_of, parts_of
 from camsim.rendering.check.painter import BESIDE, Near, Rows, sides_of
-from camsim.rendering.check.records import Outlines
+from camsim.rendering.check.records import Outlines, Owners
 from camsim.scene import Scene
 from camsim.scene.arcs import Fineness
 from camsim.scene.curves import CUBIC, Curves
@@ -80,7 +80,7 @@ def pieces_of(
     size = np.maximum(np.abs(outlines.x) + np.where(outlines.turn_rad == 0.0, 0.0, outlines.dx), np.abs(outlines.y))
     same = np.maximum(np.maximum(SAME, SAME_SHARE * np.abs(boxes).max(axis=1)), 1e-14 * size)
     whose = owners.primitive
-    near = _neighbours(_around(boxes, whose, len(primitives)), 4.0 * BESIDE * float(same.max()))
+    near = _neighbours(_around(boxes, owners), 4.0 * BESIDE * float(same.max()))
     piece = pieces_between_cuts(outlines, boxes, same)
     rows = Rows.of(owners, boxes, same)
     left, right = sides_of(outlines, rows, owners, near, piece, whose, of_primitive, same)
@@ -163,13 +163,18 @@ def _boxes_about_arcs(o: Outlines) -> F64:
     return np.stack([*low, *high], axis=1)
 
 
-def _around(boxes: F64, whose: I64, count: int) -> F64:
-    """Return boxes (count, 4) about all parts of each primitive."""
-    around = np.full((count, 4), np.inf)
+def _around(boxes: F64, owners: Owners) -> F64:
+    """Return boxes (primitives, 4) about what each covers at the most: what those about its layers have in common."""
+    part, around = owners.part[owners.fill], np.full((len(owners.layer) - 1, 4), np.inf)
     around[:, 2:] = -np.inf
-    filled, first = np.unique(whose, return_index=True)
-    around[filled, :2] = np.minimum.reduceat(boxes[:, :2], first)
-    around[filled, 2:] = np.maximum.reduceat(boxes[:, 2:], first)
+    of_layer = np.repeat(np.arange(len(part) - 1), np.diff(part))
+    filled, first = np.unique(of_layer, return_index=True)
+    low, high = np.minimum.reduceat(boxes[:, :2], first), np.maximum.reduceat(boxes[:, 2:], first)
+    of_primitive = np.repeat(np.arange(len(around)), np.diff(owners.layer))[filled]
+    filled, first = np.unique(of_primitive, return_index=True)
+    low, high = np.maximum.reduceat(low, first), np.minimum.reduceat(high, first)
+    some = (low <= high).all(axis=1)
+    around[filled[some]] = np.concatenate([low, high], axis=1)[some]
     return around
 
 

@@ -77,6 +77,8 @@ class Group(Shape):
         clip: tuple[tuple[Fill, ...], ...] = ()
         if self.clip is not None:
             clip = (tuple(fill for primitive in self.clip.primitives() for fill in primitive.fills),)
+            if not clip[0]:
+                return  # a clip that covers nothing leaves nothing
         for shape in self.shapes:
             for primitive in shape.primitives():
                 clipped = primitive._replace(layers=primitive.layers + clip) if clip else primitive

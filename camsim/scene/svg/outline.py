@@ -18,6 +18,7 @@ SHAPES = ("path", "rect", "circle", "ellipse", "line", "polyline", "polygon")
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _UNITS = {"": 1.0, "px": 1.0, "pt": 4.0 / 3.0, "pc": 16.0, "mm": 96.0 / 25.4, "cm": 96.0 / 2.54, "in": 96.0}
+_ANGLES = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180.0 / math.pi, "turn": 360.0}
 _OF_TRANSFORM = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewX": (1,), "skewY": (1,)}
 
 
@@ -60,14 +61,36 @@ def matrix_of(text: str) -> Matrix:
     (2.0, 0.0, 0.0, 3.0, 5.0, 0.0)
     """
     found, done = IDENTITY, re.sub(r"(\w+)\s*\(([^()]*)\)|[\s,]", "", text)
+    if text.strip() == "none":
+        return IDENTITY
     if done:
         raise InvalidValueError(f"the transform {text[:60]!r} is not understood")
     for name, inside in re.findall(r"(\w+)\s*\(([^()]*)\)", text):
-        given = [float(re.sub("deg$", "", number)) for number in re.findall(rf"{NUMBER}(?:deg)?", inside)]
-        if len(given) not in _OF_TRANSFORM.get(name, ()):
+        given = re.findall(rf"({NUMBER})([a-zA-Z%]*)", inside)
+        known = [(unit, _of_transform(name, k)) for k, (_, unit) in enumerate(given)]
+        strange = re.sub(rf"{NUMBER}[a-zA-Z%]*|[\s,]", "", inside) or any(unit not in units for unit, units in known)
+        if strange or len(given) not in _OF_TRANSFORM.get(name, ()):
             raise InvalidValueError(f"the transform {name}({inside[:40]}) is not understood")
-        found = times(found, _transform(name, given))
+        values = [float(number) * units[unit] for (number, _), (unit, units) in zip(given, known, strict=True)]
+        found = times(found, _transform(name, values))
     return found
+
+
+def _of_transform(name: str, place: int) -> Mapping[str, float]:
+    """Return the units that a number of a transform may have."""
+    if name in ("matrix", "scale"):
+        return {"": 1.0}
+    return _UNITS if name == "translate" or place > 0 else _ANGLES
+
+
+def flattens(matrix: Matrix) -> bool:
+    """Return whether nothing is left of what a matrix moves, so that it is not painted.
+
+    >>> flattens(matrix_of("scale(0)")), flattens(matrix_of("scale(1e-9)"))
+    (True, False)
+    """
+    a, b, c, d, _, _ = matrix
+    return not abs(a * d - b * c) > 1e-12 * (abs(a * d) + abs(b * c))
 
 
 def _transform(name: str, given: Sequence[float]) -> Matrix:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-import re
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path as File
 from typing import Any, TypeVar
@@ -13,12 +13,12 @@ from camsim.scene.shapes import Group, Line
 from camsim.scene.svg import colours
 from camsim.scene.svg.outline import (
     IDENTITY,
-    NUMBER,
     SHAPES,
     Matrix,
     Segment,
     dashes_of,
     dots,
+    flattens,
     length,
     matrix_of,
     numbers,
@@ -26,14 +26,12 @@ from camsim.scene.svg.outline import (
     times,
 )
 from camsim.scene.svg.parts import dot, path, placed
-from camsim.scene.svg.style import INHERITED, OWN, PLAIN, Rule, rules_of, styled
+from camsim.scene.svg.size import MOST_USES, too_large
+from camsim.scene.svg.style import GEOMETRY, INHERITED, OWN, PLAIN, Rule, rules_of, styled
 from camsim.scene.svg.view import View, view_of
 from camsim.scene.svg.xml import Element, read_elements
 from camsim.spectra.curve import Spectrum
 
-MOST_NUMBERS = 1_000_000
-MOST_ELEMENTS = 100_000
-MOST_USES = 20
 MOST_FAULTS = 20
 
 _GROUPS = ("svg", "g", "a", "use")
@@ -49,6 +47,8 @@ _WAYS_OUT = {
     "foreignObject": "holds what is no drawing; remove it",
     "opacity": "paint it in the colour that this makes",
     "mask": "use a clip-path",
+    "transform-origin": "write the transform as about the origin",
+    **dict.fromkeys(GEOMETRY, "say it by an attribute, not in a style"),
 }
 
 T = TypeVar("T")
@@ -62,13 +62,20 @@ class Reader:
         self.root = read_elements(file, name)
         self.faults: list[Fault] = []
         self.rules: list[Rule] = rules_of(self.root, self.refuse)
-        self.known = {element.attributes["id"]: element for element in self.root.all() if "id" in element.attributes}
+        self.known: dict[str, Element] = {}  # of an id that is given twice the first
+        self.around: dict[int, Element] = {}  # of every element, what it lies in
+        for element in self.root.all():
+            self.known.setdefault(element.attributes.get("id", ""), element)
+            self.around |= {id(child): element for child in element.children}
+        self.known.pop("", None)
         self.palette = {colours.rgb(colour): spectrum for colour, spectrum in palette.items()}
-        self._measure()
+        if found := too_large(self.root, self.known):
+            self.refuse(*found)
+            raise ConfigError(self.faults)
 
     def shapes(self) -> tuple[View, list[Any]]:
         """Return the view, and what is painted in px of it; raises ConfigError with all that cannot be."""
-        view = self._tried(self.root, lambda: view_of(self.root)) or View(1.0, 1.0, IDENTITY)
+        view = self._tried(self.root, lambda: view_of(self.root)) or View(1.0, 1.0, IDENTITY, (1.0, 1.0))
         self.view = view
         found = list(self._painted(self.root, view.matrix, {}, ()))
         if self.faults:
@@ -81,31 +88,6 @@ class Reader:
         fault = Fault(self.name, element.line, element.column, where, message)
         if fault not in self.faults:
             self.faults.append(fault)
-
-    def _measure(self) -> None:
-        """Refuse drawings too large to be read in seconds, before any of it is."""
-        count = 0
-        for element in self.root.all():
-            for key in ("d", "points"):
-                count += sum(1 for _ in re.finditer(NUMBER, element.attributes.get(key, "")))
-            if count > MOST_NUMBERS:
-                self.refuse(element, f"the paths up to here hold more than {MOST_NUMBERS} numbers; simplify them")
-                raise ConfigError(self.faults)
-        if self._drawn(self.root, {}, 0) > MOST_ELEMENTS:
-            self.refuse(
-                self.root, f"draws more than {MOST_ELEMENTS} elements, those that <use> repeats counted each time"
-            )
-            raise ConfigError(self.faults)
-
-    def _drawn(self, element: Element, found: dict[int, int], uses: int) -> int:
-        """Return how many elements an element draws; of what uses itself or lies too deep any number."""
-        if id(element) not in found:
-            found[id(element)] = 1  # on the way here
-            linked = self.known.get(element.attributes.get("href", "").removeprefix("#"))
-            inner = [linked] if element.tag == "use" and linked is not None and uses < MOST_USES else element.children
-            deeper = uses + (element.tag == "use")
-            found[id(element)] = 1 + sum(self._drawn(each, found, deeper) for each in inner)
-        return found[id(element)]
 
     def _tried(self, element: Element, make: Callable[[], T]) -> T | None:
         """Return what is made, or None where it is refused."""
@@ -136,6 +118,8 @@ class Reader:
         if moved is None:
             return
         matrix = times(matrix, moved)
+        if flattens(matrix):
+            return
         boxed = "viewBox" in element.attributes and element is not self.root
         if boxed or tag not in (*_GROUPS, *SHAPES, "symbol"):
             self.refuse(
@@ -166,7 +150,9 @@ class Reader:
     def _used(self, element: Element, matrix: Matrix, style: Mapping[str, str], used: tuple[str, ...]) -> Iterator[Any]:
         link = element.attributes.get("href", "")
         identity = link.removeprefix("#")
-        if not link.startswith("#"):
+        if not link:
+            self.refuse(element, "has no href and shows nothing; remove it")
+        elif not link.startswith("#"):
             self.refuse(element, f"refers to {link[:60]!r}, outside this file; a drawing holds all that it shows")
         elif identity not in self.known:
             self.refuse(element, f"refers to {link[:60]!r}, which is not there")
@@ -176,8 +162,8 @@ class Reader:
             self.refuse(element, f"uses itself by way of {link[:60]!r}")
         else:
             given = element.attributes
-            x = self._tried(element, lambda: length(given.get("x", "0"), self.view.width_px))
-            y = self._tried(element, lambda: length(given.get("y", "0"), self.view.height_px))
+            x = self._tried(element, lambda: length(given.get("x", "0"), self.view.whole[0]))
+            y = self._tried(element, lambda: length(given.get("y", "0"), self.view.whole[1]))
             if x is not None and y is not None:
                 there = times(matrix, (1.0, 0.0, 0.0, 1.0, x, y))
                 drawn = list(self._painted(self.known[identity], there, style, (*used, identity)))
@@ -191,7 +177,7 @@ class Reader:
         if not drawn or styled(symbol, {}, self.rules)["overflow"] in ("visible", "auto"):
             yield from drawn
             return
-        sizes = zip(("width", "height"), self.view[:2], strict=True)
+        sizes = zip(("width", "height"), self.view.whole, strict=True)
         wide, high = (length(given.get(key, symbol.attributes.get(key, "100%")), whole) for key, whole in sizes)
         corners = [("move", 0.0, 0.0), ("line", wide, 0.0), ("line", wide, high), ("line", 0.0, high), ("close",)]
         yield Group(shapes=drawn, clip=path(corners, "nonzero", 0.0, matrix))
@@ -199,14 +185,17 @@ class Reader:
     def _fill_and_stroke(self, element: Element, matrix: Matrix, style: Mapping[str, str]) -> Iterator[Any]:
         if style["visibility"] != "visible":
             return
-        segments = self._tried(element, lambda: segments_of(element, self.view[:2]))
+        segments = self._tried(element, lambda: segments_of(element, self.view.whole))
         if not segments:
             return
         painted = []
         if element.tag != "line" and (fill := self._paint(element, style, "fill")) is not None:
-            painted.append(path(segments, style["fill-rule"], fill, matrix))
+            painted.append(self._tried(element, lambda: path(segments, style["fill-rule"], fill, matrix)))
         if (stroke := self._paint(element, style, "stroke")) is not None:
-            painted += [placed(shape, matrix) for shape in self._stroked(element, segments, style, stroke)]
+            for shape in self._stroked(element, segments, style, stroke):
+                painted.append(self._tried(element, functools.partial(placed, shape, matrix)))
+        if None in painted:
+            return
         order = style["paint-order"].split()
         stroke_first = "stroke" in order and "fill" not in order[: order.index("stroke")]
         yield from reversed(painted) if stroke_first else painted
@@ -214,7 +203,7 @@ class Reader:
     def _stroked(
         self, element: Element, segments: Sequence[Segment], style: Mapping[str, str], colour: Spectrum
     ) -> list[Any]:
-        diagonal = (0.5 * (self.view.width_px**2 + self.view.height_px**2)) ** 0.5
+        diagonal = math.hypot(*self.view.whole) / math.sqrt(2.0)
         width = self._tried(element, lambda: length(style["stroke-width"], diagonal))
         limit = self._tried(element, lambda: numbers(style["stroke-miterlimit"]))
         dashes = self._tried(element, lambda: dashes_of(style, diagonal))
@@ -251,6 +240,9 @@ class Reader:
         if alpha[0] < 1.0:
             self.refuse(element, f"its {key} is {100 * alpha[0]:g} % opaque; paint it in the colour that this makes")
             return None
+        found = self._tried(element, lambda: colours.rgb_and_alpha(said))
+        if found is None or found[1] == 0.0:
+            return None
         colour = self._tried(element, lambda: colours.rgb(said))
         if colour is None:
             return None
@@ -266,6 +258,10 @@ class Reader:
             said["opacity"] = style["opacity"]
         if style["stroke"] != "none":
             said |= {key: style[key] for key in ("vector-effect",) if style[key] != "none"}
+        if style["transform"] and style["transform-origin"].replace("px", "") not in ("", "0", "0 0"):
+            said["transform-origin"] = style["transform-origin"]
+        if element.tag in (*SHAPES, "use"):
+            said |= {key: style[key] for key in GEOMETRY if key in style}
         for key, value in said.items():
             self.refuse(element, f"its {key} {value[:40]!r} is not supported; {_WAYS_OUT.get(key, 'remove it')}")
         return not said
@@ -280,17 +276,31 @@ class Reader:
             self.refuse(clip, "is not supported: give it clipPathUnits userSpaceOnUse and no clip of its own")
             return None
         own = self._tried(clip, lambda: matrix_of(clip.attributes.get("transform", "")))
-        shapes = []
+        shapes: list[Any] = []
+        above = self._style_of(clip)
         for child in clip.children:
+            if child.tag in _UNSEEN:
+                continue
             link = child.attributes.get("href", "") if child.tag == "use" else ""
             drawn = self.known.get(link.removeprefix("#"), child)
             if drawn.tag not in SHAPES or {"x", "y"} & set(child.attributes if link else ()):
                 self.refuse(child, "is not supported in a <clipPath>; draw it with paths")
                 continue
-            style = styled(drawn, styled(child, {}, self.rules), self.rules)
-            turns = " ".join(one.attributes.get("transform", "") for one in ((child, drawn) if link else (child,)))
+            styles = [styled(child, above, self.rules)]
+            styles.append(styled(drawn, styles[0], self.rules) if link else styles[0])
+            if any(style["clip-path"] != "none" for style in styles):
+                self.refuse(child, "is clipped itself, in a <clipPath>; draw what is left of it")
+                continue
+            if styles[1]["visibility"] != "visible" or any(style["display"] == "none" for style in styles):
+                continue
+            turns = " ".join(style["transform"] for style in (styles if link else styles[:1]))
             moved = self._tried(child, functools.partial(matrix_of, turns))
-            segments = self._tried(drawn, functools.partial(segments_of, drawn, self.view[:2]))
-            if own and moved and segments:
-                shapes.append(path(segments, style["clip-rule"], 0.0, times(times(matrix, own), moved)))
-        return Group(shapes=shapes)
+            segments = self._tried(drawn, functools.partial(segments_of, drawn, self.view.whole))
+            if own and moved and segments and not flattens(there := times(times(matrix, own), moved)):
+                shapes.append(self._tried(drawn, functools.partial(path, segments, styles[1]["clip-rule"], 0.0, there)))
+        return None if None in shapes else Group(shapes=shapes)
+
+    def _style_of(self, element: Element) -> dict[str, str]:
+        """Return an element's properties where it stands."""
+        around = self.around.get(id(element))
+        return styled(element, {} if around is None else self._style_of(around), self.rules)

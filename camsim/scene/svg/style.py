@@ -10,6 +10,8 @@ from camsim.scene.svg.xml import Element
 
 Refuse = Callable[[Element, str], None]
 
+_RULE = r"([^{}]+)\{([^{}]*)\}"
+
 # Properties that matter to what is painted, with their initial values; those that children take over.
 INHERITED = {
     "fill": "black",
@@ -41,20 +43,25 @@ OWN = {
     "mix-blend-mode": "normal",
     "vector-effect": "none",
     "transform": "",
+    "transform-origin": "",
     "overflow": "",
 }
+# What a style says of where outlines lie is refused: attributes say it.
+GEOMETRY = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "d", "points")
 # Of these only the initial value is understood.
 PLAIN = ("marker", "marker-start", "marker-mid", "marker-end", "mask", "filter", "mix-blend-mode")
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A style rule: of which tag, class or id (empty: any), how much it weighs, and what it says."""
+    """A style rule: of which tag, class or id (empty: any), how much it weighs, what it says, and what of that is
+    important."""
 
     tag: str
     name: str
     identity: str
     says: Mapping[str, str]
+    insists: Mapping[str, str]
 
     @property
     def weight(self) -> int:
@@ -80,38 +87,44 @@ def rules_of(root: Element, refuse: Refuse) -> list[Rule]:
         if at_rule := re.search(r"@[\w-]+", text):
             refuse(element, f"{at_rule[0]} is not understood; give fills and strokes to the elements themselves")
             continue
-        for selectors, says in re.findall(r"([^{}]+)\{([^{}]*)\}", text):
+        if rest := re.sub(_RULE, "", text).strip():
+            refuse(element, f"its rules are cut short or nested at {rest[:40]!r}; close every brace that is opened")
+        for selectors, says in re.findall(_RULE, text):
             for selector in selectors.split(","):
                 match = re.fullmatch(r"(\*|[\w-]+)?(?:\.([\w-]+))?(?:#([\w-]+))?", selector.strip())
                 if match is None or not selector.strip():
                     refuse(element, f"the selector {selector.strip()[:40]!r} is not understood; use a class or an id")
                     continue
                 tag, name, identity = (part or "" for part in match.groups())
-                found.append(Rule("" if tag == "*" else tag, name, identity, declared(says)))
+                found.append(Rule("" if tag == "*" else tag, name, identity, *declared(says)))
     return sorted(found, key=lambda rule: rule.weight)
 
 
-def declared(text: str) -> dict[str, str]:
-    """Return the properties of a style attribute or a rule's body.
+def declared(text: str) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the properties of a style attribute or a rule's body, and those that are important.
 
-    >>> declared("fill: red; stroke:none")
-    {'fill': 'red', 'stroke': 'none'}
+    >>> declared("fill: red; stroke:none !important")
+    ({'fill': 'red'}, {'stroke': 'none'})
     """
-    pairs = (part.partition(":") for part in text.split(";"))
-    return {
-        key.strip().lower(): re.sub(r"\s*!important\s*$", "", value.strip()) for key, colon, value in pairs if colon
-    }
+    says: dict[str, str] = {}
+    insists: dict[str, str] = {}
+    for part in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).split(";"):
+        key, colon, value = part.partition(":")
+        plain = re.sub(r"\s*!\s*important\s*$", "", value.strip())
+        if colon:
+            (says if plain == value.strip() else insists)[key.strip().lower()] = plain
+    return says, insists
 
 
 def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) -> dict[str, str]:
     """Return an element's properties: its own, else those of what it lies in, else the initial ones."""
     own = {key: value.strip() for key, value in element.attributes.items() if key in INHERITED or key in OWN}
-    for rule in rules:
-        if rule.suits(element):
-            own |= rule.says
-    own |= declared(element.attributes.get("style", ""))
+    says, insists = declared(element.attributes.get("style", ""))
+    suiting = [rule for rule in rules if rule.suits(element)]
+    for said in (*(rule.says for rule in suiting), says, *(rule.insists for rule in suiting), insists):
+        own |= said
     found = {key: above.get(key, initial) for key, initial in INHERITED.items()} | OWN
     for key, value in own.items():
         if key in found:
             found[key] = above.get(key, found[key]) if value == "inherit" else value
-    return found
+    return found | {key: own[key] for key in GEOMETRY if key in own}

@@ -16,11 +16,13 @@ class View(NamedTuple):
 
     width_px, height_px : as its editor showed it
     matrix        : from user units to these px
+    whole         : width and height in user units, which percentages are of
     """
 
     width_px: float
     height_px: float
     matrix: Matrix
+    whole: tuple[float, float]
 
 
 def view_of(root: Element) -> View:
@@ -52,4 +54,4 @@ def view_of(root: Element) -> View:
         x = y = max(x, y) if fit[-1] == "slice" else min(x, y)
     left = _SHARES.get(fit[0][1:4], 0.5) * (width - x * box[2]) - x * box[0]
     top = _SHARES.get(fit[0][5:8], 0.5) * (height - y * box[3]) - y * box[1]
-    return View(width, height, (x, 0.0, 0.0, y, left, top))
+    return View(width, height, (x, 0.0, 0.0, y, left, top), (box[2], box[3]))
