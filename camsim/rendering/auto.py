@@ -111,6 +111,12 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
         name, why, plan = method, "asked for", _planned(method, job, samples)
     else:
         name, why, plan = _auto(job, judge, samples)
+    refuse_much(name, plan)
+    return Choice(method=name, why=why, plan=plan, judge=judge, samples=samples)
+
+
+def refuse_much(name: str, plan: Plan) -> None:
+    """Refuse what takes too much memory."""
     grid, needed_bytes = plan.job.grid, plan.cost.memory_bytes
     if needed_bytes > MEMORY_LIMIT_BYTES + IMAGE_BYTES * grid.rows * grid.cols:
         raise InvalidValueError(
@@ -119,7 +125,6 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
             "or take another method",
             key="method",
         )
-    return Choice(method=name, why=why, plan=plan, judge=judge, samples=samples)
 
 
 def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:

@@ -15,7 +15,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, cross
-from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, distances, halved, stretches
+from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, distances, followers, halved, stretches
 
 MOST_TURN = 2.0 * math.pi / 64.0
 """Of a side, radians."""
@@ -105,7 +105,7 @@ class Polygons(NamedTuple):
         """Return where all sides start and end (n, 2): those that are ``outer`` (loops,) the positive way round, their
         inside where the cross product is positive, and holes the other."""
         loop = np.repeat(np.arange(len(outer)), np.diff(self.first))
-        following = _following(self.first)
+        following = followers(self.first)
         base = self.corners_um - self.corners_um[self.first[:-1]][loop]
         back = (np.add.reduceat(cross(base, base[following]), self.first[:-1]) > 0.0) != outer
         number = np.arange(len(loop))
@@ -117,7 +117,7 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     """Return the loops as polygons; ``whose``: by which it is found what another outline may cut, None for nothing."""
     if not np.any(curves.kind != STRAIGHT):
         return Polygons(curves.points[:, 0], curves.first)
-    following = _following(curves.first)
+    following = followers(curves.first)
     smooth = _smooth(curves, following)
     through = np.zeros(len(curves.kind), bool)  # whether the piece's start is no corner
     through[following] = smooth
@@ -158,13 +158,6 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     begins_straight = np.zeros(owner.size, bool)
     begins_straight[begin] = ~through
     return Polygons(np.where(begins_straight[:, None], moved, np.round(moved / grid) * grid), first)
-
-
-def _following(first: I64) -> I64:
-    """Return which one follows each in its loop."""
-    following = np.arange(1, first[-1] + 1)
-    following[first[1:] - 1] = first[:-1]
-    return following
 
 
 def _smooth(curves: Curves, following: I64) -> np.ndarray:
@@ -347,7 +340,7 @@ def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:
 
     areas : (n,) between the curve and the side that begins at each corner;  free: (n,) corners that may move
     """
-    following = _following(first)
+    following = followers(first)
     before = np.empty_like(following)
     before[following] = np.arange(len(following))
     share = np.where(free[following], np.where(free, 0.5, 0.0), np.where(free, 1.0, 0.0))

@@ -111,6 +111,13 @@ def halved(found: Stretches, long: np.ndarray) -> tuple[Stretches, I64]:
     return halves, twice
 
 
+def followers(first: I64) -> I64:
+    """Return which one follows each in its loop, by where loops begin."""
+    following = np.arange(1, first[-1] + 1)
+    following[first[1:] - 1] = first[:-1]
+    return following
+
+
 class Whose(NamedTuple):
     """Whose pieces of outlines are, as far as one may cut another.
 
@@ -131,6 +138,7 @@ def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stret
     """
     import shapely
 
+    following = followers(curves.first)
     straight = np.flatnonzero((curves.kind == STRAIGHT) & whose.meets)
     fixed = np.stack([curves.points[straight, 0], curves.points[straight, 3]], axis=1)
     cut = whose.meets[found.owner]
@@ -152,12 +160,27 @@ def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stret
         first = asked[first]
         one, two = owner[first], owner[second]
         other = whose.primitive[one] != whose.primitive[two]
-        other |= whose.crosses[one] & (np.abs(one - two) > 1)
+        after = _after(owner, len(bent.owner), following)
+        beside = (first == second) | (after[first] == second) | (after[second] == first)
+        other |= whose.crosses[one] & ~beside
         first, second = first[other], second[other]
         near = shapely.distance(*(shapely.linestrings(chords[part]) for part in (first, second)))
         cut[:] = False
         cut[here[first[near <= high[first] + high[second]]]] = True
     return found, cut
+
+
+def _after(owner: I64, bent: int, following: I64) -> I64:
+    """Return which part goes on where each ends, −1 for none that is there.
+
+    owner : (n,) curve of each: those of ``bent`` parts in order, then straight ones, a part each
+    """
+    place = np.full(len(following), -1)
+    place[owner[::-1]] = np.arange(len(owner))[::-1]  # of each curve's first part
+    last = np.ones(len(owner), bool)
+    last[:bent][:-1] = np.diff(owner[:bent]) != 0
+    after: I64 = np.where(last, place[following[owner]], np.arange(1, len(owner) + 1))
+    return after
 
 
 def _boxes(start: F64, end: F64, more: F64 | float) -> F64:

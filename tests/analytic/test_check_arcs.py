@@ -9,10 +9,11 @@ from camsim.quadrature import gauss_legendre
 from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, bezier, round_piece, straight
 from camsim.rendering.check.beziers import between
 from camsim.rendering.check.parts import parts_seen
-from camsim.rendering.check.pattern import table_of
+from camsim.rendering.check.pattern import oscillation, table_of
 from camsim.rendering.check.points import rules_of
 from camsim.rendering.check.records import Outlines
 from camsim.rendering.check.scenery import Pieces, pieces_of
+from camsim.rendering.check.whereabouts import Whereabouts
 from camsim.scene.arcs import Fineness
 
 RULES = Rules(
@@ -108,3 +109,29 @@ def test_bezier_curves_by_few_nodes_and_by_many(allowed):
             off.append(abs(one - many) / (2.0 * np.pi))
     assert len(off) > 50
     assert max(off) <= 0.1 * allowed
+
+
+def test_what_hardly_bends_is_where_it_lies():
+    """Its centre is 1e4 pitches away: rings were looked for as far as that, minutes of planning behind a curve."""
+    half = np.array([0.0, 0.5 * np.pi])
+    column = (
+        np.array([-1e4, 3.0]),
+        np.zeros(2),
+        np.array([1e4 + 2.0, 2.0]),
+        np.zeros(2),
+        half - 1e-4,
+        2.0 * half + 2e-4,
+    )
+    pieces = Pieces(Outlines(*column), np.zeros(2, int), np.ones(2, int), np.full(2, -1), np.zeros((0, 4), complex))
+    farthest = Whereabouts(pieces=pieces, corners=np.array([-1.0, -1.0, 1.0, 1.0])).farthest
+    assert np.hypot(4.0 + 2.0, 1.0) <= farthest < 12.0
+
+
+@pytest.mark.parametrize(
+    "lens", [camsim.Airy(f_number=5.6), camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.3, 0.4), values=(1.0, 0.5, 0.3, 0.0))]
+)
+def test_a_few_distances_have_what_the_table_has(lens):
+    blur, weights = np.array([0.9, 1.1]), np.array([[1.0, 0.5], [0.0, -2.0]])
+    radius = np.linspace(20.0, 24.0, 4001)
+    few, many = (oscillation(lens, blur, weights, own, 1e-9) for own in (radius[::100], radius))
+    np.testing.assert_allclose(few, many[:, ::100], rtol=0, atol=2e-11)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.truth import fields, photosites, picture, pupils, rays, round_lenses, samples, waves
+from tests.truth import fields, groups, photosites, picture, pupils, rays, round_lenses, samples, waves
 from tests.truth.boundary import BoundaryTruth
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
@@ -30,6 +30,36 @@ CURVED = [
     },
     {"kind": "ellipse", "centre": (2.0, 1.0), "radii": (2.0, 6.0), "rotate_deg": 80.0},
     {"kind": "sector", "centre": (7.0, 7.0), "radius": 5.0, "inner": 0.0, "from_deg": -160.0, "turn_deg": 90.0},
+]
+BLOB = {
+    "kind": "path",
+    "rule": "evenodd",
+    "outlines": [
+        [
+            (-9.0, -6.0),
+            [(-2.0, -14.0), (6.0, -2.0), (10.0, -7.0)],
+            [(14.0, 9.0), (2.0, 8.0)],
+            [(-8.0, 4.0), (-9.0, -6.0)],
+        ],
+        [(-3.0, -3.0), [(4.0, -9.0), (-2.0, 9.0), (4.0, 1.0)], [(-7.0, 2.0), (-3.0, -3.0)]],
+    ],
+}
+LEAF = {"kind": "path", "rule": "nonzero", "outlines": [[(1, 0), [(5, -4), (9, 0)], [(4, 3), (6, 1), (1, 0)]]]}
+DRAWN = [
+    BLOB,
+    {"kind": "repeat-on-ring", "shapes": [LEAF], "count": 3, "centre": (2.0, 1.0)},
+    {
+        "kind": "group",
+        "shapes": [
+            LEAF,
+            {"kind": "ellipse", "centre": (1.0, 1.0), "radii": (5.0, 3.0), "rotate_deg": 20.0},
+        ],
+        "mirror": "left-right",
+        "scale": (1.5, 0.8),
+        "turn_deg": 30.0,
+        "move": (1.0, 2.0),
+        "clip": {"kind": "polygon", "points": [(-3.0, -3.0), (6.0, -2.0), (5.0, 3.0), (-2.0, 5.0)]},
+    },
 ]
 LEVELS = np.array([0.5, 1.0, 0.25, 0.7, 0.1, 0.9, 0.6, 0.3])  # of the shapes, and of the background
 
@@ -62,8 +92,9 @@ def test_line_integrals_meet_the_reference_values():
         ({"kind": "circle", "diameter": 0.9}, None, CURVED),
         ({"kind": "rounded", "width": 1.0, "height": 0.8, "radius": 0.2}, None, SHAPES),
         ({"kind": "polygon", "points": [(-0.5, -0.4), (0.5, -0.3), (0.1, 0.5)]}, None, CURVED),
+        (SQUARE, None, groups.flattened(DRAWN)),
     ],
-    ids=["point", "plate", "circle", "rounded", "triangle"],
+    ids=["point", "plate", "circle", "rounded", "triangle", "drawn"],
 )
 @pytest.mark.parametrize(
     "lens",
@@ -85,7 +116,7 @@ def test_line_integrals_meet_fourier_sums(lens, photosite, olpf, shapes):
     assert np.abs(lines.reshape(sums.shape) - sums).max() < 2e-12
 
 
-@pytest.mark.parametrize("shapes", [SHAPES, CURVED], ids=["straight", "curved"])
+@pytest.mark.parametrize("shapes", [SHAPES, CURVED, groups.flattened(DRAWN)], ids=["straight", "curved", "drawn"])
 def test_the_painters_rule_by_rays(shapes):
     """Along every ray out of a point what is seen is asked place by place; no outline is looked at."""
     lens, point = round_lenses.Airy(3.0), np.array([3.1, 1.7])

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from tests.attack.drawings import add_drawings
 from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
 from tests.examples import tile_centres
@@ -53,6 +54,9 @@ def draw(seed, number):
     if number % 16 == 13:
         own = np.random.default_rng([seed, number, 5])
         add_field_lens(own, system, lambda rng, size: _curves(rng, size, spectral))
+    if number % 16 == 1:
+        own = np.random.default_rng([seed, number, 6])
+        add_drawings(own, system, _plain, lambda rng: _surface(rng, spectral))
     if number % 16 == 5:
         own = np.random.default_rng([seed, number, 4])
         system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]
@@ -234,6 +238,11 @@ def _with_curves(rng, shapes, size, spectral):
     if (place := rng.random()) < 0.4:
         return curved
     return curved + shapes if place < 0.6 else shapes + curved
+
+
+def _plain(rng, size):
+    """A curved shape, or some polygons, not painted yet."""
+    return [_CURVED[rng.integers(len(_CURVED))](rng, size)] if rng.random() < 0.6 else _polygons(rng, size)
 
 
 def _curves(rng, size, spectral):

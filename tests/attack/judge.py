@@ -265,7 +265,7 @@ def _aligned(truth, rng):
     """Photosites whose centre lies on an edge's line, those nearest its ends first; four edges."""
     y, x = np.meshgrid(truth.y, truth.x, indexing="ij")
     found = []
-    straight = [p for p in truth.pieces if p.centre is None]
+    straight = [p for p in truth.pieces if p.straight]
     for k in rng.permutation(len(straight))[:4]:
         a, b = np.array(straight[k].start), np.array(straight[k].end)
         e = (b - a) / np.hypot(*(b - a))

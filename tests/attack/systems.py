@@ -9,7 +9,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.render import plan_render
 from tests.attack.draw import REFERENCE_NM
-from tests.truth import field_lens, fields, picture, round_lenses, waves
+from tests.truth import field_lens, fields, groups, picture, round_lenses, waves
 from tests.truth.boundary import BoundaryTruth
 
 FIELD_LENSES = ("field", "field grid")
@@ -25,6 +25,8 @@ def scene(system):
 def _shape(shape, p):
     if fields.is_field(shape):
         return _field(shape, p)
+    if "shapes" in shape:
+        return _of_shapes(shape, p)
     own = {"reflectance": _surface(shape["reflectance"])}
     if shape["kind"] == "disc":
         return camsim.Disc(radius_um=shape["radius"] * p, centre_um=_times(shape["centre"], p), **own)
@@ -45,6 +47,8 @@ def _shape(shape, p):
     if shape["kind"] == "capsule":
         a, b = (_times(point, p) for point in shape["points"])
         return camsim.Line(segments_um=[("move", *a), ("line", *b)], width_um=shape["width"] * p, cap="round", **own)
+    if shape["kind"] == "path":
+        return camsim.Path(segments_um=_segments(shape["outlines"], p), fill_rule=shape["rule"], **own)
     if shape["kind"] == "rectangle":
         return camsim.Rectangle(
             width_um=shape["width"] * p,
@@ -55,6 +59,33 @@ def _shape(shape, p):
         )
     holes = tuple(tuple(_times(point, p) for point in hole) for hole in shape.get("holes", ()))
     return camsim.Polygon(points_um=tuple(_times(point, p) for point in shape["points"]), holes_um=holes, **own)
+
+
+def _segments(outlines, p):
+    words = {1: "line", 2: "quadratic", 3: "cubic"}
+    found = []
+    for start, *segments in outlines:
+        found.append(("move", *_times(start, p)))
+        found += [(words[len(points)], *(x for point in points for x in _times(point, p))) for points in segments]
+        found.append(("close",))
+    return found
+
+
+def _of_shapes(shape, p):
+    """A group or a repeat; what clips is given some reflectance, which plays no part."""
+    own = {"shapes": [_shape(each, p) for each in shape["shapes"]]}
+    if shape["kind"] == "repeat-on-grid":
+        return camsim.RepeatOnGrid(rows=shape["rows"], cols=shape["cols"], step_um=_times(shape["step"], p), **own)
+    if shape["kind"] == "repeat-on-ring":
+        return camsim.RepeatOnRing(count=shape["count"], centre_um=_times(shape["centre"], p), **own)
+    return camsim.Group(
+        mirror=shape["mirror"],
+        scale=tuple(shape["scale"]),
+        turn_deg=shape["turn_deg"],
+        move_um=_times(shape["move"], p),
+        clip=None if shape["clip"] is None else _shape(shape["clip"] | {"reflectance": 0.0}, p),
+        **own,
+    )
 
 
 def _field(shape, p):
@@ -243,7 +274,8 @@ class Truth:
     def __init__(self, system):
         self.system = system
         nm, response = np.array(system["wavelength_nm"]), np.array(system["response"])
-        shapes, owner = fields.parted(system["shapes"])
+        drawn = groups.flattened(system["shapes"])
+        shapes, owner = fields.parted(drawn)
         # A field is black among the shapes; its light comes apart.
         spectra = [
             _values(s["reflectance"], nm) if k < 0 else np.zeros(nm.size) for s, k in zip(shapes, owner, strict=True)
@@ -262,8 +294,8 @@ class Truth:
         self.lights = []
         for k in lit:
             cutoff = max(lens.cutoff for lens in self.any_lens)
-            ways = (fields.light_of(system["shapes"], pieces, owner, k, cutoff=cutoff, more=more) for more in (9, 7))
-            self.lights.append((*ways, _values(system["shapes"][k].get("reflectance", 1.0), nm)))
+            ways = (fields.light_of(drawn, pieces, owner, k, cutoff=cutoff, more=more) for more in (9, 7))
+            self.lights.append((*ways, _values(drawn[k].get("reflectance", 1.0), nm)))
         own = system["grid"]
         rows, cols = own["frame"] or (own["rows"], own["cols"])
         self.x = own["origin"][1] + 0.5 - 0.5 * cols + np.arange(own["cols"])

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 import camsim
+from camsim.errors import InvalidValueError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
 from camsim.rendering.across import band_image, bands
 from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.named import illuminant
+from tests.attack import systems
+from tests.attack.draw import draw
 from tests.truth import picture, waves
 
 NM, N, PITCH_UM = 550.0, 5.6, 4.0
@@ -427,3 +430,10 @@ def test_lines_are_what_tiles_are(monkeypatch):
     del found.__dict__["parts"]
     whole = found.rendered(channel, lambda done: None)
     assert 0.0 < np.abs(own - whole).max() <= 0.1 * tolerance
+
+
+def test_places_that_take_too_much_memory_are_refused_when_they_are_planned():
+    """2.6 GB for each place's image and 1671 s were planned (71:1133 of the attack)."""
+    system = draw(71, 1133)
+    with pytest.raises(InvalidValueError, match=r"fourier would take .* GB for this frame and scene"):
+        systems.choice(system, tolerance=system["tolerance"], method=system["method"])

@@ -428,3 +428,16 @@ def test_a_photosite_that_is_turned_passes_as_much(blur):
         system = OpticalSystem.of([Airy(f_number=blur / 0.55), photosite])
         bands.append(band_of(system, np.array([550.0]), np.ones((1, 1)), 1.0 / blur, 1e-4) * blur)
     assert max(bands) - min(bands) <= 2.5 / BAND_STEPS
+
+
+LOOP = [[-3.0, -1.0], [[6.0, 4.0], [-6.0, 4.0], [3.0, -1.0]]]
+NEIGHBOURS = [[0.0, -2.0], [[-1.0, -4.0], [-3.0, -4.0], [-2.0, 1.0]], [[-3.5, -3.0], [2.0, -3.5], [-2.2, -2.4]]]
+BY_LINE = [[-2.0, 0.0], [[2.0, 0.0]], [[2.0, 3.0], [0.0, -2.0], [-2.0, 1.0]]]
+
+
+@pytest.mark.parametrize("rule", ["nonzero", "evenodd"])
+@pytest.mark.parametrize("outline", [LOOP, NEIGHBOURS, BY_LINE], ids=["itself", "neighbours", "a line beside it"])
+def test_curves_that_cross_what_they_touch(outline, rule):
+    """1.7e-9 off at 2.5e-10: where a curve crossed itself or the next one its sides were as long as elsewhere."""
+    shape = {"kind": "path", "rule": rule, "outlines": [outline], "reflectance": 0.0}
+    keeps(system_of([shape], 8.0, photosite=SQUARE, rows=3, cols=4), 1e-10)

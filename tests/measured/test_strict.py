@@ -132,6 +132,25 @@ def camsim_hardest():
     return choice.judge.hardest(choice.plan)
 
 
+def test_windows_end_where_a_photosite_hears_no_rings():
+    """A point hears them six times as far; integrals of the check that know all rings agree with such windows."""
+    scene = camsim.Scene(background=0.3, shapes=[camsim.Rectangle(width_um=900.0, height_um=700.0, reflectance=0.9)])
+    optics = [camsim.Airy(f_number=0.7), camsim.FourSpotOlpf(split_um=3.0), camsim.SquarePhotosite(side_um=4.0)]
+    grid = camsim.Grid(rows=4, cols=4, pitch_um=4.0, origin=(50, 60), frame=(300, 300))
+    given = {"response": np.ones((1, 1)), "wavelength_nm": np.array([WAVELENGTH_NM]), "tolerance": 1e-9}
+    of_point = [optics[0], camsim.SquarePhotosite(side_um=0.0)]
+    heard = []
+    for stages in (of_point, optics):
+        choice = plan_render(scene, OpticalSystem.of(stages), grid, method="fourier", **given)
+        judge = choice.judge
+        heard.append(judge._heard(choice.plan.job))
+    assert heard[1] < heard[0] / 6.0
+    rows, cols, sets = np.array([0, 1, 2]), np.array([0, 2, 1]), np.zeros(3, np.int64)
+    points = np.array(grid.first_centre) + np.stack([cols, rows], axis=1)
+    integrated = judge.base[sets] + judge.integrals.values(points, sets)
+    assert worst(judge._whole.values(rows, cols, sets.astype(np.uint8)), integrated) <= 1e-10
+
+
 def test_a_capture_warns_or_fails(monkeypatch):
     plan = boundary_engine.plan_boundary
 

@@ -17,6 +17,7 @@ import numba as nb
 import numpy as np
 
 from tests.truth import photosites
+from tests.truth.beziers import Bezier
 
 CELLS = 12  # of a table, per shortest wavelength on the sensor
 DEGREE = 9
@@ -70,9 +71,7 @@ class BoundaryTruth:
         fields = sum(len(ways[0][1]) * np.count_nonzero(weights) for *ways, weights in self.lights)
         if fields:
             fields *= 8.0 * len(photosites.spots(self.olpf)) * len(photosites.inner_nodes(self.photosite, 12)[1])
-        length = sum(
-            math.dist(p.start, p.end) if p.centre is None else p.largest * (p.last - p.first) for p in self.pieces
-        )
+        length = sum(p.length for p in self.pieces)
         length = min(length, 4.0 * self.resolved * len(self.pieces))
         along = NODES * (length / (3.0 * self.length) + 4.0 * len(self.pieces))
         if self.photosite["kind"] == "point":
@@ -109,7 +108,7 @@ class BoundaryTruth:
         for piece, kind in zip(self.pieces, self.kind_of, strict=True):
             straight, begin, stop, height = _frame(points, piece)
             total += _integrals(
-                points, straight, np.array([piece.centre or (0.0, 0.0), piece.u, piece.v]), begin, stop, height,
+                points, straight, *_bent(piece), begin, stop, height,
                 _direction(piece), panel * self.length, resolved, reach, border, normal, inner, share,
                 fields[kind], potentials[kind], self.length / cells, whole[kind], c1[kind], c3[kind], x, w,
             )  # fmt: skip
@@ -167,8 +166,15 @@ def _bases():
     return t, coefficients, rising, at_nodes, to_powers(order), to_powers(order + 1)
 
 
+def _bent(piece):
+    """(n, 2) centre and half axes of an arc, or powers of a curve; and how fast either goes at most."""
+    if piece.points:
+        return Bezier(piece.points).powers, 3.0 * float(np.hypot(*np.diff(piece.points, axis=0).T).max())
+    return np.array([piece.centre or (0.0, 0.0), piece.u, piece.v]), piece.largest
+
+
 def _direction(piece):
-    if piece.centre is not None:
+    if not piece.straight:
         return np.zeros(2)
     d = np.array(piece.end, np.longdouble) - np.array(piece.start, np.longdouble)
     return (d / np.hypot(*d)).astype(float)
@@ -179,9 +185,10 @@ def _frame(points, piece):
 
     Extended precision: a foot is known to a part of a pitch though the piece begins a million of them away.
     """
-    if piece.centre is not None:
+    if not piece.straight:
         one = np.ones(len(points))
-        return False, piece.first * one, piece.last * one, 0.0 * one
+        first, last = (0.0, 1.0) if piece.points else (piece.first, piece.last)
+        return False, first * one, last * one, 0.0 * one
     a, b = np.array(piece.start, np.longdouble), np.array(piece.end, np.longdouble)
     d = b - a
     length = np.hypot(*d)
@@ -194,6 +201,8 @@ def _frame(points, piece):
 
 def _farthest(points, piece):
     """No less than the largest distance of every point from a piece."""
+    if piece.points:
+        return np.max([np.hypot(*(points - np.array(p)).T) for p in piece.points], axis=0)
     if piece.centre is not None:
         return np.hypot(*(points - np.array(piece.centre)).T) + piece.largest
     _, begin, stop, height = _frame(points, piece)
@@ -212,14 +221,26 @@ def _polynomial(cells, u):
 
 
 @nb.njit(cache=True)
+def _at(bent, s):
+    """Place x, y and slope of an arc (centre and half axes) at an angle, or of a curve (its powers) at a parameter."""
+    if len(bent) == 3:
+        cos, sin = math.cos(s), math.sin(s)
+        x, y = bent[0, 0] + bent[1, 0] * cos + bent[2, 0] * sin, bent[0, 1] + bent[1, 1] * cos + bent[2, 1] * sin
+        return x, y, bent[2, 0] * cos - bent[1, 0] * sin, bent[2, 1] * cos - bent[1, 1] * sin
+    x, y, dx, dy = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(bent) - 1, -1, -1):
+        dx, dy = dx * s + x, dy * s + y
+        x, y = x * s + bent[k, 0], y * s + bent[k, 1]
+    return x, y, dx, dy
+
+
+@nb.njit(cache=True)
 def _integrals(
-    points, straight, arc, begin, stop, height, direction, panel, resolved, reach, border, normal,
+    points, straight, bent, longer, begin, stop, height, direction, panel, resolved, reach, border, normal,
     inner, share, field, potential, step, whole, c1, c3, gauss_x, gauss_w,
 ):  # fmt: skip
     """One piece, every photosite."""
     out = np.zeros(len(points))
-    cx, cy, ux, uy, vx, vy = arc[0, 0], arc[0, 1], arc[1, 0], arc[1, 1], arc[2, 0], arc[2, 1]
-    longer = max(math.hypot(ux, uy), math.hypot(vx, vy))
     for p in range(len(points)):
         s, last, h = begin[p], stop[p], height[p]
         total = 0.0
@@ -228,8 +249,8 @@ def _integrals(
             if straight:
                 away = math.hypot(s, h)
             else:
-                cos, sin = math.cos(s), math.sin(s)
-                away = math.hypot(cx + ux * cos + vx * sin - points[p, 0], cy + uy * cos + vy * sin - points[p, 1])
+                x, y, _, _ = _at(bent, s)
+                away = math.hypot(x - points[p, 0], y - points[p, 1])
             away = max(away - reach, 0.0)
             near = away < resolved
             length = panel if near else 0.5 * away
@@ -245,10 +266,10 @@ def _integrals(
                     dx, dy = at * direction[0] + h * nx, at * direction[1] + h * ny
                     weight = 0.5 * length * gauss_w[q]
                 else:
-                    # n ds is the step along the arc turned by a quarter: to its right.
-                    cos, sin = math.cos(at), math.sin(at)
-                    nx, ny = vy * cos - uy * sin, ux * sin - vx * cos
-                    dx, dy = cx + ux * cos + vx * sin - points[p, 0], cy + uy * cos + vy * sin - points[p, 1]
+                    # n ds is the step along it turned by a quarter: to its right.
+                    x, y, ex, ey = _at(bent, at)
+                    nx, ny = ey, -ex
+                    dx, dy = x - points[p, 0], y - points[p, 1]
                     weight = 0.5 * length * gauss_w[q]
                 value = 0.0
                 if near and len(border):

@@ -1,8 +1,8 @@
 """What is seen of shapes in painter's order: outlines cut where they meet, and a winding test on both sides of a piece.
 
-No polygon is ever clipped or joined. Every outline (sides, and arcs of circles and ellipses) is cut where any other
-meets it; what lies just to the left and right of each piece is the last shape that covers that point, by the shape's
-own definition. Outlines that run along each other make one piece.
+No polygon is ever clipped or joined. Every outline (sides, arcs of circles and ellipses, Bézier curves) is cut where
+any other meets it; what lies just to the left and right of each piece is the last shape that covers that point, by the
+shape's own definition. Outlines that run along each other make one piece.
 """
 
 from __future__ import annotations
@@ -13,12 +13,16 @@ from itertools import pairwise
 
 import numpy as np
 
+from tests.truth import beziers
+from tests.truth.beziers import Bezier
+
 SAME = 4e-13  # of the coordinates: places this near each other are one
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A straight piece from ``start`` to ``end``, or an arc centre + u·cos a + v·sin a from ``first`` up to ``last``.
+    """A straight piece from ``start`` to ``end``, or an arc centre + u·cos a + v·sin a from ``first`` up to ``last``,
+    or a cubic Bézier curve of four ``points``.
 
     left  : index of the shape that lies where cross(direction, x − start) is above 0, −1: background
     right : the same on the other side
@@ -33,6 +37,18 @@ class Piece:
     v: tuple[float, float] = (0.0, 0.0)
     first: float = 0.0
     last: float = 0.0
+    points: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def straight(self):
+        return self.centre is None and not self.points
+
+    @property
+    def length(self):
+        """At the most."""
+        if self.points:
+            return Bezier(self.points).length
+        return math.dist(self.start, self.end) if self.centre is None else self.largest * (self.last - self.first)
 
     @property
     def largest(self):
@@ -133,6 +149,10 @@ def outline(shape):
         return _sector(shape)
     if kind == "capsule":
         return _capsule(shape)
+    if kind == "path":
+        cubics = [p for p in beziers.outlines(shape) if len(p) == 4]
+        lines = [Segment(*p) for p in beziers.outlines(shape) if len(p) == 2]
+        return lines + [part for p in cubics for part in Bezier(p).one_way()]
     return _closed(corners(shape)) + [side for hole in shape.get("holes", ()) for side in _closed(np.array(hole))]
 
 
@@ -180,8 +200,13 @@ def corners(shape):
 
 
 def inside(shape, point):
-    """Whether a shape covers a point, by its definition."""
+    """Whether a shape covers a point, by its definition, and what clips it does."""
+    if not all(inside(clip, point) for clip in shape.get("clips", ())):
+        return False
     kind = shape["kind"]
+    if kind == "path":
+        turns = beziers.winds(shape.get("sides") or outline(shape), point)
+        return turns % 2 == 1 if shape["rule"] == "evenodd" else turns != 0
     if kind == "ellipse":
         return float(np.hypot(*Arc(shape["centre"], *_axes(shape)).own(point))) < 1.0
     if kind == "capsule":
@@ -213,11 +238,17 @@ def seen(shapes, point):
 
 def pieces(shapes):
     """All pieces of outline with different shapes on their two sides."""
-    sides = [(k, side) for k, shape in enumerate(shapes) for side in outline(shape)]
+    shapes = [_ready(shape) for shape in shapes]
+    sides, alike = [], []  # with the shape of each, and of which others it is known that they do not cut it
+    for k, shape in enumerate(shapes):
+        for n, part in enumerate([shape, *shape.get("clips", ())]):
+            for m, side in enumerate(outline(part)):
+                sides.append((k, side))
+                alike.append((k, n, m if part["kind"] == "path" else 0))
     boxes = np.array([_box(side) for _, side in sides]).reshape(-1, 4)
     scales = np.abs(boxes).max(axis=1, initial=0.0)
     found = []
-    for i, (k, side) in enumerate(sides):
+    for i, (_, side) in enumerate(sides):
         # Of two sides the larger says how near is the same, or only one of them would run along the other.
         near = SAME * np.maximum(scales, scales[i])
         # What shares a box with this side, and may cut it, lie along it or come close to it.
@@ -227,7 +258,7 @@ def pieces(shapes):
             & (boxes[:, 1] <= boxes[i, 3] + near)
             & (boxes[:, 3] >= boxes[i, 1] - near)
         )
-        others = [(j, sides[j][1]) for j in meets if sides[j][0] != k]
+        others = [(j, sides[j][1]) for j in meets if alike[j] != alike[i]]
         cuts = {t for j, other in others for t in _cuts(side, other, near[j])}
         if isinstance(side, Arc) and side.whole:
             cuts = sorted({t % 1.0 for t in cuts} or {0.0})
@@ -237,17 +268,40 @@ def pieces(shapes):
         for t, u in pairwise(cuts):
             if (u - t) * side.length <= 4.0 * near[i]:
                 continue
-            left_right = _sides(shapes, sides, i, side, t, u, near)
+            left_right = _sides(shapes, sides, i, side, (t, u), near, boxes)
             if left_right is not None:
-                found.append(side.piece(t, u, *left_right))
+                found.append(_piece(side, t, u, *left_right))
     return found
 
 
-def _sides(shapes, sides, own, side, begin, end, near):
+def _ready(shape):
+    """A shape with the sides of its paths, which take a while to be made."""
+    own = shape | {"sides": outline(shape)} if shape["kind"] == "path" else shape
+    return own | {"clips": [_ready(clip) for clip in shape["clips"]]} if "clips" in shape else own
+
+
+def _piece(side, t, u, left, right):
+    if isinstance(side, Bezier):
+        points = side.part(t, u).points
+        ends = tuple(points[0]), tuple(points[-1])
+        return Piece(*ends, left, right, points=tuple(map(tuple, points.tolist())))
+    return side.piece(t, u, left, right)
+
+
+def _sides(shapes, sides, own, side, stretch, near, boxes):
     """What lies left and right of a piece; None where it is the same, or another outline's piece says it."""
     # In the middle another outline may just touch: then it is asked elsewhere. What runs along does so everywhere.
+    begin, end = stretch
     places = [(1.0 - part) * begin + part * end for part in (0.5, 0.382, 0.7)]
-    gaps = [[other.distance(side.at(t)) for j, (_, other) in enumerate(sides) if j != own] for t in places]
+    # What is farther than this changes no step.
+    reach = 0.25 * (end - begin) * side.length
+    gaps = []
+    for t in places:
+        at = side.at(t)
+        gap = np.hypot(*np.maximum(np.maximum(boxes[:, :2] - at, at - boxes[:, 2:]), 0.0).T)
+        for j in np.flatnonzero(gap <= np.maximum(reach, 4.0 * near)):
+            gap[j] = sides[j][1].distance(at)
+        gaps.append(np.delete(gap, own))
     near = np.delete(near, own)
     k = int(np.argmin([np.count_nonzero(np.array(each) <= 4.0 * near) for each in gaps]))
     t, step = places[k], 0.05 * (end - begin) * side.length
@@ -259,12 +313,16 @@ def _sides(shapes, sides, own, side, begin, end, near):
             return None
     if isinstance(side, Arc):
         step = min(step, 0.25 * float(side.axes.min() ** 2 / side.axes.max()))
+    if isinstance(side, Bezier):
+        step = min(step, 0.1 * side.radius(t))
     normal = side.normal(t)
     left, right = seen(shapes, middle + step * normal), seen(shapes, middle - step * normal)
     return None if left == right else (left, right)
 
 
 def _box(side):
+    if isinstance(side, Bezier):
+        return side.box()
     if isinstance(side, Arc):
         reach = np.hypot(side.u, side.v)
         return [*(side.centre - reach), *(side.centre + reach)]
@@ -273,6 +331,9 @@ def _box(side):
 
 def _cuts(side, other, near):
     """Parameters on ``side`` where ``other`` meets it or ends on it."""
+    if isinstance(side, Bezier) or isinstance(other, Bezier):
+        yield from _with_a_curve(side, other, near)
+        return
     if isinstance(side, Segment) and isinstance(other, Segment):
         yield from _segment_segment(side, other, near)
         return
@@ -296,6 +357,31 @@ def _cuts(side, other, near):
                 yield side.parameter(point)
         ends = () if other.whole else (other.at(0.0), other.at(1.0))
     yield from (side.parameter(end) for end in ends if side.distance(end) <= near)
+
+
+def _with_a_curve(side, other, near):
+    if not (isinstance(other, Arc) and other.whole):
+        yield from (_parameter(side, end) for end in (other.at(0.0), other.at(1.0)) if side.distance(end) <= near)
+    if isinstance(side, Bezier) and isinstance(other, Bezier):
+        ways = (np.abs(side.points - points).max() for points in (other.points, other.points[::-1]))
+        if min(ways) > near:  # or they are one curve: what clips several shapes
+            yield from (t for t, _ in beziers.meets(side, other))
+        return
+    curve, plain = (side, other) if isinstance(side, Bezier) else (other, side)
+    if isinstance(plain, Segment):
+        places = beziers.on_line(curve, plain.a, plain.b - plain.a)
+    else:
+        places = beziers.on_ellipse(curve, plain)
+    for t in places:
+        u = _parameter(plain, curve.at(t))
+        if -1e-12 <= u <= 1.0 + 1e-12 or (isinstance(plain, Arc) and plain.whole):
+            yield t if curve is side else u
+
+
+def _parameter(side, point):
+    if isinstance(side, Segment):
+        return float(np.dot(point - side.a, side.b - side.a)) / side.length**2
+    return side.parameter(point)
 
 
 def _segment_segment(side, other, near):

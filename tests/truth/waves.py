@@ -19,6 +19,7 @@ import numpy as np
 from scipy import fft, special
 
 from tests.truth import photosites, picture, pupils
+from tests.truth.beziers import Bezier
 
 BAND = 23.5  # of the taper's transform, over its width: beyond it is below 1e-16
 LARGEST = 2600  # points along a side of the lattice
@@ -229,13 +230,14 @@ def _nodes(piece, highest, order):
         return piece.bend(*_nodes(piece.piece, highest, order))
     x, w = pupils.gauss(order)
     a, b = np.array(piece.start), np.array(piece.end)
-    straight = piece.centre is None
-    length = float(np.hypot(*(b - a))) if straight else piece.largest * (piece.last - piece.first)
-    panels = max(4, math.ceil(length * highest / 4.0))
+    panels = max(4, math.ceil(piece.length * highest / 4.0))
     t = ((np.arange(panels)[:, None] + 0.5 * (1.0 + x)) / panels).ravel()[:, None]
     share = np.tile(0.5 / panels * w, panels)[:, None]
-    if straight:
+    if piece.straight:
         return a + t * (b - a), share * (b - a)
+    if piece.points:
+        curve = Bezier(piece.points)
+        return curve.at(t), share * curve.slope(t)
     turn = piece.last - piece.first
     cos, sin = np.cos(piece.first + turn * t), np.sin(piece.first + turn * t)
     c, u, v = (np.array(p) for p in (piece.centre, piece.u, piece.v))
@@ -246,6 +248,8 @@ def _box(piece):
     if isinstance(piece, Mapped):
         places, _ = _nodes(piece, 0.0, 24)
         return [*places.min(axis=0), *places.max(axis=0)]
+    if piece.points:
+        return [*np.min(piece.points, axis=0), *np.max(piece.points, axis=0)]
     if piece.centre is not None:
         c, r = np.array(piece.centre), np.hypot(piece.u, piece.v)
         return [*(c - r), *(c + r)]
@@ -256,7 +260,7 @@ def _box(piece):
 def _scene(own, kx, ky, order):
     """∫ exp(−2πi k·y) over what lies left of the pieces, (ky, kx): a part of a closed outline each."""
     total = np.zeros((ky.size, kx.size), complex)
-    bent = [isinstance(p, Mapped) or p.centre is not None for p in own]
+    bent = [isinstance(p, Mapped) or not p.straight for p in own]
     straight = [p for p, is_bent in zip(own, bent, strict=True) if not is_bent]
     if straight:
         a, b = np.array([p.start for p in straight]), np.array([p.end for p in straight])

@@ -18,7 +18,7 @@ from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.judge import AcrossJudge
 from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.across.plan import AcrossPlan
-from camsim.rendering.auto import FOURIER, Choice
+from camsim.rendering.auto import FOURIER, Choice, refuse_much
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
@@ -90,6 +90,7 @@ def choose_across(
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
     plan = AcrossPlan(job=job, lens=lens, lattice=lattice, method=name)
+    refuse_much(name, plan)
     return Choice(method=name, why=why, plan=plan, judge=judge)
 
 

@@ -19,6 +19,7 @@ from camsim.optics.difference import Split
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
 from camsim.rendering.across.image import DifferenceImage
+from camsim.rendering.across.place_transfers import first_nodes
 from camsim.rendering.auto import BOUNDARY
 from camsim.rendering.boundary.engine import BoundaryPlan
 from camsim.rendering.budget import CLOSED_PART, PLACES_PART, ErrorBudget
@@ -30,7 +31,8 @@ from camsim.repeated import Channels
 FEWEST = 4  # photosites checked, each with a pattern of its own
 SECONDS, EACH_TRANSFER = 0.1, 5e-3  # of the transfers along the radius: of any, and of each place and wavelength
 WAVELENGTHS = 44  # as many of them stand for all that there are
-CHECKED, CHECKED_COLOUR, CHECKED_WAVE, CHECKED_TURN = 0.1, 5e-3, 3e-3, 4.3e-8  # of a photosite that is checked
+CHECKED, CHECKED_COLOUR, CHECKED_WAVE, CHECKED_TURN = 0.07, 0.012, 1e-3, 1.35e-9  # of a photosite that is checked
+CHECKED_OVERLAP = 5.5e-9  # and of a node of an overlap that its search begins with
 EACH_FREQUENCY, EACH_PHOTOSITE = 4e-7, 2e-7  # seconds: of the scene and of some fifteen terms, and of tiles' periods
 
 
@@ -97,11 +99,21 @@ class FieldPlan:
     def each_checked_seconds(self) -> float:
         """What the check of one photosite takes, measured: by wavelengths, the near band's waves, and harmonics.
 
-        Overlaps of so many harmonics take as many angles, about as many shifts, and as many nodes either way.
+        Overlaps of so many harmonics take as many angles, about as many shifts, and as many nodes either way; or as
+        many of all these as the steepest slope says, where that is more.
         """
         near, harmonics = self.image.bands[0], 2 * self.image.transfers.most + 1
-        waves = near.cut * near.reach
-        return CHECKED + CHECKED_COLOUR * self._colours + CHECKED_WAVE * waves + CHECKED_TURN * harmonics**4
+        farthest = self.image.lens.at(float(self.image.transfers.radii.nodes.max()), 0.0)
+        nm = self.job.signals.wavelength_nm
+        rule, shifts, angles, colours = first_nodes(farthest, nm, self.job.tolerance)
+        overlaps = float(rule**2 * shifts * angles * min(colours, nm.size))
+        return (
+            CHECKED
+            + CHECKED_COLOUR * self._colours
+            + CHECKED_WAVE * near.cut * near.reach
+            + CHECKED_TURN * harmonics**4
+            + CHECKED_OVERLAP * overlaps
+        )
 
     @property
     def cost(self) -> Cost:

@@ -25,7 +25,7 @@ from camsim.quadrature import barycentric, chebyshev, gauss_legendre, interpolat
 from camsim.rendering.across.judge_kernels import add_nodes
 
 FEWEST_NODES = (14, 28, 20, 16)  # of the overlap's rule, shifts, half a circle of angles, wavelengths
-PER_WAVE = (2.2, 3.4, 3.2, 4.5)  # of the steepest slope, waves per radius: nodes more, at 1e-5
+PER_WAVE = (1.1, 1.7, 1.6, 2.2)  # of the steepest slope, waves per radius: nodes more to begin with, at 1e-5
 AT_ONCE = 256  # frequencies
 COARSEST = 0.7  # of them, at 2e-3 and more
 EACH = 0.02  # of the tolerance: what a transfer may lose by the rule, and by each of the others' last terms
@@ -40,6 +40,17 @@ def steepest(lens: PlacedLens, wavelength_nm: F64) -> float:
     """Return the steepest slope of the wavefront, waves per radius."""
     some_nm = np.linspace(wavelength_nm.min(), wavelength_nm.max(), 4)
     return max(rim_of(lens, 0.0, float(nm), np.zeros(2)).inside_waves for nm in some_nm)
+
+
+def first_nodes(lens: PlacedLens, wavelength_nm: F64, tolerance: float) -> tuple[int, int, int, int]:
+    """Return nodes of the rule, shifts, angles and wavelengths that a search for enough of them begins with."""
+    # Nodes that a tolerance takes, of those at 1e-5.
+    share, steep = max(COARSEST, (3.0 - math.log10(tolerance)) / 8.0), steepest(lens, wavelength_nm)
+    rule, shifts, angles, colours = (
+        math.ceil(share * fewest) + math.ceil(share * per * steep)
+        for fewest, per in zip(FEWEST_NODES, PER_WAVE, strict=True)
+    )
+    return rule, shifts, angles, colours
 
 
 def turned(index: tuple[int, ...], waves: F64, angle_rad: F64) -> tuple[list[int], F64]:
@@ -78,14 +89,6 @@ class PlaceTransfers:
     weights: F64
     tolerance: float
 
-    @property
-    def _share(self) -> float:
-        """Nodes that a tolerance takes, of those at 1e-5."""
-        return max(COARSEST, (3.0 - math.log10(self.tolerance)) / 8.0)
-
-    def _fewest(self, which: int) -> int:
-        return math.ceil(self._share * FEWEST_NODES[which])
-
     @functools.cached_property
     def _nodes(self) -> tuple[int, int, int, int]:
         """Nodes of the rule, shifts, angles and wavelengths.
@@ -93,10 +96,7 @@ class PlaceTransfers:
         A slope knows nothing of how often a wavefront goes up and down: at the shortest wavelength it is looked at what
         more nodes of the rule change, and series of the others go on until their last terms are quiet.
         """
-        steep = steepest(self.lens, self.wavelength_nm)
-        rule, shifts, angles, colours = (
-            self._fewest(k) + math.ceil(self._share * per * steep) for k, per in enumerate(PER_WAVE)
-        )
+        rule, shifts, angles, colours = first_nodes(self.lens, self.wavelength_nm, self.tolerance)
         loud = float(np.abs(self.weights).sum(axis=1).max())
         allowed, nm = max(EACH * self.tolerance / max(loud, 1e-300), FINEST), self.wavelength_nm[:1]
         some, theta = (0.5 * math.pi * (np.arange(n) + 0.5) / n for n in SOME)

@@ -139,15 +139,15 @@ class Judge:
     @functools.cached_property
     def integrals(self) -> Integrals:
         """What integrates."""
-        system, pitch_um = self.job.system, self.job.grid.pitch_um
-        assert isinstance(system.photosite, Rectangular)
-        width_um, height_um = system.photosite.sides_um
-        spots = system.spots_um() / pitch_um
-        return self._integrals((width_um / pitch_um, height_um / pitch_um), spots, self.job.budget.of_check)
+        return self._integrals(self.job.budget.of_check)
 
-    def _integrals(self, sides: tuple[float, float], spots: F64, budget: ErrorBudget) -> Integrals:
-        """Return what integrates what a rectangle on every spot sees."""
-        job = self.job
+    def _integrals(self, budget: ErrorBudget) -> Integrals:
+        """Return what integrates what a rectangle on every spot sees; or a point, where the photosite is none."""
+        job, pitch_um, photosite = self.job, self.job.grid.pitch_um, self.job.system.photosite
+        sides, spots = (0.0, 0.0), np.zeros((1, 2))
+        if isinstance(photosite, Rectangular):
+            width_um, height_um = photosite.sides_um
+            sides, spots = (width_um / pitch_um, height_um / pitch_um), job.system.spots_um() / pitch_um
         pieces, wavelength_nm, density = self.seen
         both, pair = np.unique(pieces.left * len(density) + pieces.right, return_inverse=True)
         left, right = np.divmod(both, len(density))
@@ -156,16 +156,17 @@ class Judge:
         lens = job.system.lens if job.split is None else job.split.core
         assert isinstance(lens, RoundLens)
         return Integrals(
-            lens=lens, sides=sides, spots=spots, pitch_um=job.grid.pitch_um,
+            lens=lens, sides=sides, spots=spots, pitch_um=pitch_um,
             pieces=pieces, pair=which[pair], times=times[pair],
             wavelength_nm=wavelength_nm, weights=weights, budget=budget,
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
         )  # fmt: skip
 
     def _heard(self, job: Job) -> float:
-        """Return how far a round lens's rings are heard, by the check's own rule: as far as a point's, and some."""
-        budget = ErrorBudget(OF_RINGS * job.tolerance)
-        return self._integrals((0.0, 0.0), np.zeros((1, 2)), budget).farthest + job.extent
+        """Return how far a round lens's rings are heard, by the check's own rule."""
+        farthest = self._integrals(ErrorBudget(OF_RINGS * job.tolerance)).farthest
+        # A photosite that is no rectangle hears no more than points on it do.
+        return farthest if isinstance(job.system.photosite, Rectangular) else farthest + job.extent
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at: a tenth of the rendering's time's worth, at least."""

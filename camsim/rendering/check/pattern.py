@@ -124,9 +124,14 @@ def oscillation(lens: RoundLens, blur: F64, weights: F64, radius: F64, allowed: 
     """
     per_blur = _per_blur(allowed)
     cells = math.ceil(float(radius.max()) / float(blur.min()) * per_blur) + 2 * per_blur
-    profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
-    rest = np.zeros((radius.size, len(weights)))
-    _contract_at(profile, float(per_blur), blur, np.ascontiguousarray(weights.T), radius, rest)
+    if radius.size * blur.size < cells:
+        # Fewer than the table's: of a curve each is an integral.
+        rho_um = np.divide.outer(radius, blur) * lens.blur_um(REFERENCE_NM)
+        rest = lens.encircled_energy(rho_um, REFERENCE_NM) @ weights.T
+    else:
+        profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
+        rest = np.zeros((radius.size, len(weights)))
+        _contract_at(profile, float(per_blur), blur, np.ascontiguousarray(weights.T), radius, rest)
     powers = np.stack([np.ones_like(radius), -1.0 / radius, -(radius**-3.0), -(radius**-5.0)])
     left: F64 = rest.T - np.einsum("kp,pn->kn", _smooth(lens, blur, weights), powers)
     return left

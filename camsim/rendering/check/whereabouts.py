@@ -84,8 +84,14 @@ class Whereabouts:
         """No piece reaches farther than this from any photosite."""
         o = self.outlines
         straight = o.turn_rad == 0.0
-        more = np.where(straight, 0.0, o.dx)
-        x, y = np.concatenate([o.x, o.x + straight * o.dx]), np.concatenate([o.y, o.y + straight * o.dy])
+        # The centre of what hardly bends is far away: a part of a circle lies about its middle.
+        part = ~straight & (np.abs(o.turn_rad) < 2.0)
+        middle_rad = o.from_rad + 0.5 * o.turn_rad
+        from_x = o.x + np.where(part, o.dx * np.cos(middle_rad), 0.0)
+        from_y = o.y + np.where(part, o.dx * np.sin(middle_rad), 0.0)
+        more = np.where(straight, 0.0, np.where(part, 0.5 * np.abs(o.turn_rad), 1.0) * o.dx)
+        x = np.concatenate([from_x, from_x + np.where(straight, o.dx, 0.0)])
+        y = np.concatenate([from_y, from_y + np.where(straight, o.dy, 0.0)])
         x0, y0, x1, y1 = self.corners
         more[self.pieces.bezier >= 0] = self.length[self.pieces.bezier >= 0]
         across = np.maximum(np.abs(x - x0), np.abs(x - x1)) + np.tile(more, 2)

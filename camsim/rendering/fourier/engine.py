@@ -84,7 +84,7 @@ class FourierPlan:
             system=job.system,
             pitch_um=job.grid.pitch_um,
             tolerance=job.tolerance,
-            quiet=None if self.heard is None else functools.partial(self.heard, job),
+            quiet=None if self.heard is None else functools.cache(functools.partial(self.heard, job)),
         )
 
     @functools.cached_property

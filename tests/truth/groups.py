@@ -1,0 +1,79 @@
+"""Groups and repeats taken apart: the shapes that are painted, where they come to lie, with what clips them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+
+def flattened(shapes):
+    """Plain shapes in the order in which they are painted; what clips one is a list of shapes in ``clips``."""
+    found = []
+    for shape in shapes:
+        inner = flattened(shape["shapes"]) if "shapes" in shape else [shape]
+        if shape["kind"] == "group":
+            if shape["clip"] is not None:
+                inner = [one | {"clips": [*one.get("clips", ()), shape["clip"]]} for one in inner]
+            a = math.radians(shape["turn_deg"])
+            x, y = shape["scale"]
+            x, y = (-x if shape["mirror"] == "left-right" else x), (-y if shape["mirror"] == "up-down" else y)
+            # Mirrored and scaled first, then turned (x towards y), then moved.
+            matrix = np.array([[math.cos(a) * x, -math.sin(a) * y], [math.sin(a) * x, math.cos(a) * y]])
+            inner = [_moved(one, matrix, np.array(shape["move"], float)) for one in inner]
+        elif shape["kind"] == "repeat-on-grid":
+            places = [
+                np.array(shape["step"]) * (col - 0.5 * (shape["cols"] - 1), row - 0.5 * (shape["rows"] - 1))
+                for row in range(shape["rows"])
+                for col in range(shape["cols"])
+            ]
+            inner = [_moved(one, np.eye(2), place) for place in places for one in inner]
+        elif shape["kind"] == "repeat-on-ring":
+            centre = np.array(shape["centre"], float)
+            turns = [2.0 * math.pi * copy / shape["count"] for copy in range(shape["count"])]
+            turned = [np.array([[math.cos(t), -math.sin(t)], [math.sin(t), math.cos(t)]]) for t in turns]
+            inner = [_moved(one, turn, centre - turn @ centre) for turn in turned for one in inner]
+        found += inner
+    return found
+
+
+def _moved(shape, matrix, by):
+    """A plain shape mapped by x → matrix·x + by; only what has corners, points or half axes is scaled unevenly."""
+
+    def at(points):
+        return (np.asarray(points, float) @ matrix.T + by).tolist()
+
+    kind, own = shape["kind"], dict(shape)
+    if "clips" in shape:
+        own["clips"] = [_moved(clip, matrix, by) for clip in shape["clips"]]
+    if kind == "path":
+        return own | {
+            "outlines": [[at(start), *(at(segment) for segment in rest)] for start, *rest in shape["outlines"]]
+        }
+    if kind == "polygon":
+        return own | {"points": at(shape["points"]), "holes": [at(hole) for hole in shape.get("holes", ())]}
+    if kind == "rectangle":
+        a = math.radians(shape.get("rotate_deg", 0.0))
+        across = 0.5 * shape["width"] * np.array([math.cos(a), math.sin(a)])
+        down = 0.5 * shape["height"] * np.array([-math.sin(a), math.cos(a)])
+        corners = np.array(shape["centre"]) + np.array([-across - down, across - down, across + down, down - across])
+        return own | {"kind": "polygon", "points": at(corners)}
+    if kind == "ellipse":
+        a = math.radians(shape["rotate_deg"])
+        u, v = np.array([math.cos(a), math.sin(a)]), np.array([-math.sin(a), math.cos(a)])
+        axes, sizes, _ = np.linalg.svd(matrix @ np.stack([shape["radii"][0] * u, shape["radii"][1] * v], axis=1))
+        turn = math.degrees(math.atan2(axes[1, 0], axes[0, 0]))
+        return own | {"centre": at(shape["centre"]), "radii": sizes.tolist(), "rotate_deg": turn}
+    scale, mirrored = float(np.hypot(*matrix[:, 0])), np.linalg.det(matrix) < 0.0
+    assert np.allclose(matrix.T @ matrix, scale**2 * np.eye(2), rtol=1e-12), "scaled unevenly"
+    if kind == "capsule":
+        return own | {"points": at(shape["points"]), "width": scale * shape["width"]}
+    own |= {"centre": at(shape["centre"]), "radius": scale * shape["radius"]}
+    if "inner" in shape:
+        own["inner"] = scale * shape["inner"]
+    if kind == "sector":
+        # Where its first side comes to lie; mirrored, that is where it ends.
+        first = math.radians(shape["from_deg"] + (shape["turn_deg"] if mirrored else 0.0))
+        x, y = matrix @ (math.cos(first), math.sin(first))
+        own["from_deg"] = math.degrees(math.atan2(y, x))
+    return own
