@@ -90,7 +90,8 @@ class Bending:
         return self._drawn(start_um, end_um, owner[order], low[order], high[order])
 
     def _places(self, start: F64, end: F64, share: F64) -> F64:
-        return self.lens.distorted(start + share[:, None] * (end - start))
+        # To the bit an edge's own ends at 0 and at 1: the next edge begins there, or their outline is two.
+        return self.lens.distorted((1.0 - share)[:, None] * start + share[:, None] * end)
 
     def _fine(self, start: F64, end: F64, low: F64, high: F64) -> np.ndarray:
         """Return which parts of edges are as good as straight."""

@@ -99,13 +99,14 @@ class Beside:
         frequency: F64 = self.transfers.step * np.arange(float(rows))
         stride = math.floor(1.0 / (self.transfers.step * (2.0 * reach + 2.0 * SPARE)))
         period = 1.0 / (stride * self.transfers.step)
-        few = frequency[::stride]
         straight = self._transfers(places_um, np.repeat(normal.ravel(), across))
-        straight = straight[..., ::stride].reshape(-1, across, *straight.shape[1:2], few.size)
-        straight = straight * self._passes(few, normal.ravel())[:, None, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            spectrum = np.where(few > 0.0, straight / (2j * math.pi * few), 0.0)
-        spectrum += self._curved(at.reshape(-1, 2), normal.ravel(), curved.ravel(), frequency)[:, None, :, ::stride]
+        straight = straight.reshape(-1, across, *straight.shape[1:])
+        straight *= self._passes(frequency, normal.ravel())[:, None, None]
+        spectrum = straight / (2j * math.pi * np.where(frequency > 0.0, frequency, 1.0))
+        spectrum += self._curved(at.reshape(-1, 2), normal.ravel(), curved.ravel(), frequency)[:, None]
+        # At 0 all that a line shows in all: how far the pattern's middle is moved. Its real part is even there.
+        spectrum[..., 0] = (4.0 * spectrum[..., 1] - spectrum[..., 2]).real / 3.0
+        spectrum = spectrum[..., ::stride]
         count = fast_length(math.ceil(FINER * band.cut * period), real=True)
         lines = scipy.fft.irfft(spectrum / period, n=count, axis=-1, norm="forward")
 
@@ -138,7 +139,7 @@ class Beside:
             for turn in (-ANGLE, 0.0, ANGLE)
         ]
         round_about = (turned[0] - 2.0 * turned[1] + turned[2]) / ANGLE**2
-        here = np.pad(turned[1], ((0, 0), (0, 0), (2, 2)))
+        here = np.concatenate([turned[1][..., 2:0:-1].conj(), turned[1], np.zeros_like(turned[1][..., :2])], axis=-1)
         rising = (8.0 * (here[..., 3:-1] - here[..., 1:-3]) - here[..., 4:] + here[..., :-4]) / (12.0 * frequency[1])
         f = np.where(frequency > 0.0, frequency, np.inf)
         found: C128 = (rising / f + round_about / f**2) * (curved / (8.0 * math.pi**2))[:, None, None]
