@@ -22,7 +22,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.render import plan_render
 from camsim.scene import Path, Rectangle, Scene
 
-SIDE = 16  # photosites
+SIDE, WAVELENGTHS = 16, 24  # photosites; so many that the check looks its pattern up in a table
 
 
 def kernels_compiled() -> bool:
@@ -60,8 +60,8 @@ def _tiny() -> tuple[Choice, U8]:
         Scene(background=1.0, shapes=[about, square, leaf]),
         OpticalSystem.of([Airy(f_number=8.0), FourSpotOlpf(split_um=4.0), SquarePhotosite(side_um=5.0)]),
         Grid(rows=SIDE, cols=SIDE, pitch_um=5.0),
-        response=np.ones((2, 3)),
-        wavelength_nm=np.array([500.0, 550.0, 600.0]),
+        response=np.ones((2, WAVELENGTHS)),
+        wavelength_nm=np.linspace(450.0, 650.0, WAVELENGTHS),
         tolerance=1e-3,
         method="boundary",
     )

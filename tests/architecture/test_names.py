@@ -82,6 +82,7 @@ DIMENSIONLESS = {
     "along": "a unit vector",
     "across": "a unit vector",
     "ends": "half diameters of the pupil",
+    "whole": "a drawing's own unit",
     "rho": "the pattern's own length",
     "core": "per square of it",
     "breaks": "cycles in it",

@@ -105,7 +105,8 @@ class Beside:
         spectrum = straight / (2j * math.pi * np.where(frequency > 0.0, frequency, 1.0))
         spectrum += self._curved(at.reshape(-1, 2), normal.ravel(), curved.ravel(), frequency)[:, None]
         # At 0 all that a line shows in all: how far the pattern's middle is moved. Its real part is even there.
-        spectrum[..., 0] = (4.0 * spectrum[..., 1] - spectrum[..., 2]).real / 3.0
+        first, second = (spectrum[..., min(k, rows - 1)] for k in (1, 2))
+        spectrum[..., 0] = (4.0 * first - second).real / 3.0
         spectrum = spectrum[..., ::stride]
         count = fast_length(math.ceil(FINER * band.cut * period), real=True)
         lines = scipy.fft.irfft(spectrum / period, n=count, axis=-1, norm="forward")
@@ -139,7 +140,9 @@ class Beside:
             for turn in (-ANGLE, 0.0, ANGLE)
         ]
         round_about = (turned[0] - 2.0 * turned[1] + turned[2]) / ANGLE**2
-        here = np.concatenate([turned[1][..., 2:0:-1].conj(), turned[1], np.zeros_like(turned[1][..., :2])], axis=-1)
+        here = np.pad(turned[1], ((0, 0), (0, 0), (2, 2)))
+        for k in range(1, min(3, frequency.size)):
+            here[..., 2 - k] = turned[1][..., k].conj()
         rising = (8.0 * (here[..., 3:-1] - here[..., 1:-3]) - here[..., 4:] + here[..., :-4]) / (12.0 * frequency[1])
         f = np.where(frequency > 0.0, frequency, np.inf)
         found: C128 = (rising / f + round_about / f**2) * (curved / (8.0 * math.pi**2))[:, None, None]
