@@ -119,25 +119,30 @@ class Spikes:
         )
         wavelength_nm, weights = fuse(signals, phase=PHASE, allowed=FUSED_OFF)
         each = [spikes_of(self.system, nm) for nm in wavelength_nm.tolist()]
-        running, tails, firsts, steps, middles, widths = [], [], [], [], [], []
+        every = [spike for own in each for spike in own]
+        finest = max(spike.cutoff_per_um for spike in every) * self.pitch_um
+        blur = max(1.0 / spike.cutoff_per_um for spike in every) / self.pitch_um
+        wide = (self.system.extent_um + max(spike.spread_um[1] for spike in every)) / self.pitch_um
+        step, half = 1.0 / (PER_WAVE * finest), TAIL * blur + 3.0 * wide
+        around = -half + step * np.arange(-2.0, math.ceil(2.0 * half / step) + 3.0)
+        running, tails, middles = [], [], []
         for own in zip(*each, strict=True):
-            finest = max(spike.cutoff_per_um for spike in own) * self.pitch_um
-            blur = max(1.0 / spike.cutoff_per_um for spike in own) / self.pitch_um
-            wide = self.system.extent_um / self.pitch_um + max(spike.spread_um[1] for spike in own) / self.pitch_um
             middle = own[0].moved_um[1] / self.pitch_um
-            step, half = 1.0 / (PER_WAVE * finest), TAIL * blur + 3.0 * wide
-            cells = math.ceil(2.0 * half / step)
-            places = middle - half + step * np.arange(-2.0, cells + 3.0)
-            curves = np.array([self._running(spike, places) for spike in own])
+            curves = np.array([self._running(spike, middle + around) for spike in own])
             light = np.array([spike.light_um for spike in own]) / self.pitch_um
             missing = np.array([0.5 / np.pi**2 / (spike.cutoff_per_um * self.pitch_um) for spike in own])
             running.append(quintic_cells(np.einsum("pcj,j,jt->pct", weights, light, curves)))
             tails.append(np.stack([0.5 * weights @ light, weights @ (light * missing)], axis=-1))
-            firsts.append(middle - half)
             middles.append(middle)
-            steps.append(step)
-            widths.append(blur + wide)
-        return _same_cells(running, tails, firsts, steps, middles, widths)
+        all_alike = np.ones(len(middles))
+        return Profiles(
+            running=np.array(running),
+            tail=np.array(tails),
+            first=np.array(middles) - half,
+            step=step * all_alike,
+            middle=np.array(middles),
+            width=(blur + wide) * all_alike,
+        )
 
     def _running(self, spike: Spike, places: F64) -> F64:
         """Return ∫ of a profile of one unit, averaged over the footprint, from the middle to places (pitches)."""
@@ -154,22 +159,6 @@ class Spikes:
 
 def _add(far: Far, profiles: Profiles, ways: Ways, origin: F64, channel: U8, image: F64, begin: int, stop: int) -> None:
     add_spikes(begin, stop, far, profiles, ways, origin, channel, image)
-
-
-def _same_cells(
-    running: list[F64],
-    tails: list[F64],
-    firsts: list[float],
-    steps: list[float],
-    middles: list[float],
-    widths: list[float],
-) -> Profiles:
-    """Return profiles in one array: the shorter ones go on with cells that are not asked for."""
-    most = max(cells.shape[2] for cells in running)
-    whole = np.zeros((len(running), *running[0].shape[:2], most, 6))
-    for own, cells in zip(whole, running, strict=True):
-        own[:, :, : cells.shape[2]] = cells
-    return Profiles(whole, np.array(tails), np.array(firsts), np.array(steps), np.array(middles), np.array(widths))
 
 
 def spikes_of(system: OpticalSystem, wavelength_nm: float) -> tuple[Spike, ...]:
