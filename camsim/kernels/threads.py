@@ -8,6 +8,7 @@ from many threads, never wait for one another.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 from collections import deque
@@ -94,6 +95,27 @@ def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Ite
                 yield begun.popleft().result()
         while begun:
             yield begun.popleft().result()
+
+
+@contextlib.contextmanager
+def meanwhile(work: Callable[[], object]) -> Iterator[None]:
+    """Do some work on another thread while a block is done; what it raises is raised at the block's end.
+
+    >>> done = []
+    >>> with meanwhile(lambda: done.append(1)):
+    ...     pass
+    >>> done
+    [1]
+    """
+    threads: int = nb.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+    if threads == 1:
+        yield
+        work()
+        return
+    with ThreadPoolExecutor(1) as pool:
+        begun = pool.submit(work)
+        yield
+        begun.result()
 
 
 def use_one_thread() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.kernels.threads import meanwhile
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.check.judge import Checks, Judge
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
@@ -72,6 +74,7 @@ ENGINES: dict[str, Engine] = {
 NAMES = ("auto", *ENGINES)
 CHEAP_SECONDS = 0.05  # the answer saves no more than this; to import and ask the other engine takes nearly as long
 IMAGE_BYTES = 24.0  # of a photosite: whole images, which are no engine's tables and transforms
+MANY_EDGES = 100_000  # from which on the check's own scene takes a tenth of a second: it is made while engines plan
 CHEAP_SPLIT_SECONDS = 0.1  # of a lens that is taken apart it takes 20 ms more
 
 
@@ -107,10 +110,11 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
     anything is rendered.
     """
     judge = Judge(job, FOURIER)
-    if method != "auto":
-        name, why, plan = method, "asked for", _planned(method, job, samples)
-    else:
-        name, why, plan = _auto(job, judge, samples)
+    with meanwhile(lambda: judge.seen) if len(job.edges) > MANY_EDGES else contextlib.nullcontext():
+        if method != "auto":
+            name, why, plan = method, "asked for", _planned(method, job, samples)
+        else:
+            name, why, plan = _auto(job, judge, samples)
     refuse_much(name, plan)
     return Choice(method=name, why=why, plan=plan, judge=judge, samples=samples)
 

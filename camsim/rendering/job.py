@@ -22,7 +22,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.heard import Heard, heard
 from camsim.rendering.prune import equal_sides, far_outlines
 from camsim.rendering.quiet import Waves
-from camsim.rendering.spectral import Signals, blur_of, fuse
+from camsim.rendering.spectral import Signals, blur_of, different, fuse
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
@@ -248,9 +248,12 @@ class Job:
 
     @functools.cached_property
     def shares(self) -> F64:
-        """Weights (pairs · channels, n) of every pair at every wavelength of ``signals``."""
+        """Weights (k, n) of pairs and channels at every wavelength of ``signals``, none another one times a number.
+
+        Of many greys a few are left. Rings are asked after these often, and those others are never the loudest.
+        """
         shares: F64 = self._difference(self.signals.density).reshape(-1, self.signals.wavelength_nm.size)
-        return shares if len(shares) else np.zeros((1, self.signals.wavelength_nm.size))
+        return different(shares) if len(shares) else np.zeros((1, self.signals.wavelength_nm.size))
 
     def waves(self, pattern: Pattern, footprint: Footprint) -> Waves:
         """Return the spectrum's rings as a footprint takes them, which may be part of the job's own."""

@@ -14,7 +14,7 @@ from camsim.optics.pattern import Pattern
 from camsim.products import product
 from camsim.rendering.falling import falls_to
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.spectral import multiples
+from camsim.rendering.spectral import different
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 NEAREST = 5.0  # blurs: where the search for quiet begins
@@ -102,7 +102,7 @@ class Waves:
     @functools.cached_property
     def different(self) -> F64:
         """Weight sets (k, j) of which none is another one times a number: the others are never the loudest."""
-        return self.shares[np.unique(multiples(self.shares)[0])]
+        return different(self.shares)
 
     @functools.cached_property
     def _transfers(self) -> dict[float, F64]:

@@ -80,6 +80,16 @@ def multiples(weights: F64) -> tuple[I64, F64]:
     return which, np.where(other == 0.0, 1.0, own / np.where(other == 0.0, 1.0, other))
 
 
+def different(weights: F64) -> F64:
+    """Return the rows (k, n) of which none is another one times a number.
+
+    >>> different(np.array([[1.0, 2.0], [-2.0, -4.0], [0.0, 1.0]]))
+    array([[-2., -4.],
+           [ 0.,  1.]])
+    """
+    return weights[np.unique(multiples(weights)[0])]
+
+
 def _joined(weights: F64, which: I64) -> I64:
     """Return the rows ``which`` (k,) with those joined that digits told apart: differences are known to rounding only.
 

@@ -29,6 +29,9 @@ NEAREST = 12.0  # blurs: where the search for silence begins
 ALONG_PART = 0.1  # of what the check may be wrong by: along outlines rules leave no more of a wave
 FEW = 4.0  # ends that some photosite hears from just outside, wherever it lies
 FARTHER = 1.4  # times, at each step of it
+GRATINGS = 128  # frequencies that pass, of which the rule over a photosite follows the worst
+NOTHING = 1e-300  # that passes
+LOUD_FALLS = 2.0  # the power of the distance that rings of ends fall with: where to look for silence first
 FALLS = 1.5  # at least this power of the distance is what swings lost with
 NODE_SECONDS, PIECE_SECONDS, POINT_SECONDS = 4e-9, 5e-8, 1e-4  # of one core, measured
 PASSED_SECONDS = 3e-9  # of a piece that lies in another zone
@@ -82,12 +85,15 @@ class Integrals:
 
     @functools.cached_property
     def _orders(self) -> list[int]:
-        """How many nodes follow the shortest wave along either side."""
-        shortest = float(self._blur.min())
+        """How many nodes along either side follow a grating of whatever frequency, as much as the lens leaves of it."""
+        sharpest = int(self._blur.argmin())
+        freq = np.linspace(0.0, 1.0 / self._blur[sharpest], GRATINGS + 1)[1:]
+        passed = np.abs(self.lens.otf(freq / self.pitch_um, np.zeros(GRATINGS), float(self.wavelength_nm[sharpest])))
+        logs, phase = np.log(np.maximum(passed, NOTHING)), np.log(math.pi * freq)
         orders, allowed = [], math.log((1.0 - FAR_PART) * self.budget.allowed("footprint rule"))
         for side in self.sides:
             order = 1 if side == 0.0 else 3
-            while side and gauss_error(order, math.pi * side / shortest) > allowed:
+            while side and np.max(logs + 2 * order * (phase + math.log(side))) + gauss_error(order, 1.0) > allowed:
                 order += 1
             orders.append(order)
         return orders
@@ -106,12 +112,21 @@ class Integrals:
         radius = max(NEAREST * blur, 2.0 * self._extent)
         steps = math.ceil(math.log(everything / radius, FARTHER)) if everything > radius else 0
         radii: F64 = radius * FARTHER ** np.arange(steps, dtype=float)
-        for radius, beyond in zip(radii.tolist(), self.where.heard_beyond(radii).tolist(), strict=True):
-            loud = self._swing_at(radius) * math.sqrt(blur / radius * max(FEW, beyond))
-            if loud / math.tau <= self.budget.allowed("beyond"):
-                break
-        else:
-            radius = max(radius, everything)
+        beyond, allowed = np.maximum(FEW, self.where.heard_beyond(radii)), math.tau * self.budget.allowed("beyond")
+
+        @functools.cache
+        def loud(k: int) -> float:
+            return self._swing_at(float(radii[k])) * math.sqrt(blur / float(radii[k]) * float(beyond[k])) / allowed
+
+        k = steps
+        if steps:
+            # Where ends' rings are silent that are as loud at the first; from there to where it really is so.
+            k = min(max(0, math.ceil(math.log(max(loud(0), 1.0), FARTHER**LOUD_FALLS))), steps - 1)
+            while k > 0 and loud(k - 1) <= 1.0:
+                k -= 1
+            while k < steps and loud(k) > 1.0:
+                k += 1
+        radius = float(radii[k]) if k < steps else max(radius, everything)
         return min(radius, max(everything, NEAREST * blur)) + self._extent
 
     @property
