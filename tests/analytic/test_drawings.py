@@ -230,6 +230,16 @@ def test_a_drawing_of_matplotlib_s_own(tmp_path):
     assert np.abs(ours - theirs).max() < 0.03
 
 
+@pytest.mark.parametrize(
+    ("given", "counts"),
+    [("", True), ('media="print, Screen"', True), ('media="print"', False), ('type="text/less"', False)],
+)
+def test_a_style_for_other_media_or_in_another_language_says_nothing(tmp_path, given, counts):
+    file = tmp_path / "style.svg"
+    file.write_text(page(f'<style {given}>rect{{fill:#808080}}</style><rect width="40" height="40"/>'))
+    np.testing.assert_allclose(seen(file, side=4), 128 / 255 if counts else 0.0, atol=1e-9)
+
+
 def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
     file = tmp_path / "qr.svg"
     segno.make_qr("camsim", error="m", boost_error=False).save(str(file), border=4)
@@ -260,6 +270,11 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
         (page('<g id="a"><use href="#a"/></g>'), "uses itself by way of '#a'"),
         (page("<script>x</script>"), "scripts are not run"),
         (page("<style>@import 'a.css';</style>"), "@import is not understood"),
+        (page("<style media='(color)'>a{fill:red}</style>"), "is for media '(color)', which is not understood"),
+        (
+            page('<symbol id="s" transform="rotate(9)"><rect width="9" height="9"/></symbol><use href="#s"/>'),
+            "<symbol>: has a transform of its own",
+        ),
         (page("<style>a > b{fill:red}</style>"), "the selector 'a > b' is not understood"),
         (page("<style>a{fill:red</style>"), "its rules are cut short or nested at 'a{fill:red'"),
         (page("<use x='3'/>"), "<use>: has no href and shows nothing"),
@@ -294,7 +309,7 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
             "draws more than 100000 elements",
         ),
     ],
-    ids=range(35),
+    ids=range(37),
 )
 def test_what_cannot_be_shown_is_named_with_its_element_and_line(tmp_path, text, message):
     file = tmp_path / "drawing.svg"

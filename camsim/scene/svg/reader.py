@@ -174,8 +174,12 @@ class Reader:
     def _within(self, identity: str, drawn: list[Any], matrix: Matrix, given: Mapping[str, str]) -> Iterator[Any]:
         """Yield what of a symbol is seen: what lies in its own view, unless it may be seen beyond."""
         symbol = self.known[identity]
-        if not drawn or styled(symbol, {}, self.rules)["overflow"] in ("visible", "auto"):
+        style = styled(symbol, {}, self.rules)
+        if not drawn or style["overflow"] in ("visible", "auto"):
             yield from drawn
+            return
+        if style["transform"]:  # some turn its view with it, some do not
+            self.refuse(symbol, "has a transform of its own, and shows no more than its view; transform its <use>")
             return
         sizes = zip(("width", "height"), self.view.whole, strict=True)
         wide, high = (length(given.get(key, symbol.attributes.get(key, "100%")), whole) for key, whole in sizes)

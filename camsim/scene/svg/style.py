@@ -81,7 +81,13 @@ def rules_of(root: Element, refuse: Refuse) -> list[Rule]:
     """Return the rules of all <style> elements, the weightiest last."""
     found = []
     for element in root.all():
-        if element.tag != "style":
+        if element.tag != "style" or element.attributes.get("type", "text/css").strip().lower() not in ("", "text/css"):
+            continue
+        media = [one.strip().lower() for one in element.attributes.get("media", "all").split(",")]
+        if query := next((one for one in media if not re.fullmatch(r"[a-z-]*", one)), None):
+            refuse(element, f"is for media {query[:40]!r}, which is not understood; give it none, or screen")
+            continue
+        if not {"", "all", "screen"} & set(media):  # what is printed or read aloud looks otherwise
             continue
         text = re.sub(r"/\*.*?\*/", "", element.text, flags=re.DOTALL).replace("<!--", "").replace("-->", "")
         if at_rule := re.search(r"@[\w-]+", text):
