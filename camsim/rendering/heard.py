@@ -21,6 +21,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.quiet import Waves
 
 FEW = 4  # corners, or lines, that the shares were set for
+MEETING = 16.0  # right angles that eight ends in one place are as loud as, at most
 SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
 FEW_CIRCLES = 16  # of which to ask what parts of a turn edges fill takes less than how far rings are heard
 
@@ -118,6 +119,8 @@ def crowding(edges: Edges, window: float) -> float:
     """Largest number of corners in any square of side ``window``, each counted by the square of how much it turns.
 
     A corner's strength is the jump of the unit direction, so a smooth outline cut into many edges counts for little.
+    Where four ends meet, as of a checkerboard's fields, these jumps cancel and their rings add up: a line goes on there
+    with its sides exchanged. Up to eight may all be of one sign; of more, neighbours are of either.
     """
     if not len(edges):
         return 0.0
@@ -128,6 +131,8 @@ def crowding(edges: Edges, window: float) -> float:
     col, row = np.floor((points - points.min(axis=0)) / window).T
     _, square = np.unique(row * (col.max() + 1.0) + col, return_inverse=True)
     strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # a right angle counts as one
+    pairs = 0.5 * np.bincount(corner, minlength=len(points))
+    strength = np.where(pairs >= 2.0, np.minimum(pairs**2, np.maximum(MEETING, pairs)), strength)
     return float(np.bincount(square, weights=strength).max(initial=0.0))
 
 

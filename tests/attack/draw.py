@@ -64,21 +64,26 @@ def draw(seed, number):
 
 
 def _tiles(rng, size):
-    """Squares side by side at any angle: corners that they share differ in their last bits."""
+    """Squares side by side, of any greys or of two in turns: turned ones have corners that differ in their last bits."""
     rows, cols = rng.integers(2, 5, 2).tolist()
     step, centre = float(rng.uniform(0.2, 0.6)) * size, rng.uniform(-0.3, 0.3, 2) * size
     rotate_deg = float(90.0 * rng.integers(4) + rng.choice([rng.uniform(-1.0, 1.0), rng.uniform(0.0, 90.0)]))
+    greys = rng.random((rows, cols))
+    if rng.random() < 0.5:
+        rows, cols = rng.integers(3, 10, 2).tolist()
+        step *= float(rng.uniform(0.2, 1.0))
+        greys = rng.random(2)[np.indices((rows, cols)).sum(axis=0) % 2]
+    centres = tile_centres((rows, cols), step, centre, rotate_deg).reshape(-1, 2)
     return [
         {
             "kind": "rectangle",
             "width": step,
             "height": step,
-            "centre": place.tolist(),
+            "centre": place,
             "rotate_deg": rotate_deg,
-            "reflectance": float(rng.random()),
+            "reflectance": grey,
         }
-        for row in tile_centres((rows, cols), step, centre, rotate_deg)
-        for place in row
+        for place, grey in zip(centres.tolist(), greys.ravel().tolist(), strict=True)
     ]
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from examples import tile_centres
 
 from camsim.optics import Airy, OpticalSystem, PolygonPhotosite
 from camsim.rendering.edges import shares_within
@@ -441,3 +442,19 @@ def test_curves_that_cross_what_they_touch(outline, rule):
     """1.7e-9 off at 2.5e-10: where a curve crossed itself or the next one its sides were as long as elsewhere."""
     shape = {"kind": "path", "rule": rule, "outlines": [outline], "reflectance": 0.0}
     keeps(system_of([shape], 8.0, photosite=SQUARE, rows=3, cols=4), 1e-10)
+
+
+@pytest.mark.parametrize(("blur", "tolerance"), [(0.7, 1e-5), (1.76, 1e-4)])
+def test_fields_that_meet_at_their_corners(blur, tolerance):
+    """1.2 times the tolerance, a tenth by the estimate: at a checkerboard's corners directions cancel, and rings do not."""
+    corners = tile_centres((9, 9), 4.6, np.zeros(2), 9.0)
+    squares = [
+        {
+            "kind": "polygon",
+            "points": [corners[place].tolist() for place in [(i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)]],
+            "reflectance": 0.05,
+        }
+        for i in range(8)
+        for j in range(i % 2, 8, 2)
+    ]
+    keeps(system_of(squares, blur, rows=48, cols=48), tolerance, "boundary")

@@ -47,7 +47,10 @@ class Whereabouts:
 
     @functools.cached_property
     def ends(self) -> tuple[F64, F64]:
-        """Ends of pieces (n, 2), and how strong each is: how its direction jumps, at most as at a right angle (1)."""
+        """Ends of pieces (n, 2), and how strong each is: how its direction jumps, at most as at a right angle (1).
+
+        Jumps of four may cancel where their rings do not: they count as the root of how many meet.
+        """
         o, (tx, ty, _) = self.outlines, self._lines
         straight = o.turn_rad == 0.0
         first, last, leaves, comes = o.x + 1j * o.y, o.x + o.dx + 1j * (o.y + o.dy), tx + 1j * ty, tx + 1j * ty
@@ -69,7 +72,9 @@ class Whereabouts:
         places, index = np.unique(np.round(np.concatenate([first, last]), 9), return_inverse=True)
         turns = np.concatenate([leaves, -comes])
         jump = np.hypot(*(np.bincount(index, part, places.size) for part in (turns.real, turns.imag)))
-        return places.view(np.float64).reshape(-1, 2), np.minimum(jump / math.sqrt(2.0), 1.0)
+        meeting = np.bincount(index, minlength=places.size)
+        strength = np.where(meeting > 3, np.sqrt(meeting), np.minimum(jump / math.sqrt(2.0), 1.0))
+        return places.view(np.float64).reshape(-1, 2), strength
 
     @functools.cached_property
     def listeners(self) -> F64:
