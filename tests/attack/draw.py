@@ -64,7 +64,7 @@ def draw(seed, number):
 
 
 def _tiles(rng, size):
-    """Squares side by side, of any greys or of two in turns: turned ones have corners that differ in their last bits."""
+    """Squares side by side, of any greys or of two in turns: corners of turned ones differ in their last bits."""
     rows, cols = rng.integers(2, 5, 2).tolist()
     step, centre = float(rng.uniform(0.2, 0.6)) * size, rng.uniform(-0.3, 0.3, 2) * size
     rotate_deg = float(90.0 * rng.integers(4) + rng.choice([rng.uniform(-1.0, 1.0), rng.uniform(0.0, 90.0)]))

@@ -446,7 +446,7 @@ def test_curves_that_cross_what_they_touch(outline, rule):
 
 @pytest.mark.parametrize(("blur", "tolerance"), [(0.7, 1e-5), (1.76, 1e-4)])
 def test_fields_that_meet_at_their_corners(blur, tolerance):
-    """1.2 times the tolerance, a tenth by the estimate: at a checkerboard's corners directions cancel, and rings do not."""
+    """1.2 times the tolerance, a tenth by the estimate: directions cancel at a checkerboard's corners, not rings."""
     corners = tile_centres((9, 9), 4.6, np.zeros(2), 9.0)
     squares = [
         {
