@@ -18,6 +18,7 @@ from camsim.optics.pupil import Pupil
 from camsim.quadrature import gauss_legendre
 
 STEP = 1e-4  # half diameters, of a slope
+OUTWARD = 12  # places between the middle of a pupil and a side where its slope is looked at
 NODES, PER_WAVE, PROBES = 24, 6, 65  # along a side, and more for every wave that its path difference goes up and down
 
 
@@ -40,6 +41,7 @@ class Spike:
     light_um : light per µm at a distance s along either way is this over s²
     moved_um : (2,) how far along the normal and along the side the middle of both is moved
     spread_um : (2,) how far parts of the side are moved about that, root mean square
+    spot_um : how far any part of the pupil between this side and the middle is moved
     cutoff_per_um : where the transfer of the profile ends;  ends: (2, 2) of the side, half diameters
     """
 
@@ -48,6 +50,7 @@ class Spike:
     light_um: float
     moved_um: tuple[float, float]
     spread_um: tuple[float, float]
+    spot_um: float
     cutoff_per_um: float
     ends: F64
     lens: Aberrated
@@ -83,18 +86,19 @@ def spikes_of(lens: Aberrated, wavelength_nm: float) -> tuple[Spike, ...]:
         return ()
     blur_um, found = lens.blur_um(wavelength_nm), []
     t, weight = gauss_legendre(NODES)
+    outward = np.linspace(1.0, 0.0, OUTWARD)[:, None]  # the first are on the side itself
     for begin, end in zip(pupil.corners, np.roll(pupil.corners, -1, axis=0), strict=True):
         length = float(np.hypot(*(end - begin)))
         across = (end - begin) / length
         along = np.array([across[1], -across[0]])
-        places = begin + np.multiply.outer(0.5 * (1.0 + t), end - begin)
-        moved, spread = [], []
-        for direction in (along, across):
-            (ahead_x, ahead_y), (x, y) = (places + STEP * direction).T, (places - STEP * direction).T
-            rise = lens.waves(ahead_x, ahead_y, wavelength_nm) - lens.waves(x, y, wavelength_nm)
-            slope = blur_um * rise / STEP  # a wave across half a diameter moves the pattern by 2λN
-            moved.append(0.5 * float(weight @ slope))
-            spread.append(float(np.sqrt(0.5 * weight @ (slope - moved[-1]) ** 2)))
+        x, y = begin[:, None, None] + np.multiply.outer(end - begin, np.tile(0.5 * (1.0 + t), (OUTWARD, 1)))
+        x, y = outward * x, outward * y
+        slopes = []
+        for dx, dy in (STEP * along, STEP * across):
+            rise = lens.waves(x + dx, y + dy, wavelength_nm) - lens.waves(x - dx, y - dy, wavelength_nm)
+            slopes.append(blur_um * rise / STEP)  # a wave across half a diameter moves the pattern by 2λN
+        moved = [0.5 * float(weight @ slope[0]) for slope in slopes]
+        spread = [float(np.sqrt(0.5 * weight @ (slope[0] - m) ** 2)) for slope, m in zip(slopes, moved, strict=True)]
         found.append(
             Spike(
                 along=along,
@@ -102,6 +106,7 @@ def spikes_of(lens: Aberrated, wavelength_nm: float) -> tuple[Spike, ...]:
                 light_um=length * blur_um / (2.0 * np.pi**2 * pupil.area),
                 moved_um=(moved[0], moved[1]),
                 spread_um=(spread[0], spread[1]),
+                spot_um=float(np.hypot(*slopes).max()),
                 cutoff_per_um=0.5 * length / blur_um,
                 ends=np.stack([begin, end]),
                 lens=lens,

@@ -188,15 +188,17 @@ def spike_hem(
     nearest = np.maximum(nearest - system.extent_um / pitch_um, 0.0)
     longest = max(system.blurs_um(wavelength_nm)) / pitch_um
     spread = np.max([spike.spread_um for spike in spikes], axis=0) / pitch_um
+    spot = max(spike.spot_um for spike in spikes) / pitch_um  # within it light is no spike
     besides = BESIDES * longest**2 + UNEVEN * longest * spread[0], WIDE * longest * float(spread @ spread)
     for step in range(math.ceil(PER_OCTAVE * math.log2(max(farthest / longest, 1.0)))):
-        inner = longest * 2.0 ** (step / PER_OCTAVE)
-        away = np.maximum(nearest, inner)
+        beyond = longest * 2.0 ** (step / PER_OCTAVE)
+        inner = spot + beyond
+        away = np.maximum(nearest - spot, beyond)
         if float(np.sum(besides[0] / away**2 + besides[1] / away**3)) <= RINGS_PART * allowed:
             break
     else:
         return None
-    light = 2.0 * sum(spike.light_um for spike in spikes) / pitch_um / inner
+    light = 2.0 * sum(spike.light_um for spike in spikes) / pitch_um / beyond
     margin, sharpness = taper_margin(min(max((1.0 - RINGS_PART) * allowed / light, 1e-14), 1.0))
     # (cutoff + margin/width)·(frame + 2·(inner + width)) is smallest, or nearly.
     width = math.sqrt(margin * (max(shape) + 2.0 * inner) / (2.0 * kernel.cutoff))
