@@ -98,7 +98,7 @@ class Prices:
     def _of_rule(self, tile: Tile) -> float:
         """Return the seconds that a pattern's sums at all wavelengths take, begun again for each strip of it."""
         strips = math.ceil(_pattern(self.kernel, tile) / STRIP_SAMPLES)
-        return PER_PUPIL_NODE * self.kernel.pupil_nodes(math.hypot(*tile.outer)) * strips
+        return PER_PUPIL_NODE * self.kernel.pupil_nodes(*tile.outer) * strips
 
 
 def unknown_reach(system: OpticalSystem, extent: F64) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.joint import NODES_IN_CYCLE
@@ -91,3 +93,25 @@ def spreading_precision(tolerance: float) -> float:
 def samples_of(kernel: Kernel, tile: Tile) -> float:
     """Return the points of a pattern's period, as finely as the band asks for."""
     return 4.0 * math.prod(kernel.cuts(tile.cut)) * tile.periods[0] * tile.periods[1]
+
+
+class Lattice(NamedTuple):
+    """A pattern's samples along one axis: how many make up the period, how far apart, how many to either side."""
+
+    size: int
+    step: float
+    reach: int
+
+
+def lattices_of(cuts: tuple[float, float], tile: Tile) -> list[Lattice]:
+    """Return a pattern's samples along x and along y, where its band ends at ``cuts``."""
+    found = []
+    for period, outer, cut in zip(tile.periods, tile.outer, cuts, strict=True):
+        size = fast_length(math.ceil(2.04 * cut * period) + 1)
+        found.append(Lattice(size, period / size, math.floor(outer * size / period)))
+    return found
+
+
+def pattern_of(kernel: Kernel, tile: Tile) -> float:
+    """Return the points of the pattern itself, as far as it is taken."""
+    return float(math.prod(2 * axis.reach + 1 for axis in lattices_of(kernel.cuts(tile.cut), tile)))
