@@ -17,7 +17,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import ROUNDING, OverPupil, Turns
+from camsim.optics.rays import ROUNDING, OverPupil, Turns, in_steps
 from camsim.quadrature import gauss_legendre
 
 NARROW = 1e-13  # a strip that is none: two corners at one level, but for rounding
@@ -99,7 +99,7 @@ class _Strip(NamedTuple):
         middle = 0.5 * (u[1:] + u[:-1])
         closer = np.minimum(2.0 * np.sqrt(middle * (1.0 - middle)) + CLOSER, 1.0)
         ways = [turns.along(*_turned(np.diff(x), np.diff(y), turn_rad)) * closer for y in (below, above)]
-        levels = math.ceil(PER_TURN * float(np.max(ways)) * (ALONG - 1)) + spares[0] + (BENT_SPARE if self.bent else 0)
+        levels = in_steps(PER_TURN * float(np.max(ways)) * (ALONG - 1) + spares[0] + (BENT_SPARE if self.bent else 0))
         each = PER_TURN * turns.along(*_turned(np.zeros(1), np.ones(1), turn_rad)).item()
         ends = [round(levels * part / GROUPS) for part in range(GROUPS + 1)]
         found: list[tuple[int, int]] = []
@@ -107,7 +107,7 @@ class _Strip(NamedTuple):
             if first < stop:
                 # Somewhere between these is the longest of them, or at an end.
                 x, _, below, above = self.chords(np.linspace(*_reach(first, stop, levels), 9))
-                along = math.ceil(each * float((above - below).max())) + spares[1]
+                along = in_steps(each * float((above - below).max()) + spares[1])
                 if found and found[-1][1] == along:
                     found[-1] = found[-1][0] + stop - first, along
                 else:

@@ -89,7 +89,7 @@ class Rays(NamedTuple):
         pupil, turns = self.pupil, self.turns
         farthest = float(turns.along(*pupil.corners.T).max()) if pupil.sides > 1 else turns.largest
         open_part = 1.0 - pupil.obstruction / pupil.outer_radius
-        return math.ceil(0.27 * farthest * open_part + 0.5 * self.along) + 24
+        return in_steps(0.27 * farthest * open_part + 0.5 * self.along + 24.0)
 
     @property
     def _groups(self) -> list[tuple[slice, list[int]]]:
@@ -108,9 +108,15 @@ class Rays(NamedTuple):
                 # A ring is so much of its outline, and the rest a circle.
                 per_turn = share * pupil.side_share * pupil.outer_radius
                 speeds = [per_turn * turn + hole * math.pi / pupil.sides for turn in of_sides]
-                sides = [math.ceil(0.55 * speed + 0.5 * self.round_about) + 30 for speed in speeds]
+                sides = [in_steps(0.55 * speed + 0.5 * self.round_about + 30.0) for speed in speeds]
             groups.append((slice(first, stop), sides))
         return groups
+
+
+def in_steps(least: float) -> int:
+    """Return a number of nodes, a hundredth larger at most: rules for the next wavelength are often the same ones."""
+    step = max(1, int(least) >> 7)
+    return step * math.ceil(least / step)
 
 
 @functools.lru_cache(maxsize=256)

@@ -43,7 +43,7 @@ PER_ROUND_POINT, PER_FIELD_POINT, PER_POINT_WEIGHT = 1e-9, 3e-8, 8e-9
 PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
 PER_GRID_POINT, PER_KERNEL_SAMPLE = 1.2e-8, 4.5e-9
 PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
-PER_PUPIL_NODE, PER_PUPIL_SAMPLE = 2.5e-7, 1.5e-7
+PER_PUPIL_NODE = 2.5e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,7 +230,7 @@ def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float, float
     if kernel.tapered:
         pattern, strip = pattern_of(kernel, tile), _pattern_samples(task, tile, fields)
         seconds = PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(pattern / strip)
-        seconds += PER_PUPIL_SAMPLE * task.wavelengths * pattern
+        seconds += kernel.pattern_seconds * task.wavelengths * pattern
         held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
         made = kernel.pattern_bytes * min(pattern, strip) + min(NODES_BYTES, STRIP_BYTES * pattern)
         return seconds, held, max(0.0, made + FOLDED_BYTES * fields * samples - held)

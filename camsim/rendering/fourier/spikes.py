@@ -24,6 +24,7 @@ from camsim.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
+from camsim.rendering.fourier.crossings import Crossings
 from camsim.rendering.fourier.shells import RINGS_PART, distances
 from camsim.rendering.fourier.spike_kernels import Far, Profiles, Ways, add_spikes
 from camsim.rendering.fourier.spread import Kernel
@@ -189,10 +190,15 @@ def spike_hem(
     longest = max(system.blurs_um(wavelength_nm)) / pitch_um
     spread = np.max([spike.spread_um for spike in spikes], axis=0) / pitch_um
     besides = BESIDES * longest**2 + UNEVEN * longest * spread[0], WIDE * longest * float(spread @ spread)
+    crossings = Crossings(spikes, edges, shape, longest + system.extent_um / pitch_um + float(spread[1]))
     for step in range(math.ceil(PER_OCTAVE * math.log2(max(farthest / longest, 1.0)))):
         inner = longest * 2.0 ** (step / PER_OCTAVE)
         away = np.maximum(nearest, inner)
-        if float(np.sum(besides[0] / away**2 + besides[1] / away**3)) <= RINGS_PART * allowed:
+        each = besides[0] / away**2 + besides[1] / away**3
+        left_out = float(each.sum())
+        if left_out > RINGS_PART * allowed:
+            left_out = crossings.most(each, besides[0] / inner**2 + besides[1] / inner**3)
+        if left_out <= RINGS_PART * allowed:
             break
     else:
         return None

@@ -22,7 +22,8 @@ from camsim.rendering.psf import OF_LIGHT, is_summed, rule_of
 
 BAND_STEPS, BAND_DIRECTIONS = 256, 12  # in which a lens is asked what it passes
 LOBE = 8.0  # directions for each period that a photosite's half extent holds: twice what follows its transfer round
-SUMMED_BYTES = 90.0  # for each sample of a pattern that is a non-uniform transform, its grid and all
+# For each sample of a pattern: of a non-uniform transform, its grid and all; where nodes are spread to a band's grid.
+SUMMED_BYTES, SUMMED_SECONDS, PUPIL_SECONDS = 90.0, 1.5e-7, 8e-8
 IN_SIGHT = 8.0  # contrasts of full scale at once
 
 
@@ -43,7 +44,7 @@ class Kernel:
     tapers  : how many share what tapers may leave
     carries : how much of the light there is in it, at the most
     whole   : whether its transfers are made for a whole tile at once
-    pattern_bytes : what is held for each sample of a pattern while it is made
+    pattern_bytes, pattern_seconds : what is held for each sample of a pattern while it is made, and what it takes
     sooner  : by how much its band ends before the cut-off along x and along y, cycles/pitch
     """
 
@@ -62,6 +63,7 @@ class Kernel:
     carries: float = 1.0
     whole: bool = False
     pattern_bytes: float = SUMMED_BYTES
+    pattern_seconds: float = SUMMED_SECONDS
     sooner: tuple[float, float] = (0.0, 0.0)
 
     def cuts(self, cut: float) -> tuple[float, float]:
@@ -103,6 +105,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
         # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
         rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
+    spread = isinstance(lens, KnowsNodes) and not is_summed(system)
     return Kernel(
         cutoff=cutoff,
         passes=cutoff,
@@ -115,7 +118,8 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         rings=rings,
         longest=longest,
         whole=isinstance(lens, Fuses) and not more,
-        pattern_bytes=_pattern_bytes(system, ErrorBudget(tolerance).allowed("pupil")),
+        pattern_bytes=8.0 + held_bytes(OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")) if spread else SUMMED_BYTES,
+        pattern_seconds=PUPIL_SECONDS if spread else SUMMED_SECONDS,
         sooner=sooner,
     )
 
@@ -170,13 +174,6 @@ def _beside(system: OpticalSystem, cutoff_per_um: float) -> F64:
         return np.zeros(1)
     periods = cutoff_per_um * float(np.hypot(*system.photosite.half_extent_um))
     return np.arange(-0.5, 0.5, BAND_DIRECTIONS / (BAND_DIRECTIONS + LOBE * periods))
-
-
-def _pattern_bytes(system: OpticalSystem, precision: float) -> float:
-    """Return what is held for each sample while a pattern is made."""
-    if is_summed(system) or not isinstance(system.lens, KnowsNodes):
-        return SUMMED_BYTES
-    return 8.0 + held_bytes(OF_LIGHT * precision)
 
 
 def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float, float], float]:

@@ -17,7 +17,8 @@ from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.joint import NODES_IN_CYCLE
 from camsim.rendering.fourier.spread import Kernel
 
-PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
+PART_OF_MEMORY = 0.3  # that strips may take, and the transfers of a lens at several wavelengths behind pictures
+OF_TRANSFERS = 0.5  # that those of a wavefront may: the scene is transformed again for as many as do not fit
 TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
 OF_A_CROWD = 0.14
@@ -81,7 +82,7 @@ class Task:
         """Transfers that are held for a block at a time."""
         if self.kernel.round or not self.kernel.tapered:
             return 0 if self.kernel.round else self.wavelengths
-        fitting = PART_OF_MEMORY * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
+        fitting = OF_TRANSFERS * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
         return max(1, min(self.wavelengths, int(fitting)))
 
 
