@@ -149,12 +149,20 @@ class FourierPlan:
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""
-        yield self.image.rendered(self.job.grid.first_centre, channel[:], progress)
+        yield self._rendered(channel[:], progress)
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield several images, each as one band: edges and lens are transformed once for all."""
-        for image in self.image.rendered(self.job.grid.first_centre, channels, progress):
+        for image in self._rendered(channels, progress):
             yield iter((image,))
+
+    def _rendered(self, channels: U8, progress: Progress) -> F64:
+        values = self.image.rendered(self.job.grid.first_centre, channels, progress)
+        # A check that follows needs the memory of what was made of the lens.
+        for plan in (self, *self.parts):
+            plan.__dict__.pop("image", None)
+            plan.__dict__.pop("whole", None)
+        return values
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""

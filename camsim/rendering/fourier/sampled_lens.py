@@ -31,6 +31,9 @@ def fields_of(transfers: list[C128]) -> Fields:
     def fields(block: Block) -> F64:
         i = block.first_i + np.arange(block.count_i)
         j = block.first_j + np.arange(block.count_j)
+        if i[0] >= 0 and i[-1] < columns and 2 * np.abs(j).max() <= rows:
+            some = slice(i[0], i[-1] + 1)
+            return parts(np.stack([np.take(transfer[:, some], j % rows, axis=0) for transfer in transfers]))
         # The half plane i ≥ 0 is there; the rest is its mirror image.
         mirrored = i < 0
         place = np.where(mirrored[None], -j[:, None], j[:, None]) % rows, np.minimum(np.abs(i), columns - 1)[None]
