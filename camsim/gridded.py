@@ -18,9 +18,8 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.nonuniform import COARSE, modes
+from camsim.nonuniform import finer, modes
 
-FINER = ((COARSE, 1.25), (1e-12, 1.5), (0.0, 2.0))  # from a precision on: how much larger grids are than bands
 WIDEST = 16  # cells of finufft's kernels
 SAMPLED = 8  # places in a cell where a kernel is looked at: its sum there is its integral to rounding
 PROBE = 64  # cells of a grid on which it is looked at
@@ -31,8 +30,8 @@ FEWER = 1.3  # cells in two half grids over those in one whole grid: up to there
 
 def held_bytes(precision: float) -> float:
     """Return what is held besides the pattern, for each of its points."""
-    finer = _finer(precision)
-    return 16.0 * 0.25 * finer * (finer + 1.0)
+    larger = finer(precision)
+    return 16.0 * 0.25 * larger * (larger + 1.0)
 
 
 class _Axis(NamedTuple):
@@ -43,14 +42,14 @@ class _Axis(NamedTuple):
     cells: int
 
     @classmethod
-    def of(cls, size: int, band_rad: float, finer: float) -> _Axis:
+    def of(cls, size: int, band_rad: float, larger: float) -> _Axis:
         """Choose for points whose waves turn by up to ``band_rad`` from one place to the next."""
-        whole = cls(size, 1, _even(finer * size))
+        whole = cls(size, 1, _even(larger * size))
         room = math.pi - 2.0 * band_rad
         if room <= 0.0:
             return whole
         # A point's cells must not go round: half a step's turn is not the same there.
-        cells = _even(max(0.5 * finer * (size + 1), (0.5 * WIDEST + 1.0) * math.tau / room))
+        cells = _even(max(0.5 * larger * (size + 1), (0.5 * WIDEST + 1.0) * math.tau / room))
         return cls(size, 2, cells) if 2 * cells <= FEWER * whole.cells else whole
 
     def lattice(self, first: int) -> tuple[slice, F64]:
@@ -87,8 +86,8 @@ def powers(
             amplitude += modes((y, x), strengths, shape, precision=precision, sign=-1)
         whole: F64 = np.square(amplitude.real) + np.square(amplitude.imag)
         return whole
-    finer = _finer(precision)
-    down, across = (_Axis.of(size, band, finer) for size, band in zip(shape, bands_rad, strict=True))
+    larger = finer(precision)
+    down, across = (_Axis.of(size, band, larger) for size, band in zip(shape, bands_rad, strict=True))
     grid = np.zeros((down.cells, across.cells), complex)
     for y, x, strengths in parts:
         _add(grid, down.steps * y, across.steps * x, strengths, precision)
@@ -184,7 +183,7 @@ def _spread(y: F64, x: F64, strengths: C128, cells: tuple[int, int], precision: 
     import finufft
 
     grid: C128 = finufft.nufft2d1(
-        y, x, strengths, n_modes=cells, eps=precision, upsampfac=_finer(precision), spreadinterponly=1, nthreads=1
+        y, x, strengths, n_modes=cells, eps=precision, upsampfac=finer(precision), spreadinterponly=1, nthreads=1
     )
     return grid
 
@@ -216,10 +215,6 @@ def _probe(offset: float, precision: float) -> F64:
     one = np.zeros(1), np.array([offset * math.tau / PROBE]), np.ones(1, complex)
     row: F64 = _spread(*one, (PROBE, PROBE), precision)[PROBE // 2].real
     return row
-
-
-def _finer(precision: float) -> float:
-    return next(finer for finest, finer in FINER if precision >= finest)
 
 
 def _even(cells: float) -> int:
