@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.nonuniform import finer, modes
+from camsim.nonuniform import finer, modes, spread
 
 WIDEST = 16  # cells of finufft's kernels
 SAMPLED = 8  # places in a cell where a kernel is looked at: its sum there is its integral to rounding
@@ -154,7 +154,7 @@ def _add(grid: C128, y: F64, x: F64, strengths: C128, precision: float) -> None:
     rows, columns = grid.shape
     down, across = _box(y, rows), _box(x, columns)
     y, x = (y - down.middle_rad) * down.finer, (x - across.middle_rad) * across.finer
-    grid[down.cells, across.cells] += _spread(y, x, strengths, (down.size, across.size), precision)
+    grid[down.cells, across.cells] += spread((y, x), strengths, (down.size, across.size), precision=precision)
 
 
 class _Box(NamedTuple):
@@ -176,16 +176,6 @@ def _box(phase: F64, cells: int) -> _Box:
     if first < -middle or first + size > cells - middle:
         return _Box(slice(0, cells), cells, 0.0, 1.0)
     return _Box(slice(first + middle, first + middle + size), size, (first + size // 2) * step, cells / size)
-
-
-def _spread(y: F64, x: F64, strengths: C128, cells: tuple[int, int], precision: float) -> C128:
-    """Return what points are spread to; on one thread, as in ``nonuniform``."""
-    import finufft
-
-    grid: C128 = finufft.nufft2d1(
-        y, x, strengths, n_modes=cells, eps=precision, upsampfac=finer(precision), spreadinterponly=1, nthreads=1
-    )
-    return grid
 
 
 def _over(places: F64, axis: _Axis, precision: float) -> F64:
@@ -212,8 +202,8 @@ def _kernel(precision: float) -> tuple[F64, F64]:
 
 def _probe(offset: float, precision: float) -> F64:
     """Return the row of cells through a point, that lies so far along it from one's middle."""
-    one = np.zeros(1), np.array([offset * math.tau / PROBE]), np.ones(1, complex)
-    row: F64 = _spread(*one, (PROBE, PROBE), precision)[PROBE // 2].real
+    place = np.zeros(1), np.array([offset * math.tau / PROBE])
+    row: F64 = spread(place, np.ones(1, complex), (PROBE, PROBE), precision=precision)[PROBE // 2].real
     return row
 
 

@@ -44,6 +44,16 @@ def modes(
     return total
 
 
+def spread(phases: tuple[F64, F64], strengths: C128, cells: tuple[int, int], *, precision: float) -> C128:
+    """Return what points are spread to on a grid, of whose transform ``modes`` are a part, over that of a kernel."""
+    import finufft
+
+    grid: C128 = finufft.nufft2d1(
+        *phases, strengths, n_modes=cells, eps=precision, upsampfac=finer(precision), spreadinterponly=1, nthreads=1
+    )
+    return grid
+
+
 def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, sign: Literal[-1, 1]) -> C128:
     """Return Σ_ji coefficients[j, i]·exp(±i(j·phases[0] + i·phases[1])) at the points (m,).
 

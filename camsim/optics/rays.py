@@ -39,9 +39,9 @@ class Turns(NamedTuple):
     x: float
     y: float
 
-    def along(self, dx: F64, dy: F64) -> F64:
-        """Return how much any of them turns on the way (dx, dy) at most."""
-        most: F64 = self.x * np.abs(dx) + self.y * np.abs(dy)
+    def along(self, x: F64, y: F64) -> F64:
+        """Return how much any of them turns at most on the way (x, y)."""
+        most: F64 = self.x * np.abs(x) + self.y * np.abs(y)
         return most
 
     @property

@@ -47,8 +47,8 @@ def test_of_opposite_points_one_is_enough(rng, shape):
 
 def test_parts_that_lie_together_are_spread_to_few_cells(rng, monkeypatch):
     cells = []
-    spread = gridded._spread
-    monkeypatch.setattr(gridded, "_spread", lambda y, x, s, size, p: cells.append(size) or spread(y, x, s, size, p))
+    spread = gridded.spread
+    monkeypatch.setattr(gridded, "spread", lambda p, s, size, **how: cells.append(size) or spread(p, s, size, **how))
     y, x, strengths = points(rng, (0.1, 0.1))
     moved = y + 1.0, x - 0.5, strengths
     found = np.sqrt(powers([moved], (300, 300), (1.5, 1.5), 1e-9))
