@@ -12,7 +12,13 @@ import numpy as np
 
 from camsim.arrays import C128, F64
 
-COARSE = 1e-9  # sums to this precision may go by a grid of 25 % more on a side: left to itself, finufft doubles it
+# By how much a grid is larger than what is transformed, from a precision on: left to itself, finufft doubles it.
+COARSE, FINER = 1e-9, ((1e-9, 1.25), (1e-12, 1.5), (0.0, 2.0))
+
+
+def finer(precision: float) -> float:
+    """Return by how much a grid is larger, each way, than what is transformed: if by less, points take more cells."""
+    return next(larger for finest, larger in FINER if precision >= finest)
 
 
 def modes(
@@ -30,11 +36,22 @@ def modes(
     """
     import finufft
 
-    finer = 1.25 if precision >= COARSE else 2
+    # Where points are many, they had better take few cells each.
+    larger = finer(precision) if precision >= COARSE or strengths.size < shape[0] * shape[1] else 2.0
     total: C128 = finufft.nufft2d1(
-        *phases, strengths, n_modes=shape, eps=precision, isign=sign, upsampfac=finer, nthreads=1
+        *phases, strengths, n_modes=shape, eps=precision, isign=sign, upsampfac=larger, nthreads=1
     )
     return total
+
+
+def spread(phases: tuple[F64, F64], strengths: C128, cells: tuple[int, int], *, precision: float) -> C128:
+    """Return what points are spread to on a grid, of whose transform ``modes`` are a part, over that of a kernel."""
+    import finufft
+
+    grid: C128 = finufft.nufft2d1(
+        *phases, strengths, n_modes=cells, eps=precision, upsampfac=finer(precision), spreadinterponly=1, nthreads=1
+    )
+    return grid
 
 
 def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, sign: Literal[-1, 1]) -> C128:

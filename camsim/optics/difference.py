@@ -56,7 +56,7 @@ class Bent(Protocol):
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64: ...  # noqa: D102
 
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]: ...  # noqa: D102
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]: ...  # noqa: D102
 
 
 class Core(RoundLens, Round, Protocol):
@@ -170,8 +170,8 @@ class Difference:
         add_round(pattern, -quintic_cells(along), x / step_um, y / step_um)
         return pattern
 
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
-        """Return what tells how many nodes the pattern takes out to a distance in µm."""
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]:
+        """Return what tells how many nodes the pattern takes out to distances along x and y in µm."""
         return self.lens.pupil_nodes(wavelength_nm)
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:

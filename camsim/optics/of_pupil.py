@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
@@ -11,13 +12,13 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
-from camsim.nonuniform import modes
+from camsim.gridded import is_large, powers
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.chords import Chords
 from camsim.optics.difference import Core
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import Rays
+from camsim.optics.rays import Rays, Turns
 from camsim.optics.spikes import Spike, spikes_of
 
 SETTLED = 1e-11  # two rules that differ by no more than this agree
@@ -63,7 +64,7 @@ class OfPupil:
 
     def waves_across(self, wavelength_nm: float) -> float:
         """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
-        x, y, _ = self.pupil.rule(ACROSS, ACROSS)
+        x, y, _ = self.pupil.rule(ACROSS, [ACROSS] * self.pupil.sides)
         waves, plane = self.waves(x, y, wavelength_nm), np.stack([x, y, np.ones_like(x)], axis=1)
         return float(np.ptp(waves - plane @ np.linalg.lstsq(plane, waves, rcond=None)[0]))
 
@@ -132,7 +133,7 @@ class OfPupil:
 
     def strehl(self, wavelength_nm: float) -> float:
         """Return the pattern's height at the centre over that without aberrations."""
-        rules = self._nodes(wavelength_nm, 0.0)
+        rules = self._nodes(wavelength_nm, Turns(0.0, 0.0))
         amplitude = sum(complex(np.sum(w * self._phase_factor(x, y, wavelength_nm))) for x, y, w in rules)
         return abs(amplitude / self.pupil.area) ** 2
 
@@ -145,47 +146,56 @@ class OfPupil:
         corner asks for, by a non-uniform FFT.
         """
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
-        reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
+        turns = self._turns(float(np.abs(x_um).max()), float(np.abs(y_um).max()), wavelength_nm)
         steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
         # The integers of a sum run about 0: the lattice's middle is moved there.
         middle = [float(axis[axis.size // 2]) for axis in (x_um, y_um)]
-        amplitude = np.zeros((y_um.size, x_um.size), complex)
-        for x, y, weights in self._nodes(wavelength_nm, self._turns(reach_um, wavelength_nm)):
-            strengths = self._phase_factor(x, y, wavelength_nm, (-radius * middle[0], -radius * middle[1]))
+        plane = -radius * middle[0], -radius * middle[1]
+        (mid_x, mid_y), (half_x, half_y) = self.pupil.centre, self.pupil.half_extents
+        turn_x, turn_y = (2.0 * np.pi * radius * step for step in steps)
+
+        def part(x: F64, y: F64, weights: F64) -> tuple[F64, F64, C128]:
+            strengths = self._phase_factor(x, y, wavelength_nm, plane)
             strengths *= weights
-            amplitude += modes(
-                (2.0 * np.pi * radius * steps[1] * y, 2.0 * np.pi * radius * steps[0] * x),
-                strengths,
-                amplitude.shape,
-                precision=max(precision, 1e-14),
-                sign=-1,
-            )
-        irradiance: F64 = (np.square(amplitude.real) + np.square(amplitude.imag)) * (radius**2 / self.pupil.area)
+            return turn_y * (y - mid_y), turn_x * (x - mid_x), strengths  # what all turn by changes no square
+
+        # Where the pattern is even, so is the amplitude, but for the lattice's move.
+        half = self._symmetric and is_large((y_um.size, x_um.size)) and not any(middle)
+        nodes = self._nodes(wavelength_nm, turns, half)
+        irradiance: F64 = powers(
+            itertools.starmap(part, nodes),
+            (y_um.size, x_um.size),
+            bands_rad=(turn_y * half_y, turn_x * half_x),
+            precision=max(precision, 1e-14),
+            half=half,
+        )
+        irradiance *= radius**2 / self.pupil.area
         return irradiance
 
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
-        """Return what tells how many nodes ``point_spread_on`` takes out to a distance in µm."""
-        rule = self._rule(wavelength_nm)
-        return lambda reach_um: rule.total(self._turns(reach_um, wavelength_nm))
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]:
+        """Return what tells how many nodes ``point_spread_on`` takes out to distances along x and y in µm."""
+        part = 0.5 if self._symmetric else 1.0
+        return lambda x_um, y_um: part * self._rule(wavelength_nm, self._turns(x_um, y_um, wavelength_nm)).total
 
-    def _rule(self, wavelength_nm: float) -> Chords | Rays:
+    def _rule(self, wavelength_nm: float, turns: Turns) -> Chords | Rays:
         """Return the rule of fewer nodes: a square takes a third as many along chords, a circle more."""
-        return Chords.of(self, wavelength_nm) if self.pupil.sides > 1 else Rays.of(self, wavelength_nm)
+        return (Chords if self.pupil.sides > 1 else Rays).of(self, wavelength_nm, turns)
 
-    def _turns(self, reach_um: float, wavelength_nm: float) -> float:
-        """Return by how much a plane wave turns on half of the diameter that goes a distance off the axis, radians."""
-        return math.pi / self.blur_um(wavelength_nm) * reach_um
+    def _turns(self, x_um: float, y_um: float, wavelength_nm: float) -> Turns:
+        """Return by how much plane waves turn on half of the diameter that go such distances off the axis."""
+        per_um = math.pi / self.blur_um(wavelength_nm)
+        return Turns(per_um * x_um, per_um * y_um)
 
-    def _nodes(self, wavelength_nm: float, turns: float) -> Iterator[tuple[F64, F64, F64]]:
+    def _nodes(self, wavelength_nm: float, turns: Turns, half: bool = False) -> Iterator[tuple[F64, F64, F64]]:
         """Yield nodes of the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""
-        rule = self._rule(wavelength_nm)
-        if rule.total(turns) > MOST_NODES:
+        rule = self._rule(wavelength_nm, turns)
+        if rule.total > MOST_NODES:
             raise UnsupportedError(
-                f"this wavefront at {wavelength_nm:g} nm, {turns / math.tau:.3g} waves off the axis, "
+                f"this wavefront at {wavelength_nm:g} nm, {turns.largest / math.tau:.3g} waves off the axis, "
                 f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene",
                 key="zernike_waves",
             )
-        yield from rule.parts(turns, NODES_AT_ONCE)
+        yield from rule.parts(NODES_AT_ONCE, half)
 
     def _phase_factor(self, x: F64, y: F64, wavelength_nm: float, plane: tuple[float, float] = (0.0, 0.0)) -> C128:
         """Return exp(2πi·W); ``plane``: waves along x and y that are added to W."""

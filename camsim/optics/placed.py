@@ -63,7 +63,7 @@ class PlacedLens(OfPupil):
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
         """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
-        x, y, _ = self.pupil.rule(ACROSS, ACROSS)
+        x, y, _ = self.pupil.rule(ACROSS, [ACROSS] * self.pupil.sides)
         each = [self.waves(x, y, float(nm)) for nm in np.linspace(low_nm, high_nm, STEPS)]
         return float(sum(np.ptp(after - before) for before, after in pairwise(each)))
 

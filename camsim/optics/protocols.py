@@ -228,8 +228,8 @@ class OnLattice(_Ability, Protocol):
 class KnowsNodes(_Ability, Protocol):
     """A lens that tells how many nodes its pattern on a lattice is summed from."""
 
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float], float]:
-        """Return what tells the number out to a distance in µm."""
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]:
+        """Return what tells the number out to distances along x and y in µm."""
         ...
 
 

@@ -8,7 +8,7 @@ middle, polygons too. A square touches the circle of diameter D from outside (it
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -87,6 +87,14 @@ class Pupil:
         return math.sqrt(2.0) if self.shape == "square" else 1.0
 
     @property
+    def centre(self) -> tuple[float, float]:
+        """The middle of how far it goes along x and along y: not 0 where its sides are odd in number."""
+        if self.shape == "circular":
+            return 0.0, 0.0
+        x, y = 0.5 * (self.corners.min(axis=0) + self.corners.max(axis=0))
+        return float(x), float(y)
+
+    @property
     def half_extents(self) -> tuple[float, float]:
         """Half of how far it goes along x and along y; its centre need not lie in the middle."""
         if self.shape == "circular":
@@ -130,17 +138,26 @@ class Pupil:
         angle = np.arctan2(corners[:, 1], corners[:, 0])[:, None] + step * fraction
         return angle, np.tile(self.inner_radius / np.cos(step * (fraction - 0.5)), (len(corners), 1))
 
-    def rule(self, radial: int, angular: int, part: slice = slice(None)) -> tuple[F64, F64, F64]:
+    def rule(
+        self, radial: int, angular: Sequence[int], part: slice = slice(None), *, half: bool = False
+    ) -> tuple[F64, F64, F64]:
         """Return nodes x, y and weights of a polar product rule over the opening.
 
         radial : Gauss nodes from the obstruction to the outline, of which ``part`` is wanted
-        angular: nodes on each side, or on a whole circle
+        angular: nodes on each side in turn, or on a whole circle
+        half   : of two nodes that are opposite only one: of an even number of sides, or round a circle
         """
         r, w = (values[part] for values in _gauss(radial))
-        # Each side gets a rule of its own, as the outline is smooth along it; what goes round needs none.
-        t, v = _gauss(angular) if len(self.corners) else (np.arange(angular) / angular, np.full(angular, 1.0 / angular))
-        angles, edges = self.rays(t)
-        angle, edge, share = angles.ravel(), edges.ravel(), np.tile(2.0 * np.pi / self.sides * v, self.sides)
+        if len(self.corners):
+            # Each side gets a rule of its own, as the outline is smooth along it; what goes round needs none.
+            rules = [_gauss(count) for count in (angular[: len(angular) // 2] if half else angular)]
+            rays = [[values[side] for values in self.rays(t)] for side, (t, _) in enumerate(rules)]
+            angle, edge = (np.concatenate(values) for values in zip(*rays, strict=True))
+            share = 2.0 * np.pi / self.sides * np.concatenate([v for _, v in rules])
+        else:
+            (count,) = angular
+            angles, edges = self.rays(np.arange(count // 2 if half else count) / count)
+            angle, edge, share = angles.ravel(), edges.ravel(), np.full(angles.size, 2.0 * np.pi / count)
         inner = self.obstruction
         radius = inner + np.multiply.outer(r, edge - inner)
         weight = np.multiply.outer(w, (edge - inner) * share) * radius

@@ -16,6 +16,8 @@ from camsim.optics import OpticalSystem
 from camsim.optics.protocols import OnLattice
 from camsim.quadrature import gauss_legendre
 
+# All of the light is wrong by less than a hundredth of what the largest amplitude is wrong by (measured).
+OF_LIGHT = 30.0
 SPARE = 40  # nodes along a ray, and rays of a quarter of the plane, beyond what the fastest wave takes
 
 
@@ -42,8 +44,7 @@ def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: 
     """
     lens = system.lens
     if isinstance(lens, OnLattice) and not is_summed(system):
-        # All of the light is wrong by less than a hundredth of what the largest amplitude is wrong by (measured).
-        return lens.point_spread_on(x_um, y_um, wavelength_nm, 30.0 * precision)
+        return lens.point_spread_on(x_um, y_um, wavelength_nm, OF_LIGHT * precision)
     cutoff = system.cutoff_per_um(wavelength_nm)
     reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
     nodes, turns = rule_of(cutoff * reach_um)

@@ -11,7 +11,9 @@ import numpy as np
 from camsim.arrays import F64, I64, same_rows
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsWaves
+from camsim.products import product
 from camsim.quadrature import gauss_legendre
+from camsim.rendering.modes import mixed
 from camsim.scene import Arrangement
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
@@ -88,6 +90,27 @@ def different(weights: F64) -> F64:
            [ 0.,  1.]])
     """
     return weights[np.unique(multiples(weights)[0])]
+
+
+def kinds(contrast: F64) -> tuple[F64, F64]:
+    """Return how much of each of few spectra there is in every one, the background first, and what those few give.
+
+    contrast : (spectra, channels, j) what each gives against the background
+
+    Greys are multiples of one: all their regions are transformed together.
+    """
+    which, times = multiples(contrast.reshape(len(contrast), -1))
+    few = np.unique(which)
+    shares = np.concatenate([np.zeros((1, few.size)), times[:, None] * (which[:, None] == few)])
+    return shares, np.ascontiguousarray(contrast[few])
+
+
+def fewer(shares: F64, contrast: F64, off: float) -> tuple[F64, F64]:
+    """Return the same of fewer, where all are mixtures of these but for ``off``: at n wavelengths of n at the most."""
+    modes, mixture = mixed(contrast.reshape(len(contrast), -1), off)
+    if len(modes) == len(contrast):
+        return shares, contrast
+    return product(shares, np.ascontiguousarray(mixture.T)), modes.reshape(-1, *contrast.shape[1:])
 
 
 def _joined(weights: F64, which: I64) -> I64:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from camsim.rendering.spectral import Signals, fuse
+from camsim.rendering.spectral import Signals, fewer, fuse, kinds
 from tests.truth import rays
 
 WAVELENGTH_NM = np.linspace(400.0, 700.0, 6001)
@@ -22,3 +22,17 @@ def test_fused_wavelengths_follow_the_rings(phase, allowed):
     whole = density[0, 0] @ rays.rayleigh_energy(radius_over_n, WAVELENGTH_NM)
     assert weights[0, 0] @ rays.rayleigh_energy(radius_over_n, nodes_nm) == pytest.approx(whole, abs=allowed)
     assert weights.sum() == pytest.approx(density.sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("off", [1e-4, 1e-8, 1e-12])
+def test_spectra_are_mixtures_of_few(rng, off):
+    """Of four wavelengths all are mixtures of four; of four that lie close together of two, but for so much."""
+    nm = np.linspace(549.0, 551.0, 4)
+    surfaces = rng.uniform(0.0, 1.0, (10, 1)) + np.sin(nm / 40.0 + rng.uniform(0.0, 6.0, (10, 1)))
+    contrast = surfaces[:, None] * rng.uniform(0.0, 0.3, (3, 4))
+    shares, few = fewer(*kinds(contrast), off)
+    assert len(few) <= (3 if off > 1e-6 else 4)
+    assert not shares[0].any()
+    assert np.abs(np.einsum("sm,mcj->scj", shares[1:], few) - contrast).max() <= off + 1e-15
+    greys = rng.uniform(0.0, 1.0, (5, 1, 1)) * contrast[:1]
+    assert len(fewer(*kinds(greys), off)[1]) == 1

@@ -10,8 +10,10 @@ import pytest
 import camsim
 from camsim.optics import Airy, OpticalSystem, Pupil, SquarePhotosite, TwoSpotOlpf, Wavefront
 from camsim.optics.of_pupil import OfPupil
+from camsim.optics.spikes import spikes_of
 from camsim.quadrature import gauss_legendre
 from camsim.rendering.edges import Edges
+from camsim.rendering.fourier.crossings import Crossings
 from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.render import plan_render
@@ -84,7 +86,7 @@ def test_aberrations_move_spikes_and_widen_them(pupil, waves):
 @pytest.mark.parametrize("waves", [{4: 1.2}, {4: -2.0}, {11: 0.6}, {1: 2.0, 7: 0.7}], ids=str)
 @pytest.mark.parametrize("pupil", ["square", "6"])
 def test_within_the_spot_that_a_wavefront_makes_there_is_no_spike(pupil, waves, tolerance):
-    """888 times the tolerance: where the taper began nearer than a side's light was moved to, 1/(s − moved)² has a pole."""
+    """888 times the tolerance: a taper began where a side's light was moved to, and 1/(s − moved)² has a pole there."""
     along_spikes = 0
     for name in ("far", "on a spike", "large"):
         make = functools.partial(image_of, PUPILS[pupil], SCENES[name])
@@ -92,6 +94,50 @@ def test_within_the_spot_that_a_wavefront_makes_there_is_no_spike(pupil, waves, 
         along_spikes += spiked
         assert not spiked or np.abs(image - exact).max() <= 0.1 * tolerance
     assert along_spikes or tolerance < 1e-2
+
+
+def disc(x, y, radius, sides):
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    return np.stack([x + radius * np.cos(angle), y + radius * np.sin(angle)], axis=1)
+
+
+DISCS = {
+    "beside": disc(60.3, 3.0, 58.0, 800),
+    "around": disc(3.0, -5.0, 90.0, 1200),
+    "far": disc(120.0, 40.0, 30.0, 600),
+    "on a spike": disc(100.0, 0.0, 20.0, 500),
+}
+
+
+@pytest.mark.parametrize("waves", [{}, {4: 0.6}], ids=str)
+@pytest.mark.parametrize("scene", DISCS)
+@pytest.mark.parametrize("pupil", ["upright", "square", "6"])
+def test_spikes_hear_where_they_cross_an_outline_and_not_its_sides(pupil, scene, waves):
+    """A disc of a thousand sides was taken for a thousand edges: everything was transformed, however far away."""
+    tolerance = 1e-4
+    image, exact, spiked = apart_and_together(lambda t: image_of(PUPILS[pupil], DISCS[scene], t, waves), tolerance)
+    assert spiked
+    assert np.abs(image - exact).max() <= 0.1 * tolerance
+
+
+def test_crossings_are_counted():
+    """Of a square's spikes: both ways of each cross a disc twice, of sides that are as many as one likes."""
+    spikes = spikes_of(Wavefront(f_number=1.0 / 0.55, pupil=PUPILS["upright"]), 550.0)
+
+    def most(points, each=1.0):
+        edges = Edges(
+            start=points,
+            end=np.roll(points, -1, axis=0),
+            left=np.ones(len(points), np.int64),
+            right=np.zeros(len(points), np.int64),
+        )
+        return Crossings(spikes, edges, (5, 5), 1.0).most(np.full(len(points), each), 0.0)
+
+    for sides in (40, 4000):
+        assert most(disc(0.0, 0.0, 60.0, sides)) == pytest.approx(4.0, abs=0.1)
+    assert most(disc(60.0, 0.0, 20.0, 4000)) == pytest.approx(2.0, abs=0.1)
+    assert most(disc(60.0, 60.0, 20.0, 4000)) == 0.0
+    assert most(disc(60.0, 60.0, 20.0, 4000)[::-1], 3.0) == 0.0
 
 
 def test_all_wavelengths_at_once():

@@ -27,6 +27,7 @@ LAYERS = (
     "products",
     "quadrature",
     "nonuniform",
+    "gridded",
     "spectra",
     "optics",
     "scene",

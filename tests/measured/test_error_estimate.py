@@ -439,7 +439,11 @@ CORRUPTIONS = {
     "few nodes along a pupil's sides": (
         chords._Strip,
         "counts",
-        lambda f: lambda strip, turns_rad, spares: f(strip, 0.35 * turns_rad, spares),
+        lambda f: (
+            lambda strip, turns, turn_rad, spares: f(
+                strip, rays.Turns(0.35 * turns.x, 0.35 * turns.y), turn_rad, spares
+            )
+        ),
         {"optics": BLADES, "method": "fourier"},
     ),
     "few nodes for a wavefront": (
@@ -462,8 +466,8 @@ CORRUPTIONS = {
     ),
     "nodes round a pupil": (
         rays.Rays,
-        "_orders",
-        returning(lambda orders: (orders[0], orders[1] // 5)),
+        "_groups",
+        lambda groups: property(lambda rule: [(rings, [n // 5 for n in sides]) for rings, sides in groups.fget(rule)]),
         {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={8: 0.6}), POINT], "method": "fourier"},
     ),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),

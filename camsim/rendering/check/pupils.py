@@ -14,7 +14,7 @@ from camsim.optics.difference import Difference, Split
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import OpticalStage, Splits
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import Rays
+from camsim.optics.rays import Rays, Turns
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +45,8 @@ class Otherwise(OfPupil):
         parts: Split | None = self.lens.split() if isinstance(self.lens, Splits) else None
         return parts if parts is None or parts.rest is None else parts._replace(rest=_of_difference(parts.rest))
 
-    def _rule(self, wavelength_nm: float) -> Chords | Rays:
-        return Rays.of(self, wavelength_nm) if self.pupil.sides > 1 else Chords.of(self, wavelength_nm)
+    def _rule(self, wavelength_nm: float, turns: Turns) -> Chords | Rays:
+        return (Rays if self.pupil.sides > 1 else Chords).of(self, wavelength_nm, turns)
 
 
 def summed_otherwise(lens: OpticalStage) -> OpticalStage:

@@ -19,12 +19,11 @@ from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.plan import (
     NODES_BYTES,
     PER_PUPIL_NODE,
-    PER_PUPIL_SAMPLE,
     SAMPLE_BYTES,
     STRIP_BYTES,
     STRIP_SAMPLES,
 )
-from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.spread import SUMMED_SECONDS, Kernel
 from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, samples_of
 from camsim.words import both
 
@@ -98,7 +97,7 @@ class Prices:
     def _of_rule(self, tile: Tile) -> float:
         """Return the seconds that a pattern's sums at all wavelengths take, begun again for each strip of it."""
         strips = math.ceil(_pattern(self.kernel, tile) / STRIP_SAMPLES)
-        return PER_PUPIL_NODE * self.kernel.pupil_nodes(math.hypot(*tile.outer)) * strips
+        return PER_PUPIL_NODE * self.kernel.pupil_nodes(*tile.outer) * strips
 
 
 def unknown_reach(system: OpticalSystem, extent: F64) -> str:
@@ -149,7 +148,7 @@ def _of_transfers(kernel: Kernel, tile: Tile, wavelengths: int, transfers: int, 
     samples, pattern = samples_of(kernel, tile), _pattern(kernel, tile)
     made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
     held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
-    return Taken(wavelengths * pattern * PER_PUPIL_SAMPLE + transfers * samples * PER_TRANSFORMED, held)
+    return Taken(wavelengths * pattern * SUMMED_SECONDS + transfers * samples * PER_TRANSFORMED, held)
 
 
 def taken(

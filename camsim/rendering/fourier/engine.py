@@ -26,9 +26,9 @@ from camsim.rendering.engine import (
 )
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
-from camsim.rendering.fourier.plan import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_PUPIL_SAMPLE, PER_ROUND_POINT
+from camsim.rendering.fourier.plan import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_ROUND_POINT
 from camsim.rendering.fourier.spikes import Spikes
-from camsim.rendering.fourier.spread import kernel_of
+from camsim.rendering.fourier.spread import PUPIL_SECONDS, kernel_of
 from camsim.rendering.fourier.task import SAMPLES_OF_POINT
 from camsim.rendering.fourier.together import Sum
 from camsim.rendering.heard import followed
@@ -149,12 +149,20 @@ class FourierPlan:
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""
-        yield self.image.rendered(self.job.grid.first_centre, channel[:], progress)
+        yield self._rendered(channel[:], progress)
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield several images, each as one band: edges and lens are transformed once for all."""
-        for image in self.image.rendered(self.job.grid.first_centre, channels, progress):
+        for image in self._rendered(channels, progress):
             yield iter((image,))
+
+    def _rendered(self, channels: U8, progress: Progress) -> F64:
+        values = self.image.rendered(self.job.grid.first_centre, channels, progress)
+        # A check that follows needs the memory of what was made of the lens.
+        for plan in (self, *self.parts):
+            plan.__dict__.pop("image", None)
+            plan.__dict__.pop("whole", None)
+        return values
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""
@@ -201,7 +209,7 @@ class Fourier:
         per_point: float = PER_ROUND_POINT + job.signals.density.shape[1] * PER_POINT_WEIGHT
         if job.split is not None and job.split.rest is not None:
             # Together or apart, there is a pattern that is not round to be made as finely as the band asks.
-            per_point += PER_FIELD_POINT + PER_PUPIL_SAMPLE * SAMPLES_OF_POINT
+            per_point += PER_FIELD_POINT + PUPIL_SECONDS * SAMPLES_OF_POINT
         return SET_UP_SECONDS + count * per_point
 
 

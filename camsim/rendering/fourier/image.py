@@ -20,6 +20,7 @@ from camsim.errors import InvalidValueError
 from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fourier.blocks import Block, Tile
@@ -38,9 +39,10 @@ from camsim.rendering.fourier.spikes import Spikes, spike_hem
 from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
 from camsim.rendering.fourier.task import Task
 from camsim.rendering.fourier.together import Part, Sum, pays
-from camsim.rendering.spectral import multiples
+from camsim.rendering.spectral import fewer, kinds
 
 FINEST, COARSEST = 1e-11, 1e-2
+OF_WAVELENGTHS = 1e-3  # of what these may leave: what mixtures of spectra may be wrong by
 
 
 class Scenery(Protocol):
@@ -181,22 +183,21 @@ class FourierImage:
         return against
 
     @functools.cached_property
-    def _alike(self) -> tuple[F64, F64]:
-        """How much of each of few spectra there is in every one, the background first, and what those few give.
+    def _kinds(self) -> tuple[F64, F64]:
+        return kinds(self.contrast)
 
-        Greys are multiples of one: all their regions are transformed together.
-        """
-        which, times = multiples(self.contrast.reshape(len(self.contrast), -1))
-        few = np.unique(which)
-        shares = np.concatenate([np.zeros((1, few.size)), times[:, None] * (which[:, None] == few)])
-        return shares, np.ascontiguousarray(self.contrast[few])
+    @functools.cached_property
+    def _alike(self) -> tuple[F64, F64]:
+        """How much of each of few spectra there is in every one, the background first, and what those few give."""
+        off = OF_WAVELENGTHS * ErrorBudget(self.tolerance).allowed("wavelengths") / self.contrast.shape[2]
+        return fewer(*self._kinds, off)
 
     @functools.cached_property
     def kernel(self) -> Kernel:
         """What the plan has to know of the lens."""
         whole = kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
         if whole.round and whole.tapered:
-            whole = with_band(whole, self.system, self._lit[0], *self._alike, self.tolerance)
+            whole = with_band(whole, self.system, self._lit[0], *self._kinds, self.tolerance)
         return whole if self.shell is None else self.shell.kernel(whole)
 
     @functools.cached_property

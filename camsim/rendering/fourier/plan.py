@@ -20,7 +20,7 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import CHEAPER, Tile, count_blocks, count_strips
 from camsim.rendering.fourier.taper import taper_margin
-from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, Task, samples_of
+from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, Task, pattern_of, samples_of
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
@@ -32,6 +32,7 @@ SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their
 ALL_BUT = 0.95  # of the memory, that a wavefront's patterns may take while they are made
 STRIP_SAMPLES = 4_000_000  # of a pattern at a time, at least, each of which takes STRIP_BYTES until it is added up
 STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all of it, and the pupil's nodes at a time
+FOLDED_BYTES = 8.0  # of all patterns' samples while one after the other is added up
 WHOLE_BYTES = 24.0  # of a transfer that is made for a whole tile at once, three times, for each such sample
 PART = 2_000_000  # numbers that are transformed back at a time
 
@@ -42,7 +43,7 @@ PER_ROUND_POINT, PER_FIELD_POINT, PER_POINT_WEIGHT = 1e-9, 3e-8, 8e-9
 PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
 PER_GRID_POINT, PER_KERNEL_SAMPLE = 1.2e-8, 4.5e-9
 PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
-PER_PUPIL_NODE, PER_PUPIL_SAMPLE = 2.5e-7, 1.5e-7
+PER_PUPIL_NODE = 2.5e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -227,26 +228,24 @@ def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float, float
         seconds += PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
         return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut), 0.0
     if kernel.tapered:
-        strip = _pattern_samples(task, tile, fields)
-        seconds = PER_PUPIL_NODE * kernel.pupil_nodes(math.hypot(*tile.outer)) * math.ceil(samples / strip)
-        seconds += PER_PUPIL_SAMPLE * task.wavelengths * samples
-        made = STRIP_BYTES * min(samples, strip) + min(NODES_BYTES, STRIP_BYTES * samples)
-        return seconds, (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples, made
+        pattern, strip = pattern_of(kernel, tile), _pattern_samples(task, tile, fields)
+        seconds = PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(pattern / strip)
+        seconds += kernel.pattern_seconds * task.wavelengths * pattern
+        held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
+        made = kernel.pattern_bytes * min(pattern, strip) + min(NODES_BYTES, STRIP_BYTES * pattern)
+        return seconds, held, max(0.0, made + FOLDED_BYTES * fields * samples - held)
     sets = min(task.spectra * task.channels, task.wavelengths)
     return 0.0, WHOLE_BYTES * sets * samples if kernel.whole else 0.0, 0.0
 
 
 def _pattern_samples(task: Task, tile: Tile, fields: int) -> int:
-    """Return how many samples of a pattern are made at a time.
+    """Return how many samples of a pattern are made at a time: all of them, where that fits.
 
-    Every strip is summed from every node of the pupil: where these take longer, strips are as large as memory allows.
+    Every strip is summed from every node of the pupil.
     """
-    kernel, samples = task.kernel, samples_of(task.kernel, tile)
-    nodes = 0.0 if kernel.round else kernel.pupil_nodes(math.hypot(*tile.outer))
-    if PER_PUPIL_NODE * nodes * math.ceil(samples / STRIP_SAMPLES) < PER_PUPIL_SAMPLE * task.wavelengths * samples:
-        return STRIP_SAMPLES
-    spare = ALL_BUT * task.memory_limit_bytes - NODES_BYTES - (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
-    return max(STRIP_SAMPLES, int(min(samples, spare / STRIP_BYTES)) + 1)
+    kernel, folded = task.kernel, FOLDED_BYTES * fields * samples_of(task.kernel, tile)
+    spare = ALL_BUT * task.memory_limit_bytes - NODES_BYTES - folded
+    return max(STRIP_SAMPLES, int(min(pattern_of(kernel, tile), spare / kernel.pattern_bytes)) + 1)
 
 
 def _tile(task: Task, window: tuple[int, int, int, int], box_low: F64, box_high: F64) -> tuple[Tile, float, float]:

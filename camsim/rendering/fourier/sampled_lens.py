@@ -7,18 +7,21 @@ transformed, and there are as many transfers as there are sums.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
 from camsim.optics import OpticalSystem
-from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.lens import Fields, parts
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.taper import taper, tapered
+from camsim.rendering.fourier.task import lattices_of
 from camsim.rendering.psf import point_spread_of
+
+ROWS = 256  # added up at a time: what is held besides
 
 
 def fields_of(transfers: list[C128]) -> Fields:
@@ -28,6 +31,9 @@ def fields_of(transfers: list[C128]) -> Fields:
     def fields(block: Block) -> F64:
         i = block.first_i + np.arange(block.count_i)
         j = block.first_j + np.arange(block.count_j)
+        if i[0] >= 0 and i[-1] < columns and 2 * np.abs(j).max() <= rows:
+            some = slice(i[0], i[-1] + 1)
+            return parts(np.stack([np.take(transfer[:, some], j % rows, axis=0) for transfer in transfers]))
         # The half plane i ≥ 0 is there; the rest is its mirror image.
         mirrored = i < 0
         place = np.where(mirrored[None], -j[:, None], j[:, None]) % rows, np.minimum(np.abs(i), columns - 1)[None]
@@ -56,16 +62,9 @@ def tapered_transfers(
     weights : (transfers, n) what each takes of the pattern at every wavelength
     cuts    : the highest frequencies along x and along y, cycles/pitch
     """
-    axes: list[F64] = []
-    steps: list[float] = []
-    sizes: list[int] = []
-    for period, outer, cut in zip(tile.periods, tile.outer, cuts, strict=True):
-        size = fast_length(math.ceil(2.04 * cut * period) + 1)
-        step = period / size
-        reach = math.floor(outer / step)
-        axes.append(step * np.arange(-reach, reach + 1.0))
-        steps.append(step)
-        sizes.append(size)
+    lattices = lattices_of(cuts, tile)
+    axes = [step * np.arange(-reach, reach + 1.0) for _, step, reach in lattices]
+    sizes, steps = [own.size for own in lattices], [own.step for own in lattices]
     shape = taper(plan.sharpness)
     hems = [
         tapered(np.abs(place), inner, outer, shape) * step
@@ -73,36 +72,39 @@ def tapered_transfers(
     ]
     folded = [np.zeros((sizes[1], sizes[0])) for _ in weights]
     reach = axes[1].size // 2
-    strips = math.ceil(axes[0].size * axes[1].size * (1 + len(weights) // 8) / plan.pattern_samples)
-    rows = min(sizes[1], math.ceil(axes[1].size / strips))  # of a strip no two fall on one of the period
+    rows = math.ceil(axes[1].size / math.ceil(axes[0].size * axes[1].size / plan.pattern_samples))
     for first in range(0, axes[1].size, rows):
         some = slice(first, min(first + rows, axes[1].size))
-        sums = np.zeros((len(weights), some.stop - some.start, axes[0].size))
         for nm, shares in zip(wavelength_nm.tolist(), weights.T.tolist(), strict=True):
             pattern = point_spread_of(system, axes[0] * pitch_um, axes[1][some] * pitch_um, nm, precision=precision)
-            for total, share in zip(sums, shares, strict=True):
+            pattern *= hems[0] * pitch_um**2
+            pattern *= hems[1][some, None]
+            for own, share in zip(folded, shares, strict=True):
                 if share:
-                    total += pattern if share == 1.0 else share * pattern
-        for own, total in zip(folded, sums, strict=True):
-            total *= hems[0] * pitch_um**2
-            total *= hems[1][some, None]
-            own[np.arange(some.start - reach, some.stop - reach) % sizes[1]] += fold(total, sizes[0], 1)
-        del sums
+                    add_folded(own, pattern, (first - reach, -(axes[0].size // 2)), share)
+            del pattern  # before the next is made
     transfers: list[C128] = []
     while folded:
         transfers.append(scipy.fft.rfft2(folded.pop(0), workers=-1))
     return transfers
 
 
-def fold(values: F64, size: int, axis: int) -> F64:
-    """Add up samples −n … n modulo ``size``, the one at 0 first."""
-    reach = values.shape[axis] // 2
-    moved = np.moveaxis(values, axis, 0)
-    out = np.zeros((size, *moved.shape[1:]))
-    first = -reach
-    while first <= reach:
-        place = first % size
-        last = min(reach, first + size - 1 - place)
-        out[place : place + last - first + 1] += moved[first + reach : last + reach + 1]
-        first = last + 1
-    return np.moveaxis(out, 0, axis)
+def add_folded(total: F64, values: F64, first: tuple[int, int], share: float) -> None:
+    """Add a share of samples to those of a period, modulo its sides; ``first``: row and column of the first one."""
+    for row, down in _pieces(first[0], values.shape[0], total.shape[0]):
+        for column, across in _pieces(first[1], values.shape[1], total.shape[1]):
+            for begin in range(down.start, down.stop, ROWS):
+                some = slice(begin, min(begin + ROWS, down.stop))
+                place = slice(row + begin - down.start, row + some.stop - down.start)
+                own = values[some, across]
+                total[place, column : column + own.shape[1]] += own if share == 1.0 else share * own
+
+
+def _pieces(first: int, count: int, size: int) -> Iterator[tuple[int, slice]]:
+    """Yield the places of a period that samples in a row begin at, and which of them go on from there."""
+    done = 0
+    while done < count:
+        place = (first + done) % size
+        stop = min(count, done + size - place)
+        yield place, slice(done, stop)
+        done = stop

@@ -24,6 +24,7 @@ from camsim.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
+from camsim.rendering.fourier.crossings import Crossings
 from camsim.rendering.fourier.shells import RINGS_PART, distances
 from camsim.rendering.fourier.spike_kernels import Far, Profiles, Ways, add_spikes
 from camsim.rendering.fourier.spread import Kernel
@@ -38,6 +39,7 @@ CELLS = 256  # of a taper
 TAIL, PER_WAVE = 32.0, 16.0  # blurs to either side of a spike that are tabulated, cells of its finest wave
 PHASE, FUSED_OFF = 20.0, 1e-3  # wavelengths that a spike's light is summed from
 SECONDS_PER_WAY = 4e-8  # of one core, of a photosite and an edge
+SECONDS_PER_WAVE = 8e-8  # of a place beside a spike: a sine and a cosine
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,7 +69,16 @@ class Spikes:
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return what rows and columns are expected to take; no frequencies."""
         each = SECONDS_PER_WAY * self.count * len(self.edges)
-        return Cost(seconds=each * shape[0] * shape[1], memory_bytes=16.0 * shape[0] * shape[1]), 0.0
+        seconds = each * shape[0] * shape[1] + self._tables_seconds
+        return Cost(seconds=seconds, memory_bytes=16.0 * shape[0] * shape[1]), 0.0
+
+    @property
+    def _tables_seconds(self) -> float:
+        """What sides' profiles take at all wavelengths: a wave at every place (``_running``)."""
+        blur = float(self.system.blurs_um(self.wavelength_nm).min())
+        half = TAIL + 3.0 * self.system.extent_um / blur
+        waves = 2.0 * half * PER_WAVE * (2.0 * half + 32.0)
+        return SECONDS_PER_WAVE * waves * len(self._spikes) * self.wavelength_nm.size
 
     @property
     def count(self) -> int:
@@ -190,11 +201,16 @@ def spike_hem(
     spread = np.max([spike.spread_um for spike in spikes], axis=0) / pitch_um
     spot = max(spike.spot_um for spike in spikes) / pitch_um  # within it light is no spike
     besides = BESIDES * longest**2 + UNEVEN * longest * spread[0], WIDE * longest * float(spread @ spread)
+    crossings = Crossings(spikes, edges, shape, longest + system.extent_um / pitch_um + float(spread[1]), spot)
     for step in range(math.ceil(PER_OCTAVE * math.log2(max(farthest / longest, 1.0)))):
         beyond = longest * 2.0 ** (step / PER_OCTAVE)
         inner = spot + beyond
         away = np.maximum(nearest - spot, beyond)
-        if float(np.sum(besides[0] / away**2 + besides[1] / away**3)) <= RINGS_PART * allowed:
+        each = besides[0] / away**2 + besides[1] / away**3
+        left_out = float(each.sum())
+        if left_out > RINGS_PART * allowed:
+            left_out = crossings.most(each, besides[0] / beyond**2 + besides[1] / beyond**3)
+        if left_out <= RINGS_PART * allowed:
             break
     else:
         return None

@@ -11,16 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.gridded import held_bytes
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.protocols import Fading, KnowsBands, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round, Separable
 from camsim.products import product
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.fuses import Fuses
 from camsim.rendering.fourier.taper import Hem
-from camsim.rendering.psf import rule_of
+from camsim.rendering.psf import OF_LIGHT, is_summed, rule_of
 
 BAND_STEPS, BAND_DIRECTIONS = 256, 12  # in which a lens is asked what it passes
 LOBE = 8.0  # directions for each period that a photosite's half extent holds: twice what follows its transfer round
+# For each sample of a pattern: of a non-uniform transform, its grid and all; where nodes are spread to a band's grid.
+SUMMED_BYTES, SUMMED_SECONDS, PUPIL_SECONDS = 90.0, 1.5e-7, 8e-8
 IN_SIGHT = 8.0  # contrasts of full scale at once
 
 
@@ -34,13 +37,14 @@ class Kernel:
     round   : the taper is round and the kernel a curve; else both are functions of x and y
     tapered : False for a pattern that has died away at ``reach`` by itself
     light   : how much light may lie beyond a distance, negative light counted as much
-    pupil_nodes : nodes that the patterns at all wavelengths take out to a distance, of a lens that is not round
+    pupil_nodes : nodes that all wavelengths' patterns take out to distances along x and y, of a lens that is not round
     rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
     longest : the longest wavelength's own length, of a lens that tells its rings
     hem     : the taper, where it is given
     tapers  : how many share what tapers may leave
     carries : how much of the light there is in it, at the most
     whole   : whether its transfers are made for a whole tile at once
+    pattern_bytes, pattern_seconds : what is held for each sample of a pattern while it is made, and what it takes
     sooner  : by how much its band ends before the cut-off along x and along y, cycles/pitch
     """
 
@@ -51,13 +55,15 @@ class Kernel:
     round: bool
     tapered: bool
     light: Callable[[float], float]
-    pupil_nodes: Callable[[float], float]
+    pupil_nodes: Callable[[float, float], float]
     rings: tuple[tuple[float, float], ...] = ()
     longest: float = 0.0
     hem: Hem | None = None
     tapers: int = 1
     carries: float = 1.0
     whole: bool = False
+    pattern_bytes: float = SUMMED_BYTES
+    pattern_seconds: float = SUMMED_SECONDS
     sooner: tuple[float, float] = (0.0, 0.0)
 
     def cuts(self, cut: float) -> tuple[float, float]:
@@ -99,6 +105,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
         # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
         rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
+    spread = isinstance(lens, KnowsNodes) and not is_summed(system)
     return Kernel(
         cutoff=cutoff,
         passes=cutoff,
@@ -111,6 +118,8 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         rings=rings,
         longest=longest,
         whole=isinstance(lens, Fuses) and not more,
+        pattern_bytes=8.0 + held_bytes(OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")) if spread else SUMMED_BYTES,
+        pattern_seconds=PUPIL_SECONDS if spread else SUMMED_SECONDS,
         sooner=sooner,
     )
 
@@ -167,15 +176,15 @@ def _beside(system: OpticalSystem, cutoff_per_um: float) -> F64:
     return np.arange(-0.5, 0.5, BAND_DIRECTIONS / (BAND_DIRECTIONS + LOBE * periods))
 
 
-def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
-    """Return what tells how many nodes the patterns at all wavelengths take out to a distance in pitches."""
+def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float, float], float]:
+    """Return what tells how many nodes the patterns at all wavelengths take out to distances in pitches."""
     lens = system.lens
     if not isinstance(lens, KnowsNodes) or system.more:
         cutoffs = [system.cutoff_per_um(nm) * pitch_um for nm in wavelength_nm.tolist()]
-        return lambda distance: float(sum(math.prod(rule_of(cutoff * distance)) for cutoff in cutoffs))
+        return lambda x, y: float(sum(math.prod(rule_of(cutoff * math.hypot(x, y))) for cutoff in cutoffs))
     each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
     # Tiles, most of them alike, ask one by one.
-    return functools.cache(lambda distance: sum(nodes(distance * pitch_um) for nodes in each))
+    return functools.cache(lambda x, y: sum(nodes(x * pitch_um, y * pitch_um) for nodes in each))
 
 
 def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.joint import NODES_IN_CYCLE
 from camsim.rendering.fourier.spread import Kernel
 
-PART_OF_MEMORY = 0.3  # that strips may take, and a wavefront's transfers at several wavelengths
+PART_OF_MEMORY = 0.3  # that strips may take, and the transfers of a lens at several wavelengths behind pictures
+OF_TRANSFERS = 0.5  # that those of a wavefront may: the scene is transformed again for as many as do not fit
 TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
 OF_A_CROWD = 0.14
@@ -79,7 +82,7 @@ class Task:
         """Transfers that are held for a block at a time."""
         if self.kernel.round or not self.kernel.tapered:
             return 0 if self.kernel.round else self.wavelengths
-        fitting = PART_OF_MEMORY * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
+        fitting = OF_TRANSFERS * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
         return max(1, min(self.wavelengths, int(fitting)))
 
 
@@ -91,3 +94,25 @@ def spreading_precision(tolerance: float) -> float:
 def samples_of(kernel: Kernel, tile: Tile) -> float:
     """Return the points of a pattern's period, as finely as the band asks for."""
     return 4.0 * math.prod(kernel.cuts(tile.cut)) * tile.periods[0] * tile.periods[1]
+
+
+class Lattice(NamedTuple):
+    """A pattern's samples along one axis: how many make up the period, how far apart, how many to either side."""
+
+    size: int
+    step: float
+    reach: int
+
+
+def lattices_of(cuts: tuple[float, float], tile: Tile) -> list[Lattice]:
+    """Return a pattern's samples along x and along y, where its band ends at ``cuts``."""
+    found = []
+    for period, outer, cut in zip(tile.periods, tile.outer, cuts, strict=True):
+        size = fast_length(math.ceil(2.04 * cut * period) + 1)
+        found.append(Lattice(size, period / size, math.floor(outer * size / period)))
+    return found
+
+
+def pattern_of(kernel: Kernel, tile: Tile) -> float:
+    """Return the points of the pattern itself, as far as it is taken."""
+    return float(math.prod(2 * axis.reach + 1 for axis in lattices_of(kernel.cuts(tile.cut), tile)))

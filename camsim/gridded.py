@@ -1,0 +1,213 @@
+"""Squares of sums of plane waves on a lattice, from points that are spread once however fine the lattice is.
+
+A pattern is the square of an amplitude, so its lattice is twice as fine as the amplitude's own band asks for. finufft
+knows no band: it transforms a grid four times as large as there are waves in it. Here the points are spread (by
+finufft) on a grid of the band alone, and each quarter of the lattice, every second row and column, is a transform of
+that grid, its waves turned by half a step: as much arithmetic and a sixth of the memory, so that no point need be
+spread for one strip of the pattern after the other.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64
+from camsim.nonuniform import finer, modes, spread
+
+WIDEST = 16  # cells of finufft's kernels
+SAMPLED = 8  # places in a cell where a kernel is looked at: its sum there is its integral to rounding
+PROBE = 64  # cells of a grid on which it is looked at
+ROWS, COLUMNS = 256, 128  # transformed at a time: what is held besides the grid, and stays in a cache
+SMALL = 1_000_000  # points of a lattice, which all at once take as little: finufft's own transforms
+FEWER = 1.3  # cells in two half grids over those in one whole grid: up to there two take less
+
+
+def held_bytes(precision: float) -> float:
+    """Return what is held besides the pattern, for each of its points."""
+    larger = finer(precision)
+    return 16.0 * 0.25 * larger * (larger + 1.0)
+
+
+class _Axis(NamedTuple):
+    """One axis: places, of which every ``steps``-th is on one lattice, and the grid's cells."""
+
+    size: int
+    steps: int
+    cells: int
+
+    @classmethod
+    def of(cls, size: int, band_rad: float, larger: float) -> _Axis:
+        """Choose for points whose waves turn by up to ``band_rad`` from one place to the next."""
+        whole = cls(size, 1, _even(larger * size))
+        room = math.pi - 2.0 * band_rad
+        if room <= 0.0:
+            return whole
+        # A point's cells must not go round: half a step's turn is not the same there.
+        cells = _even(max(0.5 * larger * (size + 1), (0.5 * WIDEST + 1.0) * math.tau / room))
+        return cls(size, 2, cells) if 2 * cells <= FEWER * whole.cells else whole
+
+    def lattice(self, first: int) -> tuple[slice, F64]:
+        """Return which of the places are on a lattice, and their numbers about the middle, in the grid's units."""
+        places = np.arange(first, self.size, self.steps) - self.size // 2
+        return slice(first, None, self.steps), places / self.steps
+
+    def turned(self, part: float) -> C128:
+        """Return what waves of the grid turn by in a part of a step."""
+        wave = math.tau * (np.arange(self.cells) - self.cells // 2) / self.cells
+        turned: C128 = np.exp(-1j * part * wave)
+        return turned
+
+
+def powers(
+    parts: Iterable[tuple[F64, F64, C128]],
+    shape: tuple[int, int],
+    bands_rad: tuple[float, float],
+    precision: float,
+    *,
+    half: bool = False,
+) -> F64:
+    """Return |Σ_q strengths[q]·exp(−i(j·down[q] + i·across[q]))|², (j, i) integers about 0: (shape).
+
+    parts     : down and across, radians, and strengths, (m,) each; each part is spread when it comes
+    bands_rad : the largest of all |down| and of all |across|
+    precision : of the sum, relative to the sum of the strengths' sizes
+    half      : for every point there is another, opposite to it and as strong, which is not given
+    """
+    if not is_large(shape):
+        assert not half
+        amplitude = np.zeros(shape, complex)
+        for y, x, strengths in parts:
+            amplitude += modes((y, x), strengths, shape, precision=precision, sign=-1)
+        whole: F64 = np.square(amplitude.real) + np.square(amplitude.imag)
+        return whole
+    larger = finer(precision)
+    down, across = (_Axis.of(size, band, larger) for size, band in zip(shape, bands_rad, strict=True))
+    grid = np.zeros((down.cells, across.cells), complex)
+    for y, x, strengths in parts:
+        _add(grid, down.steps * y, across.steps * x, strengths, precision)
+    if half:
+        # A point in the middle of a cell is its own opposite; the first row and column hold nothing.
+        grid[1:, 1:] += grid[:0:-1, :0:-1].copy()
+    power = np.empty(shape)
+    middle = shape[1] // 2 if half and shape[0] % 2 and shape[1] % 2 else 0
+    for column in range(middle, middle + across.steps):
+        columns, places_x = across.lattice(column)
+        lines = _along(grid, across, places_x)
+        over_x = _over(places_x, across, precision)
+        for row in range(down.steps):
+            rows, places_y = down.lattice(row)
+            over_y = _over(places_y, down, precision)
+            _down(lines, down, places_y, over_y[:, None], over_x, power[rows, columns])
+    if middle:
+        power[:, :middle] = power[::-1, :middle:-1]
+    return power
+
+
+def is_large(shape: tuple[int, int]) -> bool:
+    """Whether a lattice is one that points are spread once for."""
+    return shape[0] * shape[1] >= SMALL
+
+
+def _along(grid: C128, axis: _Axis, places: F64) -> C128:
+    """Return the grid's rows transformed: at places, of one lattice."""
+    turn = axis.turned(places[0] % 1.0)
+    lines = np.empty((len(grid), places.size), complex)
+    for first in range(0, len(grid), ROWS):
+        some = slice(first, first + ROWS)
+        transformed = scipy.fft.fft(grid[some] * turn, axis=1, overwrite_x=True, workers=-1)
+        for own, wanted in _runs(places, axis):
+            lines[some, own] = transformed[:, wanted]
+    return lines
+
+
+def _down(lines: C128, axis: _Axis, places: F64, over_y: F64, over_x: F64, power: F64) -> None:
+    """Fill in the squares of the lines' columns, transformed, over what the kernels made of them."""
+    turn = axis.turned(places[0] % 1.0)[:, None]
+    for first in range(0, lines.shape[1], COLUMNS):
+        some = slice(first, first + COLUMNS)
+        amplitude = scipy.fft.fft(lines[:, some] * turn, axis=0, overwrite_x=True, workers=-1)
+        for own, wanted in _runs(places, axis):
+            part = amplitude[wanted]
+            squares = np.square(part.real)
+            squares += np.square(part.imag)
+            squares *= over_y[own]
+            np.multiply(squares, over_x[some], out=power[own, some])
+
+
+def _runs(places: F64, axis: _Axis) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """Return the places below 0 and the others, and where a transform has them: the former at its end."""
+    below = int(np.count_nonzero(places < 0.0))
+    return (
+        (slice(0, below), slice(axis.cells - below, axis.cells)),
+        (slice(below, places.size), slice(0, places.size - below)),
+    )
+
+
+def _add(grid: C128, y: F64, x: F64, strengths: C128, precision: float) -> None:
+    """Add points to a grid: to the part of it that they are spread to, if they do not go round."""
+    rows, columns = grid.shape
+    down, across = _box(y, rows), _box(x, columns)
+    y, x = (y - down.middle_rad) * down.finer, (x - across.middle_rad) * across.finer
+    grid[down.cells, across.cells] += spread((y, x), strengths, (down.size, across.size), precision=precision)
+
+
+class _Box(NamedTuple):
+    """Cells of a grid's axis: how many, the phase of their middle one, and what phases about it are multiplied by."""
+
+    cells: slice
+    size: int
+    middle_rad: float
+    finer: float
+
+
+def _box(phase: F64, cells: int) -> _Box:
+    """Return the cells that points are spread to; all of them where these go round."""
+    step = math.tau / cells
+    margin, middle = WIDEST // 2 + 1, cells // 2
+    first = math.floor(float(phase.min()) / step) - margin
+    size = max(math.ceil(float(phase.max()) / step) + margin - first + 1, 2 * WIDEST + 4)
+    size += size % 2
+    if first < -middle or first + size > cells - middle:
+        return _Box(slice(0, cells), cells, 0.0, 1.0)
+    return _Box(slice(first + middle, first + middle + size), size, (first + size // 2) * step, cells / size)
+
+
+def _over(places: F64, axis: _Axis, precision: float) -> F64:
+    """Return 1 over the square of the transform of the kernel, at places."""
+    away, heights = _kernel(precision)
+    turns = np.multiply.outer(places * (math.tau / axis.cells), away)
+    over: F64 = (np.cos(turns) @ heights) ** -2.0
+    return over
+
+
+@functools.lru_cache(maxsize=32)
+def _kernel(precision: float) -> tuple[F64, F64]:
+    """Return where a point's kernel was looked at (in cells from it), and it there, of unit sums over a cell's places.
+
+    A kernel's width depends on the number of axes, so that it is looked at on a plane.
+    """
+    offsets = (np.arange(SAMPLED) + 0.5) / SAMPLED - 0.5
+    at_0 = _probe(0.0, precision)[PROBE // 2]
+    heights = np.stack([_probe(offset, precision) for offset in offsets.tolist()]) / math.sqrt(at_0)
+    away = (np.arange(PROBE) - PROBE // 2) - offsets[:, None]
+    near = np.abs(away) <= 0.5 * WIDEST + 1.0
+    return away[near], heights[near] / SAMPLED
+
+
+def _probe(offset: float, precision: float) -> F64:
+    """Return the row of cells through a point, that lies so far along it from one's middle."""
+    place = np.zeros(1), np.array([offset * math.tau / PROBE])
+    row: F64 = spread(place, np.ones(1, complex), (PROBE, PROBE), precision=precision)[PROBE // 2].real
+    return row
+
+
+def _even(cells: float) -> int:
+    """Return a quick length of a transform: even, so that cells lie alike about the middle."""
+    half: int = scipy.fft.next_fast_len(math.ceil(0.5 * max(cells, 2.0 * WIDEST)))
+    return 2 * half

@@ -1,0 +1,65 @@
+"""Squares of sums of plane waves on lattices, spread once: against the sums themselves."""
+
+import numpy as np
+import pytest
+
+from camsim import gridded
+from camsim.gridded import is_large, powers
+
+BANDS = [(1.0, 0.7), (1.55, 0.3), (2.9, 1.0), (0.01, 1.54)]  # whole grids and half ones, along one axis or both
+
+
+@pytest.fixture(autouse=True)
+def every_lattice(monkeypatch):
+    monkeypatch.setattr(gridded, "SMALL", 0)
+
+
+def points(rng, bands, count=300):
+    y, x = (rng.uniform(-band, band, count) for band in bands)
+    return y, x, rng.standard_normal(count) + 1j * rng.standard_normal(count)
+
+
+def directly(y, x, strengths, shape):
+    rows, columns = (np.arange(size) - size // 2 for size in shape)
+    return (np.exp(-1j * np.outer(rows, y)) * strengths) @ np.exp(-1j * np.outer(x, columns))
+
+
+@pytest.mark.parametrize("bands", BANDS, ids=str)
+@pytest.mark.parametrize("shape", [(1, 1), (2, 301), (160, 97), (401, 400)], ids=str)
+@pytest.mark.parametrize("precision", [1e-3, 1e-6, 1e-9, 1e-11, 1e-14])
+def test_squares_of_sums(rng, bands, shape, precision):
+    y, x, strengths = points(rng, bands)
+    exact = np.abs(directly(y, x, strengths, shape))
+    parts = [(y[some], x[some], strengths[some]) for some in (slice(0, 90), slice(90, None))]
+    found = np.sqrt(powers(parts, shape, bands, precision))
+    assert np.abs(found - exact).max() <= max(2.0 * precision, 3e-15) * np.abs(strengths).sum()
+
+
+@pytest.mark.parametrize("shape", [(161, 97), (160, 97), (401, 400)], ids=str)
+def test_of_opposite_points_one_is_enough(rng, shape):
+    y, x, strengths = points(rng, (1.5, 0.9))
+    y[0] = x[0] = 0.0  # its own opposite, which is given by half
+    strengths[0] *= 0.5
+    exact = np.abs(directly(y, x, strengths, shape) + directly(-y, -x, strengths, shape))
+    found = np.sqrt(powers([(y, x, strengths)], shape, (1.5, 0.9), 1e-13, half=True))
+    assert np.abs(found - exact).max() <= 1e-13 * np.abs(strengths).sum()
+
+
+def test_parts_that_lie_together_are_spread_to_few_cells(rng, monkeypatch):
+    cells = []
+    spread = gridded.spread
+    monkeypatch.setattr(gridded, "spread", lambda p, s, size, **how: cells.append(size) or spread(p, s, size, **how))
+    y, x, strengths = points(rng, (0.1, 0.1))
+    moved = y + 1.0, x - 0.5, strengths
+    found = np.sqrt(powers([moved], (300, 300), (1.5, 1.5), 1e-9))
+    assert max(cells[0]) < 100
+    assert np.abs(found - np.abs(directly(*moved, (300, 300)))).max() <= 2e-9 * np.abs(strengths).sum()
+
+
+def test_small_lattices_are_left_to_finufft(rng, monkeypatch):
+    monkeypatch.setattr(gridded, "SMALL", 1000)
+    assert is_large((40, 25))
+    assert not is_large((40, 24))
+    y, x, strengths = points(rng, (1.5, 1.5))
+    exact = np.abs(directly(y, x, strengths, (40, 24))) ** 2
+    np.testing.assert_allclose(powers([(y, x, strengths)], (40, 24), (1.5, 1.5), 1e-12), exact, atol=1e-9 * exact.max())
