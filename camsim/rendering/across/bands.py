@@ -23,6 +23,7 @@ from camsim.optics import OpticalSystem
 from camsim.optics.airy import Airy
 from camsim.optics.difference import Difference
 from camsim.optics.placed import Revolves
+from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
@@ -129,8 +130,9 @@ class Listened:
         transfers = self.transfers
         m = np.arange(-transfers.most, transfers.most + 1)
         around = np.exp(1j * math.pi / DIRECTIONS * np.multiply.outer(m, np.arange(DIRECTIONS)))
-        found = np.moveaxis(transfers.harmonics @ (around * (1j * m[:, None]) ** order), 2, 0)
-        return np.ascontiguousarray(found).reshape(found.shape[0], -1)
+        radii, sets, count, _ = transfers.harmonics.shape
+        found = complex_product(transfers.harmonics.reshape(-1, m.size), around * (1j * m[:, None]) ** order)
+        return np.ascontiguousarray(np.moveaxis(found.reshape(radii, sets, count, -1), 2, 0)).reshape(count, -1)
 
     def reach(self, low: float, high: float) -> float:
         """Return how far lines are heard of what lies between two windows, pitches."""

@@ -87,20 +87,24 @@ class Places:
     def _seen(self, places_um: F64) -> tuple[C128, C128]:
         """Return what places take of the transfers, and what they show (places, sets, frequencies, angles)."""
         radius, angle = np.hypot(places_um[:, 0], places_um[:, 1]), np.arctan2(places_um[:, 1], places_um[:, 0])
-        taken = self.transfers.turned(radius, angle)
-        used = np.flatnonzero(np.abs(taken).max(axis=(0, 2)) > 0.0)
+        radial, turns = self.transfers.radii.weights(radius), self.transfers.turns(angle)
+        used = np.flatnonzero(np.abs(radial).max(axis=0) > 0.0)
+        some = slice(int(used[0]), int(used[-1]) + 1)
         most, (sets, count, angles) = self.transfers.most, self.heard.shape
-        own = self._compared[:, used].reshape(2 * most + 1, used.size, -1)
-        made = np.moveaxis(np.moveaxis(taken[:, used], 2, 0) @ own, 0, 2)
+        # Radii weigh real and imaginary parts alike: one product for all harmonics.
+        made = product(radial[:, some], self._compared[some]).view(complex).reshape(len(radius), -1, 2 * most + 1)
+        made *= turns[:, None]
         spectrum = np.zeros((len(places_um), sets * count, 2 * angles), complex)
         spectrum[..., : most + 1], spectrum[..., -most:] = made[..., most:], made[..., :most]
         around = scipy.fft.ifft(spectrum, axis=-1, norm="forward")[..., :angles]
+        taken: C128 = radial[:, :, None] * turns[:, None]
         return taken, around.reshape(-1, sets, count, angles) * self.heard
 
     @functools.cached_property
-    def _compared(self) -> C128:
-        """Harmonics (harmonics, radii, sets, frequencies) of the transfers at the frequencies that are compared."""
-        return np.ascontiguousarray(np.moveaxis(self.transfers.harmonics[:, :, self.index], 3, 0))
+    def _compared(self) -> F64:
+        """Harmonics of the transfers at the frequencies that are compared, as pairs (radii, sets · |f| · harmonics)."""
+        own = np.ascontiguousarray(self.transfers.harmonics[:, :, self.index])
+        return own.view(np.float64).reshape(len(own), -1)
 
     def counts(self, boxes: list[Box]) -> tuple[int, int]:
         """Return how many places along x and along y are enough for boxes."""
