@@ -181,6 +181,10 @@ class Job:
         signals = Signals(wavelength_nm=wavelength_nm, density=density, scale=self.signals.scale)
         return dataclasses.replace(self, **_paired(edges), signals=signals, base=base, tolerance=tolerance)
 
+    def with_edges(self, edges: Edges) -> Job:
+        """Return the same of other edges."""
+        return dataclasses.replace(self, **_paired(edges))
+
     def round_part(self) -> Job:
         """Return the round part of a split lens: its pattern is moved, and so are the edges, the other way seen."""
         assert self.split is not None

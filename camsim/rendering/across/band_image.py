@@ -20,7 +20,7 @@ from camsim.rendering.across.bands import Band, Listened
 from camsim.rendering.across.beside import Beside, repeats
 from camsim.rendering.across.kernels import Sets, add_terms
 from camsim.rendering.across.line_kernels import Pieces
-from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, Passed, lattices, seen_through
+from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, Passed, lattices, polar_of, seen_through
 from camsim.rendering.across.pieces import pieces_of
 from camsim.rendering.across.places import COARSE, Box, Places, angles_of
 from camsim.rendering.across.transfers import Transfers
@@ -138,6 +138,10 @@ class BandImage:
         some = [boxes[0], boxes[len(boxes) // 2], boxes[-1]]
         return self._places[0].counts(list(dict.fromkeys(some)))
 
+    def prepared(self) -> None:
+        """Make what all boxes have in common, before threads ask for it at once."""
+        _ = self.counts, self._passed, self._nearby.outlines
+
     def _parts(self, box: Box) -> Iterator[Part]:
         """Yield a box's tiles, each no larger than the band's side."""
         if self.marked is not None:
@@ -197,9 +201,8 @@ class BandImage:
         places, spacing = self._places
         basis = places.basis(box, self.counts, spacing)
         if basis.cuts.size:
-            fields = Fields(
-                transfers=self.image.transfers, angles=self.image.angles, band=band, basis=basis, passed=self._passed
-            )
+            polar = polar_of(self.image.transfers, basis, self.image.angles)
+            fields = Fields(band=band, basis=basis, polar=polar, passed=self._passed)
             for some in groups(seen, TOGETHER):
                 self._add_tiles(some, box, fields, channel, image)
 

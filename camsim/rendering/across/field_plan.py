@@ -20,6 +20,7 @@ from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
 from camsim.rendering.across.image import DifferenceImage
 from camsim.rendering.across.place_transfers import first_nodes
+from camsim.rendering.across.slivers import SliverImage, straightened
 from camsim.rendering.auto import BOUNDARY
 from camsim.rendering.boundary.engine import BoundaryPlan
 from camsim.rendering.budget import CLOSED_PART, PLACES_PART, ErrorBudget
@@ -41,11 +42,13 @@ class FieldPlan:
     """A job behind a lens of revolution.
 
     job    : of the whole window, behind the lens of the axis
-    closed : what renders the perfect lens;  image: the difference
+    closed : what renders the perfect lens, slivers: and what lies between bent edges and the chords that this takes
+    image  : the difference
     """
 
     job: Job
     closed: BoundaryPlan
+    slivers: SliverImage
     image: DifferenceImage
 
     @classmethod
@@ -53,10 +56,20 @@ class FieldPlan:
         """Plan a job whose edges are bent already."""
         parts = dataclasses.replace(_perfect(job, lens), tolerance=PLACES_PART * job.tolerance)
         rest = dataclasses.replace(parts, tolerance=(1.0 - CLOSED_PART) * parts.tolerance)
-        between = ErrorBudget(job.tolerance).allowed("between places")
+        budget = ErrorBudget(job.tolerance)
+        between, slivers = budget.allowed("between places"), budget.allowed("slivers")
+        straight = straightened(parts, slivers)
+        closed = BOUNDARY.plan(parts.with_edges(straight.edges).round_part())
         return cls(
             job=job,
-            closed=BOUNDARY.plan(parts.round_part()),
+            closed=closed,
+            slivers=SliverImage(
+                job=closed.job,
+                points=straight.points,
+                pair=closed.job.pair[straight.chords],
+                nodes=closed.nodes,
+                allowed=slivers,
+            ),
             image=DifferenceImage(job=rest, lens=lens, between=between),
         )
 
@@ -153,6 +166,7 @@ class FieldPlan:
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image band by band."""
         rest = self.image.rendered(channel[:], lambda done: progress(0.8 * done))
+        self.slivers.add(channel[:], rest)
         closed = self.closed.bands(channel, lambda done: progress(0.8 + 0.2 * done))
         yield from added([closed, iter((rest,))])
 

@@ -52,35 +52,33 @@ class Passed:
         return self._kept[block]
 
 
+def polar_of(transfers: Transfers, basis: Basis, angles: int) -> Polar:
+    """Return a basis's transfers over |f| and so many angles of half a circle."""
+    count = transfers.harmonics.shape[2]
+    rows = np.minimum(np.ceil(basis.cuts / transfers.step).astype(int) + 1, count)
+    terms, sets, most = len(basis.cuts), transfers.harmonics.shape[1], transfers.most
+    values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
+    stop = min(max(int(rows.max()) + AFTER, GHOSTS.shape[1]), count)
+    own = np.ascontiguousarray(np.moveaxis(transfers.made(basis.made_of, stop), 0, 3))
+    for q in range(terms):
+        spectrum = np.zeros((sets, stop, 2 * angles), complex)
+        spectrum[..., : most + 1], spectrum[..., -most:] = own[:, q, :, most:], own[:, q, :, :most]
+        around = scipy.fft.ifft(spectrum, axis=-1, norm="forward")
+        half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
+        moved = np.moveaxis(with_ghosts(half), 0, -1)[: len(values)]
+        values[: moved.shape[0], :, q, :, 0], values[: moved.shape[0], :, q, :, 1] = moved.real, moved.imag
+    active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
+    return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fields:
     """A basis's transfers on the lattice of a band's tiles, kept."""
 
-    transfers: Transfers
-    angles: int
     band: Band
     basis: Basis
+    polar: Polar
     passed: Passed
-
-    @functools.cached_property
-    def polar(self) -> Polar:
-        """The transfers over |f| and angle."""
-        transfers, angles, basis = self.transfers, self.angles, self.basis
-        count = transfers.harmonics.shape[2]
-        rows = np.minimum(np.ceil(basis.cuts / transfers.step).astype(int) + 1, count)
-        terms, sets, most = len(basis.cuts), transfers.harmonics.shape[1], transfers.most
-        values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
-        stop = min(max(int(rows.max()) + AFTER, GHOSTS.shape[1]), count)
-        own = np.ascontiguousarray(np.moveaxis(transfers.made(basis.made_of, stop), 0, 3))
-        for q in range(terms):
-            spectrum = np.zeros((sets, stop, 2 * angles), complex)
-            spectrum[..., : most + 1], spectrum[..., -most:] = own[:, q, :, most:], own[:, q, :, :most]
-            around = scipy.fft.ifft(spectrum, axis=-1, norm="forward", workers=-1)
-            half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
-            moved = np.moveaxis(with_ghosts(half), 0, -1)[: len(values)]
-            values[: moved.shape[0], :, q, :, 0], values[: moved.shape[0], :, q, :, 1] = moved.real, moved.imag
-        active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
-        return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)
 
     @functools.cached_property
     def _kept(self) -> dict[Block, F64]:

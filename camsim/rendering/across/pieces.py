@@ -96,6 +96,13 @@ def _joined(edges: Edges) -> Mask:
     return np.append((finish[:-1] == begin[1:]) & (met[finish[:-1]] == 2) & same & (turn <= TURN), False)
 
 
+def runs_of(edges: Edges) -> list[I64]:
+    """Return edges that go on in one another with hardly a turn, run by run, all of them."""
+    if not len(edges):
+        return []
+    return np.split(np.arange(len(edges)), np.flatnonzero(~_joined(edges)[:-1]) + 1)
+
+
 def _marking(start: F64, end: F64, loose: I64, ends: F64) -> Lines:
     """Return what is marked: sides that are of no piece, with all beside them, and ends of runs."""
     x, y = np.concatenate([start[loose], ends]).T
