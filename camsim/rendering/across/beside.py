@@ -150,7 +150,9 @@ class Beside:
 
     def add(self, pieces: Pieces, origin: tuple[float, float], channel: U8, marked: U8, image: F64) -> None:
         """Add what pieces show to photosites that are not marked."""
-        first = range(0, len(pieces.frame), TOGETHER)
-        groups = [Pieces(*(part[k : k + TOGETHER] for part in pieces)) for k in first]
+        parts = [slice(first, first + TOGETHER) for first in range(0, len(pieces.frame), TOGETHER)]
+        groups = [
+            Pieces(pieces.frame[part], pieces.shape[part], pieces.ends[part], pieces.spectra[part]) for part in parts
+        ]
         for some, responses in zip(groups, ahead(self.responses, groups, AHEAD), strict=True):
             shared(len(image), functools.partial(add_pieces, origin, some, responses, channel, marked, image))

@@ -71,11 +71,7 @@ def add_slivers(
                 along = (u - x) * tx + (v - y) * ty
                 if abs((v - y) * tx - (u - x) * ty) > reach or along < -reach or along > length + reach:
                     continue
-                values, tail = (
-                    pattern.values[slivers.alike[k], channel[r, c]],
-                    pattern.tail[slivers.alike[k], channel[r, c]],
-                )
-                seen = 0.0
+                values, tail, seen = pattern.values[which, channel[r, c]], pattern.tail[which, channel[r, c]], 0.0
                 for block in range(begin, end):
                     dx, dy = u - slivers.blocks[0, block], v - slivers.blocks[1, block]
                     square = dx * dx + dy * dy
