@@ -37,6 +37,7 @@ DIRECTIONS = 16  # in which lines are looked at
 FINER = 8.0  # frequencies to a window's width, of what a line shows
 LINE = 4096  # points of it
 SHORT, CUT = 0.25, 0.033  # of the near bands' share: the reach of each of three, the end of each window
+PEAKS = 1.1  # times the highest of a line's points: eight of them are in its finest wave
 BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows
 TIMES = {"near": 5.0, "smooth": 4.0}  # the reach: sides of tiles
 GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
@@ -181,13 +182,18 @@ class Listened:
 
         A line that is t³·twist/6 away shows twist/48π³ of ∂³M/∂k³, k along it: of what passes between two windows.
         """
-        frequency, size = self._shown(high)
-        turns, (once, thrice) = 2.0 * math.pi * frequency, self._turned
+        (frequency, lines), (once, thrice) = self._lines, self._turned
         f = frequency[1:, None]
         window = passed(f, high) - passed(f, low)
+        shown = np.zeros_like(lines)
+        shown[1:] = lines[1:] * window * frequency[1]
+        slope, bend = (
+            PEAKS * max(float(np.abs(scipy.fft.irfft(own * times, n=LINE, norm="forward")).max()) for own in shown.T)
+            for times in (1.0, 2j * math.pi * frequency)
+        )
         rising = np.gradient(once[1:] * window, frequency[1], axis=0)
         along = np.abs((thrice[1:] - 2.0 * once[1:]) * window / f**3 + 3.0 * rising / f**2).max(axis=1)
-        moved = np.sum(size * turns), np.sum(size * turns**2), 2.0 * frequency[1] * np.sum(along) / (48.0 * math.pi**3)
+        moved = slope, bend, 2.0 * frequency[1] * np.sum(along) / (48.0 * math.pi**3)
         allowed: F64 = BENT * self.share / np.maximum(moved, 1e-300)
         return allowed
 

@@ -22,7 +22,7 @@ from camsim.rendering.edges import Edges
 Mask: TypeAlias = npt.NDArray[np.bool_]
 
 TURN = 0.05  # radians from one side to the next: what turns more is a corner
-DEGREE = 4
+DEGREE = 6
 PARTS = 4  # of a piece, at the least, that long sides are cut into
 STEEP = 0.3  # of a run against its chord
 HEARD = 1.0 / 3.0  # of the reach: as far along a line as what it lacks is looked at
