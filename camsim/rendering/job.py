@@ -47,8 +47,7 @@ class LeftOut:
 
     sides, hidden : of each primitive before one covers another, and which lie wholly under a later one
     edges         : those with equal sides first, then those far outside
-    equal, far    : how many of each
-    bound         : what the far ones together add to any photosite, at the most, relative to full scale
+    equal, far    : how many of each;  bound: what the far ones add to any photosite, at the most, of full scale
     """
 
     sides: I64
@@ -217,7 +216,7 @@ class Job:
 
     @property
     def finest(self) -> float | None:
-        """The smallest tolerance that edges in closed form are rendered to, None where they cannot be."""
+        """The smallest tolerance that edges in closed form keep, None where they cannot be rendered so."""
         if self.footprint is None:
             return None
         if self.split is not None:

@@ -22,7 +22,7 @@ from camsim.rendering.across.kernels import Sets, add_terms
 from camsim.rendering.across.line_kernels import Pieces
 from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, Passed, lattices, polar_of, seen_through
 from camsim.rendering.across.pieces import pieces_of
-from camsim.rendering.across.places import COARSE, Box, Places, angles_of
+from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Tile
@@ -227,21 +227,32 @@ class BandImage:
                 add = functools.partial(add_terms, total, scene, fields.on_block(block, tile), sets, block.place(tile))
                 shared(total.shape[2], add, least=ROWS)
         for (part, tile, _), (present, _, _, total) in zip(seen, tiles, strict=True):
-            rows = part.row - box.row + np.arange(float(part.rows))
-            cols = part.col - box.col + np.arange(float(part.cols))
-            into = image[part.where]
             for own, letter in zip(total, present, strict=True):
                 here = part.mine & (channel[part.where] == letter)
-                coarse = None if step == 1 else seen_through(own, tile)
-                for every in lattices(here):
-                    weights = basis.weights(box, rows[every[0]], cols[every[1]])
-                    found = np.zeros(weights.shape[1:])
-                    # Term by term: beyond its box a place's weight grows as a polynomial of its degree.
-                    for weight, term in zip(
-                        weights, seen_through(own, tile, every) if coarse is None else coarse, strict=True
-                    ):
-                        found += weight * (term if step == 1 else filled(term, step, part.rows, part.cols, every))
-                    into[every][here[every]] += found[here[every]]
+                self._add_terms(part, tile, box, basis, own, here, image[part.where])
+
+    def _add_terms(self, part: Part, tile: Tile, box: Box, basis: Basis, own: F64, here: Mask, into: F64) -> None:
+        """Add a tile's terms, as frequencies (terms, rows, 2, columns), to some photosites of an image."""
+        step, before = self.band.step, self.band.before
+        first_row, first_col = float(part.row - box.row), float(part.col - box.col)
+        rows, cols = first_row + np.arange(float(part.rows)), first_col + np.arange(float(part.cols))
+        if step == 1:
+            for every in lattices(here):
+                found = basis.weighed(box, rows[every[0]], cols[every[1]], seen_through(own, tile, every))
+                into[every][here[every]] += found[here[every]]
+            return
+        coarse, images = seen_through(own, tile), []
+        if basis.bends_less(box, 2.0 * math.pi * self.band.cut):
+            y, x = (step * (np.arange(float(count)) - before) for count in coarse.shape[1:])
+            images.append(basis.weighed(box, first_row + y, first_col + x, coarse))
+        for every in lattices(here):
+            if images:
+                found = filled(images[0], step, part.rows, part.cols, every)
+            else:
+                # Term by term: beyond its box a place's weight grows as a polynomial of its degree.
+                each = np.stack([filled(term, step, part.rows, part.cols, every) for term in coarse])
+                found = basis.weighed(box, rows[every[0]], cols[every[1]], each)
+            into[every][here[every]] += found[here[every]]
 
 
 def band_image(whole: Whole, band: Band) -> BandImage:

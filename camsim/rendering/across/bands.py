@@ -25,6 +25,7 @@ from camsim.optics.difference import Difference
 from camsim.optics.placed import Revolves
 from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
+from camsim.rendering.across.places import WIDER
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
@@ -172,7 +173,7 @@ class Listened:
         """
         frequency, size = self._shown(high)
         for step in STEPS:
-            lost = np.sin(np.minimum(math.pi * frequency * step, 0.5 * math.pi)) ** COARSE_POINTS
+            lost = np.sin(np.minimum(math.pi * (1.0 + WIDER) * frequency * step, 0.5 * math.pi)) ** COARSE_POINTS
             if 2.0 * cut * step < 1.0 and float(np.sum(size * lost)) <= CUT * self.share:
                 return step
         return 1

@@ -135,6 +135,29 @@ def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Pla
                             into_i[c] += own_r[c] * y[c] + own_i[c] * x[c]
 
 
+@kernel(error_model="numpy", fastmath={"contract"})
+def add_weighed(terms: F64, shares: F64, down: F64, across: F64, out: F64, first: int, stop: int) -> None:
+    """Add terms' images (terms, rows, cols) with weights to rows ``first`` … ``stop`` of an image.
+
+    shares : (terms, y, x) at places;  down: (rows, y) and across: (x, cols) what places weigh at photosites
+    """
+    cols = terms.shape[2]
+    weight = np.empty(cols)
+    for r in range(first, stop):
+        own = out[r]
+        for q in range(len(terms)):
+            weight[:] = 0.0
+            for b in range(shares.shape[2]):
+                share, along = 0.0, across[b]
+                for a in range(shares.shape[1]):
+                    share += shares[q, a, b] * down[r, a]
+                for c in range(cols):
+                    weight[c] += share * along[c]
+            term = terms[q, r]
+            for c in range(cols):
+                own[c] += weight[c] * term[c]
+
+
 @kernel(error_model="numpy")
 def fold(own: F64, periods: tuple[int, int], at: tuple[int, int], out: F64, first: int, stop: int) -> None:
     """Fold terms' frequencies (terms, rows, 2, columns) onto those of every second photosite along x and y.

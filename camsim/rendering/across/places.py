@@ -15,13 +15,17 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
+from camsim.kernels import shared
 from camsim.products import product
+from camsim.rendering.across.kernels import add_weighed
 from camsim.rendering.across.lattice import cardinal, nodes
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.fast_length import fast_length
 
 COARSE = 40  # frequencies at which places are compared
 ALONG, LEFT, CUT = 0.25, 0.3, 0.2  # of what places may leave: along x and y each, all but some terms, their ends
+WEIGHED = 50_000  # products that are worth a thread's while
+WIDER = 0.08  # of the highest frequency: more that waves have which are multiplied by weights
 MOST_PLACES = 14  # along a side of a box
 LOUDEST = 12  # directions, of all sets, that are looked at between places
 
@@ -57,17 +61,23 @@ class Basis:
     shares: F64
     cuts: F64
 
-    def weights(self, box: Box, rows: F64, cols: F64) -> F64:
-        """Return (terms, rows, cols): what each term's image weighs at rows and columns of a box, some beyond it."""
+    def weighed(self, box: Box, rows: F64, cols: F64, images: F64) -> F64:
+        """Return the sum of terms' images (terms, rows, cols) at rows and columns of a box, some beyond it."""
 
         def along(count: int, size: int, at: F64) -> F64:
             return cardinal(count, 2.0 * at / (size - 1.0) - 1.0 if size > 1 else np.zeros(at.size))
 
         down = along(self.shares.shape[1], box.rows, rows)
-        across = along(self.shares.shape[2], box.cols, cols)
-        terms, y, x = self.shares.shape
-        lines = product(np.swapaxes(self.shares, 1, 2).reshape(-1, y), down.T).reshape(terms, x, -1)
-        return product(np.swapaxes(lines, 1, 2).reshape(-1, x), across.T).reshape(terms, rows.size, cols.size)
+        across = np.ascontiguousarray(along(self.shares.shape[2], box.cols, cols).T)
+        out = np.zeros(images.shape[1:])
+        work = functools.partial(add_weighed, images, self.shares, down, across, out)
+        shared(len(out), work, least=1 + WEIGHED // max(1, images[:, :1].size))
+        return out
+
+    def bends_less(self, box: Box, wave_number: float) -> bool:
+        """Whether weights change so little that what they are multiplied by has hardly finer waves then."""
+        _, y, x = self.shares.shape
+        return all((n - 1) ** 2 <= WIDER * wave_number * 0.5 * size for n, size in ((y, box.rows), (x, box.cols)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
