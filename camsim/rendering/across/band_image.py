@@ -264,7 +264,8 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     small = max(grid.rows, grid.cols) < LARGE * band.reach
     if band.step > 1 or small or repeats(band, whole.transfers.step):
         edges = edges.some(np.zeros(len(edges), bool))
-    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.low, band.high))
+    allowed = whole.listened.bent(band.low, band.high) if len(edges) else np.zeros(3)
+    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, allowed)
     tiles = math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
     best = BandImage(image=whole, band=band, pieces=pieces, marked=None, tiles=tiles)
     if len(pieces.frame):

@@ -27,7 +27,7 @@ class Polar(NamedTuple):
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def on_lattice(place: Place, polar: Polar, more: F64, out: F64, first_row: int, stop_row: int) -> None:
-    """Fill in rows of (transfers, count_j, 2, count_i).
+    """Fill in rows of (count_j, transfers, 2, count_i); of a row, what is something there.
 
     more : (count_j, count_i, 2) what all are multiplied by
     """
@@ -68,7 +68,7 @@ def on_lattice(place: Place, polar: Polar, more: F64, out: F64, first_row: int, 
                     own[2 * n], own[2 * n + 1] = x * real - y * imaginary, x * imaginary + y * real
             for n in range(most):
                 for c in range(width):
-                    out[n, r, 0, low + c], out[n, r, 1, low + c] = total[c, 2 * n], total[c, 2 * n + 1]
+                    out[r, n, 0, low + c], out[r, n, 1, low + c] = total[c, 2 * n], total[c, 2 * n + 1]
 
 
 class Sets(NamedTuple):
@@ -83,7 +83,7 @@ class Sets(NamedTuple):
 def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Place, first: int, stop: int) -> None:
     """Add a block to rows ``first`` … ``stop`` of ``total`` (channels, terms, rows, 2, columns).
 
-    fields : (terms · sets, count_j, 2, count_i) transfers with all that they are multiplied by
+    fields : (count_j, terms · sets, 2, count_i) transfers with all that they are multiplied by
     """
     transforms = scene.transforms
     first_i, first_j, column, row, rows = place.first_i, place.first_j, place.column, place.row, place.rows
@@ -128,7 +128,7 @@ def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Pla
                         a, b = low + begin, low + end
                         into_r = total[sets.channel[k], q, target, 0, column + a : column + b]
                         into_i = total[sets.channel[k], q, target, 1, column + a : column + b]
-                        x, y = fields[q * count + k, r, 0, a:b], fields[q * count + k, r, 1, a:b]
+                        x, y = fields[r, q * count + k, 0, a:b], fields[r, q * count + k, 1, a:b]
                         own_r, own_i = sum_r[begin:end], sum_i[begin:end]
                         for c in range(end - begin):
                             into_r[c] += own_r[c] * x[c] - own_i[c] * y[c]

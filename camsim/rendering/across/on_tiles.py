@@ -85,10 +85,13 @@ class Fields:
         return {}
 
     def on_block(self, block: Block, tile: Tile) -> F64:
-        """Return transfers (terms · sets, count_j, 2, count_i) with OLPF, photosite and the band's window."""
+        """Return transfers (count_j, terms · sets, 2, count_i) with OLPF, photosite and the band's window.
+
+        Beyond a term's cut there is nothing of it, and nothing is written.
+        """
         if block not in self._kept:
             step, pairs = self.band.step, self.passed.on(block, tile)
-            out = np.zeros((self.polar.values.shape[2] // 2, block.count_j, 2, block.count_i))
+            out = np.empty((block.count_j, self.polar.values.shape[2] // 2, 2, block.count_i))
             polar = self.polar._replace(per_frequency=self.polar.per_frequency / step)
             shared(block.count_j, functools.partial(on_lattice, block.place(tile), polar, pairs, out), least=ROWS)
             self._kept[block] = out
