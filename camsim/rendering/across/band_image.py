@@ -131,16 +131,29 @@ class BandImage:
             for left, right in pairwise(cuts[1])
         ]
 
+    @property
+    def _some(self) -> list[Box]:
+        """The box nearest to the axis, the farthest, and one half way."""
+        boxes = sorted(self.boxes, key=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0])))
+        return list(dict.fromkeys([boxes[0], boxes[len(boxes) // 2], boxes[-1]]))
+
     @functools.cached_property
     def counts(self) -> tuple[int, int]:
         """Places along x and y of a box."""
-        boxes = sorted(self.boxes, key=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0])))
-        some = [boxes[0], boxes[len(boxes) // 2], boxes[-1]]
-        return self._places[0].counts(list(dict.fromkeys(some)))
+        return self._places[0].counts(self._some)
+
+    def _basis(self, box: Box) -> Basis:
+        places, spacing = self._places
+        return places.basis(box, self.counts, spacing)
+
+    @functools.cached_property
+    def _ends(self) -> float:
+        """Where all terms of some boxes end, cycles/pitch: boxes with one lattice look up once what they share."""
+        return max((float(self._basis(box).cuts.max(initial=0.0)) for box in self._some), default=0.0)
 
     def prepared(self) -> None:
         """Make what all boxes have in common, before threads ask for it at once."""
-        _ = self.counts, self._passed, self._nearby.outlines
+        _ = self._ends, self._passed, self._nearby.outlines
 
     def _parts(self, box: Box) -> Iterator[Part]:
         """Yield a box's tiles, each no larger than the band's side."""
@@ -198,9 +211,11 @@ class BandImage:
                 seen.append((part, tile, edges))
         if not seen:
             return
-        places, spacing = self._places
-        basis = places.basis(box, self.counts, spacing)
+        basis = self._basis(box)
         if basis.cuts.size:
+            # Where none of its terms goes on nothing is transformed.
+            cut = min(band.cut, max(self._ends, float(basis.cuts[0]))) * band.step
+            seen = [(part, dataclasses.replace(tile, cut=cut), edges) for part, tile, edges in seen]
             polar = polar_of(self.image.transfers, basis, self.image.angles)
             fields = Fields(band=band, basis=basis, polar=polar, passed=self._passed)
             for some in groups(seen, TOGETHER):

@@ -40,7 +40,7 @@ LINE = 4096  # points of it
 SHORT, CUT = 0.25, 0.033  # of the near bands' share: the reach of each of three, the end of each window
 PEAKS = 1.1  # times the highest of a line's points: eight of them are in its finest wave
 BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows
-TIMES = {"near": 5.0, "smooth": 4.0}  # the reach: sides of tiles
+TIMES = {"near": 5.0, "smooth": 6.0, "far": 4.0}  # the reach: sides of tiles
 GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
 LEAST_SIDE, LEAST_REACH = 48, 1.0  # pitches
 STEPS = (8, 4, 2)  # photosites from one to the next of what is interpolated between
@@ -219,7 +219,7 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
         if found and far <= WORTH * reach:
             low, reach = 0.0, far
         cut = listened.cut(high)
-        name = "near" if not found else "smooth"
+        name = "near" if not found else "smooth" if low > 0.0 else "far"
         side, group = max(LEAST_SIDE, math.ceil(TIMES[name] * reach)), GROUPS[name if len(found) < 2 else "far"]
         if side * 1.3 > max(shape):
             side, group = max(shape), 1
