@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -18,16 +18,14 @@ from camsim.rendering.aberrated.kernels import mark
 from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.across.bands import Band, Listened
 from camsim.rendering.across.beside import Beside, repeats
-from camsim.rendering.across.kernels import Sets, add_terms
 from camsim.rendering.across.line_kernels import Pieces
-from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, Passed, lattices, polar_of, seen_through
+from camsim.rendering.across.on_tiles import Fields, Passed, polar_of
 from camsim.rendering.across.pieces import pieces_of
 from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
+from camsim.rendering.across.tile_sums import Part, Summed, groups
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.inverse import filled
-from camsim.rendering.fourier.nearby import MANY, Nearby, regions_of
+from camsim.rendering.fourier.nearby import Nearby
 from camsim.rendering.job import Job
 
 TOGETHER = 4  # tiles
@@ -56,21 +54,6 @@ class Whole(Protocol):
     def contrast(self) -> F64: ...  # noqa: D102
     @property
     def listened(self) -> Listened: ...  # noqa: D102
-
-
-class Part(NamedTuple):
-    """Photosites of the window that are one tile; mine: which of them it is for."""
-
-    row: int
-    col: int
-    rows: int
-    cols: int
-    mine: Mask
-
-    @property
-    def where(self) -> tuple[slice, slice]:
-        """Where it is in an image."""
-        return slice(self.row, self.row + self.rows), slice(self.col, self.col + self.cols)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -219,55 +202,7 @@ class BandImage:
             polar = polar_of(self.image.transfers, basis, self.image.angles)
             fields = Fields(band=band, basis=basis, polar=polar, passed=self._passed)
             for some in groups(seen, TOGETHER):
-                self._add_tiles(some, box, fields, channel, image)
-
-    def _add_tiles(
-        self, seen: list[tuple[Part, Tile, Edges]], box: Box, fields: Fields, channel: U8, image: F64
-    ) -> None:
-        """Add some tiles of a box, whose transfers are read once for all of them."""
-        _, of_set, taken = self.image.signals
-        job, basis, step, tiles = self.image.job, fields.basis, self.band.step, []
-        for part, tile, edges in seen:
-            spectra, regions = regions_of(edges, tile, 0.0, job.tolerance)
-            present = np.unique(channel[part.where][part.mine])
-            index = np.full(int(job.signals.scale.size), -1)
-            index[present] = np.arange(present.size)
-            # Transfers hold the contrast already.
-            contrast = np.where(self.image.contrast == 0.0, 1.0, self.image.contrast)
-            shares = np.ascontiguousarray(taken[spectra - 1]) / contrast
-            total = np.zeros((present.size, basis.cuts.size, tile.sums[0], 2, tile.sums[1]))
-            tiles.append((present, regions, Sets(shares, index[of_set], step * basis.cuts), total))
-        for blocks in zip(*(regions.blocks() for _, regions, _, _ in tiles), strict=True):
-            for (_, tile, _), (_, _, sets, total), (block, scene) in zip(seen, tiles, blocks, strict=True):
-                add = functools.partial(add_terms, total, scene, fields.on_block(block, tile), sets, block.place(tile))
-                shared(total.shape[2], add, least=ROWS)
-        for (part, tile, _), (present, _, _, total) in zip(seen, tiles, strict=True):
-            for own, letter in zip(total, present, strict=True):
-                here = part.mine & (channel[part.where] == letter)
-                self._add_terms(part, tile, box, basis, own, here, image[part.where])
-
-    def _add_terms(self, part: Part, tile: Tile, box: Box, basis: Basis, own: F64, here: Mask, into: F64) -> None:
-        """Add a tile's terms, as frequencies (terms, rows, 2, columns), to some photosites of an image."""
-        step, before = self.band.step, self.band.before
-        first_row, first_col = float(part.row - box.row), float(part.col - box.col)
-        rows, cols = first_row + np.arange(float(part.rows)), first_col + np.arange(float(part.cols))
-        if step == 1:
-            for every in lattices(here):
-                found = basis.weighed(box, rows[every[0]], cols[every[1]], seen_through(own, tile, every))
-                into[every][here[every]] += found[here[every]]
-            return
-        coarse, images = seen_through(own, tile), []
-        if basis.bends_less(box, 2.0 * math.pi * self.band.cut):
-            y, x = (step * (np.arange(float(count)) - before) for count in coarse.shape[1:])
-            images.append(basis.weighed(box, first_row + y, first_col + x, coarse))
-        for every in lattices(here):
-            if images:
-                found = filled(images[0], step, part.rows, part.cols, every)
-            else:
-                # Term by term: beyond its box a place's weight grows as a polynomial of its degree.
-                each = np.stack([filled(term, step, part.rows, part.cols, every) for term in coarse])
-                found = basis.weighed(box, rows[every[0]], cols[every[1]], each)
-            into[every][here[every]] += found[here[every]]
+                Summed(image=self.image, box=box, fields=fields, seen=some).add(channel, image)
 
 
 def band_image(whole: Whole, band: Band) -> BandImage:
@@ -304,11 +239,3 @@ def cut(count: int, pieces: int) -> list[int]:
     """Return where pieces of about one size begin, and the end."""
     cuts: list[int] = np.linspace(0, count, pieces + 1).round().astype(int).tolist()
     return cuts
-
-
-def groups(seen: list[tuple[Part, Tile, Edges]], most: int) -> Iterator[list[tuple[Part, Tile, Edges]]]:
-    """Yield tiles that are transformed the same way, edge by edge or from nodes along them, at most so many at once."""
-    for spread in (False, True):
-        own = [each for each in seen if (len(each[2]) > MANY) == spread]
-        for first in range(0, len(own), most):
-            yield own[first : first + most]

@@ -85,13 +85,11 @@ class Fields:
         return {}
 
     def on_block(self, block: Block, tile: Tile) -> F64:
-        """Return transfers (count_j, terms · sets, 2, count_i) with OLPF, photosite and the band's window.
-
-        Beyond a term's cut there is nothing of it, and nothing is written.
-        """
+        """Return transfers (count_j, sets, 2, terms, tile's columns) with OLPF, photosite and the band's window."""
         if block not in self._kept:
             step, pairs = self.band.step, self.passed.on(block, tile)
-            out = np.empty((block.count_j, self.polar.values.shape[2] // 2, 2, block.count_i))
+            terms = self.basis.cuts.size
+            out = np.zeros((block.count_j, self.polar.values.shape[2] // (2 * terms), 2, terms, tile.sums[1]))
             polar = self.polar._replace(per_frequency=self.polar.per_frequency / step)
             shared(block.count_j, functools.partial(on_lattice, block.place(tile), polar, pairs, out), least=ROWS)
             self._kept[block] = out
@@ -106,12 +104,13 @@ def lattices(here: Mask) -> list[tuple[slice, slice]]:
 
 
 def seen_through(own: F64, tile: Tile, every: tuple[slice, slice] = WHOLE) -> F64:
-    """Return photosites (terms, rows, cols) of a tile, or some, from frequencies (terms, rows, 2, columns)."""
+    """Return photosites (terms, rows, cols) of a tile, or some, from frequencies (rows, 2, terms, columns)."""
     if every == WHOLE:
-        return inverse(own[:, :, 0] + 1j * own[:, :, 1], tile)
+        return inverse(np.moveaxis(own[:, 0] + 1j * own[:, 1], 1, 0), tile)
     (px, py), at = tile.periods, (every[1].start, every[0].start)
     rows, cols = (len(range(*part.indices(count))) for part, count in zip(every, (tile.rows, tile.cols), strict=True))
     fewer = dataclasses.replace(tile, rows=rows, cols=cols, periods=(px // 2, py // 2), cut=2.0 * tile.cut)
-    folded = np.zeros((len(own), *fewer.sums, 2))
-    shared(len(own), functools.partial(fold, own, tile.periods, at, folded))
+    terms = own.shape[2]
+    folded = np.zeros((terms, *fewer.sums, 2))
+    shared(terms, functools.partial(fold, own, tile.periods, at, folded))
     return inverse(folded.view(complex)[..., 0], fewer)
