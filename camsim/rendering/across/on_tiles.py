@@ -15,7 +15,7 @@ from camsim.arrays import F64
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.rendering.across.bands import Band
-from camsim.rendering.across.ghosts import GHOSTS, with_ghosts
+from camsim.rendering.across.ghosts import GHOSTS
 from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, fold, on_lattice
 from camsim.rendering.across.places import Basis
 from camsim.rendering.across.transfers import Transfers
@@ -65,8 +65,11 @@ def polar_of(transfers: Transfers, basis: Basis, angles: int) -> Polar:
         spectrum[..., : most + 1], spectrum[..., -most:] = own[:, q, :, most:], own[:, q, :, :most]
         around = scipy.fft.ifft(spectrum, axis=-1, norm="forward")
         half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
-        moved = np.moveaxis(with_ghosts(half), 0, -1)[: len(values)]
-        values[: moved.shape[0], :, q, :, 0], values[: moved.shape[0], :, q, :, 1] = moved.real, moved.imag
+        before = np.einsum("gk,ska->sga", GHOSTS, half[:, : GHOSTS.shape[1]])
+        for first, part in ((0, before), (BEFORE, half)):
+            there = values[first : first + part.shape[1], :, q]
+            moved = np.moveaxis(part, 0, -1)[: len(there)]
+            there[..., 0], there[..., 1] = moved.real, moved.imag
     active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
     return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)
 
