@@ -29,7 +29,7 @@ PERIOD = 3.0  # times that: the pattern's own copies are as far again
 APART, TURN = 0.25, 0.8  # nodes: pitches, and of the finest wave
 FINER, FINEST = 6.0, 16.0  # steps of the pattern's table: in the finest wave, and in a pitch at the least
 LARGEST = 1024  # steps of a table along a side
-KNOWN = 2e-4  # of a line: what looking up is wrong by
+KNOWN = 5e-5  # of what a line shows: more than looking up was seen to be wrong by
 HIGHEST = 5e-3  # pitches: of a sliver that is seen as a whole
 LINES = 4  # that are in sight
 GREGORY = np.array([3.0 / 8.0, 7.0 / 6.0, 23.0 / 24.0])  # weights of the first nodes of a rule that is even elsewhere
@@ -67,7 +67,7 @@ def straightened(job: Job, allowed: float) -> Straightened:
             a, b = waiting.pop()
             whole = length[b] - length[a]
             if b - a > 1 and whole >= near:
-                if np.abs(_heights(own[a : b + 1])[1]).max() <= highest:
+                if np.any(own[a] != own[b]) and np.abs(_heights(own[a : b + 1])[1]).max() <= highest:
                     spans.append((int(run[a]), int(run[b - 1])))
                     points.append(own[a : b + 1])
                     continue
