@@ -18,7 +18,7 @@ from camsim.optics.airy import Airy
 from camsim.optics.difference import Split
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
-from camsim.rendering.across.image import DifferenceImage
+from camsim.rendering.across.image import BOXES_AT_ONCE, DifferenceImage
 from camsim.rendering.across.place_transfers import first_nodes
 from camsim.rendering.across.slivers import SliverImage, straightened
 from camsim.rendering.auto import BOUNDARY
@@ -34,7 +34,9 @@ SECONDS, EACH_TRANSFER = 0.1, 5e-3  # of the transfers along the radius: of any,
 WAVELENGTHS = 44  # as many of them stand for all that there are
 CHECKED, CHECKED_COLOUR, CHECKED_WAVE, CHECKED_TURN = 0.07, 0.012, 1e-3, 1.35e-9  # of a photosite that is checked
 CHECKED_OVERLAP = 5.5e-9  # and of a node of an overlap that its search begins with
-EACH_FREQUENCY, EACH_PHOTOSITE = 4e-7, 2e-7  # seconds: of the scene and of some fifteen terms, and of tiles' periods
+EACH_FREQUENCY, EACH_PHOTOSITE = 5e-7, 2e-7  # seconds: of the scene and of some fifteen terms, and of tiles' periods
+EACH_PIECE, EACH_CHORD = 3e-3, 2e-3  # of a run's responses, and of slivers
+EACH_POINT = 16.0 * 80.0  # bytes of a box for each of its tiles' frequencies: fields and sums of some forty terms
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -136,9 +138,12 @@ class FieldPlan:
         parts = self.image.parts
         points = max(part.band.tile(part.band.side, part.band.side).points for part in parts)
         photosites = sum(part.tiles * part.band.period**2 for part in parts)
+        tiles = EACH_FREQUENCY * self.frequencies + EACH_PHOTOSITE * photosites
+        lines = EACH_PIECE * sum(len(part.pieces.frame) for part in parts) + EACH_CHORD * len(self.slivers.points)
+        at_once = min(BOXES_AT_ONCE, max(len(part.boxes) for part in parts))
         return Cost(
-            seconds=closed.seconds + transfers + EACH_FREQUENCY * self.frequencies + EACH_PHOTOSITE * photosites,
-            memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + 16.0 * 40.0 * points,
+            seconds=closed.seconds + transfers + tiles + lines,
+            memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + EACH_POINT * at_once * points,
         )
 
     def work(self, images: int) -> Work:
