@@ -44,7 +44,11 @@ def complex_product(left: C128, right: C128) -> C128:
     >>> complex_product(np.array([[1.0 + 2.0j]]), np.array([[3.0 - 1.0j]])).tolist()
     [[(5+5j)]]
     """
-    a, b = left.real, left.imag
-    found = product(np.block([[a, -b], [b, a]]), np.concatenate([right.real, right.imag]))
-    both: C128 = found[: len(left)] + 1j * found[len(left) :]
+    (m, k), n = left.shape, right.shape[1]
+    pairs, parts = np.empty((2 * m, 2 * k)), np.empty((2 * k, n))
+    pairs[:m, :k], pairs[:m, k:], pairs[m:, :k], pairs[m:, k:] = left.real, -left.imag, left.imag, left.real
+    parts[:k], parts[k:] = right.real, right.imag
+    found = product(pairs, parts)
+    both: C128 = np.empty((m, n), complex)
+    both.real, both.imag = found[:m], found[m:]
     return both

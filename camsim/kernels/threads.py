@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -22,13 +23,14 @@ import numba as nb
 Item = TypeVar("Item")
 Done = TypeVar("Done")
 
+MANY = 1 << 20  # threads: any number
 BLOCKS = 8  # of a thread: whoever has an easy one takes the next
 
 
-def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) -> None:
+def shared(count: int, work: Callable[[int, int], object], *, least: int = 1, most: int = MANY) -> None:
     """Call ``work(first, end)`` for blocks that make up 0 … count, on as many threads as Numba would take.
 
-    least : of a block
+    least : of a block;  most: threads
 
     Each call writes what no other one reads or writes, and the same whatever its block's ends are: then the bytes
     depend on no number of threads.
@@ -43,10 +45,14 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) ->
     """
     threads: int = nb.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
     blocks = min(count // least, threads * BLOCKS)
-    if threads == 1 or blocks <= 1:
+    helpers = 0
+    if threads > 1 and blocks > 1:
+        pool, idle = _helpers(threads - 1)
+        while helpers < min(threads, blocks, most) - 1 and idle.acquire(blocking=False):
+            helpers += 1
+    if not helpers:
         work(0, count)
         return
-    work(0, 0)  # what is not compiled yet is compiled here, once, and on a stack as large as the caller's
     waiting = deque(pairwise([count * block // blocks for block in range(blocks + 1)]))
 
     def taken() -> None:
@@ -57,20 +63,32 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1) ->
                 return
             work(*block)
 
-    begun = [_helpers(threads - 1).submit(taken) for _ in range(min(threads, blocks) - 1)]
+    def helped() -> None:
+        try:
+            taken()
+        finally:
+            idle.release()
+
+    begun: list[Future[None]] = []
     try:
+        work(0, 0)  # what is not compiled yet is compiled here, once, and on a stack as large as the caller's
+        begun += [pool.submit(helped) for _ in range(helpers)]
         taken()
     finally:
         waiting.clear()
+        for _ in range(helpers - len(begun)):
+            idle.release()
         for helper in begun:
-            if not helper.cancel():
+            if helper.cancel():
+                idle.release()
+            else:
                 helper.result()
 
 
 @functools.cache
-def _helpers(threads: int) -> ThreadPoolExecutor:
-    """Return the threads that help whoever calls, kept."""
-    return ThreadPoolExecutor(threads)
+def _helpers(threads: int) -> tuple[ThreadPoolExecutor, threading.Semaphore]:
+    """Return the threads that help whoever calls, kept, and what counts those that have nothing to do."""
+    return ThreadPoolExecutor(threads), threading.Semaphore(threads)
 
 
 if hasattr(os, "register_at_fork"):

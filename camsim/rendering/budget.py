@@ -20,7 +20,8 @@ Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
     "rings", "band", "taper", "reach", "spreading", "pupil",
-    "cut", "hem", "short pupil", "short lines", "between places", "bent edges", "near cut", "far cut", "transfers",
+    "cut", "hem", "short pupil", "short lines", "between places", "slivers", "bent edges",
+    "near cut", "far cut", "transfers",
     "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
 
@@ -73,7 +74,8 @@ DIFFERENCE: dict[Source, Share] = {
     "spreading": FOURIER["spreading"],
 }
 ACROSS: dict[Source, Share] = {
-    "between places": Share(0.25, "patterns interpolated over the frame: half of all that they differ by"),
+    "between places": Share(0.20, "patterns interpolated over the frame: half of all that they differ by"),
+    "slivers": Share(0.05, "what lies between bent edges and chords: height × line spread beyond its reach, look-ups"),
     "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
 }
 FIELD: dict[Source, Share] = {

@@ -47,8 +47,7 @@ class LeftOut:
 
     sides, hidden : of each primitive before one covers another, and which lie wholly under a later one
     edges         : those with equal sides first, then those far outside
-    equal, far    : how many of each
-    bound         : what the far ones together add to any photosite, at the most, relative to full scale
+    equal, far    : how many of each;  bound: what the far ones add to any photosite, at the most, of full scale
     """
 
     sides: I64
@@ -181,6 +180,10 @@ class Job:
         signals = Signals(wavelength_nm=wavelength_nm, density=density, scale=self.signals.scale)
         return dataclasses.replace(self, **_paired(edges), signals=signals, base=base, tolerance=tolerance)
 
+    def with_edges(self, edges: Edges) -> Job:
+        """Return the same of other edges."""
+        return dataclasses.replace(self, **_paired(edges))
+
     def round_part(self) -> Job:
         """Return the round part of a split lens: its pattern is moved, and so are the edges, the other way seen."""
         assert self.split is not None
@@ -213,7 +216,7 @@ class Job:
 
     @property
     def finest(self) -> float | None:
-        """The smallest tolerance that edges in closed form are rendered to, None where they cannot be."""
+        """The smallest tolerance that edges in closed form keep, None where they cannot be rendered so."""
         if self.footprint is None:
             return None
         if self.split is not None:

@@ -196,7 +196,7 @@ def test_tiles_and_boxes_leave_no_borders(monkeypatch):
     scene = polygon(2.0 * OUTLINE_UM + middle_um(grid))
     whole = rendered(revolved(), scene, grid, tolerance).image
     monkeypatch.setattr(bands, "LEAST_SIDE", 8)
-    monkeypatch.setattr(bands, "TIMES", {"near": 0.5, "smooth": 0.3})
+    monkeypatch.setattr(bands, "TIMES", {"near": 0.5, "smooth": 0.3, "far": 0.3})
     monkeypatch.setattr(bands, "GROUPS", {"near": 2, "smooth": 1, "far": 1})
     monkeypatch.setattr(bands, "WORTH", 0.0)  # as many bands as there are
     cut = rendered(revolved(), scene, grid, tolerance).image

@@ -43,16 +43,15 @@ def test_calls_within_calls_and_beside_calls_end() -> None:
 @pytest.mark.parametrize("where", ["caller", "helper"])
 def test_what_goes_wrong_is_told_and_nothing_hangs(where: str) -> None:
     caller = threading.get_ident()
-    helped = threading.Event()
+    helped, called = threading.Event(), threading.Event()
 
     def work(first: int, end: int) -> None:
         if first == end:
             return
         mine = threading.get_ident() == caller
-        if mine:
-            helped.wait(5.0)
-        else:
-            helped.set()
+        # Each waits until the other has a block: a helper alone may have done all of them before the caller begins.
+        (called if mine else helped).set()
+        (helped if mine else called).wait(5.0)
         if mine == (where == "caller"):
             raise ValueError("told")
 

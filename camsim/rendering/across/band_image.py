@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -18,16 +18,14 @@ from camsim.rendering.aberrated.kernels import mark
 from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.across.bands import Band, Listened
 from camsim.rendering.across.beside import Beside, repeats
-from camsim.rendering.across.kernels import Sets, add_terms
 from camsim.rendering.across.line_kernels import Pieces
-from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, Passed, lattices, seen_through
+from camsim.rendering.across.on_tiles import Fields, Passed, polar_of
 from camsim.rendering.across.pieces import pieces_of
-from camsim.rendering.across.places import COARSE, Box, Places, angles_of
+from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
+from camsim.rendering.across.tile_sums import Part, Summed, groups
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.inverse import filled
-from camsim.rendering.fourier.nearby import MANY, Nearby, regions_of
+from camsim.rendering.fourier.nearby import Nearby
 from camsim.rendering.job import Job
 
 TOGETHER = 4  # tiles
@@ -56,21 +54,6 @@ class Whole(Protocol):
     def contrast(self) -> F64: ...  # noqa: D102
     @property
     def listened(self) -> Listened: ...  # noqa: D102
-
-
-class Part(NamedTuple):
-    """Photosites of the window that are one tile; mine: which of them it is for."""
-
-    row: int
-    col: int
-    rows: int
-    cols: int
-    mine: Mask
-
-    @property
-    def where(self) -> tuple[slice, slice]:
-        """Where it is in an image."""
-        return slice(self.row, self.row + self.rows), slice(self.col, self.col + self.cols)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,12 +114,29 @@ class BandImage:
             for left, right in pairwise(cuts[1])
         ]
 
+    @property
+    def _some(self) -> list[Box]:
+        """The box nearest to the axis, the farthest, and one half way."""
+        boxes = sorted(self.boxes, key=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0])))
+        return list(dict.fromkeys([boxes[0], boxes[len(boxes) // 2], boxes[-1]]))
+
     @functools.cached_property
     def counts(self) -> tuple[int, int]:
         """Places along x and y of a box."""
-        boxes = sorted(self.boxes, key=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0])))
-        some = [boxes[0], boxes[len(boxes) // 2], boxes[-1]]
-        return self._places[0].counts(list(dict.fromkeys(some)))
+        return self._places[0].counts(self._some)
+
+    def _basis(self, box: Box) -> Basis:
+        places, spacing = self._places
+        return places.basis(box, self.counts, spacing)
+
+    @functools.cached_property
+    def _ends(self) -> float:
+        """Where all terms of some boxes end, cycles/pitch: boxes with one lattice look up once what they share."""
+        return max((float(self._basis(box).cuts.max(initial=0.0)) for box in self._some), default=0.0)
+
+    def prepared(self) -> None:
+        """Make what all boxes have in common, before threads ask for it at once."""
+        _ = self._ends, self._passed, self._nearby.outlines
 
     def _parts(self, box: Box) -> Iterator[Part]:
         """Yield a box's tiles, each no larger than the band's side."""
@@ -194,51 +194,15 @@ class BandImage:
                 seen.append((part, tile, edges))
         if not seen:
             return
-        places, spacing = self._places
-        basis = places.basis(box, self.counts, spacing)
+        basis = self._basis(box)
         if basis.cuts.size:
-            fields = Fields(
-                transfers=self.image.transfers, angles=self.image.angles, band=band, basis=basis, passed=self._passed
-            )
+            # Where none of its terms goes on nothing is transformed.
+            cut = min(band.cut, max(self._ends, float(basis.cuts[0]))) * band.step
+            seen = [(part, dataclasses.replace(tile, cut=cut), edges) for part, tile, edges in seen]
+            polar = polar_of(self.image.transfers, basis, self.image.angles)
+            fields = Fields(band=band, basis=basis, polar=polar, passed=self._passed)
             for some in groups(seen, TOGETHER):
-                self._add_tiles(some, box, fields, channel, image)
-
-    def _add_tiles(
-        self, seen: list[tuple[Part, Tile, Edges]], box: Box, fields: Fields, channel: U8, image: F64
-    ) -> None:
-        """Add some tiles of a box, whose transfers are read once for all of them."""
-        _, of_set, taken = self.image.signals
-        job, basis, step, tiles = self.image.job, fields.basis, self.band.step, []
-        for part, tile, edges in seen:
-            spectra, regions = regions_of(edges, tile, 0.0, job.tolerance)
-            present = np.unique(channel[part.where][part.mine])
-            index = np.full(int(job.signals.scale.size), -1)
-            index[present] = np.arange(present.size)
-            # Transfers hold the contrast already.
-            contrast = np.where(self.image.contrast == 0.0, 1.0, self.image.contrast)
-            shares = np.ascontiguousarray(taken[spectra - 1]) / contrast
-            total = np.zeros((present.size, basis.cuts.size, tile.sums[0], 2, tile.sums[1]))
-            tiles.append((present, regions, Sets(shares, index[of_set], step * basis.cuts), total))
-        for blocks in zip(*(regions.blocks() for _, regions, _, _ in tiles), strict=True):
-            for (_, tile, _), (_, _, sets, total), (block, scene) in zip(seen, tiles, blocks, strict=True):
-                add = functools.partial(add_terms, total, scene, fields.on_block(block, tile), sets, block.place(tile))
-                shared(total.shape[2], add, least=ROWS)
-        for (part, tile, _), (present, _, _, total) in zip(seen, tiles, strict=True):
-            rows = part.row - box.row + np.arange(float(part.rows))
-            cols = part.col - box.col + np.arange(float(part.cols))
-            into = image[part.where]
-            for own, letter in zip(total, present, strict=True):
-                here = part.mine & (channel[part.where] == letter)
-                coarse = None if step == 1 else seen_through(own, tile)
-                for every in lattices(here):
-                    weights = basis.weights(box, rows[every[0]], cols[every[1]])
-                    found = np.zeros(weights.shape[1:])
-                    # Term by term: beyond its box a place's weight grows as a polynomial of its degree.
-                    for weight, term in zip(
-                        weights, seen_through(own, tile, every) if coarse is None else coarse, strict=True
-                    ):
-                        found += weight * (term if step == 1 else filled(term, step, part.rows, part.cols, every))
-                    into[every][here[every]] += found[here[every]]
+                Summed(image=self.image, box=box, fields=fields, seen=some).add(channel, image)
 
 
 def band_image(whole: Whole, band: Band) -> BandImage:
@@ -250,7 +214,8 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     small = max(grid.rows, grid.cols) < LARGE * band.reach
     if band.step > 1 or small or repeats(band, whole.transfers.step):
         edges = edges.some(np.zeros(len(edges), bool))
-    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, whole.listened.bent(band.low, band.high))
+    allowed = whole.listened.bent(band.low, band.high) if len(edges) else np.zeros(3)
+    pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, allowed)
     tiles = math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
     best = BandImage(image=whole, band=band, pieces=pieces, marked=None, tiles=tiles)
     if len(pieces.frame):
@@ -274,11 +239,3 @@ def cut(count: int, pieces: int) -> list[int]:
     """Return where pieces of about one size begin, and the end."""
     cuts: list[int] = np.linspace(0, count, pieces + 1).round().astype(int).tolist()
     return cuts
-
-
-def groups(seen: list[tuple[Part, Tile, Edges]], most: int) -> Iterator[list[tuple[Part, Tile, Edges]]]:
-    """Yield tiles that are transformed the same way, edge by edge or from nodes along them, at most so many at once."""
-    for spread in (False, True):
-        own = [each for each in seen if (len(each[2]) > MANY) == spread]
-        for first in range(0, len(own), most):
-            yield own[first : first + most]

@@ -23,7 +23,9 @@ from camsim.optics import OpticalSystem
 from camsim.optics.airy import Airy
 from camsim.optics.difference import Difference
 from camsim.optics.placed import Revolves
+from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
+from camsim.rendering.across.places import WIDER
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
@@ -36,8 +38,9 @@ DIRECTIONS = 16  # in which lines are looked at
 FINER = 8.0  # frequencies to a window's width, of what a line shows
 LINE = 4096  # points of it
 SHORT, CUT = 0.25, 0.033  # of the near bands' share: the reach of each of three, the end of each window
+PEAKS = 1.1  # times the highest of a line's points: eight of them are in its finest wave
 BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows
-TIMES = {"near": 5.0, "smooth": 4.0}  # the reach: sides of tiles
+TIMES = {"near": 5.0, "smooth": 6.0, "far": 4.0}  # the reach: sides of tiles
 GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
 LEAST_SIDE, LEAST_REACH = 48, 1.0  # pitches
 STEPS = (8, 4, 2)  # photosites from one to the next of what is interpolated between
@@ -129,8 +132,9 @@ class Listened:
         transfers = self.transfers
         m = np.arange(-transfers.most, transfers.most + 1)
         around = np.exp(1j * math.pi / DIRECTIONS * np.multiply.outer(m, np.arange(DIRECTIONS)))
-        found = np.moveaxis(transfers.harmonics @ (around * (1j * m[:, None]) ** order), 2, 0)
-        return np.ascontiguousarray(found).reshape(found.shape[0], -1)
+        radii, sets, count, _ = transfers.harmonics.shape
+        found = complex_product(transfers.harmonics.reshape(-1, m.size), around * (1j * m[:, None]) ** order)
+        return np.ascontiguousarray(np.moveaxis(found.reshape(radii, sets, count, -1), 2, 0)).reshape(count, -1)
 
     def reach(self, low: float, high: float) -> float:
         """Return how far lines are heard of what lies between two windows, pitches."""
@@ -169,7 +173,7 @@ class Listened:
         """
         frequency, size = self._shown(high)
         for step in STEPS:
-            lost = np.sin(np.minimum(math.pi * frequency * step, 0.5 * math.pi)) ** COARSE_POINTS
+            lost = np.sin(np.minimum(math.pi * (1.0 + WIDER) * frequency * step, 0.5 * math.pi)) ** COARSE_POINTS
             if 2.0 * cut * step < 1.0 and float(np.sum(size * lost)) <= CUT * self.share:
                 return step
         return 1
@@ -179,13 +183,18 @@ class Listened:
 
         A line that is t³·twist/6 away shows twist/48π³ of ∂³M/∂k³, k along it: of what passes between two windows.
         """
-        frequency, size = self._shown(high)
-        turns, (once, thrice) = 2.0 * math.pi * frequency, self._turned
+        (frequency, lines), (once, thrice) = self._lines, self._turned
         f = frequency[1:, None]
         window = passed(f, high) - passed(f, low)
+        shown = np.zeros_like(lines)
+        shown[1:] = lines[1:] * window * frequency[1]
+        slope, bend = (
+            PEAKS * max(float(np.abs(scipy.fft.irfft(own * times, n=LINE, norm="forward")).max()) for own in shown.T)
+            for times in (1.0, 2j * math.pi * frequency)
+        )
         rising = np.gradient(once[1:] * window, frequency[1], axis=0)
         along = np.abs((thrice[1:] - 2.0 * once[1:]) * window / f**3 + 3.0 * rising / f**2).max(axis=1)
-        moved = np.sum(size * turns), np.sum(size * turns**2), 2.0 * frequency[1] * np.sum(along) / (48.0 * math.pi**3)
+        moved = slope, bend, 2.0 * frequency[1] * np.sum(along) / (48.0 * math.pi**3)
         allowed: F64 = BENT * self.share / np.maximum(moved, 1e-300)
         return allowed
 
@@ -210,7 +219,7 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
         if found and far <= WORTH * reach:
             low, reach = 0.0, far
         cut = listened.cut(high)
-        name = "near" if not found else "smooth"
+        name = "near" if not found else "smooth" if low > 0.0 else "far"
         side, group = max(LEAST_SIDE, math.ceil(TIMES[name] * reach)), GROUPS[name if len(found) < 2 else "far"]
         if side * 1.3 > max(shape):
             side, group = max(shape), 1

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64, U8
-from camsim.kernels import shared
+from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.across.bands import Band
@@ -27,7 +27,7 @@ from camsim.rendering.fast_length import fast_length
 
 FINER = 8.0  # steps of a response in the finest wave
 ANGLE = 0.02  # radians, over which a transfer's second difference is taken
-TOGETHER = 64  # pieces
+TOGETHER, AHEAD = 64, 4  # pieces, and so many times as many that are made beside one another
 SPARE = 4  # steps of a table on either side
 
 
@@ -150,8 +150,9 @@ class Beside:
 
     def add(self, pieces: Pieces, origin: tuple[float, float], channel: U8, marked: U8, image: F64) -> None:
         """Add what pieces show to photosites that are not marked."""
-        for first in range(0, len(pieces.frame), TOGETHER):
-            part = slice(first, first + TOGETHER)
-            some = Pieces(pieces.frame[part], pieces.shape[part], pieces.ends[part], pieces.spectra[part])
-            add = functools.partial(add_pieces, origin, some, self.responses(some), channel, marked, image)
-            shared(len(image), add)
+        parts = [slice(first, first + TOGETHER) for first in range(0, len(pieces.frame), TOGETHER)]
+        groups = [
+            Pieces(pieces.frame[part], pieces.shape[part], pieces.ends[part], pieces.spectra[part]) for part in parts
+        ]
+        for some, responses in zip(groups, ahead(self.responses, groups, AHEAD), strict=True):
+            shared(len(image), functools.partial(add_pieces, origin, some, responses, channel, marked, image))

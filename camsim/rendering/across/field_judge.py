@@ -44,6 +44,7 @@ FINER = 1.5  # directions, times what a sum over them takes to be exact of waves
 STEPS = 12.0  # of a direction's table in the finest wave: sums over sides take slopes of what is looked up
 PERIOD, APART = 6.0, 2.0  # of such a table, in what is seen to one side; and that more, at least, than lines are heard
 CHUNK = 64  # directions at a time
+AT_ONCE = 4  # photosites, on threads of their own: each has tables of its own
 RAYS = 2.0  # λN that a ray goes for a wave of slope: what turns with the wavelength
 WIDEST, NARROWER = 0.25, 4.0  # windows: the first one's width in cycles/pitch, and from one to the next
 SHORT, LONG = 3.0, 4.0  # over a window's width, pitches: its reach is looked for within three times it; the last one's
@@ -103,10 +104,15 @@ class FieldJudge:
         if not len(self._perfect.seen[0].left):
             return values
         x0, y0 = self.job.grid.first_centre
-        for k in range(rows.size):
-            channels = sets[..., k].reshape(-1).astype(np.int64)
-            more = self._differing((x0 + float(cols[k]), y0 + float(rows[k])), channels)
-            values[..., k] += more.reshape(sets.shape[:-1])
+        _ = self._edges  # made once, before threads ask for them
+
+        def work(first: int, end: int) -> None:
+            for k in range(first, end):
+                channels = sets[..., k].reshape(-1).astype(np.int64)
+                more = self._differing((x0 + float(cols[k]), y0 + float(rows[k])), channels)
+                values[..., k] += more.reshape(sets.shape[:-1])
+
+        shared(rows.size, work, most=AT_ONCE)
         return values
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:

@@ -18,8 +18,9 @@ from camsim.optics.airy import Airy
 from camsim.optics.difference import Split
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
-from camsim.rendering.across.image import DifferenceImage
+from camsim.rendering.across.image import BOXES_AT_ONCE, DifferenceImage
 from camsim.rendering.across.place_transfers import first_nodes
+from camsim.rendering.across.slivers import SliverImage, straightened
 from camsim.rendering.auto import BOUNDARY
 from camsim.rendering.boundary.engine import BoundaryPlan
 from camsim.rendering.budget import CLOSED_PART, PLACES_PART, ErrorBudget
@@ -33,7 +34,9 @@ SECONDS, EACH_TRANSFER = 0.1, 5e-3  # of the transfers along the radius: of any,
 WAVELENGTHS = 44  # as many of them stand for all that there are
 CHECKED, CHECKED_COLOUR, CHECKED_WAVE, CHECKED_TURN = 0.07, 0.012, 1e-3, 1.35e-9  # of a photosite that is checked
 CHECKED_OVERLAP = 5.5e-9  # and of a node of an overlap that its search begins with
-EACH_FREQUENCY, EACH_PHOTOSITE = 4e-7, 2e-7  # seconds: of the scene and of some fifteen terms, and of tiles' periods
+EACH_FREQUENCY, EACH_PHOTOSITE = 5e-7, 2e-7  # seconds: of the scene and of some fifteen terms, and of tiles' periods
+EACH_PIECE, EACH_CHORD = 3e-3, 2e-3  # of a run's responses, and of slivers
+EACH_POINT = 16.0 * 80.0  # bytes of a box for each of its tiles' frequencies: fields and sums of some forty terms
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,11 +44,13 @@ class FieldPlan:
     """A job behind a lens of revolution.
 
     job    : of the whole window, behind the lens of the axis
-    closed : what renders the perfect lens;  image: the difference
+    closed : what renders the perfect lens, slivers: and what lies between bent edges and the chords that this takes
+    image  : the difference
     """
 
     job: Job
     closed: BoundaryPlan
+    slivers: SliverImage
     image: DifferenceImage
 
     @classmethod
@@ -53,10 +58,20 @@ class FieldPlan:
         """Plan a job whose edges are bent already."""
         parts = dataclasses.replace(_perfect(job, lens), tolerance=PLACES_PART * job.tolerance)
         rest = dataclasses.replace(parts, tolerance=(1.0 - CLOSED_PART) * parts.tolerance)
-        between = ErrorBudget(job.tolerance).allowed("between places")
+        budget = ErrorBudget(job.tolerance)
+        between, slivers = budget.allowed("between places"), budget.allowed("slivers")
+        straight = straightened(parts, slivers)
+        closed = BOUNDARY.plan(parts.with_edges(straight.edges).round_part())
         return cls(
             job=job,
-            closed=BOUNDARY.plan(parts.round_part()),
+            closed=closed,
+            slivers=SliverImage(
+                job=closed.job,
+                points=straight.points,
+                pair=closed.job.pair[straight.chords],
+                nodes=closed.nodes,
+                allowed=slivers,
+            ),
             image=DifferenceImage(job=rest, lens=lens, between=between),
         )
 
@@ -123,9 +138,12 @@ class FieldPlan:
         parts = self.image.parts
         points = max(part.band.tile(part.band.side, part.band.side).points for part in parts)
         photosites = sum(part.tiles * part.band.period**2 for part in parts)
+        tiles = EACH_FREQUENCY * self.frequencies + EACH_PHOTOSITE * photosites
+        lines = EACH_PIECE * sum(len(part.pieces.frame) for part in parts) + EACH_CHORD * len(self.slivers.points)
+        at_once = min(BOXES_AT_ONCE, max(len(part.boxes) for part in parts))
         return Cost(
-            seconds=closed.seconds + transfers + EACH_FREQUENCY * self.frequencies + EACH_PHOTOSITE * photosites,
-            memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + 16.0 * 40.0 * points,
+            seconds=closed.seconds + transfers + tiles + lines,
+            memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + EACH_POINT * at_once * points,
         )
 
     def work(self, images: int) -> Work:
@@ -153,6 +171,7 @@ class FieldPlan:
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image band by band."""
         rest = self.image.rendered(channel[:], lambda done: progress(0.8 * done))
+        self.slivers.add(channel[:], rest)
         closed = self.closed.bands(channel, lambda done: progress(0.8 + 0.2 * done))
         yield from added([closed, iter((rest,))])
 

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import functools
 import math
+import threading
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.kernels import shared
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.band_image import BandImage, band_image
 from camsim.rendering.across.bands import Band, Listened, bands_of, far_reach
+from camsim.rendering.across.places import Box
 from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers
 from camsim.rendering.engine import Progress
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.job import Job
 from camsim.rendering.spectral import multiples
 
+BOXES_AT_ONCE = 4  # on threads of their own, each with fields of its own; what more there are share their work
 EACH = 0.25  # of the transfers' share: what each of their approximations may leave
 
 
@@ -121,15 +125,30 @@ class DifferenceImage:
     @functools.cached_property
     def parts(self) -> tuple[BandImage, ...]:
         """The image of each band."""
-        return tuple(band_image(self, band) for band in self.bands)
+        bands, found = self.bands, dict[int, BandImage]()
+
+        def work(first: int, end: int) -> None:
+            for k in range(first, end):
+                found[k] = band_image(self, bands[k])
+
+        shared(len(bands), work)
+        return tuple(found[k] for k in range(len(bands)))
 
     def rendered(self, channel: U8, progress: Progress) -> F64:
         """Return the image, each photosite in its own channel."""
         image = np.zeros(channel.shape)
         for part in self.parts:
             part.add_lines(channel, image)
-        work = [(part, box) for part in self.parts for box in part.boxes]
-        for done, (part, box) in enumerate(work):
-            part.add_box(box, channel, image)
-            progress((done + 1) / len(work))
+        whole, done, caller = sum(len(part.boxes) for part in self.parts), list[Box](), threading.get_ident()
+        for part in self.parts:
+            part.prepared()
+
+            def add(first: int, end: int, part: BandImage = part) -> None:
+                for box in part.boxes[first:end]:
+                    part.add_box(box, channel, image)
+                    done.append(box)
+                    if threading.get_ident() == caller:
+                        progress(len(done) / whole)
+
+            shared(len(part.boxes), add, most=BOXES_AT_ONCE)
         return image

@@ -11,7 +11,6 @@ from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 from camsim.rendering.angular import six_points
 from camsim.rendering.fourier.blocks import Place
-from camsim.rendering.fourier.kernels import COLUMNS, SceneBlock
 
 PIECE = 32  # frequencies whose transfers stay in a cache
 BEFORE, AFTER = 2, 3  # points of a six-point look-up on either side of the first
@@ -27,7 +26,7 @@ class Polar(NamedTuple):
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def on_lattice(place: Place, polar: Polar, more: F64, out: F64, first_row: int, stop_row: int) -> None:
-    """Fill in rows of (transfers, count_j, 2, count_i).
+    """Fill in rows of (count_j, sets, 2, terms, columns) from the block's first column on, where there is anything.
 
     more : (count_j, count_i, 2) what all are multiplied by
     """
@@ -67,77 +66,95 @@ def on_lattice(place: Place, polar: Polar, more: F64, out: F64, first_row: int, 
                     x, y = own[2 * n], sign * own[2 * n + 1]
                     own[2 * n], own[2 * n + 1] = x * real - y * imaginary, x * imaginary + y * real
             for n in range(most):
+                into, first = out[r, n % out.shape[1]], place.column + low
                 for c in range(width):
-                    out[n, r, 0, low + c], out[n, r, 1, low + c] = total[c, 2 * n], total[c, 2 * n + 1]
+                    into[0, n // out.shape[1], first + c] = total[c, 2 * n]
+                    into[1, n // out.shape[1], first + c] = total[c, 2 * n + 1]
 
 
 class Sets(NamedTuple):
-    """Which transfers make which sums: transfer (term · sets + set) goes to sum (channel, term)."""
+    """Which transfers make which sums: transfer (set, term) goes to sum (channel, term)."""
 
-    weights: F64  # (spectra, sets) of each spectrum's transform
+    weights: F64  # (tiles, spectra, sets) of each spectrum's transform
     channel: I64  # (sets,) −1: of no channel that is wanted
-    cuts: F64  # (terms,) beyond which a term is nothing, cycles/pitch
+    cuts: F64  # (terms,) beyond which a term is nothing, cycles/pitch; falling
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
-def add_terms(total: F64, scene: SceneBlock, fields: F64, sets: Sets, place: Place, first: int, stop: int) -> None:
-    """Add a block to rows ``first`` … ``stop`` of ``total`` (channels, terms, rows, 2, columns).
+def add_terms(total: F64, scenes: F64, fields: F64, sets: Sets, place: Place, first: int, stop: int) -> None:
+    """Add a block to rows ``first`` … ``stop`` of ``total`` (tiles, channels, rows, 2, terms, columns).
 
-    fields : (terms · sets, count_j, 2, count_i) transfers with all that they are multiplied by
+    scenes : (tiles, spectra, count_j, 2, count_i) 4π²|k|² times transforms
+    fields : (count_j, sets, 2, terms, columns) transfers with all that they are multiplied by, 0 beside the block
     """
-    transforms = scene.transforms
     first_i, first_j, column, row, rows = place.first_i, place.first_j, place.column, place.row, place.rows
     px, py = place.px, place.py
-    spectra, count_j, _, count_i = transforms.shape
-    count = sets.channel.size
-    scale, sum_r, sum_i = np.empty(COLUMNS), np.empty(COLUMNS), np.empty(COLUMNS)
+    spectra, count_j, count_i = scenes.shape[1], scenes.shape[2], scenes.shape[4]
+    terms, columns = total.shape[4], total.shape[5]
+    scale, own_r, own_i = np.empty(count_i), np.empty(terms * columns), np.empty(terms * columns)
     # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
     for target in range(first, stop):
         for r in range((target - row) % rows, count_j, rows):
-            ky = (first_j + r) / py
-            for low in range(0, count_i, COLUMNS):
-                width = min(COLUMNS, count_i - low)
-                for c in range(width):
-                    kx = (first_i + low + c) / px
-                    square = kx * kx + ky * ky
-                    scale[c] = 1.0 / (4.0 * math.pi * math.pi * (square if square > 0.0 else 1.0))
-                for k in range(count):
+            ky, active = (first_j + r) / py, 0
+            while active < terms and sets.cuts[active] > abs(ky):
+                active += 1
+            if active == 0:
+                continue
+            for c in range(count_i):
+                kx = (first_i + c) / px
+                square = kx * kx + ky * ky
+                scale[c] = 1.0 / (4.0 * math.pi * math.pi * (square if square > 0.0 else 1.0))
+            many = active * columns
+            for t in range(len(total)):
+                for k in range(sets.channel.size):
                     if sets.channel[k] < 0:
                         continue
-                    sum_r[:width] = 0.0
-                    sum_i[:width] = 0.0
+                    own_r[:columns], own_i[:columns] = 0.0, 0.0
                     for s in range(spectra):
-                        weight = sets.weights[s, k]
+                        weight = sets.weights[t, s, k]
                         if weight != 0.0:
-                            real, imaginary = (
-                                transforms[s, r, 0, low : low + width],
-                                transforms[s, r, 1, low : low + width],
-                            )
-                            for c in range(width):
-                                sum_r[c] += weight * scale[c] * real[c]
-                                sum_i[c] += weight * scale[c] * imaginary[c]
-                    for q in range(sets.cuts.size):
-                        inside = sets.cuts[q] * sets.cuts[q] - ky * ky
-                        if inside <= 0.0:
-                            break
-                        farthest = px * math.sqrt(inside)
-                        begin = max(0, math.ceil(-farthest) - first_i - low)
-                        end = min(width, math.floor(farthest) + 1 - first_i - low)
-                        if begin >= end:
-                            continue
-                        a, b = low + begin, low + end
-                        into_r = total[sets.channel[k], q, target, 0, column + a : column + b]
-                        into_i = total[sets.channel[k], q, target, 1, column + a : column + b]
-                        x, y = fields[q * count + k, r, 0, a:b], fields[q * count + k, r, 1, a:b]
-                        own_r, own_i = sum_r[begin:end], sum_i[begin:end]
-                        for c in range(end - begin):
-                            into_r[c] += own_r[c] * x[c] - own_i[c] * y[c]
-                            into_i[c] += own_r[c] * y[c] + own_i[c] * x[c]
+                            real, imaginary = scenes[t, s, r, 0], scenes[t, s, r, 1]
+                            for c in range(count_i):
+                                own_r[column + c] += weight * scale[c] * real[c]
+                                own_i[column + c] += weight * scale[c] * imaginary[c]
+                    # All terms in one row of numbers: rows of one term are short.
+                    for q in range(1, active):
+                        for c in range(columns):
+                            own_r[q * columns + c], own_i[q * columns + c] = own_r[c], own_i[c]
+                    into_r = total[t, sets.channel[k], target, 0].reshape(-1)[:many]
+                    into_i = total[t, sets.channel[k], target, 1].reshape(-1)[:many]
+                    x, y = fields[r, k, 0].reshape(-1)[:many], fields[r, k, 1].reshape(-1)[:many]
+                    for m in range(many):
+                        into_r[m] += own_r[m] * x[m] - own_i[m] * y[m]
+                        into_i[m] += own_r[m] * y[m] + own_i[m] * x[m]
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def add_weighed(terms: F64, shares: F64, down: F64, across: F64, out: F64, first: int, stop: int) -> None:
+    """Add terms' images (terms, rows, cols) with weights to rows ``first`` … ``stop`` of an image.
+
+    shares : (terms, y, x) at places;  down: (rows, y) and across: (x, cols) what places weigh at photosites
+    """
+    cols = terms.shape[2]
+    weight = np.empty(cols)
+    for r in range(first, stop):
+        own = out[r]
+        for q in range(len(terms)):
+            weight[:] = 0.0
+            for b in range(shares.shape[2]):
+                share, along = 0.0, across[b]
+                for a in range(shares.shape[1]):
+                    share += shares[q, a, b] * down[r, a]
+                for c in range(cols):
+                    weight[c] += share * along[c]
+            term = terms[q, r]
+            for c in range(cols):
+                own[c] += weight[c] * term[c]
 
 
 @kernel(error_model="numpy")
 def fold(own: F64, periods: tuple[int, int], at: tuple[int, int], out: F64, first: int, stop: int) -> None:
-    """Fold terms' frequencies (terms, rows, 2, columns) onto those of every second photosite along x and y.
+    """Fold terms' frequencies (rows, 2, terms, columns) onto those of every second photosite along x and y.
 
     periods : along x and y, even, of all photosites;  at: column and row of the first that is asked for
     out     : (terms, rows, columns, 2) on half of the periods
@@ -145,7 +162,7 @@ def fold(own: F64, periods: tuple[int, int], at: tuple[int, int], out: F64, firs
     What lies half a period of frequencies farther turns once more from one such photosite to the next: by nothing.
     """
     (px, py), (left, top) = periods, at
-    rows, columns = own.shape[1], own.shape[3]
+    rows, columns = own.shape[0], own.shape[3]
     half = px // 2
     direct, mirrored = min(columns, half // 2 + 1), max(0, min(columns, half) - (half + 1) // 2)
     across, along = np.empty((2, columns)), np.empty((2, columns))
@@ -158,7 +175,7 @@ def fold(own: F64, periods: tuple[int, int], at: tuple[int, int], out: F64, firs
         for i in range(columns):
             along[0, i], along[1, i] = c * across[0, i] - s * across[1, i], c * across[1, i] + s * across[0, i]
         for q in range(first, stop):
-            real, imaginary = own[q, r, 0], own[q, r, 1]
+            real, imaginary = own[r, 0, q], own[r, 1, q]
             into = out[q, j % out.shape[1]]
             for i in range(direct):
                 into[i, 0] += along[0, i] * real[i] - along[1, i] * imaginary[i]

@@ -15,7 +15,7 @@ from camsim.arrays import F64
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.rendering.across.bands import Band
-from camsim.rendering.across.ghosts import GHOSTS, with_ghosts
+from camsim.rendering.across.ghosts import GHOSTS
 from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, fold, on_lattice
 from camsim.rendering.across.places import Basis
 from camsim.rendering.across.transfers import Transfers
@@ -52,45 +52,47 @@ class Passed:
         return self._kept[block]
 
 
+def polar_of(transfers: Transfers, basis: Basis, angles: int) -> Polar:
+    """Return a basis's transfers over |f| and so many angles of half a circle."""
+    count = transfers.harmonics.shape[2]
+    rows = np.minimum(np.ceil(basis.cuts / transfers.step).astype(int) + 1, count)
+    terms, sets, most = len(basis.cuts), transfers.harmonics.shape[1], transfers.most
+    values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
+    stop = min(max(int(rows.max()) + AFTER, GHOSTS.shape[1]), count)
+    own = np.ascontiguousarray(np.moveaxis(transfers.made(basis.made_of, stop), 0, 3))
+    for q in range(terms):
+        spectrum = np.zeros((sets, stop, 2 * angles), complex)
+        spectrum[..., : most + 1], spectrum[..., -most:] = own[:, q, :, most:], own[:, q, :, :most]
+        around = scipy.fft.ifft(spectrum, axis=-1, norm="forward")
+        half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
+        before = np.einsum("gk,ska->sga", GHOSTS, half[:, : GHOSTS.shape[1]])
+        for first, part in ((0, before), (BEFORE, half)):
+            there = values[first : first + part.shape[1], :, q]
+            moved = np.moveaxis(part, 0, -1)[: len(there)]
+            there[..., 0], there[..., 1] = moved.real, moved.imag
+    active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
+    return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fields:
     """A basis's transfers on the lattice of a band's tiles, kept."""
 
-    transfers: Transfers
-    angles: int
     band: Band
     basis: Basis
+    polar: Polar
     passed: Passed
-
-    @functools.cached_property
-    def polar(self) -> Polar:
-        """The transfers over |f| and angle."""
-        transfers, angles, basis = self.transfers, self.angles, self.basis
-        count = transfers.harmonics.shape[2]
-        rows = np.minimum(np.ceil(basis.cuts / transfers.step).astype(int) + 1, count)
-        terms, sets, most = len(basis.cuts), transfers.harmonics.shape[1], transfers.most
-        values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
-        stop = min(max(int(rows.max()) + AFTER, GHOSTS.shape[1]), count)
-        own = np.ascontiguousarray(np.moveaxis(transfers.made(basis.made_of, stop), 0, 3))
-        for q in range(terms):
-            spectrum = np.zeros((sets, stop, 2 * angles), complex)
-            spectrum[..., : most + 1], spectrum[..., -most:] = own[:, q, :, most:], own[:, q, :, :most]
-            around = scipy.fft.ifft(spectrum, axis=-1, norm="forward", workers=-1)
-            half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
-            moved = np.moveaxis(with_ghosts(half), 0, -1)[: len(values)]
-            values[: moved.shape[0], :, q, :, 0], values[: moved.shape[0], :, q, :, 1] = moved.real, moved.imag
-        active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
-        return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)
 
     @functools.cached_property
     def _kept(self) -> dict[Block, F64]:
         return {}
 
     def on_block(self, block: Block, tile: Tile) -> F64:
-        """Return transfers (terms · sets, count_j, 2, count_i) with OLPF, photosite and the band's window."""
+        """Return transfers (count_j, sets, 2, terms, tile's columns) with OLPF, photosite and the band's window."""
         if block not in self._kept:
             step, pairs = self.band.step, self.passed.on(block, tile)
-            out = np.zeros((self.polar.values.shape[2] // 2, block.count_j, 2, block.count_i))
+            terms = self.basis.cuts.size
+            out = np.zeros((block.count_j, self.polar.values.shape[2] // (2 * terms), 2, terms, tile.sums[1]))
             polar = self.polar._replace(per_frequency=self.polar.per_frequency / step)
             shared(block.count_j, functools.partial(on_lattice, block.place(tile), polar, pairs, out), least=ROWS)
             self._kept[block] = out
@@ -105,12 +107,13 @@ def lattices(here: Mask) -> list[tuple[slice, slice]]:
 
 
 def seen_through(own: F64, tile: Tile, every: tuple[slice, slice] = WHOLE) -> F64:
-    """Return photosites (terms, rows, cols) of a tile, or some, from frequencies (terms, rows, 2, columns)."""
+    """Return photosites (terms, rows, cols) of a tile, or some, from frequencies (rows, 2, terms, columns)."""
     if every == WHOLE:
-        return inverse(own[:, :, 0] + 1j * own[:, :, 1], tile)
+        return inverse(np.moveaxis(own[:, 0] + 1j * own[:, 1], 1, 0), tile)
     (px, py), at = tile.periods, (every[1].start, every[0].start)
     rows, cols = (len(range(*part.indices(count))) for part, count in zip(every, (tile.rows, tile.cols), strict=True))
     fewer = dataclasses.replace(tile, rows=rows, cols=cols, periods=(px // 2, py // 2), cut=2.0 * tile.cut)
-    folded = np.zeros((len(own), *fewer.sums, 2))
-    shared(len(own), functools.partial(fold, own, tile.periods, at, folded))
+    terms = own.shape[2]
+    folded = np.zeros((terms, *fewer.sums, 2))
+    shared(terms, functools.partial(fold, own, tile.periods, at, folded))
     return inverse(folded.view(complex)[..., 0], fewer)

@@ -22,7 +22,7 @@ from camsim.rendering.edges import Edges
 Mask: TypeAlias = npt.NDArray[np.bool_]
 
 TURN = 0.05  # radians from one side to the next: what turns more is a corner
-DEGREE = 4
+DEGREE = 6
 PARTS = 4  # of a piece, at the least, that long sides are cut into
 STEEP = 0.3  # of a run against its chord
 HEARD = 1.0 / 3.0  # of the reach: as far along a line as what it lacks is looked at
@@ -94,6 +94,13 @@ def _joined(edges: Edges) -> Mask:
     turn = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], np.sum(a * b, axis=1)))
     same = (edges.left[1:] == edges.left[:-1]) & (edges.right[1:] == edges.right[:-1])
     return np.append((finish[:-1] == begin[1:]) & (met[finish[:-1]] == 2) & same & (turn <= TURN), False)
+
+
+def runs_of(edges: Edges) -> list[I64]:
+    """Return edges that go on in one another with hardly a turn, run by run, all of them."""
+    if not len(edges):
+        return []
+    return np.split(np.arange(len(edges)), np.flatnonzero(~_joined(edges)[:-1]) + 1)
 
 
 def _marking(start: F64, end: F64, loose: I64, ends: F64) -> Lines:

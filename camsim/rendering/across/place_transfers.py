@@ -20,7 +20,7 @@ from camsim.optics.difference import rim_of
 from camsim.optics.placed import PlacedLens
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import orders, zernike
-from camsim.products import product
+from camsim.products import complex_product, product
 from camsim.quadrature import barycentric, chebyshev, gauss_legendre, interpolation
 from camsim.rendering.across.judge_kernels import add_nodes
 
@@ -114,7 +114,8 @@ class PlaceTransfers:
                 :, angles - LAST : angles
             ]
             legendre = np.polynomial.legendre.legvander(x, shifts - 1)[:, -LAST:] * (np.arange(shifts)[-LAST:] + 0.5)
-            shown = np.abs((legendre * w[:, None]).T @ half).max(), np.abs(around).max()
+            terms = product((legendre * w[:, None]).T, half.view(np.float64)).view(complex)
+            shown = np.abs(terms).max(), np.abs(around).max()
             if max(shown) <= allowed:
                 break
             shifts, angles = (
@@ -186,15 +187,14 @@ class PlaceTransfers:
         if nm.size < self.wavelength_nm.size:
             own = interpolation(chebyshev(nm.size), (2.0 * self.wavelength_nm - low - high) / (high - low))
         pairs = np.ascontiguousarray(harmonics).view(np.float64)
-        return (own @ pairs.reshape(nm.size, -1)).reshape(-1, *pairs.shape[1:])
+        return product(own, pairs.reshape(nm.size, -1)).reshape(-1, *pairs.shape[1:])
 
     def on(self, frequency_per_um: F64, theta: F64) -> C128:
         """Return transfers (sets, directions, frequencies)."""
         m, _ = self._harmonics
         fused = self._over(frequency_per_um)
         around = np.exp(1j * np.multiply.outer(theta - self.angle_rad, m))
-        found: C128 = np.einsum("smf,tm->stf", fused, around, optimize=True)
-        return found
+        return np.stack([complex_product(around, own) for own in fused])
 
     def _over(self, frequency_per_um: F64) -> C128:
         """Return harmonics (sets, m, frequencies), wavelengths added up; kept for the next directions."""

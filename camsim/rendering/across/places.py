@@ -15,13 +15,17 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
+from camsim.kernels import shared
 from camsim.products import product
+from camsim.rendering.across.kernels import add_weighed
 from camsim.rendering.across.lattice import cardinal, nodes
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.fast_length import fast_length
 
 COARSE = 40  # frequencies at which places are compared
 ALONG, LEFT, CUT = 0.25, 0.3, 0.2  # of what places may leave: along x and y each, all but some terms, their ends
+WEIGHED = 50_000  # products that are worth a thread's while
+WIDER = 0.08  # of the highest frequency: more that waves have which are multiplied by weights
 MOST_PLACES = 14  # along a side of a box
 LOUDEST = 12  # directions, of all sets, that are looked at between places
 
@@ -57,17 +61,23 @@ class Basis:
     shares: F64
     cuts: F64
 
-    def weights(self, box: Box, rows: F64, cols: F64) -> F64:
-        """Return (terms, rows, cols): what each term's image weighs at rows and columns of a box, some beyond it."""
+    def weighed(self, box: Box, rows: F64, cols: F64, images: F64) -> F64:
+        """Return the sum of terms' images (terms, rows, cols) at rows and columns of a box, some beyond it."""
 
         def along(count: int, size: int, at: F64) -> F64:
             return cardinal(count, 2.0 * at / (size - 1.0) - 1.0 if size > 1 else np.zeros(at.size))
 
         down = along(self.shares.shape[1], box.rows, rows)
-        across = along(self.shares.shape[2], box.cols, cols)
-        terms, y, x = self.shares.shape
-        lines = product(np.swapaxes(self.shares, 1, 2).reshape(-1, y), down.T).reshape(terms, x, -1)
-        return product(np.swapaxes(lines, 1, 2).reshape(-1, x), across.T).reshape(terms, rows.size, cols.size)
+        across = np.ascontiguousarray(along(self.shares.shape[2], box.cols, cols).T)
+        out = np.zeros(images.shape[1:])
+        work = functools.partial(add_weighed, images, self.shares, down, across, out)
+        shared(len(out), work, least=1 + WEIGHED // max(1, images[:, :1].size))
+        return out
+
+    def bends_less(self, box: Box, wave_number: float) -> bool:
+        """Whether weights change so little that what they are multiplied by has hardly finer waves then."""
+        _, y, x = self.shares.shape
+        return all((n - 1) ** 2 <= WIDER * wave_number * 0.5 * size for n, size in ((y, box.rows), (x, box.cols)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,20 +97,24 @@ class Places:
     def _seen(self, places_um: F64) -> tuple[C128, C128]:
         """Return what places take of the transfers, and what they show (places, sets, frequencies, angles)."""
         radius, angle = np.hypot(places_um[:, 0], places_um[:, 1]), np.arctan2(places_um[:, 1], places_um[:, 0])
-        taken = self.transfers.turned(radius, angle)
-        used = np.flatnonzero(np.abs(taken).max(axis=(0, 2)) > 0.0)
+        radial, turns = self.transfers.radii.weights(radius), self.transfers.turns(angle)
+        used = np.flatnonzero(np.abs(radial).max(axis=0) > 0.0)
+        some = slice(int(used[0]), int(used[-1]) + 1)
         most, (sets, count, angles) = self.transfers.most, self.heard.shape
-        own = self._compared[:, used].reshape(2 * most + 1, used.size, -1)
-        made = np.moveaxis(np.moveaxis(taken[:, used], 2, 0) @ own, 0, 2)
+        # Radii weigh real and imaginary parts alike: one product for all harmonics.
+        made = product(radial[:, some], self._compared[some]).view(complex).reshape(len(radius), -1, 2 * most + 1)
+        made *= turns[:, None]
         spectrum = np.zeros((len(places_um), sets * count, 2 * angles), complex)
         spectrum[..., : most + 1], spectrum[..., -most:] = made[..., most:], made[..., :most]
         around = scipy.fft.ifft(spectrum, axis=-1, norm="forward")[..., :angles]
+        taken: C128 = radial[:, :, None] * turns[:, None]
         return taken, around.reshape(-1, sets, count, angles) * self.heard
 
     @functools.cached_property
-    def _compared(self) -> C128:
-        """Harmonics (harmonics, radii, sets, frequencies) of the transfers at the frequencies that are compared."""
-        return np.ascontiguousarray(np.moveaxis(self.transfers.harmonics[:, :, self.index], 3, 0))
+    def _compared(self) -> F64:
+        """Harmonics of the transfers at the frequencies that are compared, as pairs (radii, sets · |f| · harmonics)."""
+        own = np.ascontiguousarray(self.transfers.harmonics[:, :, self.index])
+        return own.view(np.float64).reshape(len(own), -1)
 
     def counts(self, boxes: list[Box]) -> tuple[int, int]:
         """Return how many places along x and along y are enough for boxes."""

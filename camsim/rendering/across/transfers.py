@@ -74,11 +74,11 @@ class Transfers:
             out[:] = complex_product(weights, values.reshape(radii, -1))
         return np.swapaxes(made.reshape(harmonics, len(made_of), sets, stop), 1, 2)
 
-    def turned(self, radius_um: F64, angle_rad: F64) -> C128:
-        """Return what radii and harmonics weigh (places, radii, harmonics) at places of the frame."""
+    def turns(self, angle_rad: F64) -> C128:
+        """Return what harmonics weigh (places, harmonics) where a place is turned about the axis."""
         m = np.arange(-self.most, self.most + 1)
         turns: C128 = np.exp(-1j * np.multiply.outer(angle_rad, m))
-        return self.radii.weights(radius_um)[:, :, None] * turns[:, None]
+        return turns
 
 
 def fused_transfers(

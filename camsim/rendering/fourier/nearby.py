@@ -25,7 +25,7 @@ class Nearby:
     edges: Edges
 
     @functools.cached_property
-    def _outlines(self) -> tuple[I64, F64, F64]:
+    def outlines(self) -> tuple[I64, F64, F64]:
         """The outline that each edge belongs to, and their lowest and highest x and y (n, 2)."""
         outline, count = joined_outlines(self.edges)
         low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
@@ -38,7 +38,7 @@ class Nearby:
 
         An outline beyond one side of its box would be flat: nothing.
         """
-        outline, low, high = self._outlines
+        outline, low, high = self.outlines
         inside = (low <= np.add(tile.high, first)) & (high >= np.add(tile.low, first))
         meets = inside[:, 0] & inside[:, 1]
         return clamped(self.edges.some(meets[outline]).seen_from(first), tile.low, tile.high)

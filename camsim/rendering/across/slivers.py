@@ -1,0 +1,196 @@
+"""Bent edges as chords and slivers: a perfect lens renders few long edges in closed form, and what lies beside them.
+
+Distortion bends an edge by thousandths of a pitch, and yet it takes a hundred straight sides to be followed. Between a
+chord and these lies a sliver of height h(t), which shows ∫ h(t)·P(x − q(t)) dt, q half way across it and P what a
+photosite sees of a point: all but h³/24·P″. P need be known to few digits, as it counts h times only: it is looked up
+near by, and is its mean tail λN/π³r³ farther off.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from camsim.arrays import F64, I64, U8
+from camsim.kernels import shared
+from camsim.rendering.across.bending import TAIL
+from camsim.rendering.across.pieces import runs_of
+from camsim.rendering.across.sliver_kernels import BLOCK, Pattern, Slivers, add_slivers
+from camsim.rendering.edges import Edges
+from camsim.rendering.job import Job, Nodes
+from camsim.rendering.spectral import multiples
+
+NEAR, BLURS = 8.0, 12.0  # pitches, and blurs more than the footprint: from here on the tail stands for the pattern
+PERIOD = 3.0  # times that: the pattern's own copies are as far again
+APART, TURN = 0.25, 0.8  # nodes: pitches, and of the finest wave
+FINER, FINEST = 6.0, 16.0  # steps of the pattern's table: in the finest wave, and in a pitch at the least
+LARGEST = 1024  # steps of a table along a side
+KNOWN = 5e-5  # of what a line shows: more than looking up was seen to be wrong by
+HIGHEST = 5e-3  # pitches: of a sliver that is seen as a whole
+LINES = 4  # that are in sight
+GREGORY = np.array([3.0 / 8.0, 7.0 / 6.0, 23.0 / 24.0])  # weights of the first nodes of a rule that is even elsewhere
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Straightened:
+    """Edges with chords in place of bent ones.
+
+    edges  : chords, and what was left as it is;  chords: which of these are chords
+    points : of each chord's own bent edge, from one end to the other
+    """
+
+    edges: Edges
+    chords: I64
+    points: tuple[F64, ...]
+
+
+def straightened(job: Job, allowed: float) -> Straightened:
+    """Return a job's edges with chords for all that bends so little that ``allowed`` of an image keeps slivers."""
+    edges = job.edges
+    nothing = Straightened(edges=edges, chords=np.zeros(0, np.int64), points=())
+    near = _near(job)
+    if not len(edges) or 2.0 * near * _per_pitch(job) > LARGEST:
+        return nothing
+    highest = min(HIGHEST, allowed / (2.0 * LINES * KNOWN * math.sqrt(2.0)))
+    kept: list[I64] = []
+    points: list[F64] = []
+    spans: list[tuple[int, int]] = []
+    for run in runs_of(edges):
+        own = np.concatenate([edges.start[run], edges.end[run[-1:]]])
+        length = np.append(0.0, np.cumsum(edges.length[run]))
+        waiting = [(0, run.size)]
+        while waiting:
+            a, b = waiting.pop()
+            whole = length[b] - length[a]
+            if b - a > 1 and whole >= near:
+                if np.any(own[a] != own[b]) and np.abs(_heights(own[a : b + 1])[1]).max() <= highest:
+                    spans.append((int(run[a]), int(run[b - 1])))
+                    points.append(own[a : b + 1])
+                    continue
+                middle = int(np.clip(np.searchsorted(length, length[a] + 0.5 * whole), a + 1, b - 1))
+                waiting += [(a, middle), (middle, b)]
+            else:
+                kept.append(run[a:b])
+    if not spans:
+        return nothing
+    first, last = np.array(spans).T
+    rest = np.concatenate(kept) if kept else np.zeros(0, np.int64)
+    # In the order of the outlines, or edges would not be seen to go on in one another.
+    order = np.argsort(np.concatenate([rest, first]), kind="stable")
+    places_of = np.empty(order.size, np.int64)
+    places_of[order] = np.arange(order.size)
+    begin, end = np.concatenate([rest, first])[order], np.concatenate([rest, last])[order]
+    return Straightened(
+        edges=Edges(start=edges.start[begin], end=edges.end[end], left=edges.left[begin], right=edges.right[begin]),
+        chords=places_of[rest.size :],
+        points=tuple(points),
+    )
+
+
+def _near(job: Job) -> float:
+    return max(NEAR, BLURS * float(job.blur.max()) + job.extent)
+
+
+def _cut(job: Job) -> float:
+    return 1.0 / float(job.blur.min())
+
+
+def _per_pitch(job: Job) -> float:
+    return float(max(FINEST, math.ceil(FINER * _cut(job))))
+
+
+def _heights(points: F64) -> tuple[F64, F64]:
+    """Return how far along a chord points (n, 2) lie, and how far to its left."""
+    chord = points[-1] - points[0]
+    tx, ty = chord / np.hypot(*chord)
+    x, y = (points - points[0]).T
+    return x * tx + y * ty, y * tx - x * ty
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SliverImage:
+    """What slivers add to the image of chords.
+
+    job   : of the chords, behind the perfect lens;  pair: of each chord (n,)
+    nodes : its wavelengths;  allowed: of an image
+    """
+
+    job: Job
+    points: tuple[F64, ...]
+    pair: I64
+    nodes: Nodes
+    allowed: float
+
+    @functools.cached_property
+    def _tabled(self) -> tuple[F64, I64, F64]:
+        """Weights (tables, channels, wavelengths), each pair's table, and how many times that it is."""
+        weights = self.nodes.weights
+        which, times = multiples(weights.reshape(len(weights), -1))
+        own, alike = np.unique(which, return_inverse=True)
+        return weights[own], alike.ravel(), times
+
+    def _laid(self) -> Slivers:
+        """Return the chords and their nodes."""
+        _, alike, times = self._tabled
+        apart = min(APART, TURN / _cut(self.job))
+        longest, extent = float(self.job.blur.max()), self.job.extent
+        frames, nodes, blocks = [], [], []
+        for own, pair in zip(self.points, self.pair, strict=True):
+            along, height = _heights(own)
+            length, (tx, ty) = along[-1], (own[-1] - own[0]) / along[-1]
+            count = max(2 * GREGORY.size, math.ceil(length / apart))
+            t = length * np.arange(count + 1) / count
+            h = np.interp(t, along, height)
+            rule = np.ones(count + 1)
+            rule[: GREGORY.size], rule[-GREGORY.size :] = GREGORY, GREGORY[::-1]
+            # What lies between has the spectrum to the right in place of the one to the left.
+            light = -float(times[pair]) * length / count * rule * h
+            x, y = own[0, 0] + t * tx - 0.5 * h * ty, own[0, 1] + t * ty + 0.5 * h * tx
+            off = math.sqrt(2.0 * LINES * float(np.abs(height).max()) * longest / (TAIL * self.allowed))
+            frames.append([*own[0], tx, ty, length, extent + off])
+            nodes.append(np.stack([x, y, light]))
+            starts = np.arange(0, count + 1, BLOCK)
+            many = np.diff(np.append(starts, count + 1))
+            blocks.append(
+                np.stack([*(np.add.reduceat(part, starts) / many for part in (x, y)), np.add.reduceat(light, starts)])
+            )
+        return Slivers(
+            frame=np.array(frames),
+            first=np.cumsum([0, *(own.shape[1] for own in nodes)]),
+            alike=alike[self.pair],
+            nodes=np.concatenate(nodes, axis=1),
+            first_block=np.cumsum([0, *(own.shape[1] for own in blocks)]),
+            blocks=np.concatenate(blocks, axis=1),
+        )
+
+    def _pattern(self) -> Pattern:
+        """Return what a photosite sees of a point."""
+        job, (weights, _, _), nm = self.job, self._tabled, self.nodes.wavelength_nm
+        near, per = _near(job), int(_per_pitch(job))
+        period = math.ceil(PERIOD * near)
+        most = math.floor(_cut(job) * period)
+        index = np.arange(-most, most + 1)
+        frequency = index / (period * job.grid.pitch_um)
+        fx, fy = frequency[:, None], frequency
+        lens = np.zeros((*weights.shape[:2], index.size, index.size))
+        for k, each_nm in enumerate(nm.tolist()):
+            lens += weights[:, :, k, None, None] * job.system.lens.otf(fx, fy, each_nm)
+        count = period * per
+        spectrum = np.zeros((*weights.shape[:2], count, count), complex)
+        spectrum[..., index[:, None], index] = lens * job.system.footprint_otf(fx, fy)
+        pattern = scipy.fft.ifft2(spectrum, norm="forward").real / period**2
+        half = math.ceil((near + 2.0) * per)
+        around = np.arange(-half, half + 1) % count
+        tail = weights @ job.blur_at(nm) / math.pi**3
+        return Pattern(np.ascontiguousarray(pattern[..., around[:, None], around]), float(per), near, tail)
+
+    def add(self, channel: U8, image: F64) -> None:
+        """Add it, each photosite in its own channel."""
+        if not self.points:
+            return
+        add = functools.partial(add_slivers, self.job.grid.first_centre, self._laid(), self._pattern(), channel, image)
+        shared(len(image), add)
