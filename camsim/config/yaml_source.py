@@ -39,6 +39,7 @@ _SYNTAX = (
     ("<block end>", _INDENTATION),
     ("<document start>", "text after the end of the document; a file holds one table"),
     ("escape", "an unknown escape after '\\' in double quotes; use single quotes or '\\\\'"),
+    ("nesting depth", f"nested more than {MAX_DEPTH} deep"),  # of newer ones of libyaml, which look ahead
     ("incompatible YAML", "this is not YAML 1.2; leave the %YAML line out"),
 )
 

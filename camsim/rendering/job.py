@@ -251,10 +251,7 @@ class Job:
 
     @functools.cached_property
     def shares(self) -> F64:
-        """Weights (k, n) of pairs and channels at every wavelength of ``signals``, none another one times a number.
-
-        Of many greys a few are left. Rings are asked after these often, and those others are never the loudest.
-        """
+        """Weights (k, n) of pairs and channels at all wavelengths; of those that are multiples the loudest alone."""
         shares: F64 = self._difference(self.signals.density).reshape(-1, self.signals.wavelength_nm.size)
         return different(shares) if len(shares) else np.zeros((1, self.signals.wavelength_nm.size))
 

@@ -151,7 +151,6 @@ FAULTS = {
         ["x.yaml:1:1: files are read as YAML 1.2; leave the lines that begin with % out"],
     ),
     "too deep": ("a: " + "[" * 70 + "]" * 70, ["x.yaml:1:67: nested more than 64 deep"]),
-    "a bomb of brackets": ("[" * 200_000, ["x.yaml:1:65: nested more than 64 deep"]),
     "not UTF-8": (b"a: 1\nb: caf\xe9\n", ["x.yaml:2:7: byte 0xe9 is not UTF-8; save the file as UTF-8"]),
     "UTF-16": ("a: 1".encode("utf-16"), ["x.yaml:1:1: byte 0xff is not UTF-8; save the file as UTF-8"]),
     "control character": (
@@ -207,6 +206,12 @@ def test_what_is_refused(text: str | bytes, expected: list[str]) -> None:
 
 def test_yaml_1_2_may_say_so() -> None:
     assert parsed("%YAML 1.2\n---\na: 010\n").tree == {"a": 10}
+
+
+def test_a_bomb_of_brackets() -> None:
+    """Some versions of libyaml look ahead, and give up at the thousandth."""
+    (fault,) = faults("[" * 200_000)
+    assert fault in ("x.yaml:1:65: nested more than 64 deep", "x.yaml:1:1001: nested more than 64 deep")
 
 
 @pytest.mark.parametrize("depth", [63, 64])
