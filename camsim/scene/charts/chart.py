@@ -56,6 +56,7 @@ class Chart(Shape):
     shapes: tuple[Shape, ...] = field(init=False, repr=False, compare=False)
     depth: int = field(init=False, repr=False, compare=False)
     pieces: int = field(init=False, repr=False, compare=False)
+    _painted: tuple[Primitive, ...] | None = field(default=None, init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
 
@@ -79,9 +80,10 @@ class Chart(Shape):
             object.__setattr__(self, key, value)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return what its shapes are painted as."""
-        for shape in self.shapes:
-            yield from shape.primitives()
+        """Return what its shapes are painted as; kept, as spectra, outlines and the check all ask for it."""
+        if self._painted is None:
+            object.__setattr__(self, "_painted", tuple(one for shape in self.shapes for one in shape.primitives()))
+        return iter(self._painted or ())
 
 
 KNOWN: dict[str, Callable[..., Iterable[Shape]]] = {}
