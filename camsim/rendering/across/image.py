@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.kernels import shared
+from camsim.kernels import ahead, shared
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.band_image import BandImage, band_image
 from camsim.rendering.across.bands import Band, Listened, bands_of, far_reach
@@ -125,14 +125,7 @@ class DifferenceImage:
     @functools.cached_property
     def parts(self) -> tuple[BandImage, ...]:
         """The image of each band."""
-        bands, found = self.bands, dict[int, BandImage]()
-
-        def work(first: int, end: int) -> None:
-            for k in range(first, end):
-                found[k] = band_image(self, bands[k])
-
-        shared(len(bands), work)
-        return tuple(found[k] for k in range(len(bands)))
+        return tuple(ahead(functools.partial(band_image, self), self.bands, len(self.bands)))
 
     def rendered(self, channel: U8, progress: Progress) -> F64:
         """Return the image, each photosite in its own channel."""

@@ -15,7 +15,7 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError, in_brief
-from camsim.scene.primitives import Primitive, Shape, turned
+from camsim.scene.primitives import Primitive, Shape, flattened, turned
 from camsim.scene.primitives import counted as count_pieces
 from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
 from camsim.spectra.curve import Spectrum
@@ -81,9 +81,11 @@ class Chart(Shape):
 
     def primitives(self) -> Iterator[Primitive]:
         """Return what its shapes are painted as; kept, as spectra, outlines and the check all ask for it."""
-        if self._painted is None:
-            object.__setattr__(self, "_painted", tuple(one for shape in self.shapes for one in shape.primitives()))
-        return iter(self._painted or ())
+        painted = self._painted
+        if painted is None:
+            painted = tuple(flattened(self.shapes))
+            object.__setattr__(self, "_painted", painted)
+        return iter(painted)
 
 
 KNOWN: dict[str, Callable[..., Iterable[Shape]]] = {}
