@@ -8,7 +8,6 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
-from camsim.rendering.edges import Edges
 
 GROUP = 8  # edges that follow one another, as along an outline, have one box
 TURNS = 20  # halvings of the scene by which groups are sorted along either axis
@@ -29,11 +28,11 @@ class EdgeBoxes(NamedTuple):
     boxes: F64
 
     @classmethod
-    def of(cls, edges: Edges) -> EdgeBoxes:
+    def of(cls, start: F64, end: F64, along: F64, length: F64) -> EdgeBoxes:
         """Sort edges (there is one at least)."""
-        first = np.arange(0, len(edges), GROUP)
-        low = np.minimum.reduceat(np.minimum(edges.start, edges.end), first)
-        high = np.maximum.reduceat(np.maximum(edges.start, edges.end), first)
+        first = np.arange(0, len(start), GROUP)
+        low = np.minimum.reduceat(np.minimum(start, end), first)
+        high = np.maximum.reduceat(np.maximum(start, end), first)
         order = np.argsort(_along_a_curve(0.5 * (low + high)), kind="stable")
         leaves = 1 << (len(first) - 1).bit_length()
         group, boxes = np.full(leaves, -1), np.full((2 * leaves, 4), np.inf)
@@ -43,19 +42,20 @@ class EdgeBoxes(NamedTuple):
         while leaves > 1:
             leaves //= 2
             of_two = boxes[2 * leaves : 4 * leaves].reshape(leaves, 2, 4)
-            boxes[leaves : 2 * leaves, :2] = of_two[..., :2].min(axis=1)
-            boxes[leaves : 2 * leaves, 2:] = of_two[..., 2:].max(axis=1)
-        along = (edges.end - edges.start) / edges.length[:, None]
-        return cls(edges.start, along, edges.length, group, boxes)
+            boxes[leaves : 2 * leaves, :2] = np.minimum(of_two[:, 0, :2], of_two[:, 1, :2])
+            boxes[leaves : 2 * leaves, 2:] = np.maximum(of_two[:, 0, 2:], of_two[:, 1, 2:])
+        return cls(start, along, length, group, boxes)
 
 
 def _along_a_curve(places: F64) -> I64:
     """Return numbers (n,) by which places that are near one another are sorted near one another, mostly (Morton's)."""
-    low, size = places.min(axis=0), max(float(np.ptp(places, axis=0).max()), np.finfo(float).tiny)
-    cells = ((places - low) / size * ((1 << TURNS) - 1)).astype(np.int64)
+    columns = places.T
+    size = max(*(float(np.ptp(own)) for own in columns), np.finfo(float).tiny)
     numbers = np.zeros(len(places), np.int64)
-    for bit in range(TURNS):
-        numbers |= ((cells >> bit) & 1) @ np.array([1, 2]) << 2 * bit
+    for axis, own in enumerate(columns):
+        cells = ((own - own.min()) / size * ((1 << TURNS) - 1)).astype(np.int64)
+        for bit in range(TURNS):
+            numbers |= ((cells >> bit) & 1) << 2 * bit + axis
     return numbers
 
 

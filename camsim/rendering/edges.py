@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.rendering.edge_boxes import EdgeBoxes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,6 +45,20 @@ class Edges:
         length: F64 = np.hypot(along[:, 0], along[:, 1])
         return length
 
+    @functools.cached_property
+    def box(self) -> tuple[F64, F64]:
+        """Low and high corner (2,) of the box about all; there is one at least."""
+        # Column by column: numpy reduces rows of two one by one.
+        columns = list(zip(self.start.T, self.end.T, strict=True))
+        low = np.array([min(a.min(), b.min()) for a, b in columns])
+        return low, np.array([max(a.max(), b.max()) for a, b in columns])
+
+    @functools.cached_property
+    def along(self) -> F64:
+        """Unit vector along each (n, 2)."""
+        along: F64 = (self.end - self.start) / self.length[:, None]
+        return along
+
     @property
     def points(self) -> F64:
         """Both ends of all (2n, 2): first the starts."""
@@ -53,6 +68,21 @@ class Edges:
     def corners(self) -> tuple[F64, I64, I64]:
         """The distinct ends (m, 2), and which of them each edge starts from and goes to (n,)."""
         return corners_of(self.start, self.end)
+
+    @functools.cached_property
+    def threes(self) -> tuple[I64, I64, I64]:
+        """Edges (m,) that follow one another, by threes."""
+        points, begins, ends = self.corners
+        leaves, arrives = np.full((2, len(points)), -1)
+        leaves[begins] = arrives[ends] = np.arange(len(self))
+        before, after = arrives[begins], leaves[ends]
+        middle = np.flatnonzero((before >= 0) & (after >= 0))
+        return before[middle], middle, after[middle]
+
+    @functools.cached_property
+    def boxes(self) -> EdgeBoxes:
+        """Boxes about them; there is one at least."""
+        return EdgeBoxes.of(self.start, self.end, self.along, self.length)
 
     def pairs(self) -> tuple[I64, I64]:
         """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""
@@ -85,6 +115,6 @@ def shares_within(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64]:
         a, b = (low - start) / along, (high - start) / along
     # 0/0: along one of the box's own sides, which counts as within.
     on_side = np.isnan(a) | np.isnan(b)
-    enters = np.where(on_side, 0.0, np.minimum(a, b)).max(axis=1, initial=0.0)
-    leaves = np.where(on_side, 1.0, np.maximum(a, b)).min(axis=1, initial=1.0)
-    return enters, leaves
+    enters, leaves = np.where(on_side, 0.0, np.minimum(a, b)), np.where(on_side, 1.0, np.maximum(a, b))
+    # Column by column: numpy reduces rows of two one by one.
+    return np.maximum(0.0, np.maximum(*enters.T)), np.minimum(1.0, np.minimum(*leaves.T))

@@ -50,7 +50,7 @@ def circles(edges: Edges, *, grid: Grid, nearest: float) -> tuple[F64, F64]:
     Every three edges in a row touch one circle. Where the direction turns by α and β at the middle one's ends, its
     length is ρ·(tan α/2 + tan β/2). Of a round outline each of them brings it up again.
     """
-    first, middle, last = threes(edges)
+    first, middle, last = edges.threes
     normal, length = normals(edges), edges.length
     alpha, beta = _half_tangent(normal[first], normal[middle]), _half_tangent(normal[middle], normal[last])
     turns = np.minimum(np.abs(alpha), np.abs(beta)) > 0.5 * NEARLY_PARALLEL
@@ -71,7 +71,7 @@ def circles(edges: Edges, *, grid: Grid, nearest: float) -> tuple[F64, F64]:
 def _half_tangent(before: F64, after: F64) -> F64:
     """Return the tangents (n,) of half the angles by which normals turn from one edge to the next."""
     sine = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    cosine = np.sum(before * after, axis=1)
+    cosine = before[:, 0] * after[:, 0] + before[:, 1] * after[:, 1]
     tangent: F64 = sine / np.maximum(1.0 + cosine, np.finfo(float).tiny)
     return tangent
 
@@ -82,7 +82,7 @@ def foci(centre: F64, radius: F64, edges: Edges, blur: float, passed: F64) -> Fo
     blur   : the pattern's shortest length, pitches
     passed : (edges,) how loud each one's rings are, as a share of the loudest direction's: it fills no more than that
     """
-    shares, tree = np.zeros(radius.size), EdgeBoxes.of(edges)
+    shares, tree = np.zeros(radius.size), edges.boxes
 
     def work(begin: int, end: int) -> None:
         _shares(begin, end, centre, radius, tree, blur, passed, np.empty(len(tree.group), np.int64), shares)
@@ -168,7 +168,7 @@ def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
     """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, some of several."""
     if not len(edges):
         return np.zeros(1, np.int64), np.empty(0, np.int64)
-    counts, tree = np.zeros(found.radius.size, np.int64), EdgeBoxes.of(edges)
+    counts, tree = np.zeros(found.radius.size, np.int64), edges.boxes
     blocks: dict[int, I64] = {}
 
     def work(begin: int, end: int) -> None:
@@ -206,20 +206,7 @@ def _touching(begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, f
 
 def normals(edges: Edges) -> F64:
     """Return unit normals (n, 2)."""
-    along = edges.end - edges.start
-    across: F64 = np.stack([-along[:, 1], along[:, 0]], axis=1) / edges.length[:, None]
-    return across
-
-
-def threes(edges: Edges) -> tuple[I64, I64, I64]:
-    """Return edges (n,) that follow one another, by threes."""
-    points, begins, ends = edges.corners
-    leaves = np.full(len(points), -1)
-    arrives = np.full(len(points), -1)
-    leaves[begins], arrives[ends] = np.arange(len(edges)), np.arange(len(edges))
-    before, after = arrives[begins], leaves[ends]
-    middle = np.flatnonzero((before >= 0) & (after >= 0))
-    return before[middle], middle, after[middle]
+    return np.stack([-edges.along[:, 1], edges.along[:, 0]], axis=1)
 
 
 def _outside(points: F64, grid: Grid) -> F64:

@@ -15,7 +15,7 @@ from camsim.arrays import F64
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.falling import falls_to
-from camsim.rendering.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, normals, threes
+from camsim.rendering.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, normals
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.quiet import Waves
@@ -105,11 +105,10 @@ def smooth_corners(edges: Edges, short: float, widest: float = math.inf) -> bool
 
     widest : the largest radius of the curves that they are parts of
     """
-    before, after, _ = threes(edges)
+    before, after, _ = edges.threes
     length = edges.length
-    along = (edges.end - edges.start) / length[:, None]
-    a, b = along[before], along[after]
-    straight = np.sum(a * b, axis=1) > math.cos(SMOOTH)
+    a, b = edges.along[before], edges.along[after]
+    straight = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] > math.cos(SMOOTH)
     turn = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     curved = turn * widest > 0.5 * (length[before] + length[after]) if widest < math.inf else straight
     return bool((straight & curved & (np.maximum(length[before], length[after]) < short)).any())
@@ -124,12 +123,14 @@ def crowding(edges: Edges, window: float) -> float:
     """
     if not len(edges):
         return 0.0
-    along = (edges.end - edges.start) / edges.length[:, None]
+    along = edges.along
     points, begins, ends = edges.corners
     corner, turn = np.concatenate([begins, ends]), np.concatenate([along, -along])
     jump = [np.bincount(corner, turn[:, axis], len(points)) for axis in (0, 1)]
-    col, row = np.floor((points - points.min(axis=0)) / window).T
-    _, square = np.unique(row * (col.max() + 1.0) + col, return_inverse=True)
+    col, row = np.floor((points - edges.box[0]) / window).T
+    square = row * (col.max() + 1.0) + col
+    crowded = square.max() <= float(len(points))  # or most squares are empty, and those that are not are numbered
+    square = square.astype(np.int64) if crowded else np.unique(square, return_inverse=True)[1]
     strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # a right angle counts as one
     pairs = 0.5 * np.bincount(corner, minlength=len(points))
     strength = np.where(pairs >= 2.0, np.minimum(pairs**2, np.maximum(MEETING, pairs)), strength)

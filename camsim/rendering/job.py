@@ -129,11 +129,11 @@ class Job:
             right=arrangement.right,
         )
         edges = edges.some(edges.length > 0.0)  # shorter than rounding in pitches: no edge, and no direction
-        equal = equal_sides(edges, signals.density)
-        far, bound = np.zeros_like(equal), 0.0
+        unlike = edges.some(~(equal := equal_sides(edges, signals.density)))
+        far, bound = np.zeros(len(unlike), bool), 0.0
         if pattern is not None and footprint is not None:
-            far[~equal], bound = far_outlines(
-                edges.some(~equal),
+            far, bound = far_outlines(
+                unlike,
                 density=signals.density,
                 pattern=pattern,
                 longest=float(blur_of(system, signals.wavelength_nm, grid.pitch_um).max()),
@@ -145,13 +145,13 @@ class Job:
             scene=scene,
             response=response,
             wavelength_nm=wavelength_nm,
-            **_paired(edges.some(~(equal | far))),
+            **_paired(unlike.some(~far)),
             signals=signals,
             base=signals.density[0].sum(axis=1),
             left_out=LeftOut(
                 sides=arrangement.sides,
                 hidden=arrangement.hidden,
-                edges=edges.some(np.concatenate([np.flatnonzero(equal), np.flatnonzero(far)])),
+                edges=edges.some(np.concatenate([np.flatnonzero(equal), np.flatnonzero(~equal)[far]])),
                 equal=int(np.count_nonzero(equal)),
                 far=int(np.count_nonzero(far)),
                 bound=bound,

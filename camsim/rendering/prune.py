@@ -43,7 +43,8 @@ def far_outlines(
     first = np.array(grid.first_centre)
     last = first + np.array([grid.cols - 1, grid.rows - 1])
     low, high = np.minimum(edges.start, edges.end), np.maximum(edges.start, edges.end)
-    near = ((low <= last + extent) & (high >= first - extent)).all(axis=1)
+    within = (low <= last + extent) & (high >= first - extent)
+    near = within[:, 0] & within[:, 1]
     if near.all():
         return drop, 0.0
     outline, count = joined_outlines(edges)

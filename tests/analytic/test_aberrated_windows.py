@@ -72,7 +72,7 @@ def test_a_window_is_the_sum_of_all_its_frequencies(period, cut, by_edges):
             )
             add_edges(total, table, corners, across, first, stop)
             continue
-        for strip in strips(tile, 40, quadrants=True):
+        for strip in strips(tile, 40, fewest=2):
             down, along = np.mgrid[strip.first_j : strip.first_j + strip.count_j, : strip.count_i] / period
             own = transforms(start, end, jump, along.ravel(), down.ravel())[0]
             add_strip(total, table, strip.first_j, own.reshape(SPECTRA, *along.shape), first, stop)

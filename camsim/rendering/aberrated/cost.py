@@ -95,7 +95,7 @@ def short_counts(image: ShortImage) -> Counts:
 def _share(image: ShortImage) -> float:
     """Return what part of all edges one window sees, on average."""
     area, windows = float(image.settings.side + 2.0 * image.settings.near) ** 2, max(len(image.windows), 1)
-    low, high = image.job.edges.points.min(axis=0), image.job.edges.points.max(axis=0)
+    low, high = image.job.edges.box
     everything = float(np.prod(np.maximum(high - low, 1.0)))
     return max(area / max(everything, area), min(1.0, area / image.settings.side**2 / windows))
 

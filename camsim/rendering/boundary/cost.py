@@ -143,9 +143,8 @@ def boundary_counts(
     # A long average runs: it takes as many terms as a slope, a Lagrange rule at either side of every spot.
     ends_of_spots = 2.0 * ORDER * len(footprint.grid[0])
     terms = ORDER + (ends_of_spots if taps > LONG else taps + ORDER) + ends_of_spots
-    along = (end - start) / length[:, None]
     seen = inside_length(edges, grid, settings.reach + extent) > 0.0
-    normals = len(directions(along[:, 0], along[:, 1], long, seen, footprint)[1])
+    normals = len(directions(edges.along[:, 0], edges.along[:, 1], long, seen, footprint)[1])
     cells = settings.reach / settings.response_step
     # Nodes of the edge responses' integrals: some between every two cut-offs, and what the phase asks for.
     waves = 14.0 * wavelengths + 1.1 * math.pi * (settings.reach + footprint.extent) / shortest

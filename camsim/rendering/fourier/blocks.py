@@ -196,37 +196,33 @@ class Strip:
         return turned[::-1, ::-1].conj()
 
 
-def count_strips(tile: Tile, most: int) -> tuple[int, float]:
-    """Return how many strips of one quadrant each there are, and about how many frequencies in all of them."""
-    high, widest = math.floor(tile.cut * tile.periods[1]), math.floor(tile.cut * tile.periods[0]) + 1
-    box = (2 * high + 1) * widest
-    count = min(high + 1, -(-(high + 1) * widest // most)) + min(high, -(-high * widest // most))
+def count_strips(tile: Tile, most: int, fewest: int) -> tuple[int, float]:
+    """Return how many strips there are, and about how many frequencies in all of them."""
+    rows, widest = 2 * math.floor(tile.cut * tile.periods[1]) + 1, math.floor(tile.cut * tile.periods[0]) + 1
+    count = min(rows, max(fewest, -(-rows * widest // most)))
     # Each row of a strip is as long as its longest.
-    return count, min(box, tile.points + box / count)
+    return count, min(rows * widest, tile.points + rows * widest / count)
 
 
-def strips(tile: Tile, most: int, *, quadrants: bool = False) -> list[Strip]:
+def strips(tile: Tile, most: int, fewest: int = 1) -> list[Strip]:
     """Cut the half plane i ≥ 0 into strips of at most about ``most`` frequencies, the same number of rows in each.
-
-    quadrants : all j ≤ 0 or all j > 0 in each
 
     >>> tile = Tile(row=0, col=0, rows=1, cols=1, inner=(2.0, 2.0), outer=(4.0, 4.0), periods=(12, 10), cut=1.7,
     ...             low=(0.0, 0.0), high=(1.0, 1.0))
     >>> [(strip.first_j, strip.count_j, strip.count_i) for strip in strips(tile, 300)]
     [(-17, 12, 20), (-5, 11, 21), (6, 12, 20)]
-    >>> [(strip.first_j, strip.count_j, strip.count_i) for strip in strips(tile, 300, quadrants=True)]
-    [(-17, 9, 18), (-8, 9, 21), (1, 8, 21), (9, 9, 18)]
+    >>> [(strip.first_j, strip.count_j, strip.count_i) for strip in strips(tile, 1000, fewest=2)]
+    [(-17, 18, 21), (1, 17, 21)]
     """
     px, py = tile.periods
     high, widest = math.floor(tile.cut * py), math.floor(tile.cut * px) + 1
-    found = []
-    for begin, rows in ((-high, high + 1), (1, high)) if quadrants else ((-high, 2 * high + 1),):
-        count = min(rows, -(-rows * widest // most))
-        for k in range(count):
-            first, stop = begin + round(k * rows / count), begin + round((k + 1) * rows / count)
-            nearest = max(first, 1 - stop, 0)
-            last_i = math.floor(px * math.sqrt(max(tile.cut**2 - (nearest / py) ** 2, 0.0)))
-            found.append(Strip(first_j=first, count_j=stop - first, count_i=last_i + 1))
+    rows, found = 2 * high + 1, []
+    count = min(rows, max(fewest, -(-rows * widest // most)))
+    for k in range(count):
+        first, stop = round(k * rows / count) - high, round((k + 1) * rows / count) - high
+        nearest = max(first, 1 - stop, 0)
+        last_i = math.floor(px * math.sqrt(max(tile.cut**2 - (nearest / py) ** 2, 0.0)))
+        found.append(Strip(first_j=first, count_j=stop - first, count_i=last_i + 1))
     return found
 
 

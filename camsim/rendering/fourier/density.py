@@ -22,8 +22,7 @@ class Density(NamedTuple):
     @classmethod
     def of(cls, edges: Edges) -> Density:
         """Count edges by their middles."""
-        low = np.minimum(edges.start.min(axis=0), edges.end.min(axis=0))
-        high = np.maximum(edges.start.max(axis=0), edges.end.max(axis=0))
+        low, high = edges.box
         step = np.maximum(high - low, np.finfo(float).tiny) / SQUARES
         middle = 0.5 * (edges.start + edges.end) - low
         square, sums = np.zeros(len(edges), np.int64), np.zeros((2, SQUARES + 1, SQUARES + 1))

@@ -199,9 +199,9 @@ class Fourier:
 
         That is as long as the farthest that a photosite lies from an edge of the frame's own.
         """
-        grid, edges = job.grid, job.edges.seen_from(job.grid.first_centre)
+        grid = job.grid
         size = np.array([grid.cols - 1.0, grid.rows - 1.0])
-        low, high = (np.clip(corner, 0.0, size) for corner in (edges.points.min(axis=0), edges.points.max(axis=0)))
+        low, high = (np.clip(corner - grid.first_centre, 0.0, size) for corner in job.edges.box)
         period = np.maximum(high, size - low)
         ends_nm = job.signals.wavelength_nm[[0, -1]]
         band = job.system.highest_per_um(ends_nm) * grid.pitch_um

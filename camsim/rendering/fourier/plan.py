@@ -27,6 +27,7 @@ BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what s
 STRIP_POINTS = 400_000  # spread to at a time, at least, and more with more nodes as long as there is memory
 NODE_BYTES = 100.0  # of a node on an edge, with all that is made of it
 TILES_AT_ONCE = 2  # of round lenses, and then one strip of each
+WORTH_A_THREAD = 100_000  # frequencies of a tile
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
 ALL_BUT = 0.95  # of the memory, that a wavefront's patterns may take while they are made
@@ -54,7 +55,7 @@ class Sizes:
     spread   : transform the edges by non-uniform FFT instead of edge by edge, ``strip_points`` frequencies at a time
     channels : at a time;  fields: wavelengths at a time, of a tapered lens that is not round
     block_points : frequencies at a time;  pattern_samples: of a lens that is not round
-    at_once  : tiles, each of them on one thread
+    at_once  : tiles, each of them on one thread;  fewest_strips: of each, that threads share
     seconds, memory_bytes : expected, of one core
     """
 
@@ -70,6 +71,7 @@ class Sizes:
     seconds: float
     memory_bytes: float
     at_once: int = 1
+    fewest_strips: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,7 +162,8 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
     # Where an alias has few columns, a row of them takes what its first takes.
     _, rows_of_blocks = count_blocks(largest, block_points)
     by_edge = edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
-    strip_points, by_spreading = _strips(task, largest, nodes)
+    fewest_strips = STRIPS_AT_ONCE if at_once == 1 and largest.points > WORTH_A_THREAD else 1
+    strip_points, by_spreading = _strips(task, largest, nodes, fewest_strips)
     spread = by_spreading < by_edge
     per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
     seconds, fixed, transforms, making = tiles * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0, 0.0
@@ -192,6 +195,7 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
         fields=fields,
         block_points=block_points,
         strip_points=strip_points,
+        fewest_strips=fewest_strips,
         pattern_samples=_pattern_samples(task, largest, fields),
         seconds=seconds,
         memory_bytes=fixed + channels * transforms,
@@ -199,7 +203,7 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
     )
 
 
-def _strips(task: Task, tile: Tile, nodes: float) -> tuple[int, float]:
+def _strips(task: Task, tile: Tile, nodes: float, fewest: int) -> tuple[int, float]:
     """Return the best size of strips, and seconds for each of the band's frequencies.
 
     Every strip is spread to from every node: the more there are the larger it had better be.
@@ -207,11 +211,13 @@ def _strips(task: Task, tile: Tile, nodes: float) -> tuple[int, float]:
     most = max(STRIP_POINTS, int(PART_OF_MEMORY * task.memory_limit_bytes / _strip_bytes(task)))
     best = STRIP_POINTS, math.inf
     size = STRIP_POINTS
-    while size <= most:
-        count, points = count_strips(tile, size)
+    while True:
+        count, points = count_strips(tile, size, fewest)
         seconds = task.spectra * PER_SPREAD_POINT * points + nodes * count * PER_SPREAD_NODE
         best = min(best, (size, seconds / tile.points), key=lambda one: one[1])
-        size *= 2
+        if size == most:
+            break
+        size = min(2 * size, most)
     return best
 
 

@@ -21,7 +21,6 @@ from camsim.rendering.fourier.kernels import SceneBlock
 from camsim.rendering.fourier.plan import STRIPS_AT_ONCE, Sizes
 from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
 
-WORTH_A_THREAD = 100_000  # frequencies of a strip
 EDGES_AT_ONCE, TURNED_AT_ONCE = 1000, 10_000
 
 
@@ -32,7 +31,7 @@ class Regions:
     areas       : (spectra,) square pitches
     tile, plan  : whose frequencies they are transformed at, and how
     corners     : edges by the corners that they share; None: not edge by edge, but
-    along       : for each spectrum phases (2, m) of nodes on its edges, and strengths (2, m)
+    along       : for each spectrum phases (2, m) of nodes on its edges, and strengths (m,)
     precision   : of the non-uniform transform, relative
     """
 
@@ -40,7 +39,7 @@ class Regions:
     tile: Tile
     plan: Sizes
     corners: Corners | None
-    along: tuple[tuple[F64, F64], ...] | None
+    along: tuple[tuple[F64, C128], ...] | None
     precision: float
 
     @classmethod
@@ -86,14 +85,14 @@ class Regions:
         def transformed(strip: Strip) -> tuple[Strip, list[C128]]:
             return strip, [_spread(strip, self.tile.periods, *own, self.precision) for own in along]
 
-        every = strips(self.tile, self.plan.strip_points, quadrants=True)
-        if every[0].points < WORTH_A_THREAD or self.plan.at_once > 1:
+        every = strips(self.tile, self.plan.strip_points, self.plan.fewest_strips)
+        if self.plan.at_once > 1 or len(every) == 1:
             yield from map(transformed, every)
         else:
             yield from ahead(transformed, every, STRIPS_AT_ONCE)
 
 
-def _strengths(start: F64, end: F64, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, F64], ...]:
+def _strengths(start: F64, end: F64, jump: F64, tile: Tile, precision: float) -> tuple[tuple[F64, C128], ...]:
     regions = []
     for own in jump.T:
         mine = slice(None) if own.all() else np.flatnonzero(own)
@@ -101,21 +100,21 @@ def _strengths(start: F64, end: F64, jump: F64, tile: Tile, precision: float) ->
     return tuple(regions)
 
 
-def gauss_nodes(start: F64, end: F64, times: F64, tile: Tile, allowed: float) -> tuple[F64, F64]:
-    """Return phases (2, m) of nodes on edges, and strengths (2, m): weights times what an edge goes along x and y.
+def gauss_nodes(start: F64, end: F64, times: F64, tile: Tile, allowed: float) -> tuple[F64, C128]:
+    """Return phases (2, m) of nodes on edges, and strengths (m,): weights times ey + i·ex, parts of the edge.
 
     times : (n,) what each edge's strengths are multiplied by
 
     As many as the phase along the edge asks for at the highest frequency; long edges are cut into pieces first.
     """
     if not len(start):  # of a spectrum that no edge in sight has
-        return np.empty((2, 0)), np.empty((2, 0))
+        return np.empty((2, 0)), np.empty(0, complex)
     pieces, orders = gauss_pieces(np.pi * tile.cut * np.hypot(*(end - start).T), allowed, MOST_NODES)
     first = np.concatenate([[0], np.cumsum(pieces * orders)])
     counts = tuple(np.flatnonzero(np.bincount(orders)).tolist())
     rules = gauss_rules(counts)
     which = np.searchsorted(rules[2], orders)
-    phases, strengths = np.empty((2, 2, first[-1]))
+    phases, strengths = np.empty((2, first[-1])), np.empty(first[-1], complex)
 
     def work(begin: int, stop: int) -> None:
         of_edges = start[begin:stop], end[begin:stop], times[begin:stop]
@@ -134,7 +133,7 @@ def _lay(
     first: I64,
     periods: tuple[int, int],
     phases: F64,
-    strengths: F64,
+    strengths: C128,
 ) -> None:
     """Write the nodes of each edge's pieces, by its rule: phases, and weights times its way."""
     (start, end, times), (x, w, count), (px, py) = edges, rules, periods
@@ -146,7 +145,7 @@ def _lay(
                 phases[0, n] = _phase((start[e, 0] + t * ex) / px)
                 phases[1, n] = _phase((start[e, 1] + t * ey) / py)
                 weight = 0.5 * w[rule, q] / pieces[e] * times[e]
-                strengths[0, n], strengths[1, n] = weight * ex, weight * ey
+                strengths[n] = complex(weight * ey, weight * ex)
                 n += 1
 
 
@@ -156,23 +155,20 @@ def _phase(turns: float) -> float:
     return 2.0 * math.pi * (turns - math.floor(turns + 0.5))
 
 
-def _spread(strip: Strip, periods: tuple[int, int], phases: F64, strengths: F64, precision: float) -> C128:
+def _spread(strip: Strip, periods: tuple[int, int], phases: F64, strengths: C128, precision: float) -> C128:
     """Return 4π²|k|²·F = 2πi Σ (kx·ey − ky·ex)·exp(−2πi k·y) over the nodes: (count_j, count_i).
 
     phases    : (2, m) of the nodes
-    strengths : (2, m) weight times the edge's x and y part, times −1 where the region lies to the right
+    strengths : (m,) weights times ey + i·ex, parts of the edge; times −1 where the region lies to the right
 
-    Outlines are closed, so Σ (k·e)·exp(−2πi k·y) = 0, and one sum gives both: that of ey ± ex is kx ± ky times what
-    the whole is |k|² times. The sign is ky's, so that nothing is divided by less than |k|.
+    Outlines are closed, so Σ (k·e)·exp(−2πi k·y) = 0. And (kx + i·ky)(ey + i·ex) = kx·ey − ky·ex + i·(k·e): one sum.
     """
     if not phases.size:
         return np.zeros((strip.count_j, strip.count_i), complex)
     kx = np.arange(strip.count_i) / periods[0]
     ky = (strip.first_j + np.arange(strip.count_j))[:, None] / periods[1]
-    across, down = strengths
-    whole = sums_of_waves(strip, phases, down - across if strip.first_j > 0 else down + across, precision)
-    over = kx + np.abs(ky)
-    whole *= 2j * np.pi * ((kx * kx + ky * ky) / np.where(over > 0.0, over, 1.0))
+    whole = sums_of_waves(strip, phases, strengths, precision)
+    whole *= 2j * np.pi * (kx + 1j * ky)
     return whole
 
 
@@ -182,9 +178,9 @@ def phases_of(places: F64, periods: tuple[int, int]) -> F64:
     return 2.0 * np.pi * (turns - np.rint(turns))
 
 
-def sums_of_waves(strip: Strip, phases: F64, strengths: F64, precision: float) -> C128:
+def sums_of_waves(strip: Strip, phases: F64, strengths: C128, precision: float) -> C128:
     """Return Σ strengths·exp(−2πi k·y) over nodes, by their phases (2, m), on a strip: (count_j, count_i)."""
-    turned = np.empty(strengths.shape, complex)
+    turned = np.empty_like(strengths)
     # The integers of a sum run about 0: the middle is moved there.
     middle = float(strip.count_i // 2), float(strip.first_j + strip.count_j // 2)
     shared(strengths.size, functools.partial(_turn, phases, strengths, middle, turned), least=TURNED_AT_ONCE)
@@ -192,8 +188,8 @@ def sums_of_waves(strip: Strip, phases: F64, strengths: F64, precision: float) -
 
 
 @kernel()
-def _turn(phases: F64, strengths: F64, middle: tuple[float, float], turned: C128, begin: int, stop: int) -> None:
+def _turn(phases: F64, strengths: C128, middle: tuple[float, float], turned: C128, begin: int, stop: int) -> None:
     """Turn some strengths back by what their phases are in the middle."""
     for n in range(begin, stop):
         angle = phases[0, n] * middle[0] + phases[1, n] * middle[1]
-        turned[n] = complex(strengths[n] * math.cos(angle), -strengths[n] * math.sin(angle))
+        turned[n] = strengths[n] * complex(math.cos(angle), -math.sin(angle))
