@@ -92,8 +92,8 @@ def powers(
     for y, x, strengths in parts:
         _add(grid, down.steps * y, across.steps * x, strengths, precision)
     if half:
-        # A point in the middle of a cell is its own opposite; the first row and column hold nothing.
-        grid[1:, 1:] += grid[:0:-1, :0:-1].copy()
+        # A point in the middle of a cell is its own opposite; so are the first row and column, where cells go round.
+        grid += np.roll(grid[::-1, ::-1], 1, axis=(0, 1))
     power = np.empty(shape)
     middle = shape[1] // 2 if half and shape[0] % 2 and shape[1] % 2 else 0
     for column in range(middle, middle + across.steps):

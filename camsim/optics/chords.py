@@ -83,7 +83,15 @@ class _Strip(NamedTuple):
         return np.stack([np.broadcast_to(x[:, None], y.shape), y, own]).reshape(3, -1)
 
     def halves(self, levels: int) -> tuple[int, int]:
-        """Return how many of so many chords lie before 0, and how many do or go through it."""
+        """Return how many of so many chords lie before 0, and how many do or go through it.
+
+        Of two strips with a hole between them each is the other one's opposite, by a rule of its own: only one counts.
+        """
+        if self.low < -NARROW and self.high > NARROW:
+            if self.upper.radius < 0.0:
+                return levels, levels
+            if self.lower.radius > 0.0:
+                return 0, 0
         x = self.chords(_from_0(levels)[0])[0]
         return int(np.searchsorted(x, -NARROW)), int(np.searchsorted(x, NARROW))
 

@@ -1,10 +1,11 @@
 """What differs from the perfect lens, in bands of frequencies: the finest are short, the smoothest go farthest.
 
-A pattern's tail comes from the corner that its transfer has at frequency 0. A smooth window takes that part out,
-exp(−q)·(1 + q + q²/2 + q³/6 + q⁴/24), q = (f/σ)²: what it leaves is as flat there as f¹⁰, and short; what it takes goes
-on for hundreds of photosites, and needs few frequencies. A second window of a quarter of the width parts that again,
-and so on: each band reaches four times as far as the one before with a quarter of its frequencies, and what is smooth
-enough is made on every second, fourth … photosite and interpolated between them.
+A pattern's tail comes from the corner that its transfer has at frequency 0. A smooth window takes that part out: it
+falls from 1 at 0 to 0 at its end, and its slope is a Kaiser–Bessel window, of all of that width nearly the shortest on
+the other side. What it leaves is nothing about 0, and short; what it takes goes on for hundreds of photosites, and
+needs few frequencies. A second window of a quarter of the width parts that again, and so on: each band reaches four
+times as far as the one before with a quarter of its frequencies, and what is smooth enough is made on every second,
+fourth … photosite and interpolated between them.
 """
 
 from __future__ import annotations
@@ -26,19 +27,20 @@ from camsim.optics.placed import Revolves
 from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.places import WIDER
-from camsim.rendering.across.transfers import Transfers
+from camsim.rendering.across.transfers import SIX, Transfers
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import COARSE_POINTS, Tile
+from camsim.rendering.fourier.taper import taper, taper_margin, tapered
 
-WIDTHS = (0.22, 0.055, 0.014)  # of the windows, cycles/pitch
-SMOOTH_CUT = 6.0  # widths, where nothing is left whatever is asked for: 1e-11
+ENDS = (0.72, 0.18, 0.045)  # of the windows, cycles/pitch
 WORTH = 2.0  # times a band's reach, that what is left of it goes on: from here on it is parted again
 DIRECTIONS = 16  # in which lines are looked at
-FINER = 8.0  # frequencies to a window's width, of what a line shows
+FINER = 26.0  # frequencies in a window, of what a line shows
 LINE = 4096  # points of it
 SHORT, CUT = 0.25, 0.033  # of the near bands' share: the reach of each of three, the end of each window
 PEAKS = 1.1  # times the highest of a line's points: eight of them are in its finest wave
+LOOKED_UP, FINER_STEPS = 0.05, (8, 12, 16, 24, 32, 48)  # of it, by look-ups in responses: steps in the finest wave
 BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows
 TIMES = {"near": 5.0, "smooth": 6.0, "far": 4.0}  # the reach: sides of tiles
 GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
@@ -47,20 +49,19 @@ STEPS = (8, 4, 2)  # photosites from one to the next of what is interpolated bet
 WAVELENGTHS, RADII = 12, 3  # at which far light is bounded
 
 
-def passed(frequency: F64, width: float) -> F64:
-    """Return what passes a window of a width: nothing passes 0, all passes ∞."""
-    if width in (0.0, math.inf):
-        return np.full(frequency.shape, float(width > 0.0))
-    q = np.square(frequency / width)
-    window: F64 = np.exp(-q) * (1.0 + q * (1.0 + q * (0.5 + q * (1.0 / 6.0 + q / 24.0))))
-    return window
+def passed(frequency: F64, end: float, sharpness: float) -> F64:
+    """Return what passes a window that ends there, of a sharpness (β): nothing passes 0, all passes ∞."""
+    if end in (0.0, math.inf):
+        return np.full(frequency.shape, float(end > 0.0))
+    return tapered(frequency, 0.0, end, taper(sharpness))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Band:
     """Frequencies between two windows, and how they are transformed.
 
-    low, high : widths of the windows, cycles/pitch;  cut: where the upper one ends
+    low, high : ends of the windows, cycles/pitch, of a ``sharpness``;  cut: from where on nothing is heard of the upper
+    finer  : steps of what lines show in the finest wave
     reach  : as far as a line is heard, footprint included, pitches
     sight  : as far as there are edges to be heard;  from a period on, less this, all must be quiet
     side   : of a tile, photosites
@@ -70,7 +71,9 @@ class Band:
 
     low: float
     high: float
+    sharpness: float
     cut: float
+    finer: int
     reach: float
     sight: float
     side: int
@@ -86,7 +89,7 @@ class Band:
 
     def window(self, frequency: F64) -> F64:
         """Return what the band takes of frequencies."""
-        return passed(frequency, self.high) - passed(frequency, self.low)
+        return passed(frequency, self.high, self.sharpness) - passed(frequency, self.low, self.sharpness)
 
     @property
     def before(self) -> int:
@@ -116,6 +119,14 @@ class Listened:
     edges: Edges
     share: float
 
+    @property
+    def sharpness(self) -> float:
+        """Of the windows: their side lobes are what they may leave."""
+        return taper_margin(self.share)[1]
+
+    def _between(self, frequency: F64, low: float, high: float) -> F64:
+        return passed(frequency, high, self.sharpness) - passed(frequency, low, self.sharpness)
+
     @functools.cached_property
     def _lines(self) -> tuple[F64, C128]:
         """Frequencies, and transfers (n, radii · sets · directions) across lines at them."""
@@ -139,14 +150,14 @@ class Listened:
     def reach(self, low: float, high: float) -> float:
         """Return how far lines are heard of what lies between two windows, pitches."""
         frequency, lines = self._lines
-        last = int(np.searchsorted(frequency, SMOOTH_CUT * high))
+        last = int(np.searchsorted(frequency, high))
         if low / FINER < self.transfers.step:
             finer = np.arange(0.0, frequency[:last][-1], low / FINER)
             lines = scipy.interpolate.CubicSpline(frequency[: last + 1], lines[: last + 1])(finer)
             frequency = finer
         step = frequency[1]
         weight = np.zeros(frequency.size)
-        weight[1:] = (passed(frequency[1:], high) - passed(frequency[1:], low)) * step / frequency[1:]
+        weight[1:] = self._between(frequency[1:], low, high) * step / frequency[1:]
         heard = np.zeros(LINE)
         for own in lines.T:
             heard = np.maximum(heard, np.abs(scipy.fft.irfft(own * weight / (2j * math.pi), n=LINE, norm="forward")))
@@ -178,6 +189,15 @@ class Listened:
                 return step
         return 1
 
+    def finer(self, high: float, cut: float) -> int:
+        """Return how many steps of what a line shows there are in the finest wave, for a six-point look-up."""
+        frequency, size = self._shown(high)
+        for steps in FINER_STEPS:
+            lost = np.minimum(SIX * (2.0 * math.pi * frequency / (steps * cut)) ** 6, 2.0)
+            if float(np.sum(size * lost)) <= LOOKED_UP * self.share:
+                break
+        return steps
+
     def bent(self, low: float, high: float) -> F64:
         """Return how far a line may be from where it belongs, half of the square of that, and how fast its bend grows.
 
@@ -185,7 +205,7 @@ class Listened:
         """
         (frequency, lines), (once, thrice) = self._lines, self._turned
         f = frequency[1:, None]
-        window = passed(f, high) - passed(f, low)
+        window = self._between(f, low, high)
         shown = np.zeros_like(lines)
         shown[1:] = lines[1:] * window * frequency[1]
         slope, bend = (
@@ -202,7 +222,8 @@ class Listened:
         """Return frequencies, and the most that lines show at each."""
         frequency, lines = self._lines
         size = np.zeros(frequency.size)
-        size[1:] = np.abs(lines[1:]).max(axis=1) * passed(frequency[1:], high) / (math.pi * np.arange(1, size.size))
+        window = self._between(frequency[1:], 0.0, high)
+        size[1:] = np.abs(lines[1:]).max(axis=1) * window / (math.pi * np.arange(1, size.size))
         return frequency, size
 
 
@@ -214,7 +235,7 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
     """
     found: list[Band] = []
     high = math.inf
-    for low in (*WIDTHS, 0.0):
+    for low in (*ENDS, 0.0):
         reach = extent + listened.reach(low, high) if low > 0.0 else far
         if found and far <= WORTH * reach:
             low, reach = 0.0, far
@@ -224,7 +245,19 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
         if side * 1.3 > max(shape):
             side, group = max(shape), 1
         step, sight, box = listened.step(high, cut) if found else 1, min(reach, span), side * group
-        band = Band(low=low, high=high, cut=cut, reach=reach, sight=sight, side=side, step=step, period=0, box=box)
+        band = Band(
+            low=low,
+            high=high,
+            sharpness=listened.sharpness,
+            cut=cut,
+            finer=listened.finer(high, cut),
+            reach=reach,
+            sight=sight,
+            side=side,
+            step=step,
+            period=0,
+            box=box,
+        )
         found.append(band.with_side(side))
         if low == 0.0:
             break

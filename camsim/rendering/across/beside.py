@@ -25,7 +25,6 @@ from camsim.rendering.across.line_kernels import Pieces, Responses, add_pieces, 
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.fast_length import fast_length
 
-FINER = 8.0  # steps of a response in the finest wave
 ANGLE = 0.02  # radians, over which a transfer's second difference is taken
 TOGETHER, AHEAD = 64, 4  # pieces, and so many times as many that are made beside one another
 SPARE = 4  # steps of a table on either side
@@ -108,7 +107,7 @@ class Beside:
         first, second = (spectrum[..., min(k, rows - 1)] for k in (1, 2))
         spectrum[..., 0] = (4.0 * first - second).real / 3.0
         spectrum = spectrum[..., ::stride]
-        count = fast_length(math.ceil(FINER * band.cut * period), real=True)
+        count = fast_length(math.ceil(band.finer * band.cut * period), real=True)
         lines = scipy.fft.irfft(spectrum / period, n=count, axis=-1, norm="forward")
 
         step = period / count

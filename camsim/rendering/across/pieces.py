@@ -24,7 +24,7 @@ Mask: TypeAlias = npt.NDArray[np.bool_]
 TURN = 0.05  # radians from one side to the next: what turns more is a corner
 DEGREE = 6
 PARTS = 4  # of a piece, at the least, that long sides are cut into
-STEEP = 0.3  # of a run against its chord
+STEEP, SHORTER = 0.3, 0.9  # of a run against its chord; of a run, a chord than which nothing has sides that steep
 HEARD = 1.0 / 3.0  # of the reach: as far along a line as what it lacks is looked at
 
 
@@ -150,7 +150,9 @@ class _Fit:
 def _fitted(start: F64, end: F64) -> _Fit:
     """Return the polynomial through sides that go on in one another."""
     first, chord = start[0], end[-1] - start[0]
-    length = float(np.hypot(*chord))
+    length, sides = float(np.hypot(*chord)), np.hypot(*(end - start).T)
+    if length < SHORTER * float(sides.sum()):
+        return _Fit(frame=np.zeros(5), shape=np.zeros(DEGREE + 1), off=math.inf)
     tx, ty = chord / length if length > 0.0 else (1.0, 0.0)
     places = np.stack([start, 0.5 * (start + end), end])
     x, y = places[..., 0] - first[0], places[..., 1] - first[1]
@@ -161,7 +163,7 @@ def _fitted(start: F64, end: F64) -> _Fit:
     # Simpson's rule: on average over a side what it wobbles by is nothing.
     rule = np.array([1.0, 4.0, 1.0]) / 6.0
     powers, height = np.einsum("k,knd->nd", rule, powers), rule @ height
-    weight = np.sqrt(np.hypot(*(end - start).T))
+    weight = np.sqrt(sides)
     shape = np.zeros(DEGREE + 1)
     if len(start) > 1:
         shape[: degree + 1] = np.linalg.lstsq(powers * weight[:, None], height * weight, rcond=None)[0]

@@ -29,7 +29,7 @@ from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.joint import joint_stages
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
-from camsim.rendering.fourier.lens import Footprints, passing
+from camsim.rendering.fourier.lens import Fields, Footprints, passing
 from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.lens_fields import LensFields
 from camsim.rendering.fourier.plan import Sizes, plan_sizes
@@ -61,10 +61,8 @@ class FourierImage:
     density       : (spectra, channels, j) what each spectrum gives each channel at each wavelength
     base          : (channels,) the background
     wavelength_nm : (j,)
-    tolerance     : largest error, in the unit of ``density``
-    memory_limit_bytes : what the plan keeps below if it can
-    shell         : part of a round pattern, by distance; None: all of it
-    whole         : of which this is a shell
+    tolerance     : largest error, in the unit of ``density``;  memory_limit_bytes: what the plan keeps below if it can
+    shell         : part of a round pattern, by distance; None: all of it;  whole: of which this is a shell
     quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
     """
 
@@ -184,11 +182,13 @@ class FourierImage:
 
     @functools.cached_property
     def _kinds(self) -> tuple[F64, F64]:
-        return kinds(self.contrast)
+        return kinds(self.contrast) if self.whole is None else self.whole._kinds
 
     @functools.cached_property
     def _alike(self) -> tuple[F64, F64]:
         """How much of each of few spectra there is in every one, the background first, and what those few give."""
+        if self.whole is not None:
+            return self.whole._alike
         off = OF_WAVELENGTHS * ErrorBudget(self.tolerance).allowed("wavelengths") / self.contrast.shape[2]
         return fewer(*self._kinds, off)
 
@@ -249,8 +249,7 @@ class FourierImage:
         for some in np.split(present, range(plan.channels, present.size, plan.channels)):
             total = self._spectrum(tile, plan, regions, contrast[:, some])
             for k, values in zip(some, total, strict=True):
-                plane = inverse(values.view(complex)[..., 0], tile)
-                np.copyto(image, plane, where=channel == k)
+                np.copyto(image, inverse(values.view(complex)[..., 0], tile), where=channel == k)
         return image
 
     def _spectrum(self, tile: Tile, plan: Sizes, regions: Scenery, contrast: F64) -> F64:
@@ -263,17 +262,18 @@ class FourierImage:
         if self.kernel.round:
             curves = self._curves.of(tile, plan, contrast)
             for block, scene in regions.blocks():
-                footprint = self._footprints.on(block, tile)
-                add = functools.partial(add_round, total, scene, footprint, curves, block.place(tile))
-                shared(total.shape[1], add)
+                more = scene, self._footprints.on(block, tile), curves, block.place(tile)
+                shared(total.shape[1], functools.partial(add_round, total, *more))
             return total
         for fields, weights in self._fields.of(tile, plan, contrast):
-            for block, scene, values in passing(fields, regions.blocks()):
-                footprint = self._footprints.on(block, tile)
-                add = functools.partial(add_fields, total, scene, footprint, values, weights, block.place(tile))
-                shared(total.shape[1], add)
-            del fields, values, add  # or these transfers would stay until the next are made
+            self._add_fields(total, tile, regions, fields, weights)
+            del fields  # or these transfers would stay until the next are made
         return total
+
+    def _add_fields(self, total: F64, tile: Tile, regions: Scenery, fields: Fields, weights: F64) -> None:
+        for block, scene, values in passing(fields, regions.blocks()):
+            more = scene, self._footprints.on(block, tile), values, weights, block.place(tile)
+            shared(total.shape[1], functools.partial(add_fields, total, *more))
 
     @functools.cached_property
     def _footprints(self) -> Footprints:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -36,6 +37,7 @@ def taper_margin(level: float) -> tuple[float, float]:
     return (sharpness + 1.0) / math.pi, sharpness
 
 
+@functools.lru_cache(maxsize=64)
 def taper(sharpness: float) -> np.polynomial.Chebyshev:
     """Return the taper from 1 at −1 to 0 at 1 as a polynomial: 1 minus the running integral of its window."""
     window = np.polynomial.Chebyshev.interpolate(
