@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,9 @@ F32: TypeAlias = npt.NDArray[np.float32]
 U16: TypeAlias = npt.NDArray[np.uint16]
 U8: TypeAlias = npt.NDArray[np.uint8]
 I64: TypeAlias = npt.NDArray[np.int64]
+I32: TypeAlias = npt.NDArray[np.int32]
 C128: TypeAlias = npt.NDArray[np.complex128]
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 def same_rows(array: F64) -> tuple[I64, I64]:
@@ -25,5 +27,25 @@ def same_rows(array: F64) -> tuple[I64, I64]:
     (True, [0, 1])
     """
     rows = np.ascontiguousarray(array).view(np.dtype((np.void, array.itemsize * array.shape[1]))).ravel()
-    _, first, kind = np.unique(rows, return_index=True, return_inverse=True)
-    return first, kind
+    order = np.argsort(rows, kind="stable")
+    new, kind = _kinds(rows, order)
+    return order[new], kind
+
+
+def kinds_of(values: npt.NDArray[Scalar]) -> tuple[npt.NDArray[Scalar], I64]:
+    """Return values (n,) in order, each once, and which of them each one is: of few np.unique takes twice as long.
+
+    >>> kinds_of(np.array([3.0, 1.0, 3.0]))
+    (array([1., 3.]), array([1, 0, 1]))
+    """
+    order = np.argsort(values)
+    new, kind = _kinds(values, order)
+    return values[order[new]], kind
+
+
+def _kinds(values: npt.NDArray[Any], order: I64) -> tuple[npt.NDArray[np.bool_], I64]:
+    """Return where in sorted order another value begins, and which of them each value is."""
+    rising, new, kind = values[order], np.ones(len(order), np.bool_), np.empty(len(order), np.int64)
+    new[1:] = rising[1:] != rising[:-1]
+    kind[order] = new.cumsum() - 1
+    return new, kind

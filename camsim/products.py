@@ -23,16 +23,17 @@ def product(left: F64, right: F64) -> F64:
     [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
     """
     (m, k), n = left.shape, right.shape[1]
-    out: F64 = np.zeros((m, n))
     if k == 0:
-        return out
+        return np.zeros((m, n))
+    out: F64 = np.empty((m, n))
     deep = k if k <= _DEEP else _CUBE
     rows = min(m, max(math.isqrt(_MOST // deep), _MOST // (deep * n), 1))
     cols = min(n, max(_MOST // (deep * rows), 1))
     for first in range(0, m, rows):
         for begin in range(0, n, cols):
             part = out[first : first + rows, begin : begin + cols]
-            for top in range(0, k, deep):
+            np.matmul(left[first : first + rows, :deep], right[:deep, begin : begin + cols], out=part)
+            for top in range(deep, k, deep):
                 own = slice(top, top + deep)
                 part += np.matmul(left[first : first + rows, own], right[own, begin : begin + cols])
     return out

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.polynomial.polynomial import polyval
 
 from camsim.arrays import F64
 
@@ -26,7 +25,8 @@ def bessel_j0_j1(x: F64) -> tuple[F64, F64]:
     is_far = x > FAR
     j0, j1 = np.empty(x.shape), np.empty(x.shape)
     for here, values in ((~is_far, _near), (is_far, _far)):
-        j0[here], j1[here] = values(x[here])
+        if here.any():
+            j0[here], j1[here] = values(x[here])
     return j0, j1
 
 
@@ -41,18 +41,24 @@ def _near(x: F64) -> tuple[F64, F64]:
 def _far(x: F64) -> tuple[F64, F64]:
     """J_n = √(2/πx)·(P·cos ω − Q·sin ω), ω = x − nπ/2 − π/4: the turned cosines are sums of those of x."""
     cos, sin, size = np.cos(x), np.sin(x), 1.0 / np.sqrt(np.pi * x)
-    p0, q0 = _hankel(0, x)
-    p1, q1 = _hankel(1, x)
+    square = 1.0 / (x * x)
+    # P and Q, even and odd terms of one series Σ a_k·(i/x)^k of each order, all four by Horner's rule at once.
+    p0, q0, p1, q1 = series = np.zeros((4, x.size)) + _SERIES[-1]
+    for terms in _SERIES[-2::-1]:
+        series *= square
+        series += terms
+    q0 /= x
+    q1 /= x
     return size * (p0 * (sin + cos) - q0 * (sin - cos)), size * (p1 * (sin - cos) + q1 * (sin + cos))
 
 
-def _hankel(order: int, x: F64) -> tuple[F64, F64]:
-    """Return P and Q: even and odd terms of one series Σ a_k·(i/x)^k."""
+def _hankel(order: int) -> tuple[list[float], list[float]]:
+    """Return the coefficients of P and of Q, in powers of 1/x²."""
     a = [1.0]
     for k in range(1, TERMS):
         a.append(a[-1] * (4 * order**2 - (2 * k - 1) ** 2) / (8 * k))
     signed = [value if k % 4 < 2 else -value for k, value in enumerate(a)]
-    square = 1.0 / (x * x)
-    even = np.asarray(polyval(square, signed[::2]), np.float64)
-    odd = np.asarray(polyval(square, signed[1::2]), np.float64)
-    return even, odd / x
+    return signed[::2], signed[1::2]
+
+
+_SERIES = np.array([*_hankel(0), *_hankel(1)]).T[:, :, None]  # (terms, 4, 1)

@@ -20,7 +20,7 @@ MOMENT_NODES = 60  # of a bound: a per cent of it does not matter
 Tone: TypeAlias = tuple[float, tuple[complex, ...]]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pattern:
     """One pattern; lengths in blurs, frequencies in cycles per blur.
 

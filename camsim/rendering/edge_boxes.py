@@ -11,6 +11,8 @@ from camsim.kernels import kernel
 
 GROUP = 8  # edges that follow one another, as along an outline, have one box
 TURNS = 20  # halvings of the scene by which groups are sorted along either axis
+APART = (0x0000FFFF0000FFFF, 0x00FF00FF00FF00FF, 0x0F0F0F0F0F0F0F0F, 0x3333333333333333, 0x5555555555555555)
+"""Where bits of a number stand when its parts of 16, 8, 4, 2, 1 bits have been moved apart by as many."""
 
 
 class EdgeBoxes(NamedTuple):
@@ -49,14 +51,15 @@ class EdgeBoxes(NamedTuple):
 
 def _along_a_curve(places: F64) -> I64:
     """Return numbers (n,) by which places that are near one another are sorted near one another, mostly (Morton's)."""
-    columns = places.T
-    size = max(*(float(np.ptp(own)) for own in columns), np.finfo(float).tiny)
-    numbers = np.zeros(len(places), np.int64)
-    for axis, own in enumerate(columns):
-        cells = ((own - own.min()) / size * ((1 << TURNS) - 1)).astype(np.int64)
-        for bit in range(TURNS):
-            numbers |= ((cells >> bit) & 1) << 2 * bit + axis
-    return numbers
+    columns = np.ascontiguousarray(places.T)
+    columns = columns - columns.min(axis=1, keepdims=True)
+    size = max(float(columns.max()), np.finfo(float).tiny)
+    numbers = (columns / size * ((1 << TURNS) - 1)).astype(np.int64)
+    # Every bit goes as far up again as it stands: halves are moved apart, halves of these, and so on.
+    for step, kept in zip((16, 8, 4, 2, 1), APART, strict=True):
+        numbers = (numbers | numbers << step) & kept
+    along: I64 = numbers[0] | numbers[1] << 1
+    return along
 
 
 @kernel()

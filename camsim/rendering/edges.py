@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64, I64, kinds_of
 from camsim.rendering.edge_boxes import EdgeBoxes
 
 
@@ -87,7 +87,7 @@ class Edges:
     def pairs(self) -> tuple[I64, I64]:
         """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""
         spectra = int(self.right.max(initial=0)) + 1
-        both, pair = np.unique(self.left * spectra + self.right, return_inverse=True)
+        both, pair = kinds_of(self.left * spectra + self.right)
         return np.stack(np.divmod(both, spectra), axis=1), pair
 
 
@@ -96,7 +96,7 @@ def corners_of(start: F64, end: F64) -> tuple[F64, I64, I64]:
     begin, finish = (np.ascontiguousarray(ends).view(np.complex128).ravel() for ends in (start, end))
     # Most edges go on in the next one: few ends are looked for.
     loose = np.append(finish[:-1] != begin[1:], True)[: len(begin)]
-    places, index = np.unique(np.concatenate([begin, finish[loose]]), return_inverse=True)
+    places, index = kinds_of(np.concatenate([begin, finish[loose]]))
     begins, ends = index[: len(begin)], np.append(index[1 : len(begin)], 0)[: len(begin)]
     ends[loose] = index[len(begin) :]
     return places.view(np.float64).reshape(-1, 2), begins, ends

@@ -166,8 +166,8 @@ def _distinct(centre: F64, radius: F64, strongest: I64, low: I64, keys: I64, by_
 
 def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
     """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, some of several."""
-    if not len(edges):
-        return np.zeros(1, np.int64), np.empty(0, np.int64)
+    if not len(edges) or not found.radius.size:
+        return np.zeros(1 + found.radius.size, np.int64), np.empty(0, np.int64)
     counts, tree = np.zeros(found.radius.size, np.int64), edges.boxes
     blocks: dict[int, I64] = {}
 

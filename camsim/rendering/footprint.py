@@ -110,8 +110,9 @@ class Footprint:
 
     def otf(self, fx: F64, fy: F64) -> F64:
         """Transfer, signed, at (fx, fy) cycles/pitch."""
-        spots = np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx, sy in self.spots], axis=0)
-        otf: F64 = np.sinc(self.width * fx) * np.sinc(self.height * fy) * spots
+        otf: F64 = np.sinc(self.width * fx) * np.sinc(self.height * fy)
+        if self.spots.any():
+            otf *= np.mean([np.cos(2 * np.pi * (fx * sx + fy * sy)) for sx, sy in self.spots], axis=0)
         return otf
 
     @property
@@ -119,7 +120,7 @@ class Footprint:
         """The longer side, pitches."""
         return max(self.width, self.height)
 
-    @property
+    @functools.cached_property
     def extent(self) -> float:
         """Distance of its farthest point from its centre, pitches."""
         return float(np.hypot(*(np.abs(self.spots) + 0.5 * np.array([self.width, self.height])).T).max())
@@ -193,9 +194,10 @@ def footprint_rule(width: float, height: float, spots: F64, order: int) -> tuple
     """Return nodes (m, 2) and weights (m,) of a Gauss product rule over the rectangle, on every spot."""
     x, wx = _side_rule(width, order)
     y, wy = _side_rule(height, order)
-    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    nodes = (spots[:, None, :] + grid[None]).reshape(-1, 2)
-    return nodes, np.tile(np.outer(wx, wy).ravel(), len(spots)) / len(spots)
+    nodes = np.empty((len(spots), x.size, y.size, 2))
+    nodes[..., 0] = spots[:, :1, None] + x[:, None]
+    nodes[..., 1] = spots[:, 1:, None] + y
+    return nodes.reshape(-1, 2), np.concatenate([np.outer(wx, wy).ravel() / len(spots)] * len(spots))
 
 
 def _side_rule(side: float, order: int) -> tuple[F64, F64]:

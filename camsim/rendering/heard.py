@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, kinds_of
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.falling import falls_to
@@ -130,7 +130,7 @@ def crowding(edges: Edges, window: float) -> float:
     col, row = np.floor((points - edges.box[0]) / window).T
     square = row * (col.max() + 1.0) + col
     crowded = square.max() <= float(len(points))  # or most squares are empty, and those that are not are numbered
-    square = square.astype(np.int64) if crowded else np.unique(square, return_inverse=True)[1]
+    square = square.astype(np.int64) if crowded else kinds_of(square)[1]
     strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # a right angle counts as one
     pairs = 0.5 * np.bincount(corner, minlength=len(points))
     strength = np.where(pairs >= 2.0, np.minimum(pairs**2, np.maximum(MEETING, pairs)), strength)

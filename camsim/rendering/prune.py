@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F64, I64, same_rows
+from camsim.arrays import F64, I64, kinds_of, same_rows
 from camsim.kernels import kernel
 from camsim.optics.pattern import Pattern
 from camsim.rendering.edges import Edges
@@ -54,7 +54,7 @@ def far_outlines(
     away = np.flatnonzero(~stays[outline])
     if not away.size:
         return drop, 0.0
-    _, own = np.unique(outline[away], return_inverse=True)
+    _, own = kinds_of(outline[away])
     bound = _bounds(edges.some(away), own, density, pattern, longest, (first - extent, last + extent))
     order = np.argsort(bound, kind="stable")
     total = np.cumsum(bound[order])

@@ -101,8 +101,9 @@ def carry_out(
         own_channel = sets, np.arange(rows.size)
         found = judge.compare(plan, values[own_channel], right[own_channel], rows, cols)
     else:
-        image = np.empty((0 if take is not None else channel.shape[0], channel.shape[1]))
-        one = _passed(plan.bands(channel, _part(report, 0.0, 0.9)), channel, scale, (rows, cols), take or _Into(image))
+        whole = _Into(np.empty((0 if take is not None else channel.shape[0], channel.shape[1])), or_itself=True)
+        one = _passed(plan.bands(channel, _part(report, 0.0, 0.9)), channel, scale, (rows, cols), take or whole)
+        image = whole.image
         found = judge.compare(plan, one, judge.values(rows, cols, sets), rows, cols)
     if strict:
         for judged in (found, planes_found):
@@ -126,15 +127,18 @@ def carry_out(
 
 
 class _Into:
-    """Rows as they come, written into an array from the top."""
+    """Rows as they come, written into an array from the top; ``or_itself``: what is all of it may take its place."""
 
-    def __init__(self, image: F64) -> None:
-        self.image, self._row = image, 0
+    def __init__(self, image: F64, *, or_itself: bool = False) -> None:
+        self.image, self._row, self._or_itself = image, 0, or_itself
 
-    def rows(self, count: int) -> F64:
-        """Return the next rows, to be written to."""
-        self._row += count
-        return self.image[self._row - count : self._row]
+    def rows(self, part: F64) -> F64:
+        """Return where a part of so many rows is to be written."""
+        if self._or_itself and part.shape == self.image.shape and part.flags.owndata and part.flags.c_contiguous:
+            self.image = part
+            return part
+        self._row += len(part)
+        return self.image[self._row - len(part) : self._row]
 
 
 def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I64, I64], to: Take | _Into) -> F64:
@@ -146,9 +150,9 @@ def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I
         values[here] = band[rows[here] - first, cols[here]]
         # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
         step = max(1, TAKEN_PHOTOSITES // channel.shape[1])
-        for part in np.split(band, range(step, len(band), step)):
+        for part in np.split(band, range(step, len(band), step)) if step < len(band) else (band,):
             if isinstance(to, _Into):
-                multiply(part, channel, first, scale, to.rows(len(part)))
+                multiply(part, channel, first, scale, to.rows(part))
             else:
                 multiply(part, channel, first, scale, part)
                 to(part)
@@ -168,7 +172,7 @@ def _images(plans: Sequence[Plan], channels: U8, progress: Progress) -> Iterator
         for bands in of_plans:
             whole = _Into(np.empty(image.shape))
             for band in bands:
-                whole.rows(len(band))[:] = band
+                whole.rows(band)[:] = band
             image += whole.image
         yield iter((image,))
 

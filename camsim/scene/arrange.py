@@ -161,6 +161,8 @@ def _rings_drawn(
     seen: list[tuple[Primitive, int]], rings: list[list[F64]], covers: Covers
 ) -> tuple[F64, F64, I64, I64]:
     """Return the edges of what is seen of polygons that others touch."""
+    if not seen:
+        return _NOTHING.start, _NOTHING.end, _NOTHING.owner, _NOTHING.right
     starts: list[F64] = []
     ends: list[F64] = []
     lefts: list[I64] = []

@@ -103,12 +103,14 @@ def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, fir
 
     Asked of rough outlines, and of boxes larger than these are off.
     """
+    hidden = np.zeros(len(boxes), bool)
+    if not first.size:
+        return hidden
     size = boxes[:, 2:] - boxes[:, :2]
     grown = boxes + ROUGH * size.max(axis=1)[:, None] * [-1.0, -1.0, 1.0, 1.0]
     slack = ROUGH * size[second].max(axis=1)
     larger = outlines.simple[second] & (boxes[second, :2] + slack[:, None] <= grown[first, :2]).all(axis=1)
     larger &= (boxes[second, 2:] - slack[:, None] >= grown[first, 2:]).all(axis=1)
-    hidden = np.zeros(len(boxes), bool)
     if not larger.any():
         return hidden
     import shapely

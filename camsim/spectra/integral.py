@@ -66,6 +66,8 @@ def lumped(wavelength_nm: F64, density: F64) -> tuple[F64, F64]:
     >>> nodes.size, round(float(density.sum()), 9), round(float(density @ nodes**2 / np.sum(fine**2)), 12)
     (6, 1000.0, 1.0)
     """
+    if wavelength_nm.size <= LUMPED:
+        return wavelength_nm, density
     _, first, count = np.unique(np.floor(wavelength_nm), return_index=True, return_counts=True)
     if not np.any(count > LUMPED):
         return wavelength_nm, density

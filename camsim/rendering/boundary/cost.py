@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.rendering.boundary.image import directions, inside_length, largest_tile, turns
+from camsim.rendering.boundary.image import inside_length, largest_tile, turns
 from camsim.rendering.boundary.potential import ORDER
 from camsim.rendering.boundary.rings import ends_worth, piece_phases, ring_terms
 from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
@@ -96,7 +96,7 @@ def boundary_counts(
     footprint: Footprint,
     *,
     in_foci: tuple[I64, I64],
-    extent: float,
+    normals: int,
     sets: int,
     wavelengths: int,
     tones: int,
@@ -105,7 +105,7 @@ def boundary_counts(
     """Count what the boundary engine is going to do.
 
     in_foci : the edges of each of the settings' foci (``focus.touching``)
-    extent : of the places of the footprint's parts, along x or y
+    normals : of edge responses
     sets : pairs of spectra times channels;  tones: of the pattern;  parts: of the footprint
     """
     start, end, length = edges.start, edges.end, edges.length
@@ -143,8 +143,6 @@ def boundary_counts(
     # A long average runs: it takes as many terms as a slope, a Lagrange rule at either side of every spot.
     ends_of_spots = 2.0 * ORDER * len(footprint.grid[0])
     terms = ORDER + (ends_of_spots if taps > LONG else taps + ORDER) + ends_of_spots
-    seen = inside_length(edges, grid, settings.reach + extent) > 0.0
-    normals = len(directions(edges.along[:, 0], edges.along[:, 1], long, seen, footprint)[1])
     cells = settings.reach / settings.response_step
     # Nodes of the edge responses' integrals: some between every two cut-offs, and what the phase asks for.
     waves = 14.0 * wavelengths + 1.1 * math.pi * (settings.reach + footprint.extent) / shortest

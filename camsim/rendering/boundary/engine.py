@@ -14,7 +14,7 @@ from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
-from camsim.rendering.boundary.image import boundary_bands
+from camsim.rendering.boundary.image import boundary_bands, directions
 from camsim.rendering.boundary.settings import Settings, plan_boundary
 from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.focus import touching
@@ -76,6 +76,12 @@ class BoundaryPlan:
         return touching(self.settings.foci, self.job.edges)
 
     @functools.cached_property
+    def lines(self) -> tuple[I64, F64]:
+        """Which edge response each of the job's edges has, and their normals; likewise."""
+        reach = self.settings.reach + float(np.abs(self.places).max())
+        return directions(self.job.edges, self.job.grid, self.settings.near, reach, self.footprint)
+
+    @functools.cached_property
     def counts(self) -> Counts:
         """What has to be done for one image."""
         job = self.job
@@ -85,14 +91,14 @@ class BoundaryPlan:
             self.settings,
             self.footprint,
             in_foci=self.in_foci,
-            extent=float(np.abs(self.places).max()),
+            normals=len(self.lines[1]),
             sets=self.tabled * job.signals.scale.size,
             wavelengths=self.wavelengths,
             tones=len(self.pattern.tones),
             parts=len(self.places),
         )
 
-    @property
+    @functools.cached_property
     def cost(self) -> Cost:
         """What one image takes."""
         return boundary_cost(self.counts)
@@ -146,6 +152,7 @@ class BoundaryPlan:
             nodes=self.nodes,
             settings=self.settings,
             in_foci=self.in_foci,
+            lines=self.lines,
             channel=channel,
         ):
             row += len(band)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64
+from camsim.arrays import C128, F64, I64, kinds_of
 from camsim.optics.pattern import Pattern
 from camsim.quadrature import chebyshev, gauss_rules, interpolation
 from camsim.rendering.boundary.crowd import gather
@@ -102,12 +102,14 @@ def boundary_bands(
     nodes: Nodes,
     settings: Settings,
     in_foci: tuple[I64, I64],
+    lines: tuple[I64, F64],
     channel: Channels,
 ) -> Iterator[F64]:
     """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
 
     footprint : or part of it, and (n, 2) ``places`` from a photosite's centre at which parts make up all of it
     in_foci   : the edges of each of the settings' foci (``focus.touching``)
+    lines     : which edge responses the job's edges have, and their normals (``directions``)
     channel   : (rows, cols) channel of each photosite
     """
     weights = nodes.weights
@@ -119,10 +121,10 @@ def boundary_bands(
     order, cells = gather(job.edges, job.pair, far, settings.tile_nodes + CELL_NODES)
     some = job.edges.some(order)
     which, times = multiples(weights.reshape(pairs, -1))
-    tabled, alike = np.unique(which, return_inverse=True)
+    tabled, alike = kinds_of(which)
     different = weights[tabled].reshape(-1, count)
-    seen = inside_length(some, job.grid, settings.reach + float(np.abs(places).max())) > 0.0
-    edges, normals = _tabled(some, job.pair[order], (alike.ravel(), times), seen, settings, footprint)
+    response, normals = lines
+    edges = _tabled(some, job.pair[order], (alike, times), response[order], footprint)
     field = field_tables(
         pattern,
         blur,
@@ -162,12 +164,15 @@ def boundary_bands(
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
         here = np.ascontiguousarray(channel[row : row + band])
-        whole = np.zeros(here.shape)
+        whole: F64 | None = None
         for x, y in (origin + places).tolist():
             part = render_edges(x, y + row, here, edges, cells, tables, n)
             if len(zones.circle):
                 add_rings_in_zones(x, y + row, zones, here, part, edges, far_rings, long, short)
-            whole = part if len(places) == 1 else whole + part / len(places)
+            if len(places) > 1:
+                part /= len(places)
+            whole = part if whole is None else whole + part
+        assert whole is not None
         yield whole
         del part, whole  # or it would stay until the next one is finished
 
@@ -192,20 +197,18 @@ def _tabled(
     edges: Edges,
     pair: I64,
     multiple: tuple[I64, F64],
-    seen: np.ndarray,
-    settings: Settings,
+    response: I64,
     footprint: Footprint,
-) -> tuple[TabledEdges, F64]:
-    """Return edges as the kernels read them, and the normals (n, 2) of the edge responses that they look up.
+) -> TabledEdges:
+    """Return edges as the kernels read them.
 
     multiple : (pairs,) the tabulated pair that each is a multiple of, and the factor
-    seen     : which edges some photosite has within ``reach``
+    response : of each edge
     """
     along, length = edges.end - edges.start, edges.length
     tx, ty = along[:, 0] / length, along[:, 1] / length
     turn = tx + 1j * ty
-    response, normals = directions(tx, ty, length >= settings.near, seen, footprint)
-    tabled = TabledEdges(
+    return TabledEdges(
         x=np.ascontiguousarray(edges.start[:, 0]),
         y=np.ascontiguousarray(edges.start[:, 1]),
         tx=tx,
@@ -221,7 +224,6 @@ def _tabled(
         times=multiple[1][pair],
         response=response,
     )
-    return tabled, normals
 
 
 def _zones(settings: Settings, in_foci: tuple[I64, I64], order: I64) -> Zones:
@@ -246,18 +248,21 @@ def turns(footprint: Footprint) -> int:
     return 4 if footprint.square else 2
 
 
-def directions(tx: F64, ty: F64, long: np.ndarray, seen: np.ndarray, footprint: Footprint) -> tuple[I64, F64]:
-    """Return each edge's edge response (−1: none) and the distinct normals, the footprint's symmetries folded.
+def directions(edges: Edges, grid: Grid, near: float, reach: float, footprint: Footprint) -> tuple[I64, F64]:
+    """Return each edge's edge response (−1: none) and the distinct normals (n, 2), the footprint's symmetries folded.
 
-    A long edge that is not seen has a line, which sends rings, but nobody looks up its response: any will do.
+    An edge of a length of ``near`` or more has a line. Where no photosite comes within ``reach`` of it the line sends
+    rings, but nobody looks up its response: any will do.
 
     A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and
     y exchanged.
     """
-    folded = footprint.folded(np.stack([-ty, tx], axis=1))
-    own = np.round(folded[long & seen], 13)
-    found, index = np.unique(own[:, 0] + 1j * own[:, 1], return_inverse=True)
+    long = edges.length >= near
+    looked_up = long & (inside_length(edges, grid, reach) > 0.0)
+    tx, ty = edges.along[looked_up].T
+    own = np.round(footprint.folded(np.array([-ty, tx]).T), 13)
+    found, index = kinds_of(own[:, 0] + 1j * own[:, 1])
     distinct = found.view(np.float64).reshape(-1, 2)
     response = np.where(long, 0, -1)
-    response[long & seen] = index
+    response[looked_up] = index
     return response, distinct / np.hypot(distinct[:, :1], distinct[:, 1:])

@@ -15,6 +15,7 @@ Every source of error is given its share of the tolerance (budget.py); amplitude
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -93,9 +94,9 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     near, reach = quiet_end, quiet_line
     table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
     dear = quiet_end > RINGS_FROM * len(pattern.tones) * blur.size * longest or table_bytes > TABLE_BYTES
-    holds = max(smooth_from(waves, budget), pattern.tones_from_blurs * longest + footprint.extent)
-    if pattern.tones and dear and holds < quiet_end:
-        near = reach = holds
+    if pattern.tones and dear:
+        holds = max(smooth_from(waves, budget), pattern.tones_from_blurs * longest + footprint.extent)
+        near, reach = (holds, holds) if holds < quiet_end else (near, reach)
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
@@ -125,6 +126,7 @@ def _step(pattern: Pattern, points: int, allowed: float) -> float:
     return angle / (2.0 * math.pi)
 
 
+@functools.lru_cache(maxsize=64)
 def _panel_nodes(pattern: Pattern, allowed: float) -> int:
     """Nodes of the Gauss rule on a panel along an edge.
 
@@ -144,6 +146,7 @@ def _lost(pattern: Pattern, order: int, length: float) -> float:
     return PANEL_BLURS * each / (math.pi * (2 * order + 1))
 
 
+@functools.lru_cache(maxsize=64)
 def _piece_nodes(pattern: Pattern, allowed: float, order: int) -> tuple[int, ...]:
     """Nodes of the rules for pieces of 1/LENGTHS, 2/LENGTHS … 1 of the longest.
 

@@ -7,7 +7,6 @@ the wavelengths, so a photosite never sees how many there were.
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from typing import NamedTuple
 
@@ -171,9 +170,9 @@ def _average_taps(side: float, shifts: F64) -> F64:
             continue
         cuts = np.arange(math.floor(shift - 0.5 * side), math.ceil(shift + 0.5 * side) + 1)
         cuts = np.unique(np.clip(cuts, shift - 0.5 * side, shift + 0.5 * side))
-        for low, high in itertools.pairwise(cuts):
-            places = 0.5 * (low + high + (high - low) * _GAUSS_X)
-            _add_points(taps, reach, places, 0.5 * (high - low) * _GAUSS_W / side)
+        low, high = cuts[:-1, None], cuts[1:, None]
+        places = 0.5 * (low + high + (high - low) * _GAUSS_X)
+        _add_points(taps, reach, places.ravel(), (0.5 * (high - low) * _GAUSS_W / side).ravel())
     taps /= shifts.size
     return 0.5 * (taps + taps[::-1])
 

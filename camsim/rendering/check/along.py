@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from camsim.arrays import F64
+import numpy as np
+
+from camsim.arrays import F64, I32
 from camsim.kernels import kernel
 from camsim.rendering.check.records import Bent, Outlines
 
@@ -40,6 +42,15 @@ class Arc(NamedTuple):
     big: float
     begin: float
     end: float
+
+
+class Memory(NamedTuple):
+    """What one thread writes on its way: where a round piece is cut, and of the nodes of a straight one's panel the
+    cells of the table in which they lie, and where in these."""
+
+    cuts: F64  # (CUTS,)
+    cells: I32  # (nodes,)
+    within: F64  # (nodes,)
 
 
 class Rules(NamedTuple):
@@ -79,16 +90,19 @@ def _far_line(h: float, s1: float, s2: float, far: F64) -> float:
 
 
 @kernel(forceinline=True)
+def _quintic(c: F64, t: float) -> float:
+    value: float = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+    return value
+
+
+@kernel(forceinline=True)
 def _value(r: float, inside: bool, energy: Energy) -> float:
     """E/r² from the table, or its smooth powers."""
     cells, per_step, far = energy
     if inside:
         u = r * per_step
         cell = min(int(u), len(cells) - 1)
-        t = u - cell
-        c = cells[cell]
-        value: float = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
-        return value
+        return _quintic(cells[cell], u - cell)
     inv = 1.0 / r
     inv2 = inv * inv
     smooth: float = inv2 * (far[0] - inv * (far[1] + inv2 * (far[2] + inv2 * far[3])))
@@ -96,7 +110,9 @@ def _value(r: float, inside: bool, energy: Energy) -> float:
 
 
 @kernel()
-def straight(x: float, y: float, o: Outlines, e: int, radius: float, energy: Energy, rules: Rules) -> float:
+def straight(
+    x: float, y: float, o: Outlines, e: int, radius: float, energy: Energy, rules: Rules, memory: Memory
+) -> float:
     """One straight piece: h is how far its line passes the point by, s runs along it."""
     far, length = energy.far, math.hypot(o.dx[e], o.dy[e])
     tx, ty = o.dx[e] / length, o.dy[e] / length
@@ -116,12 +132,18 @@ def straight(x: float, y: float, o: Outlines, e: int, radius: float, energy: Ene
     panels = math.ceil((high - low) / rules.longest)
     half = 0.5 * (high - low) / panels
     g = rules.few if high - low < rules.tiny else rules.panel
-    inside = 0.0
+    table, own, within, inside = energy.cells, memory.cells, memory.within, 0.0
+    last = np.int32(len(table) - 1)
     for p in range(panels):
         middle = low + half * (2 * p + 1)
+        # By themselves these are vectors; what is looked up and added up comes one by one.
         for q in range(g.shape[1]):
             s = middle + half * g[0, q]
-            inside += g[1, q] * _value(math.sqrt(h * h + s * s), True, energy)
+            u = math.sqrt(h * h + s * s) * energy.per_step
+            own[q] = min(np.int32(u), last)
+            within[q] = u - own[q]
+        for q in range(g.shape[1]):
+            inside += g[1, q] * _quintic(table[np.uintp(own[q])], within[q])
     total += h * half * inside
     return total
 

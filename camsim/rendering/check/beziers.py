@@ -35,6 +35,9 @@ def polynomials(p: C128) -> C128:
 def between(p: C128, low: F64, high: F64) -> C128:
     """Return the control points (n, 4) of curves from one share of their parameter to another (de Casteljau)."""
 
+    if not len(p):
+        return p
+
     def blossom(*shares: F64) -> C128:
         left = list(p.T)
         for t in shares:
@@ -55,6 +58,8 @@ def in_parts(curves: Curves, longest: float) -> tuple[Curves, I64, np.ndarray]:
     |c₁| + 4|c₂| + 16|c₃|, as far out as |t| = 2: a rule that follows this one follows P.
     """
     cubic = np.flatnonzero(curves.kind == CUBIC)
+    if not cubic.size:
+        return curves, np.ones(len(curves.kind), np.int64), np.zeros(len(curves.kind), bool)
     points = curves.points[cubic, :, 0] + 1j * curves.points[cubic, :, 1]
     owner, begin = cubic, np.zeros(cubic.size)
     size, more = np.ones(cubic.size), np.zeros(cubic.size, np.int64)

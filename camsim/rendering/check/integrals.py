@@ -4,7 +4,6 @@ Gauss rule."""
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -90,20 +89,20 @@ class Integrals:
         freq = np.linspace(0.0, 1.0 / self._blur[sharpest], GRATINGS + 1)[1:]
         passed = np.abs(self.lens.otf(freq / self.pitch_um, np.zeros(GRATINGS), float(self.wavelength_nm[sharpest])))
         logs, phase = np.log(np.maximum(passed, NOTHING)), np.log(math.pi * freq)
-        orders, allowed = [], math.log((1.0 - FAR_PART) * self.budget.allowed("footprint rule"))
-        for side in self.sides:
-            order = 1 if side == 0.0 else 3
-            while side and np.max(logs + 2 * order * (phase + math.log(side))) + gauss_error(order, 1.0) > allowed:
+        orders, allowed = {0.0: 1}, math.log((1.0 - FAR_PART) * self.budget.allowed("footprint rule"))
+        for side in set(self.sides) - {0.0}:
+            order, phases = 3, phase + math.log(side)
+            while (logs + 2 * order * phases).max() + gauss_error(order, 1.0) > allowed:
                 order += 1
-            orders.append(order)
-        return orders
+            orders[side] = order
+        return [orders[side] for side in self.sides]
 
     def _rule(self, most: int) -> Rule:
         """Return nodes (m, 2) and weights (m,) over photosite and spots, at most so many along a side."""
         across, down = (min(order, most) for order in self._orders)
         square, weights = _on_square(across, down)
         nodes = (self.spots[:, None] + 0.5 * np.array(self.sides) * square).reshape(-1, 2)
-        return nodes, np.tile(weights / len(self.spots), len(self.spots))
+        return nodes, np.concatenate([weights / len(self.spots)] * len(self.spots))
 
     @functools.cached_property
     def radius(self) -> float:
@@ -181,15 +180,18 @@ class Integrals:
             table.step,
             table.far.reshape(pairs, channels, 4),
         )
-        values: F64 = np.zeros(len(points))
-        worth = math.ceil(BLOCK_SECONDS * len(self.rule[0]) / self.seconds_each)
         # All of what is farther is seen by its smooth powers, wherever on the photosite.
         ends = self.zones.ends(radius + self._extent)
-        for (least, most), (nodes, weights) in zip(itertools.pairwise(ends), self.zones.rules, strict=True):
-            if (least < most).any():
-                asked = Asked(points, sets, radius, nodes, least, most)
-                light = light_at_points(asked, self.pieces.outlines, self._parts, tables, self._rules, worth)
-                values += light @ weights
+        some = np.flatnonzero((ends[:-1] < ends[1:]).any(axis=1))
+        rules = [self.zones.rules[zone] for zone in some]
+        nodes, counts = np.concatenate([nodes for nodes, _ in rules]), [len(nodes) for nodes, _ in rules]
+        asked = Asked(points, sets, radius, nodes, np.repeat(np.arange(some.size), counts), ends[some], ends[some + 1])
+        worth = math.ceil(BLOCK_SECONDS * len(nodes) / self.seconds_each)
+        light = light_at_points(asked, self.pieces.outlines, self._parts, tables, self._rules, worth)
+        values, first = np.zeros(len(points)), 0
+        for (_, weights), count in zip(rules, counts, strict=True):
+            values += light[:, first : first + count] @ weights
+            first += count
         return values
 
     @functools.cached_property

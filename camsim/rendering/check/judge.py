@@ -9,7 +9,7 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
+from camsim.arrays import F64, I64, U8, kinds_of
 from camsim.optics import RoundLens
 from camsim.optics.protocols import Rectangular
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART, ErrorBudget
@@ -149,7 +149,7 @@ class Judge:
             width_um, height_um = photosite.sides_um
             sides, spots = (width_um / pitch_um, height_um / pitch_um), job.system.spots_um() / pitch_um
         pieces, wavelength_nm, density = self.seen
-        both, pair = np.unique(pieces.left * len(density) + pieces.right, return_inverse=True)
+        both, pair = kinds_of(pieces.left * len(density) + pieces.right)
         left, right = np.divmod(both, len(density))
         weights, which, times = widest(density[left] - density[right])
         x0, y0 = np.array(job.grid.first_centre) - self._moved

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -48,6 +49,13 @@ def bent(pieces: Pieces, blur: float, allowed: float) -> Bent:
         phase = 2.0 * math.pi / blur * (size[:, 1] + 2.0 * a * size[:, 2] + 3.0 * a * a * size[:, 3])
         order[phase <= phases[n - 1]] = n
     farther = [(size[:, 1] + size[:, 2] / short + size[:, 3] / short**2) / short for _, short in SHORT]
-    nodes, weights, _ = gauss_rules(tuple(range(MOST_NODES + 1)))
     terms = np.concatenate([np.stack([c.real, c.imag], axis=2).reshape(-1, 8), np.stack(farther, axis=1)], axis=1)
-    return Bent(pieces.bezier, terms, order, np.stack([nodes, weights], axis=1))
+    return Bent(pieces.bezier, terms, order, _rules())
+
+
+@functools.cache
+def _rules() -> F64:
+    """Return Gauss rules (n, 2, most) of 0, 1 … MOST_NODES nodes, read-only."""
+    rules = np.stack(gauss_rules(tuple(range(MOST_NODES + 1)))[:2], axis=1)
+    rules.flags.writeable = False
+    return rules

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64, I64, kinds_of
 from camsim.rendering.check.records import Outlines
 from camsim.rendering.engine import Marks
 from camsim.rendering.grid import Grid
@@ -85,13 +85,13 @@ def _ends(o: Outlines) -> tuple[F64, F64]:
     """Return first and last points (n, 2) of every part; of a round one two points on it, a third of a turn apart."""
     straight = o.turn_rad == 0.0
     last_rad = o.from_rad + np.minimum(o.turn_rad, math.tau / 3.0)
-    start = np.stack(
+    start = np.array(
         [
             o.x + np.where(straight, 0.0, o.dx * np.cos(o.from_rad)),
             o.y + np.where(straight, 0.0, o.dx * np.sin(o.from_rad)),
         ]
     )
-    end = np.stack(
+    end = np.array(
         [
             o.x + np.where(straight, o.dx, o.dx * np.cos(last_rad)),
             o.y + np.where(straight, o.dy, o.dx * np.sin(last_rad)),
@@ -106,10 +106,12 @@ def _nearest(position: float, count: int) -> int:
 
 def _middles(o: Outlines, grid: Grid) -> F64:
     """Return the middles (n, 2) of round parts that lie in the frame, those of the most of a turn first."""
+    bent = np.flatnonzero(o.turn_rad)
     low = np.array(grid.first_centre) - 0.5
-    places, index = np.unique(np.round(np.stack([o.x, o.y], axis=1), 9), axis=0, return_inverse=True)
-    turn = np.bincount(index.ravel(), o.turn_rad, len(places))
-    seen = (turn > 0.0) & np.all((places >= low) & (places <= low + np.array([grid.cols, grid.rows])), axis=1)
+    found, index = kinds_of(np.round(o.x[bent] + 1j * o.y[bent], 9))
+    places = found.view(np.float64).reshape(-1, 2)
+    turn = np.bincount(index, o.turn_rad[bent], len(places))
+    seen = np.all((places >= low) & (places <= low + np.array([grid.cols, grid.rows])), axis=1)
     middles: F64 = places[seen][np.argsort(-turn[seen], kind="stable")]
     return middles
 
@@ -133,8 +135,7 @@ def _hard_points(ends: tuple[F64, F64], middles: F64, marks: Marks, grid: Grid, 
     beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
     # Past the near radius for certain, wherever the photosites lie; later turns go as far as the end is heard.
     off = math.ceil(1.02 * marks.near) + fraction * max(0.0, 1.1 * marks.quiet - marks.near)
-    points: F64 = np.stack([a, a + off * across, beside, fourth])
-    return points
+    return np.array([a, a + off * across, beside, fourth])
 
 
 def _part(turn: int, parts: int) -> int:
@@ -153,20 +154,20 @@ def _tile_corner(start: F64, end: F64, marks: Marks, grid: Grid, turn: int) -> F
     ends = np.stack([start, end])[:, :: max(1, len(start) // MOST_PARTS)] - (first - 0.5)
     own = np.array([_part(turn + k, ends.shape[1]) for k in range(16)])
     picked, along = ends[0, own], ends[1, own] - ends[0, own]
-    tiles, corners = [], []
-    for axis, side in ((0, 1), (0, -1), (1, 1), (1, -1)):
-        low = np.floor(picked / size) * size
-        beyond = np.ceil((side * picked[:, axis] + marks.apart) / size) * size
-        low[:, axis] = beyond if side > 0 else -beyond - size
-        facing = low.copy()
-        facing[:, axis] += 0 if side > 0 else size - 1
-        tiles.append(low)
-        corners.append(facing)
-    low, corner = np.concatenate(tiles), np.concatenate(corners)
-    own, along, picked = np.tile(own, 4), np.tile(along, (4, 1)), np.tile(picked, (4, 1))
-    behind = np.sum((low + half - picked) * along, axis=1) < 0.0
-    inside = np.all((corner >= 0) & (corner < counts), axis=1)
-    low, corner, own, behind = low[inside], corner[inside], own[inside], behind[inside]
+    # To the right, to the left, below and above.
+    tiles = np.repeat((np.floor(picked / size) * size)[None], 4, axis=0)
+    after, before = np.ceil((picked + marks.apart) / size) * size, -(np.ceil((marks.apart - picked) / size) * size)
+    tiles[0, :, 0], tiles[1, :, 0] = after[:, 0], before[:, 0]
+    tiles[2, :, 1], tiles[3, :, 1] = after[:, 1], before[:, 1]
+    corners = tiles.copy()
+    tiles[1, :, 0] -= size
+    tiles[3, :, 1] -= size
+    corners[1, :, 0] -= 1
+    corners[3, :, 1] -= 1
+    inside = np.all((corners >= 0) & (corners < counts), axis=2)
+    low, corner, which = tiles[inside], corners[inside], np.nonzero(inside)[1]
+    own = own[which]
+    behind = np.sum((low + half - picked[which]) * along[which], axis=1) < 0.0
     beside = np.maximum(np.abs(ends - (low + half)[:, None, None]) - half, 0.0)
     is_far = np.hypot(beside[..., 0], beside[..., 1]).min(axis=1, initial=np.inf) >= marks.apart
     mixed = is_far.any(axis=1) & ~is_far.all(axis=1)

@@ -11,7 +11,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.quadrature import gauss_legendre, gauss_phases
-from camsim.rendering.check.along import CUTS, PANEL_BLURS, SHORT, Energy, Rules, bezier, round_piece, straight
+from camsim.rendering.check.along import CUTS, PANEL_BLURS, SHORT, Energy, Memory, Rules, bezier, round_piece, straight
 from camsim.rendering.check.records import Outlines, Parts
 
 MOST_NODES = 64
@@ -31,8 +31,9 @@ class Asked(NamedTuple):
     points: F64  # (n, 2)
     sets: I64  # (n,) channel of each
     radius: F64  # (n,) within which E is taken from the table
-    nodes: F64  # (m, 2) by which every point is moved
-    least: F64  # (n,) distances of the points that pieces have at least, and that they do not have
+    nodes: F64  # (m, 2) by which every point is moved, zone after zone
+    zone: I64  # (m,) of each
+    least: F64  # (zones, n) distances of the points that a zone's pieces have at least, and that they do not have
     most: F64
 
 
@@ -47,14 +48,16 @@ def rules_of(blur: float, allowed: float) -> Rules:
 
 
 def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, rules: Rules, least: int) -> F64:
-    """Return (points, nodes) the light besides the background's at the points, moved by the nodes.
+    """Return (points, nodes) what pieces in each node's zone add to the background's light at the points, moved by it.
 
     least : nodes that are worth a thread's while
     """
     light = np.empty((len(asked.points), len(asked.nodes)))
 
     def work(begin: int, end: int) -> None:
-        _light(begin, end, asked, o, parts, tables, rules, np.empty(CUTS), light)
+        nodes = max(rules.panel.shape[1], rules.few.shape[1])
+        memory = Memory(np.empty(CUTS), np.empty(nodes, np.int32), np.empty(nodes))
+        _light(begin, end, asked, o, parts, tables, rules, memory, light)
 
     shared(light.size, work, least=least)
     return light
@@ -69,22 +72,22 @@ def _light(
     parts: Parts,
     tables: Tables,
     rules: Rules,
-    cuts: F64,
+    memory: Memory,
     light: F64,
 ) -> None:
-    """Fill in some of the light, counted point by point; cuts: (CUTS,) memory."""
-    points, sets, radius, nodes, least, most = asked
+    """Fill in some of the light, counted point by point."""
+    points, sets, radius, nodes, zones, least, most = asked
     sides, times, about, curves = parts
     count, per_step = len(nodes), 1.0 / tables.step
-    here, pieces, last = np.empty(len(sides), np.int64), 0, -1
+    here, pieces, last, zone = np.empty(len(sides), np.int64), 0, -1, -1
     for job in range(begin, end):
         point, node = job // count, job % count
-        if point != last:
-            # All nodes of a point have the same pieces.
-            last, pieces = point, 0
+        if point != last or zones[node] != zone:
+            # All nodes of a zone have the same pieces.
+            last, zone, pieces = point, zones[node], 0
             for e in range(len(sides)):
                 gap = math.hypot(points[point, 0] - about[e, 0], points[point, 1] - about[e, 1]) - about[e, 2]
-                if least[point] <= gap < most[point]:
+                if least[zone, point] <= gap < most[zone, point]:
                     here[pieces] = e
                     pieces += 1
         x, y = points[point, 0] + nodes[node, 0], points[point, 1] + nodes[node, 1]
@@ -95,7 +98,7 @@ def _light(
             if curves.of[e] >= 0:
                 total += times[e] * bezier(x, y, curves, curves.of[e], about[e, 2], reach, energy)
             elif o.turn_rad[e] == 0.0:
-                total += times[e] * straight(x, y, o, e, reach, energy, rules)
+                total += times[e] * straight(x, y, o, e, reach, energy, rules, memory)
             else:
-                total += times[e] * round_piece(x, y, o, e, about[e], reach, energy, rules, cuts)
+                total += times[e] * round_piece(x, y, o, e, about[e], reach, energy, rules, memory.cuts)
         light[point, node] = total / math.tau

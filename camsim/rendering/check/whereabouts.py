@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, kinds_of
 from camsim.rendering.check.beziers import polynomials
 from camsim.rendering.check.records import Outlines
 from camsim.rendering.check.scenery import Pieces
@@ -69,7 +69,7 @@ class Whereabouts:
                 way = c1 + 2.0 * t * c2 + 3.0 * c3
                 size = np.abs(way)
                 ways[curves] = np.where(size > 0.0, way / np.where(size > 0.0, size, 1.0), ways[curves])
-        places, index = np.unique(np.round(np.concatenate([first, last]), 9), return_inverse=True)
+        places, index = kinds_of(np.round(np.concatenate([first, last]), 9))
         turns = np.concatenate([leaves, -comes])
         jump = np.hypot(*(np.bincount(index, part, places.size) for part in (turns.real, turns.imag)))
         meeting = np.bincount(index, minlength=places.size)
@@ -134,6 +134,6 @@ class Whereabouts:
 
 def together(distance: F64, share: F64, thick: float) -> F64:
     """Return for each distance the shares (n,) of all that lie in its shell of a thickness."""
-    _, index = np.unique(np.floor(distance / thick), return_inverse=True)
+    _, index = kinds_of(np.floor(distance / thick))
     summed = np.bincount(index, weights=share)
     return np.asarray(summed[index], np.float64)
