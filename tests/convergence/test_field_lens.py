@@ -460,3 +460,35 @@ def test_edges_that_leave_the_frame_s_corner(size):
     )
     assert fine.error_estimate <= 1e-5
     assert np.abs(coarse.image - fine.image).max() <= 0.3e-3
+
+
+def test_lines_are_looked_up_as_finely_as_is_asked(monkeypatch):
+    """0.5 of the tolerance off at 1e-6, unseen: eight steps in the finest wave whatever was asked."""
+    lens, grid, tolerance = camsim.read_lens("double-gauss"), (160, 230), 3e-6
+    square = camsim.Rectangle(width_um=1500.0, height_um=1100.0, rotate_deg=5.0, reflectance=0.05)
+    found = plan_render(
+        camsim.Scene(background=0.9, shapes=[square]),
+        OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=7.8)]),
+        camsim.Grid(rows=grid[0], cols=grid[1], pitch_um=7.8),
+        response=np.ones((1, 1)), wavelength_nm=np.array([NM]), tolerance=tolerance,
+    ).plan.image  # fmt: skip
+    assert found.parts[0].marked is not None
+    channel = np.zeros(grid, np.uint8)
+    own = found.rendered(channel, lambda done: None)
+    monkeypatch.setattr(band_image, "LARGE", math.inf)
+    del found.__dict__["parts"]
+    assert np.abs(own - found.rendered(channel, lambda done: None)).max() <= 0.05 * tolerance
+
+
+def test_an_outline_that_closes_smoothly_is_no_line():
+    """A whole disc was one run whose ends met: its places along a chord of rounding overflowed."""
+    disc = camsim.Disc(radius_um=12.0 * 4.88, centre_um=(-1400.0 * 4.88, -940.0 * 4.88), reflectance=0.1)
+    found = camsim.render(
+        camsim.Scene(background=0.9, shapes=[disc]),
+        [camsim.read_lens("double-gauss"), camsim.SquarePhotosite(side_um=4.88)],
+        camsim.Grid(rows=150, cols=200, pitch_um=4.88, origin=(0, 0), frame=(2000, 3008)),
+        wavelength_nm=550.0,
+        tolerance=1e-2,
+    )
+    assert found.image.min() < 0.2
+    assert found.error_estimate < 1e-2

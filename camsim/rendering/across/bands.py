@@ -150,10 +150,12 @@ class Listened:
     def reach(self, low: float, high: float) -> float:
         """Return how far lines are heard of what lies between two windows, pitches."""
         frequency, lines = self._lines
-        last = int(np.searchsorted(frequency, high))
         if low / FINER < self.transfers.step:
-            finer = np.arange(0.0, frequency[:last][-1], low / FINER)
-            lines = scipy.interpolate.CubicSpline(frequency[: last + 1], lines[: last + 1])(finer)
+            about = slice(
+                max(int(np.searchsorted(frequency, 2.0 * high)), 3) + 1
+            )  # of a spline's ends nothing is heard
+            finer = np.arange(0.0, min(high, float(frequency[-1])), low / FINER)
+            lines = scipy.interpolate.CubicSpline(frequency[about], lines[about])(finer)
             frequency = finer
         step = frequency[1]
         weight = np.zeros(frequency.size)

@@ -152,7 +152,7 @@ def _fitted(start: F64, end: F64) -> _Fit:
     first, chord = start[0], end[-1] - start[0]
     length, sides = float(np.hypot(*chord)), np.hypot(*(end - start).T)
     if length < SHORTER * float(sides.sum()):
-        return _Fit(frame=np.zeros(5), shape=np.zeros(DEGREE + 1), off=math.inf)
+        return _Fit(frame=np.ones(5), shape=np.zeros(DEGREE + 1), off=math.inf)
     tx, ty = chord / length if length > 0.0 else (1.0, 0.0)
     places = np.stack([start, 0.5 * (start + end), end])
     x, y = places[..., 0] - first[0], places[..., 1] - first[1]
