@@ -487,8 +487,8 @@ def test_chords_and_rays_make_one_pattern(pupil, zernike):
 def test_half_of_an_even_pupil_is_all_of_it(pupil, zernike, step):
     """Coma of 1e-300 waves is none, but then both halves are asked.
 
-    Strips beside a hole have rules of their own: 2e-3 of the amplitude was wrong. Points farther apart than λN go round:
-    50 times the peak was wrong.
+    Strips beside a hole have rules of their own: 2e-3 of the amplitude was wrong. Points farther apart than λN go
+    round: 50 times the peak was wrong.
     """
     x = step * LAMBDA_N * np.arange(-500.0, 501.0)
     half, whole = (

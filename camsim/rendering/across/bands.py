@@ -151,9 +151,7 @@ class Listened:
         """Return how far lines are heard of what lies between two windows, pitches."""
         frequency, lines = self._lines
         if low / FINER < self.transfers.step:
-            about = slice(
-                max(int(np.searchsorted(frequency, 2.0 * high)), 3) + 1
-            )  # of a spline's ends nothing is heard
+            about = slice(max(int(np.searchsorted(frequency, 2.0 * high)), 3) + 1)
             finer = np.arange(0.0, min(high, float(frequency[-1])), low / FINER)
             lines = scipy.interpolate.CubicSpline(frequency[about], lines[about])(finer)
             frequency = finer
@@ -248,18 +246,9 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
             side, group = max(shape), 1
         step, sight, box = listened.step(high, cut) if found else 1, min(reach, span), side * group
         band = Band(
-            low=low,
-            high=high,
-            sharpness=listened.sharpness,
-            cut=cut,
-            finer=listened.finer(high, cut),
-            reach=reach,
-            sight=sight,
-            side=side,
-            step=step,
-            period=0,
-            box=box,
-        )
+            low=low, high=high, sharpness=listened.sharpness, cut=cut, finer=listened.finer(high, cut),
+            reach=reach, sight=sight, side=side, step=step, period=0, box=box,
+        )  # fmt: skip
         found.append(band.with_side(side))
         if low == 0.0:
             break
