@@ -29,6 +29,7 @@ BOLTZMANN_J_PER_K = 1.380649e-23
 LUMINOUS_EFFICACY_LM_PER_W = 683.002
 
 VISIBLE_NM = (360.0, 830.0)
+LIGHT_NM = (100.0, 20_000.0)  # what is light at all: anything else is another unit
 
 # What silicon sees; a thermal radiator shines here.
 _SILICON_NM = (300.0, 1100.0)
@@ -133,6 +134,9 @@ class Light:
                 illuminant(self.spectrum)
             except UnknownNameError as error:
                 raise UnknownNameError(error.kind, error.name, error.known, key="spectrum", stage="Light") from None
+        if isinstance(self.spectrum, Curve) and not LIGHT_NM[0] <= self.spectrum.wavelength_nm[-1] <= LIGHT_NM[1]:
+            message = f"ends at {self.spectrum.wavelength_nm[-1]:g} nm; give nm, {LIGHT_NM[0]:g} … {LIGHT_NM[1]:g}"
+            raise refusal(self, "spectrum", message)
         if self.line_nm is not None:
             self._check_line(self.line_nm)
         elif self.width_nm != 0.0:
@@ -143,7 +147,7 @@ class Light:
 
     def _check_line(self, line_nm: float) -> None:
         visible = self.irradiance_w_per_m2 is None
-        low, high = VISIBLE_NM if visible else (100.0, 20_000.0)
+        low, high = VISIBLE_NM if visible else LIGHT_NM
         if not low <= line_nm <= high:
             why = ", because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
             message = f"must be a number from {low:g} to {high:g}, not {line_nm:g}{why if visible else ''}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from camsim.arrays import F64
 
+LEAST_RHO = 3.0  # of an ellipse that holds at D: nearer than that the near rule is taken
 FAR_PART = 0.1  # of what the averages may be wrong by: for what is far away
 
 Rule = tuple[F64, F64]
@@ -42,8 +44,10 @@ def zones_of(rule: Callable[[int], Rule], *, order: int, half: float, light: flo
     n nodes then leave no more than (64/15)·2·light·ρ^{−2n}/(1 − ρ^{−2}), and twice that in two dimensions.
     """
     begin, rules = [-np.inf], [rule(order)]
-    for nodes in range(order - 1, 0, -1):
-        rho = max(3.0, (20.0 * light / allowed) ** (0.5 / nodes))
+    # More nodes than these do from where the ellipse begins to hold.
+    most = math.ceil(0.5 * math.log(max(20.0 * light / allowed, 1.0)) / math.log(LEAST_RHO))
+    for nodes in range(min(order - 1, max(most, 1)), 0, -1):
+        rho = max(LEAST_RHO, (20.0 * light / allowed) ** (0.5 / nodes))
         begin.append(half * (rho + 1.0 / rho))
         rules.append(rule(nodes))
     return Zones(np.array(begin), rules)
