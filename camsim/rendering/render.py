@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 import operator
 import time
 from collections.abc import Sequence
@@ -73,6 +74,11 @@ def render(
     allowed: float = check(tolerance, float, "tolerance")
     each_nm = np.atleast_1d(np.asarray(check(wavelength_nm, _WAVELENGTHS, "wavelength_nm"), np.float64))
     _check(each_nm, allowed)
+    low, high = LIGHT_NM
+    if not low <= each_nm.min() <= each_nm.max() <= high:
+        outside = float(each_nm[(each_nm < low) | (each_nm > high)][0])
+        message = f"{outside!r} is not a wavelength of light; give nm, {low:g} … {high:g}"
+        raise InvalidValueError(message, key="wavelength_nm")
     system = OpticalSystem.of(optics)
     channel = np.zeros((grid.rows, grid.cols), np.uint8)
     framed, budget = scene.framed(scene.background), ErrorBudget(edges_share(scene) * allowed)
@@ -218,8 +224,6 @@ def plan_render(
 def _check(wavelength_nm: F64, tolerance: float) -> None:
     if not 0.0 < tolerance <= LOOSEST:
         raise InvalidValueError(f"{tolerance!r} is no error to keep below; give 1e-2 … 1e-11", key="tolerance")
-    low, high = LIGHT_NM
     for w in (wavelength_nm.min(), wavelength_nm.max()):
-        if not low <= w <= high:
-            message = f"{float(w)!r} is not a wavelength of light; give nm, {low:g} … {high:g}"
-            raise InvalidValueError(message, key="wavelength_nm")
+        if not (math.isfinite(w) and w > 0):
+            raise InvalidValueError(f"{float(w)!r} is not a wavelength; give nm above 0", key="wavelength_nm")

@@ -6,7 +6,7 @@ import pytest
 
 import camsim
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.check.along import CUTS, SHORT, Energy, Rules, bezier, round_piece, straight
+from camsim.rendering.check.along import CUTS, SHORT, Energy, Memory, Rules, bezier, round_piece, straight
 from camsim.rendering.check.beziers import between
 from camsim.rendering.check.parts import parts_seen
 from camsim.rendering.check.pattern import oscillation, table_of
@@ -63,6 +63,7 @@ def test_rules_along_outlines_leave_less_than_is_allowed(lens, allowed):
     table = table_of(lens, np.ones(1), np.ones((1, 1)), 60.0, 1e-12)
     energy, own = Energy(table.cells[0], 1.0 / table.step, table.far[0]), rules_of(1.0, allowed)
     fine = Rules(np.stack(gauss_legendre(40)), own.few, own.fewest, longest=2.0, tiny=0.0)
+    memory = Memory(np.empty(CUTS), np.empty(40, np.int32), np.empty(40))
     rng, off = np.random.default_rng(5), []
     for _ in range(300):
         (x, y), angle, length = rng.uniform(-20.0, 20.0, 2), rng.uniform(0.0, np.pi), np.exp(rng.uniform(-2.0, 5.0))
@@ -73,7 +74,7 @@ def test_rules_along_outlines_leave_less_than_is_allowed(lens, allowed):
         middle = angle + 0.5 * turn
         about = np.array([x + radius * np.cos(middle), y + radius * np.sin(middle), 0.5 * radius * turn])
         for piece in (
-            lambda rules, line=line: straight(0.0, 0.0, line, 0, 50.0, energy, rules),
+            lambda rules, line=line: straight(0.0, 0.0, line, 0, 50.0, energy, rules, memory),
             lambda rules, arc=arc, about=about: round_piece(
                 0.0, 0.0, arc, 0, about, 50.0, energy, rules, np.empty(CUTS)
             ),
