@@ -218,7 +218,7 @@ def capture(
 
 @app.command()
 def info(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, EXR, TIFF or PNG of camsim.")],
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, NPZ, EXR, TIFF or PNG of camsim.")],
     full: Annotated[bool, typer.Option("--full", help="Also print every stage with all its parameters.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
@@ -230,7 +230,7 @@ def info(
 
 @app.command("recapture")
 def recapture_file(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, EXR, TIFF or PNG of camsim.")],
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, NPZ, EXR, TIFF or PNG of camsim.")],
     outputs: Annotated[
         list[str] | None,
         typer.Option(

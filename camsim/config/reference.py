@@ -11,7 +11,7 @@ import yaml
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from camsim.config.expect import Expected, expected_of_field, kinds_of
+from camsim.config.expect import Expected, expected_of_field, words_of
 from camsim.config.faults import format_of
 from camsim.config.schema import DatasetFile, LensFile, SceneFile, SensorFile, StudyFile, Table
 
@@ -81,8 +81,8 @@ def _tables(table: type[Table], path: str, above: tuple[type[Table], ...] = ()) 
         if set(expected_of_field(field).holds()) & {*above, table}:
             continue
         for member, place in _members(expected_of_field(field), inside):
-            kinds = kinds_of(member)
-            yield from _tables(member, f"{place} (kind {', '.join(kinds)})" if kinds else place, (*above, table))
+            words = [f"{key} {', '.join(words_of(member, key))}" for key in ("kind", "name") if words_of(member, key)]
+            yield from _tables(member, f"{place} ({', '.join(words)})" if words else place, (*above, table))
 
 
 def _short(paths: list[str]) -> list[str]:
@@ -101,7 +101,9 @@ def _members(expected: Expected, path: str) -> Iterator[tuple[type[Table], str]]
     """Yield the tables that may stand at a place, in lists (``path[]``) and under letters (``path.LETTER``) too."""
     for member in expected.alternatives():
         origin, items = get_origin(member.kind), get_args(member.kind)
-        if origin is list:
+        if len(member.alternatives()) > 1:  # charts are told apart by their names
+            yield from _members(member, path)
+        elif origin is list:
             yield from _members(Expected.of(items[0]), f"{path}[]")
         elif origin is dict:
             yield from _members(Expected.of(items[1]), f"{path}.LETTER")
