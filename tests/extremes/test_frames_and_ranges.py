@@ -258,3 +258,22 @@ def test_what_cannot_be_rendered_is_refused(change, message):
     settings = {"wavelength_nm": WAVELENGTH_NM} | change
     with pytest.raises(camsim.CamsimError, match=message):
         camsim.render(scene_of([(SLAB, 1.0)]), OPTICS["f/8"], grid_of(4, 4), **settings)
+
+
+@pytest.mark.parametrize("wavelength_nm", [0.55, 5.5e-7, (550.0, 0.6), 5.5e4])
+def test_wavelengths_in_another_unit_are_refused(wavelength_nm):
+    """0.55 took a minute and all memory."""
+    photosite = camsim.SquarePhotosite(side_um=PITCH_UM)
+    with pytest.raises(camsim.CamsimError, match=r"is not a wavelength of light; give nm, 100 … 20000"):
+        camsim.render(
+            camsim.Scene(background=0.2, shapes=[camsim.Disc(radius_um=9.0, reflectance=0.9)]),
+            [camsim.Airy(f_number=8.0), photosite],
+            grid_of(8, 8),
+            wavelength_nm=wavelength_nm,
+        )
+
+
+def test_a_table_of_light_in_another_unit_is_refused():
+    table = camsim.Curve(wavelength_nm=(0.4, 0.5, 0.7), values=(1.0, 1.0, 1.0))
+    with pytest.raises(camsim.CamsimError, match=r"ends at 0.7 nm; give nm, 100 … 20000"):
+        camsim.Light(table, irradiance_w_per_m2=1.0)
