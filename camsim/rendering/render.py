@@ -73,12 +73,11 @@ def render(
     counted: int | None = check(samples, int | None, "samples")
     allowed: float = check(tolerance, float, "tolerance")
     each_nm = np.atleast_1d(np.asarray(check(wavelength_nm, _WAVELENGTHS, "wavelength_nm"), np.float64))
-    _check(each_nm, allowed)
     low, high = LIGHT_NM
-    if not low <= each_nm.min() <= each_nm.max() <= high:
-        outside = float(each_nm[(each_nm < low) | (each_nm > high)][0])
-        message = f"{outside!r} is not a wavelength of light; give nm, {low:g} … {high:g}"
-        raise InvalidValueError(message, key="wavelength_nm")
+    for nm in each_nm:
+        if not low <= nm <= high:
+            message = f"{float(nm)!r} is not a wavelength of light; give nm, {low:g} … {high:g}"
+            raise InvalidValueError(message, key="wavelength_nm")
     system = OpticalSystem.of(optics)
     channel = np.zeros((grid.rows, grid.cols), np.uint8)
     framed, budget = scene.framed(scene.background), ErrorBudget(edges_share(scene) * allowed)

@@ -56,6 +56,11 @@ def passed(frequency: F64, end: float, sharpness: float) -> F64:
     return tapered(frequency, 0.0, end, taper(sharpness))
 
 
+def between(frequency: F64, low: float, high: float, sharpness: float) -> F64:
+    """Return what passes one window and not another."""
+    return passed(frequency, high, sharpness) - passed(frequency, low, sharpness)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Band:
     """Frequencies between two windows, and how they are transformed.
@@ -89,7 +94,7 @@ class Band:
 
     def window(self, frequency: F64) -> F64:
         """Return what the band takes of frequencies."""
-        return passed(frequency, self.high, self.sharpness) - passed(frequency, self.low, self.sharpness)
+        return between(frequency, self.low, self.high, self.sharpness)
 
     @property
     def before(self) -> int:
@@ -124,9 +129,6 @@ class Listened:
         """Of the windows: their side lobes are what they may leave."""
         return taper_margin(self.share)[1]
 
-    def _between(self, frequency: F64, low: float, high: float) -> F64:
-        return passed(frequency, high, self.sharpness) - passed(frequency, low, self.sharpness)
-
     @functools.cached_property
     def _lines(self) -> tuple[F64, C128]:
         """Frequencies, and transfers (n, radii · sets · directions) across lines at them."""
@@ -157,7 +159,7 @@ class Listened:
             frequency = finer
         step = frequency[1]
         weight = np.zeros(frequency.size)
-        weight[1:] = self._between(frequency[1:], low, high) * step / frequency[1:]
+        weight[1:] = between(frequency[1:], low, high, self.sharpness) * step / frequency[1:]
         heard = np.zeros(LINE)
         for own in lines.T:
             heard = np.maximum(heard, np.abs(scipy.fft.irfft(own * weight / (2j * math.pi), n=LINE, norm="forward")))
@@ -205,7 +207,7 @@ class Listened:
         """
         (frequency, lines), (once, thrice) = self._lines, self._turned
         f = frequency[1:, None]
-        window = self._between(f, low, high)
+        window = between(f, low, high, self.sharpness)
         shown = np.zeros_like(lines)
         shown[1:] = lines[1:] * window * frequency[1]
         slope, bend = (
@@ -222,7 +224,7 @@ class Listened:
         """Return frequencies, and the most that lines show at each."""
         frequency, lines = self._lines
         size = np.zeros(frequency.size)
-        window = self._between(frequency[1:], 0.0, high)
+        window = passed(frequency[1:], high, self.sharpness)
         size[1:] = np.abs(lines[1:]).max(axis=1) * window / (math.pi * np.arange(1, size.size))
         return frequency, size
 

@@ -205,15 +205,14 @@ def _tabled(
     multiple : (pairs,) the tabulated pair that each is a multiple of, and the factor
     response : of each edge
     """
-    along, length = edges.end - edges.start, edges.length
-    tx, ty = along[:, 0] / length, along[:, 1] / length
+    tx, ty = np.ascontiguousarray(edges.along.T)
     turn = tx + 1j * ty
     return TabledEdges(
         x=np.ascontiguousarray(edges.start[:, 0]),
         y=np.ascontiguousarray(edges.start[:, 1]),
         tx=tx,
         ty=ty,
-        length=length,
+        length=edges.length,
         # Seen in a frame whose second axis is −n (far.py: z = s + ih) ζ is conj(ζ)·e^{iφ}.
         m2=np.conj(footprint.m2) * turn**2,
         m31=np.conj(footprint.m31) * turn**2,
