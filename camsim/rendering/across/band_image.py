@@ -18,6 +18,7 @@ from camsim.rendering.aberrated.kernels import mark
 from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.across.bands import Band, Listened
 from camsim.rendering.across.beside import Beside, repeats
+from camsim.rendering.across.chords import chords_of
 from camsim.rendering.across.line_kernels import Pieces
 from camsim.rendering.across.on_tiles import Fields, Passed, polar_of
 from camsim.rendering.across.pieces import pieces_of
@@ -60,6 +61,7 @@ class Whole(Protocol):
 class BandImage:
     """What one band adds.
 
+    edges  : of tiles, in steps of the band
     pieces : of outlines that photosites see as lines
     marked : the photosites that see more than lines; None: all of them
     tiles  : about how many windows hold these
@@ -67,15 +69,15 @@ class BandImage:
 
     image: Whole
     band: Band
+    edges: Edges
     pieces: Pieces
     marked: U8 | None
     tiles: int
 
     @functools.cached_property
     def _nearby(self) -> Nearby:
-        """The scene, in steps of the band."""
-        edges, step = self.image.job.edges, self.band.step
-        return Nearby(edges=Edges(start=edges.start / step, end=edges.end / step, left=edges.left, right=edges.right))
+        """The scene."""
+        return Nearby(edges=self.edges)
 
     @functools.cached_property
     def _places(self) -> tuple[Places, float]:
@@ -210,14 +212,16 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     grid = whole.job.grid
     low = np.array(grid.first_centre)
     high = low + np.array([grid.cols - 1, grid.rows - 1])
-    edges = whole.job.edges
+    edges, step = whole.job.edges, band.step
+    few = chords_of(edges, whole.listened.apart(band.low, band.high)).edges
+    few = Edges(start=few.start / step, end=few.end / step, left=few.left, right=few.right)
     small = max(grid.rows, grid.cols) < LARGE * band.reach
-    if band.step > 1 or small or repeats(band, whole.transfers.step):
+    if step > 1 or small or repeats(band, whole.transfers.step):
         edges = edges.some(np.zeros(len(edges), bool))
     allowed = whole.listened.bent(band.low, band.high) if len(edges) else np.zeros(3)
     pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, allowed)
     tiles = math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
-    best = BandImage(image=whole, band=band, pieces=pieces, marked=None, tiles=tiles)
+    best = BandImage(image=whole, band=band, edges=few, pieces=pieces, marked=None, tiles=tiles)
     if len(pieces.frame):
         marked = np.zeros((grid.rows, grid.cols), np.uint8)
         shared(grid.rows, functools.partial(mark, grid.first_centre, marks, band.reach, marked))
@@ -231,7 +235,7 @@ def band_image(whole: Whole, band: Band) -> BandImage:
                 together = TILES * points / (PRODUCTS * points + other.period**2)
                 box = math.ceil(math.sqrt(together * grid.rows * grid.cols / max(count, 1)))
                 least, other = price, dataclasses.replace(other, box=max(other.side, min(SPARSE * band.box, box)))
-                best = BandImage(image=whole, band=other, pieces=pieces, marked=marked, tiles=count)
+                best = dataclasses.replace(best, band=other, marked=marked, tiles=count)
     return best
 
 

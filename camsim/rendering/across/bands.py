@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -26,11 +26,12 @@ from camsim.optics.difference import Difference
 from camsim.optics.placed import Revolves
 from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
+from camsim.rendering.across.filling import ALL, filling
 from camsim.rendering.across.places import WIDER
 from camsim.rendering.across.transfers import SIX, Transfers
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.blocks import COARSE_POINTS, Tile
+from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.taper import taper, taper_margin, tapered
 
 ENDS = (0.72, 0.18, 0.045)  # of the windows, cycles/pitch
@@ -41,11 +42,10 @@ LINE = 4096  # points of it
 SHORT, CUT = 0.25, 0.033  # of the near bands' share: the reach of each of three, the end of each window
 PEAKS = 1.1  # times the highest of a line's points: eight of them are in its finest wave
 LOOKED_UP, FINER_STEPS = 0.05, (8, 12, 16, 24, 32, 48)  # of it, by look-ups in responses: steps in the finest wave
-BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows
+BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows; and what chords leave of tiles' edges
 TIMES = {"near": 5.0, "smooth": 6.0, "far": 4.0}  # the reach: sides of tiles
 GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
 LEAST_SIDE, LEAST_REACH = 48, 1.0  # pitches
-STEPS = (8, 4, 2)  # photosites from one to the next of what is interpolated between
 WAVELENGTHS, RADII = 12, 3  # at which far light is bounded
 
 
@@ -70,7 +70,7 @@ class Band:
     reach  : as far as a line is heard, footprint included, pitches
     sight  : as far as there are edges to be heard;  from a period on, less this, all must be quiet
     side   : of a tile, photosites
-    step   : photosites from one to the next that is transformed;  period: as many of these
+    between: weights (step, points) that fill in all others;  period: of those that are transformed, every step-th
     box    : photosites along what has places in common
     """
 
@@ -82,9 +82,9 @@ class Band:
     reach: float
     sight: float
     side: int
-    step: int
     period: int
     box: int
+    between: F64 = field(repr=False, compare=False)
 
     def with_side(self, side: int) -> Band:
         """Return the same band in other tiles."""
@@ -97,13 +97,18 @@ class Band:
         return between(frequency, self.low, self.high, self.sharpness)
 
     @property
+    def step(self) -> int:
+        """Photosites from one to the next that is transformed."""
+        return len(self.between)
+
+    @property
     def before(self) -> int:
         """Steps before a tile's first photosite that are transformed as well."""
-        return 0 if self.step == 1 else COARSE_POINTS // 2 - 1
+        return max(0, int(self.between.shape[1]) // 2 - 1)
 
     def steps(self, count: int) -> int:
         """Return how many are transformed for so many photosites in a row."""
-        return count if self.step == 1 else (count - 1) // self.step + COARSE_POINTS
+        return (count - 1) // self.step + int(self.between.shape[1])
 
     def tile(self, rows: int, cols: int) -> Tile:
         """Return photosites as the transforms take them: lengths are steps."""
@@ -179,17 +184,13 @@ class Listened:
         beyond = np.cumsum(size[::-1])[::-1]
         return float(frequency[min(int(np.sum(beyond > CUT * self.share)) + 1, frequency.size - 1)])
 
-    def step(self, high: float, cut: float) -> int:
-        """Return how many photosites apart what passes a window may be made: interpolation between them loses nothing.
-
-        Lagrange's polynomials through 16 places lose at most sin¹⁶(πf·step) of a wave.
-        """
+    def between(self, high: float, cut: float) -> F64:
+        """Return weights (step, points) that fill in what passes a window, made on as few photosites as they allow."""
         frequency, size = self._shown(high)
-        for step in STEPS:
-            lost = np.sin(np.minimum(math.pi * (1.0 + WIDER) * frequency * step, 0.5 * math.pi)) ** COARSE_POINTS
-            if 2.0 * cut * step < 1.0 and float(np.sum(size * lost)) <= CUT * self.share:
-                return step
-        return 1
+        size[0] = size[1]
+        heard = frequency < cut + frequency[1]
+        wider = 1.0 + WIDER
+        return filling(wider * frequency[heard], size[heard] / (wider * frequency[1]), CUT * self.share)
 
     def finer(self, high: float, cut: float) -> int:
         """Return how many steps of what a line shows there are in the finest wave, for a six-point look-up."""
@@ -199,6 +200,12 @@ class Listened:
             if float(np.sum(size * lost)) <= LOOKED_UP * self.share:
                 break
         return steps
+
+    def apart(self, low: float, high: float) -> float:
+        """Return how far edges may be from where they belong, pitches, of what passes between two windows."""
+        frequency, lines = self._lines
+        most = np.abs(lines).max(axis=1) * between(frequency, low, high, self.sharpness)
+        return BENT * self.share / max(float(2.0 * frequency[1] * np.sum(most[1:])), 1e-300)
 
     def bent(self, low: float, high: float) -> F64:
         """Return how far a line may be from where it belongs, half of the square of that, and how fast its bend grows.
@@ -244,12 +251,12 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
         cut = listened.cut(high)
         name = "near" if not found else "smooth" if low > 0.0 else "far"
         side, group = max(LEAST_SIDE, math.ceil(TIMES[name] * reach)), GROUPS[name if len(found) < 2 else "far"]
-        if side * 1.3 > max(shape):
-            side, group = max(shape), 1
-        step, sight, box = listened.step(high, cut) if found else 1, min(reach, span), side * group
+        side = max(-(-count // max(1, round(count / side))) for count in shape)  # the window is whole tiles
+        group = 1 if side >= max(shape) else group
+        sight, box, between = min(reach, span), side * group, listened.between(high, cut) if found else ALL
         band = Band(
             low=low, high=high, sharpness=listened.sharpness, cut=cut, finer=listened.finer(high, cut),
-            reach=reach, sight=sight, side=side, step=step, period=0, box=box,
+            reach=reach, sight=sight, side=side, period=0, box=box, between=between,
         )  # fmt: skip
         found.append(band.with_side(side))
         if low == 0.0:

@@ -59,24 +59,38 @@ class Beside:
         return min(int(self.transfers.harmonics.shape[2]), math.ceil(self.band.cut / self.transfers.step) + 1)
 
     @functools.cached_property
-    def _table(self) -> F64:
-        """The transfers (radii, angles, sets · |f|, 2) on half a circle, some more on either side."""
+    def _stride(self) -> int:
+        """From one frequency to the next that responses are made of: within their reach they do not repeat."""
+        return math.floor(1.0 / (self.transfers.step * (2.0 * self.band.reach + 2.0 * SPARE)))
+
+    @functools.cached_property
+    def _some(self) -> I64:
+        """These frequencies' numbers, after the two next to 0, which tell what there is at 0."""
+        return np.concatenate([np.minimum([1, 2], self._rows - 1), np.arange(0, self._rows, self._stride)])
+
+    @functools.cached_property
+    def _tables(self) -> tuple[F64, F64]:
+        """The transfers (radii, angles, sets · |f|, 2) on half a circle, some more on either side; at some |f| only."""
         transfers = self.transfers
         most, own = transfers.most, transfers.harmonics[:, :, : self._rows]
         spectrum = np.zeros((*own.shape[:3], 2 * self.angles), complex)
         spectrum[..., : most + 1], spectrum[..., -most:] = own[..., most:], own[..., :most]
         around = scipy.fft.ifft(spectrum, axis=-1, norm="forward")
         half = np.concatenate([around[..., -BEFORE:], around[..., : self.angles + AFTER]], axis=-1)
-        table = np.ascontiguousarray(np.moveaxis(half, 3, 1)).view(np.float64)
-        return table.reshape(*table.shape[:2], -1, 2)
+        table = np.moveaxis(half, 3, 1)
 
-    def _transfers(self, places_um: F64, across_rad: F64) -> C128:
-        """Return transfers (places, sets, |f|) at places (n, 2), in directions of the frame."""
+        def of(part: C128) -> F64:
+            return np.ascontiguousarray(part).view(np.float64).reshape(*part.shape[:2], -1, 2)
+
+        return of(table), of(table[..., self._some])
+
+    def _transfers(self, table: F64, places_um: F64, across_rad: F64) -> C128:
+        """Return transfers (places, sets, |f|) of a table at places (n, 2), in directions of the frame."""
         radial = self.transfers.radii.weights(np.hypot(places_um[:, 0], places_um[:, 1]))
         psi = across_rad - np.arctan2(places_um[:, 1], places_um[:, 0])
-        out = np.zeros((len(psi), *self._table.shape[2:]))
-        shared(len(psi), functools.partial(look_up, self._table, radial, psi, out))
-        found: C128 = out.view(complex).reshape(len(psi), -1, self._rows)
+        out = np.zeros((len(psi), *table.shape[2:]))
+        shared(len(psi), functools.partial(look_up, table, radial, psi, out))
+        found: C128 = out.view(complex).reshape(len(psi), len(self.channel), -1)
         return found
 
     def responses(self, pieces: Pieces) -> Responses:
@@ -96,17 +110,16 @@ class Beside:
         places_um = ((at[:, :, None] + off) * self.pitch_um).reshape(-1, 2)
 
         frequency: F64 = self.transfers.step * np.arange(float(rows))
-        stride = math.floor(1.0 / (self.transfers.step * (2.0 * reach + 2.0 * SPARE)))
-        period = 1.0 / (stride * self.transfers.step)
-        straight = self._transfers(places_um, np.repeat(normal.ravel(), across))
+        own = frequency[self._some]
+        period = 1.0 / (self._stride * self.transfers.step)
+        straight = self._transfers(self._tables[1], places_um, np.repeat(normal.ravel(), across))
         straight = straight.reshape(-1, across, *straight.shape[1:])
-        straight *= self._passes(frequency, normal.ravel())[:, None, None]
-        spectrum = straight / (2j * math.pi * np.where(frequency > 0.0, frequency, 1.0))
+        straight *= self._passes(own, normal.ravel())[:, None, None]
+        spectrum = straight / (2j * math.pi * np.where(own > 0.0, own, 1.0))
         spectrum += self._curved(at.reshape(-1, 2), normal.ravel(), curved.ravel(), frequency)[:, None]
         # At 0 all that a line shows in all: how far the pattern's middle is moved. Its real part is even there.
-        first, second = (spectrum[..., min(k, rows - 1)] for k in (1, 2))
+        first, second, spectrum = spectrum[..., 0], spectrum[..., 1], spectrum[..., 2:]
         spectrum[..., 0] = (4.0 * first - second).real / 3.0
-        spectrum = spectrum[..., ::stride]
         count = fast_length(math.ceil(band.finer * band.cut * period), real=True)
         lines = scipy.fft.irfft(spectrum / period, n=count, axis=-1, norm="forward")
 
@@ -133,18 +146,22 @@ class Beside:
         return passes
 
     def _curved(self, at: F64, normal: F64, curved: F64, frequency: F64) -> C128:
-        """Return what being curved adds to spectra (places, sets, |f|)."""
-        turned = [
-            self._transfers(at * self.pitch_um, normal + turn) * self._passes(frequency, normal + turn)[:, None]
-            for turn in (-ANGLE, 0.0, ANGLE)
-        ]
-        round_about = (turned[0] - 2.0 * turned[1] + turned[2]) / ANGLE**2
-        here = np.pad(turned[1], ((0, 0), (0, 0), (2, 2)))
+        """Return what being curved adds to spectra (places, sets, some |f|)."""
+        some, at_um = self._some, at * self.pitch_um
+        own = frequency[some]
+        aside = sum(
+            self._transfers(self._tables[1], at_um, normal + turn) * self._passes(own, normal + turn)[:, None]
+            for turn in (-ANGLE, ANGLE)
+        )
+        # Slopes over |f| are of neighbours: all there are, and two more beyond 0.
+        line = self._transfers(self._tables[0], at_um, normal) * self._passes(frequency, normal)[:, None]
+        here = np.pad(line, ((0, 0), (0, 0), (2, 2)))
         for k in range(1, min(3, frequency.size)):
-            here[..., 2 - k] = turned[1][..., k].conj()
-        rising = (8.0 * (here[..., 3:-1] - here[..., 1:-3]) - here[..., 4:] + here[..., :-4]) / (12.0 * frequency[1])
-        f = np.where(frequency > 0.0, frequency, np.inf)
-        found: C128 = (rising / f + round_about / f**2) * (curved / (8.0 * math.pi**2))[:, None, None]
+            here[..., 2 - k] = line[..., k].conj()
+        rising = 8.0 * (here[..., some + 3] - here[..., some + 1]) - here[..., some + 4] + here[..., some]
+        f = np.where(own > 0.0, own, np.inf)
+        found: C128 = rising / (12.0 * frequency[1]) / f + (aside - 2.0 * line[..., some]) / (ANGLE * f) ** 2
+        found *= (curved / (8.0 * math.pi**2))[:, None, None]
         return found
 
     def add(self, pieces: Pieces, origin: tuple[float, float], channel: U8, marked: U8, image: F64) -> None:

@@ -68,7 +68,7 @@ class FieldPlan:
             slivers=SliverImage(
                 job=closed.job,
                 points=straight.points,
-                pair=closed.job.pair[straight.chords],
+                pair=closed.job.pair[straight.which],
                 nodes=closed.nodes,
                 allowed=slivers,
             ),

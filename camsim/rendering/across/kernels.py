@@ -90,13 +90,15 @@ def add_terms(total: F64, scenes: F64, fields: F64, sets: Sets, place: Place, fi
     first_i, first_j, column, row, rows = place.first_i, place.first_j, place.column, place.row, place.rows
     px, py = place.px, place.py
     spectra, count_j, count_i = scenes.shape[1], scenes.shape[2], scenes.shape[4]
+    nearest = max(first_i, 1 - first_i - count_i, 0) / px
     terms, columns = total.shape[4], total.shape[5]
     scale, own_r, own_i = np.empty(count_i), np.empty(terms * columns), np.empty(terms * columns)
     # One thread for each row of the photosites' grid: what the rows of a block add to it comes in one order.
     for target in range(first, stop):
         for r in range((target - row) % rows, count_j, rows):
             ky, active = (first_j + r) / py, 0
-            while active < terms and sets.cuts[active] > abs(ky):
+            lowest = math.hypot(nearest, ky)
+            while active < terms and sets.cuts[active] > lowest:
                 active += 1
             if active == 0:
                 continue

@@ -18,9 +18,8 @@ import scipy
 from camsim.arrays import F64, I64, U8
 from camsim.kernels import shared
 from camsim.rendering.across.bending import TAIL
-from camsim.rendering.across.pieces import runs_of
+from camsim.rendering.across.chords import Chords, chords_of, heights
 from camsim.rendering.across.sliver_kernels import BLOCK, Pattern, Slivers, add_slivers
-from camsim.rendering.edges import Edges
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
 
@@ -35,60 +34,12 @@ LINES = 4  # that are in sight
 GREGORY = np.array([3.0 / 8.0, 7.0 / 6.0, 23.0 / 24.0])  # weights of the first nodes of a rule that is even elsewhere
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Straightened:
-    """Edges with chords in place of bent ones.
-
-    edges  : chords, and what was left as it is;  chords: which of these are chords
-    points : of each chord's own bent edge, from one end to the other
-    """
-
-    edges: Edges
-    chords: I64
-    points: tuple[F64, ...]
-
-
-def straightened(job: Job, allowed: float) -> Straightened:
+def straightened(job: Job, allowed: float) -> Chords:
     """Return a job's edges with chords for all that bends so little that ``allowed`` of an image keeps slivers."""
-    edges = job.edges
-    nothing = Straightened(edges=edges, chords=np.zeros(0, np.int64), points=())
     near = _near(job)
-    if not len(edges) or 2.0 * near * _per_pitch(job) > LARGEST:
-        return nothing
-    highest = min(HIGHEST, allowed / (2.0 * LINES * KNOWN * math.sqrt(2.0)))
-    kept: list[I64] = []
-    points: list[F64] = []
-    spans: list[tuple[int, int]] = []
-    for run in runs_of(edges):
-        own = np.concatenate([edges.start[run], edges.end[run[-1:]]])
-        length = np.append(0.0, np.cumsum(edges.length[run]))
-        waiting = [(0, run.size)]
-        while waiting:
-            a, b = waiting.pop()
-            whole = length[b] - length[a]
-            if b - a > 1 and whole >= near:
-                if np.any(own[a] != own[b]) and np.abs(_heights(own[a : b + 1])[1]).max() <= highest:
-                    spans.append((int(run[a]), int(run[b - 1])))
-                    points.append(own[a : b + 1])
-                    continue
-                middle = int(np.clip(np.searchsorted(length, length[a] + 0.5 * whole), a + 1, b - 1))
-                waiting += [(a, middle), (middle, b)]
-            else:
-                kept.append(run[a:b])
-    if not spans:
-        return nothing
-    first, last = np.array(spans).T
-    rest = np.concatenate(kept) if kept else np.zeros(0, np.int64)
-    # In the order of the outlines, or edges would not be seen to go on in one another.
-    order = np.argsort(np.concatenate([rest, first]), kind="stable")
-    places_of = np.empty(order.size, np.int64)
-    places_of[order] = np.arange(order.size)
-    begin, end = np.concatenate([rest, first])[order], np.concatenate([rest, last])[order]
-    return Straightened(
-        edges=Edges(start=edges.start[begin], end=edges.end[end], left=edges.left[begin], right=edges.right[begin]),
-        chords=places_of[rest.size :],
-        points=tuple(points),
-    )
+    if not len(job.edges) or 2.0 * near * _per_pitch(job) > LARGEST:
+        return Chords(edges=job.edges, which=np.zeros(0, np.int64), points=())
+    return chords_of(job.edges, min(HIGHEST, allowed / (2.0 * LINES * KNOWN * math.sqrt(2.0))), near)
 
 
 def _near(job: Job) -> float:
@@ -101,14 +52,6 @@ def _cut(job: Job) -> float:
 
 def _per_pitch(job: Job) -> float:
     return float(max(FINEST, math.ceil(FINER * _cut(job))))
-
-
-def _heights(points: F64) -> tuple[F64, F64]:
-    """Return how far along a chord points (n, 2) lie, and how far to its left."""
-    chord = points[-1] - points[0]
-    tx, ty = chord / np.hypot(*chord)
-    x, y = (points - points[0]).T
-    return x * tx + y * ty, y * tx - x * ty
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,7 +83,7 @@ class SliverImage:
         longest, extent = float(self.job.blur.max()), self.job.extent
         frames, nodes, blocks = [], [], []
         for own, pair in zip(self.points, self.pair, strict=True):
-            along, height = _heights(own)
+            along, height = heights(own)
             length, (tx, ty) = along[-1], (own[-1] - own[0]) / along[-1]
             count = max(2 * GREGORY.size, math.ceil(length / apart))
             t = length * np.arange(count + 1) / count

@@ -79,19 +79,24 @@ def _one_by_one(values: C128, tile: Tile) -> F64:
     image: F64 = np.einsum("ri,ic->rc", lines, across, optimize=False).real
     if step == 1:
         return image
-    return filled(image, step, tile.rows, tile.cols)
+    return filled(image, _lagrange(step), tile.rows, tile.cols)
+
+
+def _lagrange(step: int) -> F64:
+    """Return Lagrange's weights (step, points) between every ``step``-th photosite."""
+    nodes = np.arange(float(COARSE_POINTS))
+    even = (-1.0) ** nodes * scipy.special.binom(COARSE_POINTS - 1, nodes)
+    return barycentric(nodes - (COARSE_POINTS // 2 - 1), even, np.arange(step) / step, same=1e-14)
 
 
 def filled(
-    coarse: F64, step: int, rows: int, cols: int, every: tuple[slice, slice] = (slice(None), slice(None))
+    coarse: F64, between: F64, rows: int, cols: int, every: tuple[slice, slice] = (slice(None), slice(None))
 ) -> F64:
-    """Return photosites (rows, cols) from every ``step``-th, some beyond them on all sides.
+    """Return photosites (rows, cols) from every n-th, some beyond them on all sides.
 
-    every : rows and columns that are asked for
+    between : weights (n, points) of these; the first one's place is 1 − points/2
+    every   : rows and columns that are asked for
     """
-    nodes = np.arange(float(COARSE_POINTS))
-    even = (-1.0) ** nodes * scipy.special.binom(COARSE_POINTS - 1, nodes)
-    between = barycentric(nodes - (COARSE_POINTS // 2 - 1), even, np.arange(step) / step, same=1e-14)
     down, across = (range(*part.indices(count)) for part, count in zip(every, (rows, cols), strict=True))
     image = np.empty((len(down), len(across)))
     places = (down.start, down.step), (across.start, across.step)
@@ -106,21 +111,28 @@ def _fill(
 ) -> None:
     """Fill some rows of an image between the photosites of a coarse one.
 
-    between : weights (step, nodes);  places: first photosite of the image and how many to the next, down and across
+    between : weights (step, points);  places: first photosite of the image and how many to the next, down and across
     """
     (first_row, down), (first_col, across) = places
-    step, nodes = between.shape
-    line = np.empty(coarse.shape[1])
+    step, points = between.shape
+    # What lies between any two photosites in the same way is computed in one go.
+    line, own = np.empty(coarse.shape[1]), np.empty(coarse.shape[1] - points + 1)
+    phases = 1
+    while phases * across % step:
+        phases += 1
     for n in range(begin, end):
         r = first_row + n * down
         line[:] = 0.0
-        for k in range(nodes):
-            w = between[r % step, k]
+        for k in range(points):
+            w, source = between[r % step, k], coarse[r // step + k]
             for c in range(line.size):
-                line[c] += w * coarse[r // step + k, c]
-        for m in range(image.shape[1]):
-            c = first_col + m * across
-            value = 0.0
-            for k in range(nodes):
-                value += between[c % step, k] * line[c // step + k]
-            image[n, m] = value
+                line[c] += w * source[c]
+        for first in range(min(phases, image.shape[1])):
+            phase = (first_col + first * across) % step
+            own[:] = 0.0
+            for k in range(points):
+                w, source = between[phase, k], line[k : k + own.size]
+                for c in range(own.size):
+                    own[c] += w * source[c]
+            for m in range(first, image.shape[1], phases):
+                image[n, m] = own[(first_col + m * across) // step]
