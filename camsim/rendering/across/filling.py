@@ -53,7 +53,7 @@ def weights(frequency: F64, density: F64, step: int, points: int) -> F64:
         turned = np.multiply.outer(turns, places)
         return np.concatenate([np.cos(turned) * times[:, None], np.sin(turned) * times[:, None]])
 
-    left, right = waves(np.arange(points) - (points // 2 - 1.0)), waves(np.arange(float(step)) / step)
+    left, right = waves(np.arange(float(points)) - (points // 2 - 1)), waves(np.arange(float(step)) / step)
     return np.ascontiguousarray(scipy.linalg.lstsq(left, right, cond=1e-12)[0].T)
 
 
