@@ -60,7 +60,30 @@ def draw(seed, number):
     if number % 16 == 5:
         own = np.random.default_rng([seed, number, 4])
         system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]
+    if number % 16 == 14:
+        _add_symmetry(np.random.default_rng([seed, number, 7]), system)
     return system
+
+
+def _add_symmetry(rng, system):
+    """A pupil and a wavefront that are alike on both sides of something, in what is done for large lattices only.
+
+    What is worth while for millions of points is done for some hundreds, which every photosite can be judged of.
+    """
+    lens = system["lens"] | {"kind": "wavefront"} | _wavefront(rng, holes=0.6)
+    families = {
+        "even": lambda m: m % 2 == 0,
+        "round": lambda m: m == 0,
+        "mirrored": lambda m: m >= 0,
+        "mirrored across": lambda m: (m >= 0) == (m % 2 == 0),
+        "odd": lambda m: m % 2 == 1,
+    }
+    alike = families[str(rng.choice(list(families), p=[0.4, 0.2, 0.15, 0.15, 0.1]))]
+    orders = [(n, m) for n in range(9) for m in range(-n, n + 1, 2)]
+    of_family = [index for index, (_, m) in enumerate(orders) if index and alike(m)]
+    chosen = rng.choice(of_family, min(int(rng.integers(0, 4)), len(of_family)), replace=False)
+    lens["zernike_waves"] = [[int(j), float(rng.choice([0.02, 0.1, 0.3]) * rng.normal())] for j in sorted(chosen)]
+    system |= {"lens": lens, "lowered": {"camsim.gridded.SMALL": 4096, "camsim.rendering.fourier.nearby.MANY": 8}}
 
 
 def _tiles(rng, size):
@@ -134,14 +157,14 @@ def _lens(rng, blur):
     return lens
 
 
-def _wavefront(rng):
+def _wavefront(rng, holes=0.3):
     shape = str(rng.choice(["circular", "square", "bladed"]))
     pupil = {"shape": shape, "obstruction": 0.0, "blades": 0, "rotate_deg": 0.0}
     if shape == "bladed":
         pupil["blades"] = int(rng.integers(3, 10))
     if shape != "circular":
         pupil["rotate_deg"] = _angle(rng)
-    if rng.random() < 0.3:
+    if rng.random() < holes:
         inner = math.cos(math.pi / pupil["blades"]) if shape == "bladed" else 1.0
         pupil["obstruction"] = float(rng.uniform(0.05, 0.9)) * inner
     count = int(rng.choice([0, 1, 2, 4]))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+
 import numpy as np
 
 import camsim
@@ -222,30 +225,47 @@ def channel(system):
 
 def choice(system, *, tolerance, method):
     """How camsim would render it: a plan with what it expects to take, one core."""
-    return plan_render(
-        scene(system),
-        OpticalSystem.of(optics(system)),
-        grid(system),
-        response=np.array(system["response"]),
-        wavelength_nm=np.array(system["wavelength_nm"]),
-        tolerance=tolerance,
-        method=method,
-    )
+    with _lowered(system):
+        return plan_render(
+            scene(system),
+            OpticalSystem.of(optics(system)),
+            grid(system),
+            response=np.array(system["response"]),
+            wavelength_nm=np.array(system["wavelength_nm"]),
+            tolerance=tolerance,
+            method=method,
+        )
 
 
 def rendered(system, *, tolerance=None, method=None, every_channel=False):
     """What camsim makes of it."""
-    return render_channels(
-        scene(system),
-        OpticalSystem.of(optics(system)),
-        grid(system),
-        response=np.array(system["response"]),
-        wavelength_nm=np.array(system["wavelength_nm"]),
-        channel=channel(system),
-        tolerance=system["tolerance"] if tolerance is None else tolerance,
-        method=system["method"] if method is None else method,
-        every_channel=every_channel,
-    )
+    with _lowered(system):
+        return render_channels(
+            scene(system),
+            OpticalSystem.of(optics(system)),
+            grid(system),
+            response=np.array(system["response"]),
+            wavelength_nm=np.array(system["wavelength_nm"]),
+            channel=channel(system),
+            tolerance=system["tolerance"] if tolerance is None else tolerance,
+            method=system["method"] if method is None else method,
+            every_channel=every_channel,
+        )
+
+
+@contextlib.contextmanager
+def _lowered(system):
+    """Lower the sizes from which on camsim does something in another way."""
+    lowered = [(*name.rsplit(".", 1), size) for name, size in system.get("lowered", {}).items()]
+    modules = [(importlib.import_module(module), name, size) for module, name, size in lowered]
+    before = [getattr(module, name) for module, name, _ in modules]
+    try:
+        for module, name, size in modules:
+            setattr(module, name, size)
+        yield
+    finally:
+        for (module, name, _), own in zip(modules, before, strict=True):
+            setattr(module, name, own)
 
 
 def code(system):
@@ -256,6 +276,7 @@ def code(system):
             "from camsim import *",
             "from camsim.optics import OpticalSystem",
             "from camsim.rendering import render_channels",
+            *(f"import {name.rsplit('.', 1)[0]}; {name} = {size}" for name, size in system.get("lowered", {}).items()),
             f"scene = {scene(system)!r}",
             f"optics = {optics(system)!r}",
             f"grid = {grid(system)!r}",
