@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
+from camsim.body import OwnLens
 from camsim.camera import Camera
 from camsim.config import build, build_sensor, coverage, csv_curves, library, memory, overrides, schema, yaml_source
 from camsim.config.build_sensor import SensorDocument
@@ -124,6 +125,7 @@ def load_camera(
 
     overrides  of the sensor, such as "sensor.olpf=null": there is no scene whose keys could be set
     """
+    check(lens, OwnLens, "lens")  # no fault of the sensor's file
     changes, faults = _parsed(overrides)
     faults += [
         Fault(change.place.file, 0, 0, "", "a sensor without a scene has no such key; its own begin with 'sensor.'")

@@ -52,7 +52,8 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
     above: Any = next((limit.gt for limit in limits if isinstance(limit, Gt)), None)
     low = low if above is None else math.nextafter(above, math.inf)
     high: Any = next((limit.le for limit in limits if isinstance(limit, Le)), most)
-    words = ("a number" if bare is float else "a whole number") + in_range(limits)
+    called = "a number" if bare is float else "a whole number"
+    words = called + in_range(limits)
     plain: Callable[[Any], Any] = _as_float if bare is float else _as_int
 
     def take(value: Any) -> Any:
@@ -63,7 +64,7 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
         if bare is float and number is not None and not math.isfinite(number):
             said = words.replace("a number", "a finite number", 1)
         elif number is not None and abs(number) > most:
-            said = f"{words}, at most {most:g}"
+            said = called + in_range(_closed(limits, most))
         if isinstance(value, str):
             raise Misfit(said, value, hint=number_hint(value))
         raise Misfit(said, value, hint=percent_hint(value) if high == 1 and low >= 0 else "")
@@ -72,6 +73,13 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
         return type(value) is bare and low <= value <= high
 
     return Kind(words, lambda value: plain(value) is not None, take, as_is)
+
+
+def _closed(limits: Sequence[Any], most: float) -> tuple[Any, ...]:
+    """Return limits with those that hold for every number, on the sides that have none of their own."""
+    low = () if any(isinstance(limit, Ge | Gt) for limit in limits) else (Ge(-most),)
+    high = () if any(isinstance(limit, Le) for limit in limits) else (Le(most),)
+    return (*limits, *low, *high)
 
 
 def complex_number() -> Kind:
