@@ -59,7 +59,7 @@ def locate_path(kind: Kind, name: str) -> Located | None:
     if not os.path.exists(name):
         raise ConfigError([Fault(name, 0, 0, "", f"no such file{_near_file(kind, Path(name))}")])
     if os.path.isdir(name):
-        raise ConfigError([Fault(name, 0, 0, "", f"is a folder; name a file in it")])
+        raise ConfigError([Fault(name, 0, 0, "", "is a folder; name a file in it")])
     return Located(Path(name), name)
 
 

@@ -98,7 +98,7 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
         ("iso=800", "--set iso: unknown key here; did you mean 'exposure.iso'?"),
         (
             "exposure.iso=fast",
-            "--set exposure.iso: must be a number above 0, not 'fast' "
+            "--set exposure.iso: must be a number from 0.001 to 1e+09, not 'fast' "
             "(ISO setting; the sensor's electrons_per_dn holds at its base_iso)",
         ),
         ("exposure=7", "--set exposure: must be a table {time_s, iso, datetime, temperature_c}, not 7 "
