@@ -143,9 +143,9 @@ def _of_one_line(camera: Body, light: Light) -> Iterator[str]:
 
 def _of_no_light(light: Light) -> Iterator[str]:
     low_nm, high_nm = light.ends_nm
-    where = f"{low_nm:g} nm" if low_nm == high_nm else f"{low_nm:g} to {high_nm:g} nm"
+    where = "" if low_nm == high_nm else f", {low_nm:g} to {high_nm:g} nm"
     yield (
-        f"nothing of the light ({light.name}, {where}) reaches a channel of the sensor: the picture is black; take a "
+        f"nothing of the light ({light.name}{where}) reaches a channel of the sensor: the picture is black; take a "
         "light, a lens, filters and a sensor that meet"
     )
 

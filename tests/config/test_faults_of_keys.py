@@ -143,8 +143,8 @@ FAULTS = {
         "time_s: 0.01",
         "time_s: 10ms",
         [
-            "scene.yaml:5:20: exposure.time_s: must be a number from 1e-09 to 1e+09 or auto, not '10ms'; write the number alone, "
-            "its unit is fixed (seconds; auto puts a perfect diffuser at 80 % of black..white)"
+            "scene.yaml:5:20: exposure.time_s: must be a number from 1e-09 to 1e+09 or auto, not '10ms'; "
+            "write the number alone, its unit is fixed (seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
     ),
     "a fraction of a second": (
