@@ -32,7 +32,7 @@ from camsim.sensor.stages.full_well import FullWell
 from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum, Transmission
 from camsim.spectra.light import Light, LightSamples
-from camsim.typed import Count, Number, Positive, Seed, Several, Whole, check, refusal, spelled_out
+from camsim.typed import Count, FNumber, Number, Pitch, Seed, Several, Whole, check, refusal, spelled_out
 from camsim.window import Region, grid_of
 
 OwnLens: TypeAlias = Annotated[
@@ -83,7 +83,7 @@ class Body(Electronics):
     serial: Seed = 1
     rows: Count
     cols: Count
-    pitch_um: Positive
+    pitch_um: Pitch
     lens: OwnLens
     olpf: Olpf | None = None
     photosite: Photosite
@@ -103,7 +103,7 @@ class Body(Electronics):
             check_own(getattr(self, key), key)
         for blur in self.extra_optics:
             check_own(blur, "extra_optics")
-        check(self.lens.f_number, Positive, "f_number", type(self.lens).__name__)
+        check(self.lens.f_number, FNumber, "f_number", type(self.lens).__name__)
         known = self.quantum_efficiency.channels
         if missing := [letter for letter in self.cfa.channels if letter not in known]:
             message = f"no curve for {', '.join(missing)} of the cfa; there are {', '.join(known)}"

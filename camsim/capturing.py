@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
+from camsim import memory
+from camsim.body import OwnLens
 from camsim.camera import Camera
-from camsim.config import build, build_sensor, coverage, csv_curves, library, memory, overrides, schema, yaml_source
+from camsim.config import build, build_sensor, coverage, csv_curves, library, overrides, schema, yaml_source
 from camsim.config.build_sensor import SensorDocument
 from camsim.config.judged import Judged
 from camsim.config.lengths import SceneDocument
@@ -124,6 +126,7 @@ def load_camera(
 
     overrides  of the sensor, such as "sensor.olpf=null": there is no scene whose keys could be set
     """
+    check(lens, OwnLens, "lens")  # no fault of the sensor's file
     changes, faults = _parsed(overrides)
     faults += [
         Fault(change.place.file, 0, 0, "", "a sensor without a scene has no such key; its own begin with 'sensor.'")
@@ -190,16 +193,12 @@ def _refuse_what_does_not_fit(
     rows, cols = (region.rows, region.cols) if region else (camera.rows, camera.cols)
     held = held or camera.needs_whole_window
     needed = memory.needed_bytes(rows, cols, len(camera.cfa.channels), products, held=held)
-    free = memory.available_bytes()
-    if needed <= free:
+    if not (message := memory.too_large(rows, cols, needed)):
         return
-    message = (
-        f"{rows} × {cols} photosites need about {memory.readable(needed)} of memory, {memory.readable(free)} are free; "
-    )
     if region:
-        scene.refuse(("region",), message + "make the region smaller")
+        scene.refuse(("region",), f"{message}; make the region smaller")
     else:
-        sensor.refuse(("frame",), message + "capture a region of it")
+        sensor.refuse(("frame",), f"{message}; capture a region of it")
 
 
 def _search(folders: Iterable[PathOrName], beside: Path) -> SensorSearch:

@@ -19,6 +19,7 @@ from camsim.errors import InvalidValueError
 from camsim.frame import Frame, Products, Report, check_products
 from camsim.lit import Lit, Window
 from camsim.marks import Called
+from camsim.memory import needed_bytes, too_large
 from camsim.notes import Setting, notes_after, notes_before
 from camsim.optical_image import OpticalImage, key_of
 from camsim.own import own_stages
@@ -219,6 +220,10 @@ class Capture:
         optical_image : of a capture with the same ``optical_key``; None renders it
         """
         check_products(products)
+        rows, cols = self.grid.rows, self.grid.cols
+        needed = needed_bytes(rows, cols, len(self.camera.cfa.channels), products)
+        if message := too_large(rows, cols, needed):
+            raise refusal(self, "region", f"{message}; expose a smaller region")
         clock = Clock()
         cube = self._cube(products)
         clock.lap("light")

@@ -16,6 +16,9 @@ from camsim.words import in_range, number_hint, percent_hint, shown
 LARGEST = 1e15
 """No light, length, time or count is more; products of such numbers are far from overflow."""
 
+SMALLEST = 1e-30
+"""Nor less, where it is above 0: products of such numbers are far from underflow."""
+
 _LARGEST_WHOLE = 2**64
 
 
@@ -46,13 +49,14 @@ class Kind:
 
 
 def number(bare: type, limits: Sequence[Any]) -> Kind:
-    """Return a number within closed limits; above 0 is from the least number on that there is."""
+    """Return a number within closed limits; above 0 is from the smallest on that anything has."""
     most: float = LARGEST if bare is float else _LARGEST_WHOLE
     low: Any = next((limit.ge for limit in limits if isinstance(limit, Ge)), -most)
     above: Any = next((limit.gt for limit in limits if isinstance(limit, Gt)), None)
-    low = low if above is None else math.nextafter(above, math.inf)
+    low = low if above is None else SMALLEST if above == 0 else math.nextafter(above, math.inf)
     high: Any = next((limit.le for limit in limits if isinstance(limit, Le)), most)
-    words = ("a number" if bare is float else "a whole number") + in_range(limits)
+    called = "a number" if bare is float else "a whole number"
+    words = called + in_range(limits)
     plain: Callable[[Any], Any] = _as_float if bare is float else _as_int
 
     def take(value: Any) -> Any:
@@ -62,8 +66,8 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
         said = words
         if bare is float and number is not None and not math.isfinite(number):
             said = words.replace("a number", "a finite number", 1)
-        elif number is not None and abs(number) > most:
-            said = f"{words}, at most {most:g}"
+        elif number is not None and (abs(number) > most or 0 < number < low):
+            said = called + in_range(_closed(limits, most))
         if isinstance(value, str):
             raise Misfit(said, value, hint=number_hint(value))
         raise Misfit(said, value, hint=percent_hint(value) if high == 1 and low >= 0 else "")
@@ -72,6 +76,14 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
         return type(value) is bare and low <= value <= high
 
     return Kind(words, lambda value: plain(value) is not None, take, as_is)
+
+
+def _closed(limits: Sequence[Any], most: float) -> tuple[Any, ...]:
+    """Return limits with those that hold for every number, on the sides that have none of their own."""
+    own = [limit for limit in limits if not (isinstance(limit, Gt) and limit.gt == 0)]
+    low = () if any(isinstance(limit, Ge | Gt) for limit in own) else (Ge(SMALLEST if own != list(limits) else -most),)
+    high = () if any(isinstance(limit, Le) for limit in limits) else (Le(most),)
+    return (*own, *low, *high)
 
 
 def complex_number() -> Kind:

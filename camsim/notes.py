@@ -27,7 +27,6 @@ from camsim.words import both, percent
 _WORTH_A_NOTE = 1.01
 # Splits of low-pass filters lie between half a pitch and a whole one; a quarter beyond is somebody's own choice.
 _LEAST_SPLIT, _MOST_SPLIT = 0.4, 1.25
-_FASTEST = 0.5
 # Of codes: less is not seen in a picture.
 _SEEN_DN = 0.5
 _MUCH_CLIPPED = 0.05
@@ -66,7 +65,10 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     yield from _of_glare(setting)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
     yield from _of_prnu(setting.camera)
-    yield from _of_edges(setting.scene, choice)
+    if not choice.plan.job.response.any():
+        yield from _of_no_light(setting.light)
+    else:
+        yield from _of_edges(setting.scene, choice)
     yield from _of_slow_stages(setting.camera, choice)
     if setting.noise:
         yield from _of_dark_current(setting)
@@ -115,12 +117,7 @@ def _of_own_stages(camera: Body) -> Iterator[str]:
 
 
 def _of_the_optics(camera: Body) -> Iterator[str]:
-    n, olpf = camera.lens.f_number, camera.olpf
-    if n < _FASTEST:
-        yield (
-            f"f/{n:g} is faster than physics allows: in air no lens is beyond f/{_FASTEST:g}, where rays come from the "
-            "whole half-space; brightness and blur are what the formulas say there, of no lens that can be"
-        )
+    olpf = camera.olpf
     if isinstance(olpf, KnowsSplits):
         for split_um in dict.fromkeys(split for split in olpf.splits_um if split):
             pitches = split_um / camera.pitch_um
@@ -142,6 +139,15 @@ def _of_one_line(camera: Body, light: Light) -> Iterator[str]:
             f"a colour sensor in light of one line at {light.line_nm:g} nm: every surface has one colour, and channels "
             f"get {shares} of the most; light={{illuminant: D65, illuminance_lux: 2000}} shows colours"
         )
+
+
+def _of_no_light(light: Light) -> Iterator[str]:
+    low_nm, high_nm = light.ends_nm
+    where = "" if low_nm == high_nm else f", {low_nm:g} to {high_nm:g} nm"
+    yield (
+        f"nothing of the light ({light.name}{where}) reaches a channel of the sensor: the picture is black; take a "
+        "light, a lens, filters and a sensor that meet"
+    )
 
 
 def _of_glare(setting: Setting) -> Iterator[str]:

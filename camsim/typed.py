@@ -33,8 +33,15 @@ Positive: TypeAlias = Annotated[float, Gt(0)]
 NonNegative: TypeAlias = Annotated[float, Ge(0)]
 Fraction: TypeAlias = Annotated[float, Ge(0), Le(1)]
 Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(1000)]
+# In air no lens is faster than f/0.5, where rays come from the whole half-space; pinholes are slower than f/100.
+FNumber: TypeAlias = Annotated[float, Ge(0.5), Le(10_000)]
+# Below a few tenths of a wavelength nothing is told apart; a detector of a centimetre is one, and no array.
+Pitch: TypeAlias = Annotated[float, Ge(0.1), Le(10_000)]
+# The fastest gates are open for fractions of a nanosecond; 30 years is what files can say.
+Seconds: TypeAlias = Annotated[float, Ge(1e-9), Le(1e9)]
 Count: TypeAlias = Annotated[int, Ge(1)]
 Index: TypeAlias = Annotated[int, Ge(0)]
+Iso: TypeAlias = Annotated[float, Ge(1e-3), Le(1e9)]
 Seed: TypeAlias = Annotated[int, Ge(0), Le(2**63 - 1)]
 
 

@@ -181,6 +181,8 @@ def brief(value: object) -> str:
     >>> Curve(range(400, 701, 10), [0.5] * 31)
     Curve(wavelength_nm=(400.0, 410.0, …, 700.0: 31), values=(0.5, 0.5, …, 0.5: 31))
     """
+    if (told := getattr(value, "told_shortly", None)) is not None:
+        return str(told)  # a stage that is all tables
     if not dataclasses.is_dataclass(value):
         return _in_short(value) if isinstance(value, int | float | str) else f"{type(value).__name__}(…)"
     parts = ((field, getattr(value, field.name)) for field in dataclasses.fields(value) if field.repr)

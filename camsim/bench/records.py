@@ -44,6 +44,8 @@ class TruthLine:
     checked_photosites : how many those were
     difference         : largest difference from the other truth, anywhere in the window; None without another
     believed_to        : ``checked_to``, and of the coarser of two truths ``difference`` if that is more
+    also               : the other engine where it takes the same road, so that this is its truth too
+    shared             : what both truths render the same way, where it is not all
     """
 
     engine: str
@@ -53,6 +55,8 @@ class TruthLine:
     believed_to: float
     seconds: float
     difference: float | None = None
+    also: str | None = None
+    shared: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +93,11 @@ class Point:
     def at_most(self) -> float:
         """The error that was found, or how far the truth is to be believed where that is more."""
         return max(self.error_max, self.believed_to)
+
+    @property
+    def by_itself(self) -> bool:
+        """Whether the truth is of the engine that ran."""
+        return self.truth.partition(" at ")[0] == self.engine
 
     @property
     def told_apart(self) -> bool:

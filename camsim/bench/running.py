@@ -15,7 +15,7 @@ from camsim.bench.machine import machine, spin, versions, words_of_load
 from camsim.bench.records import Bench, Finding, Head, LeftOut, Point, Record, TruthLine
 from camsim.bench.settings import METHODS, SAMPLES, Setting, default_tolerances, settings_of
 from camsim.bench.subject import Subject
-from camsim.bench.truths import Truth, judge_of, truths_of
+from camsim.bench.truths import Truth, is_the_truth, judge_of, truths_of
 from camsim.bench.window import busiest
 from camsim.bench.words import findings
 from camsim.errors import CamsimError
@@ -164,11 +164,10 @@ def _left_out(setting: Setting, why: str) -> LeftOut:
 
 def _measured(subject: Subject, setting: Setting, truths: dict[str, Truth], longest_s: float) -> Point | LeftOut:
     """Render a setting, more than once where that is quick, and compare it with the truth."""
-    (name, only), *others = truths.items()
-    if not others and setting.method in (name, "auto") and setting.asked <= only.line.tolerance:
-        return _left_out(setting, "it is the truth itself: no other engine renders this scene so finely")
+    if is_the_truth(setting, truths):
+        return _left_out(setting, "it is the truth itself: no other engine judges it")
     try:
-        expected = subject.expected_seconds(setting)
+        expected = subject.plan(setting).cost.seconds
         if expected > longest_s:
             return _left_out(
                 setting, f"it would take about {expected:.0f} s of one core; look at a smaller region for it"

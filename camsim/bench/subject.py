@@ -14,6 +14,8 @@ from camsim.bench.settings import Setting
 from camsim.errors import CamsimError
 from camsim.optics import OpticalSystem
 from camsim.rendering import Grid, Rendering, render_channels
+from camsim.rendering.auto import Choice
+from camsim.rendering.flat import FlatPlan
 from camsim.rendering.render import plan_render
 from camsim.scene import Scene
 from camsim.spectra.curve import spectrum_at
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
 
 ROUGH = 1e-2
+PICTURES = "pictures, gradients and points"
+"""Whatever the engine for edges is, these have one of their own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,9 +99,9 @@ class Subject:
         relative: F64 = image / self.scale
         return relative
 
-    def expected_seconds(self, setting: Setting) -> float:
-        """Return what a rendering is expected to take, seconds of one core; CamsimError where it is refused."""
-        choice = plan_render(
+    def plan(self, setting: Setting) -> Choice:
+        """Decide how the window is rendered, and render nothing; CamsimError where it is refused."""
+        return plan_render(
             self.scene,
             self.system,
             self.grid,
@@ -107,4 +111,13 @@ class Subject:
             method=setting.method,
             samples=setting.samples,
         )
-        return choice.cost.seconds
+
+
+def roads_of(choice: Choice) -> frozenset[str]:
+    """Return what makes the parts of an image: two that have none in common are independent of one another."""
+    from camsim.rendering.fields.plan import WithPictures
+
+    plan, roads = choice.plan, set[str]()
+    if isinstance(plan, WithPictures):
+        plan, roads = plan.edges, {PICTURES}
+    return frozenset(roads if isinstance(plan, FlatPlan) else {choice.method, *roads})

@@ -1,4 +1,7 @@
-"""The truth of a window: both exact engines at their finest, each checked directly at some photosites."""
+"""The truth of a window: both exact engines at their finest, each checked directly at some photosites.
+
+Where they take one road, which they do for pictures and for what is flat, there is one truth, and it says so.
+"""
 
 from __future__ import annotations
 
@@ -10,24 +13,31 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.bench.records import TruthLine
 from camsim.bench.settings import EXACT, Setting, power
-from camsim.bench.subject import Subject
+from camsim.bench.subject import Subject, roads_of
 from camsim.errors import CamsimError, UnsupportedError
 
 FINEST = (1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # tried in turn
+FINER = 5.0  # times as fine as what it judges must be what takes the same road
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Truth:
-    """One truth: its image (rows, cols) relative to full scale, and what is known of it."""
+    """One truth: its image (rows, cols) relative to full scale, and what is known of it.
+
+    roads : what made the parts of its image
+    """
 
     image: F64
     line: TruthLine
+    roads: frozenset[str]
 
 
 def truths_of(
     subject: Subject, *, longest_s: float, tell: Callable[[str], None] = lambda words: None
 ) -> dict[str, Truth]:
     """Return the truth of each engine that has one, by its name; UnsupportedError when none has.
+
+    Of engines that take one road there is one truth.
 
     longest_s : what is expected to take longer, seconds of one core, is not tried
     """
@@ -38,18 +48,23 @@ def truths_of(
         if setting is None:
             without[engine] = why
             continue
+        roads = roads_of(subject.plan(setting))
+        if same := next((name for name, truth in found.items() if truth.roads == roads), None):
+            found[same] = replace(found[same], line=replace(found[same].line, also=engine))
+            continue
         tell(f"truth: {setting.label}")
         rendering = subject.render(setting)
         found[engine] = Truth(
             image=subject.relative(rendering.image),
             line=TruthLine(
-                engine=engine,
+                engine=rendering.method,
                 tolerance=setting.asked,
                 checked_to=rendering.error_estimate,
                 checked_photosites=rendering.checked_photosites,
                 believed_to=rendering.error_estimate,
                 seconds=rendering.seconds,
             ),
+            roads=roads,
         )
     if not found:
         reasons = "; ".join(f"{engine}: {why}" for engine, why in without.items())
@@ -62,7 +77,10 @@ def truths_of(
         for engine, truth in found.items():
             # Direct checks are of some photosites; what else the two differ by is laid to the one that promises less.
             believed_to = max(truth.line.checked_to, apart if engine == coarser else 0.0)
-            found[engine] = replace(truth, line=replace(truth.line, difference=apart, believed_to=believed_to))
+            shared = " and ".join(found["boundary"].roads & found["fourier"].roads) or None
+            found[engine] = replace(
+                truth, line=replace(truth.line, difference=apart, believed_to=believed_to, shared=shared)
+            )
     return found
 
 
@@ -72,7 +90,7 @@ def _finest(subject: Subject, engine: str, longest_s: float) -> tuple[Setting | 
     for tolerance in FINEST:
         setting = Setting(method=engine, tolerance=tolerance)
         try:
-            seconds = subject.expected_seconds(setting)
+            seconds = subject.plan(setting).cost.seconds
         except CamsimError as error:
             reasons.append(str(error))
             continue
@@ -80,6 +98,13 @@ def _finest(subject: Subject, engine: str, longest_s: float) -> tuple[Setting | 
             return setting, ""
         reasons.append(f"at {power(tolerance)} it would take about {seconds:.0f} s; look at a smaller region")
     return None, reasons[-1]
+
+
+def is_the_truth(setting: Setting, truths: dict[str, Truth]) -> bool:
+    """Whether a setting takes the road of the only truth and is hardly coarser: it would be judged by itself."""
+    (name, truth), *others = truths.items()
+    of_it = setting.method in (name, truth.line.also, "auto")
+    return not others and of_it and setting.asked < FINER * truth.line.tolerance
 
 
 def judge_of(truths: dict[str, Truth], engine: str) -> Truth:

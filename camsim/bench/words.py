@@ -38,19 +38,21 @@ def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
             f"Truth: {t.engine} at {power(t.tolerance)}; {t.checked_photosites} of its photosites computed directly "
             f"differ by {short(t.checked_to)} at most."
         )
-    if len(truths) == 2 and truths[0].difference == 0.0:
-        yield "The two truths are the same to the last bit."
-    elif len(truths) == 2 and truths[0].difference is not None:
+    if len(truths) == 2 and truths[0].difference is not None:
         yield (
             f"The two truths differ by {short(truths[0].difference)} at most, anywhere in the window; "
             "each engine is judged by the other's, and errors below "
             f"{' and '.join(f'{short(t.believed_to)} ({t.engine})' for t in truths)} are not told apart."
         )
+        if truths[0].shared:
+            yield (
+                f"Both render {truths[0].shared} the same way: of these an engine is judged by itself at its finest, "
+                "and by what was computed directly."
+            )
     elif truths:
-        yield (
-            f"No other engine renders this window so finely in the time: {truths[0].engine} is judged by itself at its "
-            "finest, and by what was computed directly."
-        )
+        no_other = "No other engine renders this window so finely in the time"
+        why = "Both engines render this window the same way" if truths[0].also else no_other
+        yield f"{why}: {truths[0].engine} is judged by itself at its finest, and by what was computed directly."
 
 
 def words_of_point(point: Point, points: Sequence[Point]) -> str:
@@ -58,6 +60,8 @@ def words_of_point(point: Point, points: Sequence[Point]) -> str:
     ran = f" ({point.engine})" if point.engine != point.method else ""
     label = point.label if point.tolerance is None else f"{point.method} at {power(point.tolerance)}"
     error, reached = f"error {short(point.error_max)}", point.error_max
+    if point.by_itself:
+        error += f" from itself at {point.truth.partition(' at ')[2]}"
     if not point.told_apart and point.at_most > 0.0:
         error = f"error about {short(point.at_most)} or less ({short(point.error_estimate)} where computed directly)"
         reached = min(point.error_max, point.error_estimate)

@@ -77,7 +77,7 @@ def explain(
 
 def explained(capture: Capture, products: Products, files: list[tuple[str, str]]) -> dict[str, Any]:
     """Return every decision about a capture and what it is expected to take, as a plain tree."""
-    from camsim.config.memory import needed_bytes
+    from camsim.memory import needed_bytes
     from camsim.rendering.decisions import expectation, rendering_decisions
 
     choice = capture.plan()
@@ -191,7 +191,7 @@ def _print(told: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from camsim.config.memory import readable
+    from camsim.memory import readable
 
     console = Console(highlight=False, markup=False, emoji=False)
     if not console.is_terminal:

@@ -6,11 +6,11 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from camsim.config.memory import readable
 from camsim.config.yaml_text import yaml_text
 from camsim.description import OWN_STAGES
 from camsim.files.reading import Held, read_file
 from camsim.files.record import Record
+from camsim.memory import readable
 
 _MOST_SHOWN = 100
 """Parts of a list for people to look at; --json prints all."""
@@ -102,12 +102,20 @@ def _in_turn(stages: list[Mapping[str, Any]]) -> str:
 
 
 def _stage(tree: Any) -> str:
-    """Return a stage as ``Airy(f_number=8)``; what it does not have, and its tables, left out."""
+    """Return a stage as ``Airy(f_number=8)``; what it does not have left out, of its tables the sizes."""
     if not isinstance(tree, Mapping):
         return ""
-    given = [(key, value) for key, value in tree.items() if key != "kind" and value is not None and value != 0]
-    words = [f"{key}={_word(value)}" for key, value in given if not isinstance(value, list) or _is_short(value)]
+    given = [(key, value) for key, value in tree.items() if key != "kind" and value not in (None, 0, [])]
+    words = [
+        f"{key}: {_size(value)}" if isinstance(value, list) and not _is_short(value) else f"{key}={_word(value)}"
+        for key, value in given
+    ]
     return f"{_word(tree.get('kind'))}({', '.join(words)})"
+
+
+def _size(table: Any) -> str:
+    """Return how many numbers a table has along each side, as far as all of its first ones go."""
+    return f"{len(table)}{f' × {_size(table[0])}' if isinstance(table[0], list) and table[0] else ''}"
 
 
 def _is_short(values: list[Any]) -> bool:

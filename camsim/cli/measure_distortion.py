@@ -6,6 +6,7 @@ import functools
 from typing import TYPE_CHECKING
 
 from camsim.cli.measured import Outputs, picture_and_capture
+from camsim.cli.progress import Bar
 from camsim.cli.tables import print_table
 
 if TYPE_CHECKING:
@@ -25,7 +26,8 @@ def measure(file: str, outputs: Outputs) -> None:
     from camsim.measure.distortion import measure_distortion
 
     outputs.check()
-    report = measure_distortion(*picture_and_capture(file))
+    with Bar(shown=True, compiles=False) as bar:
+        report = measure_distortion(*picture_and_capture(file), progress=bar.update)
     rows = [[getattr(mark, name) for name in _COLUMNS] for channel in report.channels for mark in channel.marks]
     outputs.write(_COLUMNS, rows, functools.partial(_draw, report))
     outputs.tell(report, _print)

@@ -38,8 +38,10 @@ _ALIKE = 0.85
 def say_how_to_set(error: Any) -> None:
     """Where an option does not exist, and a key of that name does, let the message say how that one is set."""
     option, context = str(error.option_name), error.ctx
-    alike = difflib.get_close_matches(option, error.possibilities or (), n=1, cutoff=_ALIKE)
-    if alike or context is None or not any(given.name == "changes" for given in context.command.params):
+    possible = error.possibilities or ()
+    alike = difflib.get_close_matches(option, possible, n=1, cutoff=_ALIKE)
+    begun = any(known.startswith(option) for known in possible)
+    if alike or begun or context is None or not any(given.name == "changes" for given in context.command.params):
         return
     from camsim.config.near import place_of
 

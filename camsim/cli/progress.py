@@ -22,10 +22,11 @@ class Bar:
     """Shows nothing for short work, a line every half minute in a log file, and goes away when the work is done.
 
     At the first use on a machine it says which kernel is being compiled, and the how many-th that is.
+    compiles : False for work that needs few of them or none
     """
 
-    def __init__(self, *, shown: bool) -> None:
-        self._shown = shown
+    def __init__(self, *, shown: bool, compiles: bool = True) -> None:
+        self._shown, self._compiles = shown, compiles
         self._wanted = shown and sys.stderr.isatty()
         self._began = time.perf_counter()
         self._bar: tuple[Progress, TaskID] | None = None
@@ -43,6 +44,8 @@ class Bar:
 
     def _compile(self) -> None:
         """Compile at the first use on a machine; say, in a log file too, what takes so long."""
+        if not self._compiles:
+            return
         from camsim.rendering import compile_kernels, kernels_compiled
 
         if not kernels_compiled():

@@ -87,12 +87,12 @@ def _capture_of(held: Held) -> Capture:
 
 
 def _refuse_what_does_not_fit(capture: Capture, products: Products, *, held: bool) -> None:
-    from camsim.config import memory
+    from camsim import memory
 
     grid = capture.grid
     needed = memory.needed_bytes(grid.rows, grid.cols, len(capture.camera.cfa.channels), products, held=held)
-    if needed > memory.available_bytes():
-        raise InputError(f"{grid.rows} × {grid.cols} photosites need about {memory.readable(needed)} of memory")
+    if message := memory.too_large(grid.rows, grid.cols, needed):
+        raise InputError(message)
 
 
 @contextlib.contextmanager

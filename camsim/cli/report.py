@@ -9,9 +9,9 @@ from rich.console import Console
 from rich.table import Table
 
 from camsim.cli.outputs import Output
-from camsim.config.memory import readable
 from camsim.config.yaml_text import yaml_text
 from camsim.frame import ChannelSignal, Frame
+from camsim.memory import readable
 from camsim.words import percent
 
 _WIDTH_OF_A_LOG = 1000

@@ -154,10 +154,12 @@ def _olpf_null(olpf: KnowsSplits, pitch_um: float) -> str:
     along = [axis for axis, split_um in splits.items() if split_um]
     if len(along) == 2 and splits["x"] == splits["y"]:
         splits, along = {"x and y": splits["x"]}, ["x and y"]
+    turned = f" turned by {olpf.rotate_deg:g}°" if olpf.rotate_deg else ""
     nulls = [
-        f"{0.5 / splits[axis]:.5g} cycles/µm along {axis}, {pitch_um / splits[axis]:.2f} of Nyquist" for axis in along
+        f"{0.5 / splits[axis]:.5g} cycles/µm along {axis}{turned}, {pitch_um / splits[axis]:.2f} of Nyquist"
+        for axis in along
     ]
-    return "; ".join(nulls) + (f"; turned by {olpf.rotate_deg:g}°" if olpf.rotate_deg else "")
+    return "; ".join(nulls)
 
 
 def _snr_maximum(camera: Body, saturation_e: float, dark_e: float) -> str:

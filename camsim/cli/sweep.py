@@ -154,7 +154,7 @@ def say_figures(figures: Mapping[str, float], *, as_json: bool, quiet: bool, tit
 
 
 def _shown(name: str, value: float) -> tuple[str, str]:
-    from camsim.config.memory import readable
+    from camsim.memory import readable
     from camsim.words import duration
 
     kind, _, unit = name.rpartition("_")

@@ -66,7 +66,8 @@ def take(request: Request) -> None:
         )
         warning = odd_cfa_of(tuple(ready.camera.cfa.pattern), outputs, allowed=request.allow_odd_cfa)
     except CamsimError as error:
-        errors.insert(0, error)
+        # The file's own name follows from the scene's: without a scene there is nothing to say of it.
+        errors = [error, *(errors if request.outputs else ())]
     if request.compress:
         errors += _compression_faults(outputs)
     if errors:

@@ -148,6 +148,11 @@ class Expected:
         """Whether a number may stand here."""
         return any(alternative.kind in (float, int) for alternative in self.alternatives())
 
+    def is_text(self) -> bool:
+        """Whether a text may stand here that is the user's own."""
+        texts = (alternative for alternative in self.alternatives() if alternative.kind is str)
+        return any(not any(hasattr(limit, "pattern") for limit in text.limits) for text in texts)
+
     def length(self) -> int:
         """Return how many items a list here has; 0 where that is free."""
         return next((len(get_args(a.kind)) for a in self._with_origin(tuple)), 0)

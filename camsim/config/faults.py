@@ -208,6 +208,8 @@ def _wrong_value(node: Node, expected: Expected) -> str:
         hint = word_hint(value, expected.literals()) or _hint_of_text(value, expected)
     elif expected.is_fraction():
         hint = percent_hint(value)
+    elif expected.is_text() and isinstance(value, int | float):
+        hint = f"; as a text it stands in quotes: '{node.text}'"
     elif isinstance(value, tuple) and len(value) == 2 * expected.length():
         hint = "; a decimal number has a point, such as 1.5"
     return f"must be {words}, not {_got(node)}{hint}"

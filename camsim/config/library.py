@@ -17,6 +17,9 @@ FOLDERS: dict[Kind, str] = {"sensor": "sensors", "scene": "scenes", "lens": "len
 
 YAML_SUFFIXES = (".yaml", ".yml")
 
+_ALIKE = 0.75
+"""From here on a name is a slip of the keyboard, or an older version; below it another file."""
+
 
 @dataclass(frozen=True, slots=True)
 class Located:
@@ -55,6 +58,8 @@ def locate_path(kind: Kind, name: str) -> Located | None:
         return None
     if not os.path.exists(name):
         raise ConfigError([Fault(name, 0, 0, "", f"no such file{_near_file(kind, Path(name))}")])
+    if os.path.isdir(name):
+        raise ConfigError([Fault(name, 0, 0, "", "is a folder; name a file in it")])
     return Located(Path(name), name)
 
 
@@ -76,13 +81,15 @@ def _near_file(kind: Kind, path: Path) -> str:
     if path.stem in shipped(kind):
         return f"; for the shipped {kind} write {path.stem!r}"
     there = os.listdir(path.parent) if os.path.isdir(path.parent) else []
-    near = difflib.get_close_matches(path.name, [name for name in there if name.endswith(YAML_SUFFIXES)], n=1)
-    return f"; did you mean {str(path.parent / near[0])!r}?" if near else ""
+    # Without their suffixes, which are alike whatever the files hold.
+    names = {Path(name).stem: name for name in sorted(there) if name.endswith(YAML_SUFFIXES)}
+    near = difflib.get_close_matches(path.stem, names, n=1, cutoff=_ALIKE)
+    return f"; did you mean {str(path.parent / names[near[0]])!r}?" if near else ""
 
 
 def looks_like_path(name: str) -> bool:
     """Whether a word is a path rather than a bare name."""
-    return name.endswith(YAML_SUFFIXES) or "/" in name or "\\" in name
+    return name.endswith(YAML_SUFFIXES) or "/" in name or "\\" in name or name in (os.curdir, os.pardir)
 
 
 def _folder(kind: Kind) -> Path:

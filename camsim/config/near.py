@@ -63,8 +63,10 @@ _OTHER_WORDS = {
 }
 
 
-def meant(key: str, allowed: list[str]) -> str | None:
+def meant(key: str, allowed: list[str], *, alike: float = 0.6) -> str | None:
     """Return the allowed key that was probably meant, None when nothing is near.
+
+    alike : how much of their letters two words must share, of 1
 
     >>> meant("read_noise_dn", ["bit_depth", "read_noise_e"]), meant("angle", ["width", "rotate_deg"])
     ('read_noise_e', 'rotate_deg')
@@ -75,7 +77,7 @@ def meant(key: str, allowed: list[str]) -> str | None:
     for known in allowed:
         if lowered in _OTHER_WORDS.get(known, "").split():
             return known
-    near = difflib.get_close_matches(lowered, allowed, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(lowered, allowed, n=1, cutoff=alike)
     return near[0] if near else None
 
 
@@ -89,13 +91,14 @@ def elsewhere(key: str, root: type[Table], here: KeyPath) -> list[str]:
 def place_of(word: str) -> str | None:
     """Return the key that a word means as ``--set`` has it, None when nothing is near.
 
-    >>> place_of("tolerance"), place_of("shutter"), place_of("read-noise")
-    ('render.tolerance', 'exposure.time_s', 'sensor.readout.read_noise_e')
+    >>> place_of("tolerance"), place_of("shutter"), place_of("read-noise"), place_of("out")
+    ('render.tolerance', 'exposure.time_s', 'sensor.readout.read_noise_e', None)
     """
     places = dict.fromkeys(_all_keys(Expected.of(SceneFile), ()))
     places |= dict.fromkeys(("sensor", *path) for path in _all_keys(Expected.of(SensorFile), ()))
     found = [path for path in places if 0 not in path]
-    name = meant(word, sorted({str(path[-1]) for path in found}))
+    # Of a hundred names some are a little like any word.
+    name = meant(word, sorted({str(path[-1]) for path in found}), alike=0.8)
     return next((dotted(path) for path in found if path[-1] == name), None)
 
 

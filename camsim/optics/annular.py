@@ -5,20 +5,19 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import scipy
-from annotated_types import Ge, Le
 
 from camsim.arrays import C128, F64
 from camsim.optics.airy import AIRY, NM_PER_UM, SERIES_FROM, airy_otf, airy_tone
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, Tone, of_unit
+from camsim.optics.pupil import Obstruction
 from camsim.quadrature import gauss_legendre
 from camsim.spectra.curve import NumberOrCurve, Transmission
 from camsim.typed import Number, Positive, judge
 
-LARGEST_OBSTRUCTION = 0.95
 PANEL = 0.5  # of the tabulated integral, in x: 12 Gauss nodes on it are exact
 TERMS = 10  # of the asymptotic series beyond the table
 
@@ -41,7 +40,7 @@ class AnnularAiry:
     place: ClassVar[str] = "lens"
 
     f_number: Positive
-    obstruction: Annotated[float, Ge(0), Le(LARGEST_OBSTRUCTION)]
+    obstruction: Obstruction
     transmission: Transmission = 1.0
 
     if TYPE_CHECKING:

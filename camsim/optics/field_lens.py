@@ -16,7 +16,7 @@ from camsim.arrays import F64
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.placed import PlacedLens, along, defocus_nm
 from camsim.optics.pupil import Pupil
-from camsim.optics.wavefront import MOST_WAVES
+from camsim.optics.wavefront import MOST_WAVES, check_focus
 from camsim.optics.zernike import LARGEST_INDEX, orders
 from camsim.spectra.curve import NumberOrCurve, Transmission
 from camsim.typed import Fraction, NonNegative, Number, Positive, Several, Whole, judge, refusal
@@ -95,15 +95,24 @@ class FieldLens:
         ) -> None: ...
 
     def __repr__(self) -> str:
-        size = _size(np.shape(self.waves))
+        return self.told_shortly
+
+    @property
+    def told_shortly(self) -> str:
+        """What it is on a line, without its tables."""
+        low, high, count = self.wavelength_nm[0], self.wavelength_nm[-1], len(self.wavelength_nm)
+        colours = f"{count} wavelengths, {low:g} to {high:g} nm" if count > 1 else f"{low:g} nm"
+        heights = f"{len(self.height_um)} heights to {self.height_um[-1] / 1e3:g} mm" if self.height_um else ""
+        places = heights or f"{len(self.x_um)} × {len(self.y_um)} places"
         focus = f", focus_um={self.focus_um:g}" if self.focus_um else ""
-        return f"FieldLens(f_number={self.f_number:g}, waves: {size}{focus})"
+        return f"FieldLens(f_number={self.f_number:g}, {colours}, {places}, {len(self.zernike)} Zernikes{focus})"
 
     def __post_init__(self) -> None:
         judge(self)
         self._judge_places()
         if len(set(self.zernike)) < len(self.zernike):
             raise refusal(self, "zernike", "an index is given twice; give each once")
+        check_focus(self, "focus_um", self.focus_um, self.f_number)
         shape = (len(self.wavelength_nm), *self._places, len(self.zernike))
         try:
             waves = np.asarray(self.waves, float)

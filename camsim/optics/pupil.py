@@ -10,16 +10,30 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.marks import After
 from camsim.quadrature import gauss_legendre
 from camsim.typed import Number, Whole, judge, refusal
 
 MOST_BLADES = 64
+LEAST_OBSTRUCTION, LARGEST_OBSTRUCTION = 1e-3, 0.95
+
+
+def _none_or_some(obstruction: float) -> float:
+    """Refuse one that takes less than a millionth of the light: its own rings would be a thousand blurs wide."""
+    if 0.0 < obstruction < LEAST_OBSTRUCTION:
+        allowed = f"0, or a number from {LEAST_OBSTRUCTION:g} to {LARGEST_OBSTRUCTION:g}"
+        raise InvalidValueError(f"must be {allowed}, not {obstruction:g}", key="obstruction")
+    return obstruction
+
+
+Obstruction: TypeAlias = Annotated[float, Ge(0), Le(LARGEST_OBSTRUCTION), After(_none_or_some)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +51,7 @@ class Pupil:
     """
 
     shape: Literal["circular", "square", "bladed"] = "circular"
-    obstruction: Annotated[float, Ge(0), Le(0.95)] = 0.0
+    obstruction: Obstruction = 0.0
     blades: Annotated[int, Ge(0), Le(MOST_BLADES)] = 0
     rotate_deg: float = 0.0
 

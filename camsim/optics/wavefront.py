@@ -21,6 +21,7 @@ from camsim.typed import Number, Positive, Whole, judge, refusal
 from camsim.words import brief
 
 MOST_WAVES = 50.0
+FOCUS_NM = 550.0  # where as many on the rim are the most that a focus shift may make
 PLANE = 2  # Zernikes up to this one are planes: they move the pattern
 
 
@@ -87,6 +88,7 @@ class Wavefront(OfPupil):
         judge(self)
         if len({index for index, _ in self._pairs}) < len(self._pairs):
             raise refusal(self, "zernike_waves", "an index is given twice; add the two up")
+        check_focus(self, "defocus_um", self.defocus_um, self.f_number)
 
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64:
         """Return the path difference in waves at (x, y), in units of D/2."""
@@ -123,3 +125,11 @@ class Wavefront(OfPupil):
         """Whether the pattern stays the same when turned by 180°, so that its transfer is real."""
         even_pupil = self.pupil.shape != "bladed" or self.pupil.blades % 2 == 0
         return even_pupil and all(orders(index)[0] % 2 == 0 for index, _ in self._pairs)
+
+
+def check_focus(lens: object, key: str, focus_um: float, f_number: float) -> None:
+    """Refuse a focus shift δ that makes too many waves on the rim of the pupil, δ/(8N²)."""
+    most_um = MOST_WAVES * 8.0 * f_number**2 * FOCUS_NM / NM_PER_UM
+    if abs(focus_um) > most_um:
+        allowed = f"from {-most_um:.3g} to {most_um:.3g} at f/{f_number:g}, {MOST_WAVES:g} waves on the pupil's rim"
+        raise refusal(lens, key, f"must be a number {allowed}, not {focus_um:g}")

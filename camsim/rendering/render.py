@@ -15,15 +15,18 @@ from annotated_types import MinLen
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.memory import too_large
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.protocols import Varies
-from camsim.rendering.auto import Choice, check_method, choose
+from camsim.rendering.auto import IMAGE_BYTES, Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.share import edges_share
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.outlines import arranged
+from camsim.rendering.paper import rules
 from camsim.rendering.running import Rendering, Report, Take, carry_out
+from camsim.rendering.scales import check_scales
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 from camsim.spectra.light import LIGHT_NM
@@ -79,6 +82,8 @@ def render(
             message = f"{float(nm)!r} is not a wavelength of light; give nm, {low:g} … {high:g}"
             raise InvalidValueError(message, key="wavelength_nm")
     system = OpticalSystem.of(optics)
+    _check(system, grid, each_nm, allowed, method)
+    _refuse_too_many(grid, len(each_nm))
     channel = np.zeros((grid.rows, grid.cols), np.uint8)
     framed, budget = scene.framed(scene.background), ErrorBudget(edges_share(scene) * allowed)
     arrangement = arranged(framed, system, grid, each_nm, budget, textured=framed is not scene)
@@ -178,7 +183,7 @@ def plan_render(
     arrangement : of the scene, where it is there already
     """
     check_method(method)
-    _check(wavelength_nm, tolerance)
+    _check(system, grid, wavelength_nm, tolerance, method)
     if not np.isfinite(response).all():
         raise InvalidValueError("not all of it is finite; give less light, or a shorter exposure", key="response")
     edges = scene.framed(scene.background)
@@ -220,9 +225,18 @@ def plan_render(
     )  # fmt: skip
 
 
-def _check(wavelength_nm: F64, tolerance: float) -> None:
+def _refuse_too_many(grid: Grid, images: int) -> None:
+    """Refuse photosites whose images are more than memory holds; of several there are copies when they are stacked."""
+    needed = grid.rows * grid.cols * (IMAGE_BYTES + 16.0 * (images if images > 1 else 0))
+    if message := too_large(grid.rows, grid.cols, needed):
+        raise InvalidValueError(f"{message}; render fewer at a time, by origin and frame", key="grid")
+
+
+def _check(system: OpticalSystem, grid: Grid, wavelength_nm: F64, tolerance: float, method: str) -> None:
     if not 0.0 < tolerance <= LOOSEST:
         raise InvalidValueError(f"{tolerance!r} is no error to keep below; give 1e-2 … 1e-11", key="tolerance")
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
             raise InvalidValueError(f"{float(w)!r} is not a wavelength; give nm above 0", key="wavelength_nm")
+    if method not in rules.METHODS:
+        check_scales(system, grid, wavelength_nm)

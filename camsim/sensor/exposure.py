@@ -5,28 +5,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
-from camsim.typed import Celsius, Number, Positive, judge, refusal
+from camsim.typed import Celsius, Iso, Number, Seconds, judge, refusal
 
 # Where "auto" puts a perfect diffuser: the brightest surface without a highlight keeps a quarter of headroom.
 AUTO_LEVEL = 0.8
-LEAST_ISO, MOST_ISO = 1e-3, 1e9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exposure:
     """How long and at which sensitivity.
 
-    time_s   : above 0, or "auto": a perfect diffuser puts the most responsive channel at 80 % of black..white
+    time_s   : 1e-9 … 1e9, or "auto": a perfect diffuser puts the most responsive channel at 80 % of black..white
     iso      : sensitivity setting, 0.001 … 1e9; data numbers per electron grow in proportion to it
     datetime : date of the capture that files carry, "YYYY-MM-DD hh:mm:ss"
     temperature_c : of the sensor, °C; None: the temperature that its dark current is given for
@@ -37,8 +35,8 @@ class Exposure:
     'auto'
     """
 
-    time_s: Positive | Literal["auto"]
-    iso: Annotated[float, Ge(LEAST_ISO), Le(MOST_ISO)]
+    time_s: Seconds | Literal["auto"]
+    iso: Iso
     datetime: str = "2000-01-01 00:00:00"
     temperature_c: Celsius | None = None
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import psutil
 
-from camsim.config import memory
+from camsim import memory
 from camsim.exposing import Capture
 from camsim.frame import Product
 from camsim.sweeping.captures import Progress, captures_of

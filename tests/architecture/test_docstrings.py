@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import camsim
+from bench.reference import PAGES, written
 from camsim.sensor.electronics import Electronics
 
 UNIT = re.compile(r"_(um|mm|nm|um2|deg|s|e|c|dn|lux|k|iso|m2|waves|per_\w+|photosite)$")
@@ -83,3 +84,11 @@ def test_there_is_a_place_for_every_name_in_the_reference():
     text = "".join(page.read_text(encoding="utf-8") for page in pages)
     listed = re.findall(r"^\.\. auto\w+:: camsim\.([\w.]+)$", text, flags=re.MULTILINE)
     assert sorted(listed) == sorted(PUBLIC)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_pages_of_the_reference_have_each_name_with_its_first_sentence(page):
+    """Also where nothing but the repository is seen; ``index.md`` is a table by itself."""
+    text = page.read_text(encoding="utf-8")
+    assert ("<!-- names -->" in text) != (page.stem == "index")
+    assert text == written(text), "run: python -m bench.reference"

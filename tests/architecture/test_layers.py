@@ -17,6 +17,7 @@ LAYERS = (
     "repeated",
     "cores",
     "words",
+    "memory",
     "notebook",
     "marks",
     "kind",
@@ -83,7 +84,7 @@ LIBRARIES = {
     "rich": ("camsim.cli",),
     "platformdirs": ("camsim.kernels", "camsim.spectra.kept"),
     "lazy_loader": ("camsim",),
-    "psutil": ("camsim.config", "camsim.bench", "camsim.sweeping"),
+    "psutil": ("camsim.memory", "camsim.bench", "camsim.sweeping"),
     "optiland": ("camsim.config.lens_import",),
 }
 COLOUR_DATA = ("camsim.spectra", "camsim.sensor.colour_matrix", "camsim.measure")

@@ -116,6 +116,29 @@ def test_a_lens_that_one_engine_renders_is_judged_by_that_one_at_its_finest(scen
     assert "judged by itself" in " ".join(words_of_truths(found.truths))
 
 
+GRATING = "{kind: sine-grating, width: 40, height: 9, period: 6, low: 0.1, high: 0.7}"
+SQUARE = "{kind: rectangle, width: 4, height: 4, reflectance: 0.1}"
+
+
+def test_what_both_engines_render_the_same_way_is_no_truth_of_another(scene):
+    """Pictures have an engine of their own, whatever renders the edges."""
+    few = {"region": Region(rows=4, cols=4), "overrides": ["scene.shapes=" + f"[{GRATING}]"]}
+    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3, 1e-11), **few)
+    (truth,) = found.truths
+    assert (truth.engine, truth.also, truth.difference) == ("fourier", "fourier", None)
+    assert [p.label for p in found.points] == ["boundary 1e-3", "fourier 1e-3"]
+    assert all(p.by_itself and p.error_max > 0.0 for p in found.points)
+    assert {left.label for left in found.left_out} == {"boundary 1e-11", "fourier 1e-11"}
+    sentences = " ".join(finding.sentence for finding in found.findings)
+    assert "Both engines render this window the same way: fourier is judged by itself" in sentences
+    assert " from itself at 1e-11; " in sentences
+    few["overrides"] = ["scene.shapes=" + f"[{GRATING}, {SQUARE}]"]
+    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3,), **few)
+    assert [truth.shared for truth in found.truths] == ["pictures, gradients and points"] * 2
+    assert not any(p.by_itself for p in found.points)
+    assert "Both render pictures, gradients and points the same way" in " ".join(words_of_truths(found.truths))
+
+
 def test_no_time_for_any_truth_is_said(scene):
     with pytest.raises(UnsupportedError, match=r"no engine renders this window finely enough .* about 0 s"):
         bench_scene(scene, longest_s=0.0)
@@ -228,9 +251,9 @@ def test_a_flat_scene_has_no_error_and_a_page():
 
     found = bench_scene("flat-field", methods=("auto",), tolerances=(1e-3,))
     assert found.points[0].error_max <= 1e-15
-    assert "error 0; nothing is faster" in found.findings[-2].sentence
+    assert "error 0 from itself at 1e-11; nothing is faster" in found.findings[-2].sentence
     assert "from [935, 1439] of 446 × 446, the middle of" in found.findings[0].sentence
-    assert found.findings[3].sentence == "The two truths are the same to the last bit."
+    assert found.findings[2].sentence.startswith("Both engines render this window the same way: boundary is judged by ")
     assert "<svg" in page(found)
 
 

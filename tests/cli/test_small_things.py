@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -57,12 +58,42 @@ def test_an_option_that_is_a_key(option: str, key: str) -> None:
         assert f"No such option: {option}; write --set {key}=VALUE" in error
     assert "No such option: --forse (Possible options: --force" in run("capture", "slanted-edge", "--forse")[2]
     assert "(Possible options: " in run("bench", "slanted-edge", "--tolerance", "1")[2]
+    # The beginning of an option, and a word that is only a little like a key, are no keys.
+    assert "No such option: --out (Possible options: --output" in run("capture", "slanted-edge", "--out", "a.dng")[2]
+    assert "--set" not in run("explain", "slanted-edge", "--mot", "1")[2].replace("(Possible options: --set)", "")
     assert "--set" not in run("info", "a.dng", option)[2]
+
+
+@pytest.mark.parametrize("folder", [".", "..", "./here/"])
+def test_a_folder_is_no_scene(folder: str) -> None:
+    Path("here").mkdir()
+    assert run("capture", folder) == (2, "", f"{folder}: is a folder; name a file in it")
+
+
+def test_a_file_that_is_missing_is_not_taken_for_any_other() -> None:
+    Path("first-scene.yaml").touch()
+    assert run("capture", "scene.yaml")[2] == "scene.yaml: no such file"
+    assert run("capture", "first-scen.yaml")[2] == "first-scen.yaml: no such file; did you mean 'first-scene.yaml'?"
+
+
+def test_a_turned_filter_has_its_nulls_along_its_own_axes() -> None:
+    turned = "{kind: four-spot, split_um: 3.66, rotate_deg: 45}"
+    text = run("show", "d40-like")[1].partition("# What follows")[0]
+    Path("turned.yaml").write_text(re.sub(r"olpf: \{.*\}", f"olpf: {turned}", text), encoding="utf-8")
+    assert "0.13661 cycles/µm along x and y turned by 45°, 1.33 of Nyquist" in run("show", "./turned.yaml")[1]
+
+
+def test_a_lens_that_is_all_tables_is_told_on_a_line() -> None:
+    few = ("--set", "region={rows: 2, cols: 2}", "--set", "render.tolerance=1e-2", "-o", "f.dng")
+    told = "FieldLens(f_number=5, 13 wavelengths, 380 to 780 nm, 13 heights to 24.6705 mm, 11 Zernikes)"
+    assert told in run("capture", "field-lens", *few)[2]
+    assert "FieldLens(distortion: 13, f_number=5, height_um: 13, lateral_colour_um: 13 × 13" in run("info", "f.dng")[1]
 
 
 def test_light_that_no_channel_sees_has_a_way_out() -> None:
     infrared = "light={line_nm: 1550, irradiance_w_per_m2: 1}"
     ready = load("small.yaml", overrides=[infrared])
+    assert ready.notes(ready.plan())[-1].startswith("nothing of the light (line of 1550 nm) reaches a channel of the ")
     with pytest.raises(CamsimError) as caught:
         camsim.save(ready.frame(), "a.dng")
     assert "no channel of the camera responds to the scene's light, line of 1550 nm" in str(caught.value)

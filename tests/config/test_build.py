@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import camsim
+from camsim import memory
 from camsim.capturing import load, load_camera
-from camsim.config import memory
 from camsim.errors import ConfigError
 from camsim.optics import Airy, FourSpotOlpf, SquarePhotosite
 from camsim.scene import Disc, Polygon, Rectangle

@@ -55,7 +55,7 @@ FAULTS = {
         "{time_s: 0.01, iso: 200}",
         "{time_s: 0.01}",
         [
-            "scene.yaml:5:1: exposure.iso: missing; a number above 0 "
+            "scene.yaml:5:1: exposure.iso: missing; a number from 0.001 to 1e+09 "
             "(ISO setting; the sensor's electrons_per_dn holds at its base_iso)"
         ],
     ),
@@ -95,7 +95,7 @@ FAULTS = {
         "iso: 200",
         "iso: fast",
         [
-            "scene.yaml:5:31: exposure.iso: must be a number above 0, not 'fast' "
+            "scene.yaml:5:31: exposure.iso: must be a number from 0.001 to 1e+09, not 'fast' "
             "(ISO setting; the sensor's electrons_per_dn holds at its base_iso)"
         ],
     ),
@@ -103,7 +103,7 @@ FAULTS = {
         "f_number: 8",
         "f_number: '5,6'",
         [
-            "scene.yaml:3:30: lens.f_number: must be a number above 0, not '5,6'; write 5.6, with a point "
+            "scene.yaml:3:30: lens.f_number: must be a number from 0.5 to 10000, not '5,6'; write 5.6, with a point "
             "(focal length over aperture, as engraved on the lens)"
         ],
     ),
@@ -143,15 +143,15 @@ FAULTS = {
         "time_s: 0.01",
         "time_s: 10ms",
         [
-            "scene.yaml:5:20: exposure.time_s: must be a number above 0 or auto, not '10ms'; write the number alone, "
-            "its unit is fixed (seconds; auto puts a perfect diffuser at 80 % of black..white)"
+            "scene.yaml:5:20: exposure.time_s: must be a number from 1e-09 to 1e+09 or auto, not '10ms'; "
+            "write the number alone, its unit is fixed (seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
     ),
     "a fraction of a second": (
         "time_s: 0.01",
         "time_s: 1/100",
         [
-            "scene.yaml:5:20: exposure.time_s: must be a number above 0 or auto, not '1/100'; write 0.01 "
+            "scene.yaml:5:20: exposure.time_s: must be a number from 1e-09 to 1e+09 or auto, not '1/100'; write 0.01 "
             "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
     ),

@@ -15,7 +15,7 @@ FAULTS = {
         "pitch_um: 4.0",
         "pitch_um: -4.0",
         [
-            "my.yaml:4:41: frame.pitch_um: must be a number above 0, not -4.0 "
+            "my.yaml:4:41: frame.pitch_um: must be a number from 0.1 to 10000, not -4.0 "
             "(distance between centres of neighbouring photosites, µm)"
         ],
     ),
@@ -23,7 +23,7 @@ FAULTS = {
         "pitch_um: 4.0",
         "pitch_um: 0",
         [
-            "my.yaml:4:41: frame.pitch_um: must be a number above 0, not 0 "
+            "my.yaml:4:41: frame.pitch_um: must be a number from 0.1 to 10000, not 0 "
             "(distance between centres of neighbouring photosites, µm)"
         ],
     ),

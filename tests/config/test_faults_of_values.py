@@ -39,7 +39,7 @@ FAULTS = {
         "time_s: 0.01",
         "time_s: 0",
         [
-            "scene.yaml:5:20: exposure.time_s: must be a number above 0 or auto, not 0 "
+            "scene.yaml:5:20: exposure.time_s: must be a number from 1e-09 to 1e+09 or auto, not 0 "
             "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
     ),
@@ -47,7 +47,7 @@ FAULTS = {
         "time_s: 0.01",
         "time_s: atuo",
         [
-            "scene.yaml:5:20: exposure.time_s: must be a number above 0 or auto, not 'atuo'; did you mean "
+            "scene.yaml:5:20: exposure.time_s: must be a number from 1e-09 to 1e+09 or auto, not 'atuo'; did you mean "
             "'auto'? "
             "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
@@ -56,7 +56,7 @@ FAULTS = {
         "time_s: 0.01",
         "time_s: {seconds: 1}",
         [
-            "scene.yaml:5:20: exposure.time_s: must be a number above 0 or auto, not a table "
+            "scene.yaml:5:20: exposure.time_s: must be a number from 1e-09 to 1e+09 or auto, not a table "
             "(seconds; auto puts a perfect diffuser at 80 % of black..white)"
         ],
     ),

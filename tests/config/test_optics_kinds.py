@@ -237,7 +237,7 @@ FAULTS = {
     "f-number that is none": (
         "{kind: annular-airy, f_number: 0, obstruction: 0.3}",
         [
-            "scene.yaml:3:38: lens.f_number: must be a number above 0, not 0 "
+            "scene.yaml:3:38: lens.f_number: must be a number from 0.5 to 10000, not 0 "
             "(focal length over aperture, as engraved on the lens)"
         ],
     ),

@@ -98,7 +98,7 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
         ("iso=800", "--set iso: unknown key here; did you mean 'exposure.iso'?"),
         (
             "exposure.iso=fast",
-            "--set exposure.iso: must be a number above 0, not 'fast' "
+            "--set exposure.iso: must be a number from 0.001 to 1e+09, not 'fast' "
             "(ISO setting; the sensor's electrons_per_dn holds at its base_iso)",
         ),
         ("exposure=7", "--set exposure: must be a table {time_s, iso, datetime, temperature_c}, not 7 "
@@ -134,7 +134,7 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
         "paper-488, phone-080, pi-155, x-trans-376); "
          "your own lies beside the scene, in sensors there or in ../sensors, in --sensors DIR, or is named by "
          "its path"),
-        ("sensor=3", "--set sensor: must be a name, not 3 "
+        ("sensor=3", "--set sensor: must be a name, not 3; as a text it stands in quotes: '3' "
                      "(its name (camsim list sensors), or a file in this scene's folder or in ../sensors)"),
         ("scene.shapes.1.points=[[0, 0], [2, 2], [2, 0], [0, 2]]",
          "--set scene.shapes.1.points: the outline crosses itself at (1, 1); "

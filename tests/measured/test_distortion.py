@@ -123,7 +123,11 @@ def test_a_capture_without_distortion_has_none(kind):
         "checkerboard": "{kind: chart, name: checkerboard, side: 24, rows: 4, cols: 5, rotate_deg: 3}",
     }[kind]
     capture = captured(chart, "d40-like", "noise.enabled=false", "render.tolerance=1e-3", "lens.f_number=8")
-    report = measure_distortion(picture_of_frame(capture.frame()), capture)
+    said: list[tuple[str, float]] = []
+    report = measure_distortion(picture_of_frame(capture.frame()), capture, progress=lambda *word: said.append(word))
+    assert len(said) >= 4 * 9
+    assert said == sorted(said)
+    assert 0.0 == said[0][1] < said[-1][1] < 1.0
     for channel in report.channels:
         assert len(channel.marks) >= 9
         assert all(math.hypot(mark.dx_pixel, mark.dy_pixel) < 0.02 for mark in channel.marks)

@@ -80,7 +80,6 @@ def test_a_usual_picture_has_none() -> None:
         ({"olpf": camsim.FourSpotOlpf(split_um=3.0, split_y_um=1.0)}, "split of 1 µm is 0.25 pitches of 4 µm"),
         ({"olpf": camsim.TwoSpotOlpf(split_um=4.0, rotate_deg=45.0)}, ""),
         ({"olpf": None}, ""),
-        ({"lens": camsim.Airy(f_number=0.4)}, "f/0.4 is faster than physics allows: in air no lens is beyond f/0.5"),
         ({"lens": camsim.Gaussian(sigma_um=1.0, f_number=0.5)}, ""),
         ({"dark_current": camsim.DarkCurrent(2000.0), "exposure": exposed(0.01)},
          "holds 20 e⁻ (5 DN) of dark current in the mean, which mean_electrons and truth, of light alone, do not"),

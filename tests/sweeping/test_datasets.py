@@ -238,7 +238,7 @@ def test_keys_that_some_scenes_do_not_know_name_them():
         ({"scene": "slanted-edge"}, "splits: 1 different scenes for 3 splits; vary the scene"),
         ({"splits": {"train": 0.5, "val": 0.1, "test": 0.1}}, "train, val and test add up to 0.7"),
         ({"hold": ["noise"]}, "hold.0: must be"),
-        ({"vary": {"exposure.iso": [-1]}}, "vary.exposure.iso: must be a number above 0"),
+        ({"vary": {"exposure.iso": [-1]}}, "vary.exposure.iso: must be a number from 0.001 to 1e+09"),
     ],
 )
 def test_what_is_wrong_is_said_before_anything_is_made(keys, why, tmp_path):

@@ -173,7 +173,7 @@ def test_mistakes_are_found_before_anything_is_taken(tmp_path):
     bad = {**SMALL, "vary": {"exposure.iso": [200, -5], "lens.f_numbr": [4]}}
     with pytest.raises(ConfigError) as caught:
         camsim.sweep(bad, out, workers=0)
-    assert "vary.exposure.iso: must be a number above 0, not -5" in str(caught.value)
+    assert "vary.exposure.iso: must be a number from 0.001 to 1e+09, not -5" in str(caught.value)
     assert "vary.lens.f_numbr: unknown key; did you mean 'f_number'?" in str(caught.value)
     with pytest.raises(CamsimError, match=r"captures 0 and 1 both make 'a.dng'; add \{index\} to the name"):
         camsim.sweep({**SMALL, "vary": {"exposure.iso": [1, 2]}, "files": "a.dng"}, out, workers=0)

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from camsim.config.schema.base import Filter, Name, Table, Transmission
 from camsim.marks import Called
-from camsim.typed import Fraction, NonNegative
+from camsim.typed import FNumber, Fraction, NonNegative
 
 
 class Cos4Falloff(Table):
@@ -51,7 +51,7 @@ class MountTable(Table):
 class LensTable(MountTable):
     """A lens that does not come from a file."""
 
-    f_number: float = Field(gt=0, description="focal length over aperture, as engraved on the lens")
+    f_number: FNumber = Field(description="focal length over aperture, as engraved on the lens")
 
 
 class FieldLens(MountTable):

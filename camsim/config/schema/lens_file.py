@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from camsim.config.schema.base import Name, Table
-from camsim.typed import Fraction, NonNegative, Positive
+from camsim.typed import FNumber, Fraction, NonNegative, Positive
 
 
 class LensFile(Table):
@@ -15,7 +15,7 @@ class LensFile(Table):
 
     camsim: Literal["lens/1"] = Field(description="format of this file")
     name: Name = Field(description="what people call the lens")
-    f_number: float = Field(gt=0, description="focal length over aperture, on the axis")
+    f_number: FNumber = Field(description="focal length over aperture, on the axis")
     wavelength_nm: list[Positive] = Field(
         min_length=1, description="increasing, nm; path differences between them lie on a spline"
     )

@@ -13,7 +13,7 @@ from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_f
 from camsim.config.schema.lens import Lens
 from camsim.config.schema.shapes import Placed
 from camsim.marks import Called
-from camsim.typed import Positive
+from camsim.typed import Iso, Positive, Seconds
 
 
 class Light(Table):
@@ -66,14 +66,14 @@ def _date(text: str) -> str:
     return text
 
 
-Seconds: TypeAlias = Annotated[Annotated[Positive, Tag("number")] | Annotated[Literal["auto"], Tag("word")], by_form]
+Time: TypeAlias = Annotated[Annotated[Seconds, Tag("number")] | Annotated[Literal["auto"], Tag("word")], by_form]
 
 
 class Exposure(Table):
     """How long, and how much the signal is amplified."""
 
-    time_s: Seconds = Field(description="seconds; auto puts a perfect diffuser at 80 % of black..white")
-    iso: float = Field(gt=0, description="ISO setting; the sensor's electrons_per_dn holds at its base_iso")
+    time_s: Time = Field(description="seconds; auto puts a perfect diffuser at 80 % of black..white")
+    iso: Iso = Field(description="ISO setting; the sensor's electrons_per_dn holds at its base_iso")
     datetime: Annotated[str, AfterValidator(_date), Called("a date and time such as 2000-01-31 23:59:59")] = Field(
         default="2000-01-01 00:00:00", description="what files carry as their date"
     )

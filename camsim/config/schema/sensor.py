@@ -10,6 +10,7 @@ from pydantic import Field, Tag
 from camsim.config.schema.base import Curve, Filter, Letter, Name, Table, by_form
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.marks import Called
+from camsim.typed import Pitch
 
 
 class SensorFrame(Table):
@@ -17,7 +18,7 @@ class SensorFrame(Table):
 
     rows: int = Field(ge=1, description="photosites from top to bottom")
     cols: int = Field(ge=1, description="photosites from left to right")
-    pitch_um: float = Field(gt=0, description="distance between centres of neighbouring photosites, µm")
+    pitch_um: Pitch = Field(description="distance between centres of neighbouring photosites, µm")
 
 
 class SquarePhotosite(Table):

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable
 from dataclasses import fields
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
+from camsim.exposing import Capture, Progress
 from camsim.measure.distortion.marks import Marks, locate_mark, marks_of
 from camsim.measure.distortion.result import (
     ChannelDistortion,
@@ -26,8 +28,10 @@ from camsim.measure.picture import Channel, Picture
 _LEAST_MARKS = 4
 
 
-def measure_distortion(picture: Picture, capture: Capture) -> DistortionReport:
+def measure_distortion(picture: Picture, capture: Capture, *, progress: Progress | None = None) -> DistortionReport:
     """Measure where the marks of the capture's chart are seen, in every channel.
+
+    progress : called with (stage, fraction done): a mark takes some 20 ms
 
     A mark is looked for within half a dot's spacing, or 0.7 of a square, of where the capture's lens puts it. Raises
     UnsupportedError for a scene without a dot grid or a checkerboard, and where fewer than four marks are found.
@@ -38,12 +42,14 @@ def measure_distortion(picture: Picture, capture: Capture) -> DistortionReport:
     expected = expected_um(capture, marks)
     found: dict[str, dict[int, MarkPlace]] = {}
     left_out = []
-    for channel in picture.select("all"):
+    channels = picture.select("all")
+    for done, channel in enumerate(channels):
         letter = channel.name if channel.name in expected else channel.name.rstrip("0123456789")
         if letter not in expected:
             left_out.append(f"{channel.name}: the camera has no such channel")
             continue
-        placed, missed = _places(channel, picture, capture, marks, expected[letter] / capture.camera.pitch_um)
+        tell = functools.partial(_tell, progress, done, len(channels))
+        placed, missed = _places(channel, picture, capture, marks, expected[letter] / capture.camera.pitch_um, tell)
         if len(placed) < _LEAST_MARKS:
             left_out.append(f"{channel.name}: {len(placed)} marks found; {_LEAST_MARKS} are the least")
             continue
@@ -67,8 +73,18 @@ def measure_distortion(picture: Picture, capture: Capture) -> DistortionReport:
     )
 
 
+def _tell(progress: Progress | None, done: int, channels: int, part: float) -> None:
+    if progress is not None:
+        progress("marks", (done + part) / channels)
+
+
 def _places(
-    channel: Channel, picture: Picture, capture: Capture, marks: Marks, expected_pixel: F64
+    channel: Channel,
+    picture: Picture,
+    capture: Capture,
+    marks: Marks,
+    expected_pixel: F64,
+    tell: Callable[[float], None],
 ) -> tuple[dict[int, MarkPlace], int]:
     """Return the marks found, by number, and how many that lie whole in the picture were not."""
     left, top = capture.grid.first_centre
@@ -76,6 +92,7 @@ def _places(
     reach = marks.reach_um / pitch_um
     found, missed = {}, 0
     for number, (x_um, y_um) in enumerate(marks.places_um.tolist()):
+        tell(number / len(marks.places_um))
         # In pixels of the picture, where the lens puts it.
         dx, dy = expected_pixel[number].tolist()
         x, y = x_um / pitch_um + dx - left + 0.5, y_um / pitch_um + dy - top + 0.5

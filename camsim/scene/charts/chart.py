@@ -67,12 +67,15 @@ class Chart(Shape):
         draw = KNOWN.get(self.name)
         if draw is None:
             raise UnknownNameError("chart", self.name, KNOWN, key="name", stage="Chart")
+        kinds = parameters(draw)
+        for key in self.parameters:
+            if key not in kinds:
+                raise UnknownNameError("parameter", key, kinds, stage=draw.__name__)
         try:
             given = inspect.signature(draw).bind(**self.parameters)
-        except TypeError as error:
-            raise InvalidValueError(in_brief(error), key="parameters", stage="Chart") from None
+        except TypeError as error:  # one is missing
+            raise InvalidValueError(in_brief(error), stage=draw.__name__) from None
         given.apply_defaults()
-        kinds = parameters(draw)
         kept = {key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()}
         shapes = tuple(draw(**kept))
         depth, pieces = count_pieces(shapes)

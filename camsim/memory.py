@@ -33,6 +33,18 @@ def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str],
     return rows * cols * (_BYTES_PER_PHOTOSITE + truth + preview)
 
 
+def too_large(rows: int, cols: int, needed: float) -> str:
+    """Return why photosites do not fit in memory, to stand before a way out; empty where they fit.
+
+    >>> too_large(4, 4, 1e6)
+    ''
+    """
+    free = available_bytes()
+    if needed <= free:
+        return ""
+    return f"{rows} × {cols} photosites need about {readable(needed)} of memory, {readable(free)} are free"
+
+
 def available_bytes() -> int:
     """Return how much memory this process can still get, by the strictest limit that is known."""
     return min(_limits(), default=sys.maxsize)
