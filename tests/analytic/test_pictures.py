@@ -125,6 +125,20 @@ def test_a_picture_is_seen_through_holes():
     assert worst(image, rendered(drawn, *rings, tolerance=1e-6, background=0.2)) <= 1e-4
 
 
+@pytest.mark.parametrize("turn_deg", [1e-9, 1e-8, 90.0 + 1e-7, -1e-12])
+@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+def test_hardly_turned_is_upright(interpolation, turn_deg):
+    """The cosine of a billionth of a degree is 1; its sine was taken for a direction, and the capture crashed."""
+    planes = np.random.default_rng(9).random((4, 5))
+    hardly, upright = (
+        rendered(
+            camsim.Picture(planes=planes, width_um=24.0, rotate_deg=angle, interpolation=interpolation), tolerance=1e-6
+        )
+        for angle in (turn_deg, 90.0 * round(turn_deg / 90.0))
+    )
+    assert worst(hardly, upright) <= 2e-6
+
+
 @pytest.mark.parametrize("origin", [(2, 2), (10, 0)])
 def test_a_window_beside_a_picture_is_that_of_the_frame(origin):
     """A lens that fades: a window takes part of the samples, which begin within the picture and end beyond its rim."""

@@ -101,8 +101,8 @@ class Layer:
 
     @property
     def upright(self) -> bool:
-        """Whether the samples lie along the photosites' rows."""
-        return bool((np.abs(self.axes).max(axis=0) == 1.0).all())
+        """Whether the samples lie along the photosites' rows: of a billionth of a degree the cosine is 1, the sine not 0."""
+        return bool((self.axes == np.rint(self.axes)).all())
 
     @property
     def corners(self) -> F64:
