@@ -18,6 +18,7 @@ from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.framed import Framed
 from camsim.rendering.check.integrals import Integrals
+from camsim.rendering.check.listener import Listener
 from camsim.rendering.check.overlap import Overlapping, followed
 from camsim.rendering.check.places import farthest, hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
@@ -143,11 +144,7 @@ class Judge:
 
     def _integrals(self, budget: ErrorBudget) -> Integrals:
         """Return what integrates what a rectangle on every spot sees; or a point, where the photosite is none."""
-        job, pitch_um, photosite = self.job, self.job.grid.pitch_um, self.job.system.photosite
-        sides, spots = (0.0, 0.0), np.zeros((1, 2))
-        if isinstance(photosite, Rectangular):
-            width_um, height_um = photosite.sides_um
-            sides, spots = (width_um / pitch_um, height_um / pitch_um), job.system.spots_um() / pitch_um
+        job = self.job
         pieces, wavelength_nm, density = self.seen
         both, pair = kinds_of(pieces.left * len(density) + pieces.right)
         left, right = np.divmod(both, len(density))
@@ -156,7 +153,7 @@ class Judge:
         lens = job.system.lens if job.split is None else job.split.core
         assert isinstance(lens, RoundLens)
         return Integrals(
-            lens=lens, sides=sides, spots=spots, pitch_um=pitch_um,
+            lens=lens, listener=Listener.of(job, wavelength_nm), pitch_um=job.grid.pitch_um,
             pieces=pieces, pair=which[pair], times=times[pair],
             wavelength_nm=wavelength_nm, weights=weights, budget=budget,
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
@@ -165,7 +162,7 @@ class Judge:
     def _heard(self, job: Job) -> float:
         """Return how far a round lens's rings are heard, by the check's own rule."""
         farthest = self._integrals(ErrorBudget(OF_RINGS * job.tolerance)).farthest
-        # A photosite that is no rectangle hears no more than points on it do.
+        # A photosite that is no rectangle hears as far as a point that lets as much pass, and by its extent farther.
         return farthest if isinstance(job.system.photosite, Rectangular) else farthest + job.extent
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
