@@ -226,7 +226,7 @@ def _nodes(job: Job) -> Nodes:
 
     Farther out they need not be right, but must be as quiet: a few wavelengths come back into step where the spectrum
     does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width: no
-    pupil's rings exceed those by much. Photosites that are no rectangles are taken for points that let as much of rings pass.
+    pupil's rings exceed those by much. Photosites that are no rectangles are points that let as much pass.
     """
     blur, span, allowed = job.blur, job.span, job.budget.allowed("rings")
     own_phase = wavefront_phase(job.system, job.signals.wavelength_nm)
