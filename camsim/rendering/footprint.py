@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import Rectangular
 from camsim.quadrature import gauss_error, gauss_legendre
+from camsim.rendering.envelope import Envelope
 
 BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out
 _SAME = 1e-13  # of the farthest spot: offsets this close are one
@@ -29,6 +31,7 @@ class Footprint:
     square   : whether it is mirrored and a quarter turn leaves it as it is
     sigma2 : ½⟨|ζ|²⟩; m22 = ⟨|ζ|⁴⟩, m66 = ⟨|ζ|⁶⟩; m2 = ⟨ζ²⟩, m31 = ⟨ζ³ζ̄⟩, m4, m6 = ⟨ζ⁴⟩, ⟨ζ⁶⟩
     beyond : sizes of ⟨ζ⁸⟩, ⟨ζ¹⁰⟩ … ⟨ζ¹⁶⟩
+    envelope : what it lets pass whatever the direction, of a point that stands for another shape; None: of itself
     """
 
     width: float
@@ -44,6 +47,7 @@ class Footprint:
     m4: complex
     m6: complex
     beyond: tuple[float, ...]
+    envelope: Envelope | None = None
 
     @classmethod
     def of(cls, system: OpticalSystem, pitch_um: float) -> Footprint:
@@ -66,6 +70,11 @@ class Footprint:
     def point(cls) -> Footprint:
         """Return a point."""
         return cls.measured(0.0, 0.0, np.zeros((1, 2)))
+
+    @classmethod
+    def enveloped(cls, system: OpticalSystem, pitch_um: float, highest: float) -> Footprint:
+        """Return a point that stands for the system's footprint: of waves it lets as much pass, up to ``highest``."""
+        return dataclasses.replace(cls.point(), envelope=Envelope.of(system, pitch_um, highest))
 
     @classmethod
     def measured(cls, width: float, height: float, spots: F64) -> Footprint:
@@ -145,6 +154,8 @@ class Footprint:
 
     def angles(self, frequencies: int) -> F64:
         """Return angles in even steps, from a quarter turn down, that cover all ``folded`` directions."""
+        if self.extent == 0.0:
+            return np.array([0.5, -0.5]) * np.pi  # all directions are the same
         # One wavelength has narrow lobes where the footprint is many λN wide; a spectrum smears them.
         octants = 1 if self.square else 2 if self.mirrored else 4
         return 0.5 * np.pi - np.linspace(0.0, octants * np.pi / 4, octants * (32 if frequencies == 1 else 8) + 1)
@@ -152,6 +163,8 @@ class Footprint:
     def transfer(self, frequency: F64) -> F64:
         """OTF (directions, n), signed, at each radial frequency (cycles/pitch) in directions that cover all of them."""
         angle = self.angles(frequency.size)
+        if self.envelope is not None:
+            return np.broadcast_to(self.envelope.at(frequency), (angle.size, frequency.size))
         return self.otf(np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency))
 
 

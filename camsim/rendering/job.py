@@ -20,7 +20,7 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, pattern_of
 from camsim.rendering.grid import Grid
 from camsim.rendering.heard import Heard, heard
-from camsim.rendering.prune import equal_sides, far_outlines
+from camsim.rendering.prune import LeftOut, equal_sides, far_outlines
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import Signals, blur_of, different, fuse
 from camsim.scene import Scene
@@ -39,28 +39,6 @@ class Nodes:
     wavelength_nm: F64
     density: F64
     weights: F64
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LeftOut:
-    """Edges of the scene that a job leaves out.
-
-    sides, hidden : of each primitive before one covers another, and which lie wholly under a later one
-    edges         : those with equal sides first, then those far outside
-    equal, far    : how many of each;  bound: what the far ones add to any photosite, at the most, of full scale
-    """
-
-    sides: I64
-    hidden: np.ndarray
-    edges: Edges
-    equal: int
-    far: int
-    bound: float
-
-    @property
-    def outline_edges(self) -> int:
-        """Sides of all shapes."""
-        return int(self.sides.sum())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -261,9 +239,14 @@ class Job:
 
     @functools.cached_property
     def heard(self) -> Heard:
-        """How far rings are heard; the pattern is known, and a footprint that is not is taken for a point."""
+        """How far rings are heard; the pattern is known."""
         assert self.pattern is not None
-        return heard(self.waves(self.pattern, self.footprint or Footprint.point()), self.edges, self.grid, self.budget)
+        return heard(self.waves(self.pattern, self.hearing), self.edges, self.grid, self.budget)
+
+    @functools.cached_property
+    def hearing(self) -> Footprint:
+        """What hears rings: the footprint, or a point that lets as much of them pass where it is not known."""
+        return self.footprint or Footprint.enveloped(self.system, self.grid.pitch_um, 1.0 / float(self.blur.min()))
 
     @property
     def extent(self) -> float:

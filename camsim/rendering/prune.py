@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from camsim.arrays import F64, I64, kinds_of, same_rows
@@ -9,6 +11,28 @@ from camsim.kernels import kernel
 from camsim.optics.pattern import Pattern
 from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LeftOut:
+    """Edges of the scene that a job leaves out.
+
+    sides, hidden : of each primitive before one covers another, and which lie wholly under a later one
+    edges         : those with equal sides first, then those far outside
+    equal, far    : how many of each;  bound: what the far ones add to any photosite, at the most, of full scale
+    """
+
+    sides: I64
+    hidden: np.ndarray
+    edges: Edges
+    equal: int
+    far: int
+    bound: float
+
+    @property
+    def outline_edges(self) -> int:
+        """Sides of all shapes."""
+        return int(self.sides.sum())
 
 
 def equal_sides(edges: Edges, density: F64) -> np.ndarray:

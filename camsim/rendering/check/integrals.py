@@ -15,8 +15,9 @@ from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.along import SHORT, Rules
+from camsim.rendering.check.listener import Listener
 from camsim.rendering.check.parts import parts_seen
-from camsim.rendering.check.pattern import Table, loudness, table_of
+from camsim.rendering.check.pattern import WINDOW, Table, loudness, muffled, table_of
 from camsim.rendering.check.points import Asked, Tables, light_at_points, rules_of
 from camsim.rendering.check.records import Parts
 from camsim.rendering.check.scenery import Pieces
@@ -42,7 +43,7 @@ ROUND = 5.0  # times as long for a node on a round piece: a sine and a cosine
 class Integrals:
     """The check's settings for a round lens; lengths in pitches.
 
-    sides, spots : of the photosite, (n, 2) of the OLPF, pitches
+    listener : photosite and OLPF
     pieces, pair, times : of the scene, what lies beside each, and by how much more or less of it
     wavelength_nm, weights : (n,) and (pairs, channels, n) left minus right, of full scale
     budget       : of what the check may be wrong by
@@ -50,8 +51,7 @@ class Integrals:
     """
 
     lens: RoundLens
-    sides: tuple[float, float]
-    spots: F64
+    listener: Listener
     pitch_um: float
     pieces: Pieces
     pair: I64
@@ -77,7 +77,7 @@ class Integrals:
         return zones_of(
             self._rule,
             order=max(self._orders),
-            half=0.5 * max(self.sides),
+            half=0.5 * max(self.listener.sides),
             light=light / math.tau,
             allowed=FAR_PART * self.budget.allowed("footprint rule"),
         )
@@ -90,19 +90,19 @@ class Integrals:
         passed = np.abs(self.lens.otf(freq / self.pitch_um, np.zeros(GRATINGS), float(self.wavelength_nm[sharpest])))
         logs, phase = np.log(np.maximum(passed, NOTHING)), np.log(math.pi * freq)
         orders, allowed = {0.0: 1}, math.log((1.0 - FAR_PART) * self.budget.allowed("footprint rule"))
-        for side in set(self.sides) - {0.0}:
+        for side in set(self.listener.sides) - {0.0}:
             order, phases = 3, phase + math.log(side)
             while (logs + 2 * order * phases).max() + gauss_error(order, 1.0) > allowed:
                 order += 1
             orders[side] = order
-        return [orders[side] for side in self.sides]
+        return [orders[side] for side in self.listener.sides]
 
     def _rule(self, most: int) -> Rule:
         """Return nodes (m, 2) and weights (m,) over photosite and spots, at most so many along a side."""
         across, down = (min(order, most) for order in self._orders)
         square, weights = _on_square(across, down)
-        nodes = (self.spots[:, None] + 0.5 * np.array(self.sides) * square).reshape(-1, 2)
-        return nodes, np.concatenate([weights / len(self.spots)] * len(self.spots))
+        nodes = (self.listener.spots[:, None] + 0.5 * np.array(self.listener.sides) * square).reshape(-1, 2)
+        return nodes, np.concatenate([weights / len(self.listener.spots)] * len(self.listener.spots))
 
     @functools.cached_property
     def radius(self) -> float:
@@ -274,9 +274,11 @@ class Integrals:
 
     def _swing_at(self, radius: float) -> float:
         """Return how far E swings about its smooth powers near a distance."""
-        longest = float(self._blur.max())
-        blur, weights = self._condensed(radius + self._extent + 6.0 * longest)
-        allowed = self.budget.tolerance
+        longest, envelope, allowed = float(self._blur.max()), self.listener.envelope, self.budget.tolerance
+        farther = self._extent + (6.0 if envelope is None else WINDOW) * longest
+        blur, weights = self._condensed(radius + farther)
+        if envelope is not None:
+            return muffled(self.lens, blur, weights, radius, longest=longest, envelope=envelope, allowed=allowed)
         return loudness(self.lens, blur, weights, radius, longest=longest, rule=self.rule, allowed=allowed)
 
 

@@ -11,13 +11,13 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8, kinds_of
 from camsim.optics import RoundLens
-from camsim.optics.protocols import Rectangular
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART, ErrorBudget
 from camsim.rendering.check.bent import bent
 from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.framed import Framed
 from camsim.rendering.check.integrals import Integrals
+from camsim.rendering.check.listener import Listener
 from camsim.rendering.check.overlap import Overlapping, followed
 from camsim.rendering.check.places import farthest, hardest_photosites, how_many, windows
 from camsim.rendering.check.polygons import polygons
@@ -110,8 +110,9 @@ class Judge:
         job = self.job
         felt_nm = job.wavelength_nm[job.response.any(axis=0)]  # none of a light that the sensor does not see
         highest = job.system.highest_per_um(felt_nm if felt_nm.size else job.wavelength_nm)
-        fine = Fineness(1.0 / (highest * job.grid.pitch_um), job.budget.of_check.allowed("own curves"))
         whole = job.bending is None and job.finest is not None and job.tolerance >= job.finest
+        budget = job.budget.of_check if whole else self._of_windows
+        fine = Fineness(1.0 / (highest * job.grid.pitch_um), budget.allowed("own curves"))
         pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine, whole=whole)
         if job.bending is not None and len(pieces.left):
             pieces = bent(pieces, fine, job.bending)
@@ -143,12 +144,7 @@ class Judge:
 
     def _integrals(self, budget: ErrorBudget) -> Integrals:
         """Return what integrates what a rectangle on every spot sees; or a point, where the photosite is none."""
-        job, pitch_um, photosite = self.job, self.job.grid.pitch_um, self.job.system.photosite
-        sides, spots = (0.0, 0.0), np.zeros((1, 2))
-        if isinstance(photosite, Rectangular):
-            width_um, height_um = photosite.sides_um
-            sides, spots = (width_um / pitch_um, height_um / pitch_um), job.system.spots_um() / pitch_um
-        pieces, wavelength_nm, density = self.seen
+        job, (pieces, wavelength_nm, density) = self.job, self.seen
         both, pair = kinds_of(pieces.left * len(density) + pieces.right)
         left, right = np.divmod(both, len(density))
         weights, which, times = widest(density[left] - density[right])
@@ -156,7 +152,7 @@ class Judge:
         lens = job.system.lens if job.split is None else job.split.core
         assert isinstance(lens, RoundLens)
         return Integrals(
-            lens=lens, sides=sides, spots=spots, pitch_um=pitch_um,
+            lens=lens, listener=Listener.of(job, wavelength_nm), pitch_um=job.grid.pitch_um,
             pieces=pieces, pair=which[pair], times=times[pair],
             wavelength_nm=wavelength_nm, weights=weights, budget=budget,
             corners=np.array([x0, y0, x0 + job.grid.cols - 1, y0 + job.grid.rows - 1]),
@@ -164,9 +160,9 @@ class Judge:
 
     def _heard(self, job: Job) -> float:
         """Return how far a round lens's rings are heard, by the check's own rule."""
-        farthest = self._integrals(ErrorBudget(OF_RINGS * job.tolerance)).farthest
-        # A photosite that is no rectangle hears no more than points on it do.
-        return farthest if isinstance(job.system.photosite, Rectangular) else farthest + job.extent
+        own = self._integrals(ErrorBudget(OF_RINGS * job.tolerance))
+        # A photosite that is no rectangle hears as far as a point that lets as much pass, and by its extent farther.
+        return own.farthest + (0.0 if own.listener.envelope is None else job.extent)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at: a tenth of the rendering's time's worth, at least."""
@@ -247,6 +243,11 @@ class Judge:
         return None if self.job.split is None or not self.integrates else self.job.difference_part()
 
     @property
+    def _of_windows(self) -> ErrorBudget:
+        """What transforms of all of the lens may be wrong by: no less than their engine is."""
+        return ErrorBudget(max(self.job.budget.of_check.tolerance, self.transforms.finest))
+
+    @property
     def _all(self) -> int:
         """How many photosites there are in a window."""
         return min(WINDOW, self.job.grid.rows) * min(WINDOW, self.job.grid.cols)
@@ -289,7 +290,7 @@ class Judge:
         pieces, wavelength_nm, density = self.seen
         job = job.behind(summed_otherwise(job.system.lens))
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
-        edges = polygons(pieces, 1.0 / highest, min(allowed, self.job.budget.of_check.tolerance))
+        edges = polygons(pieces, 1.0 / highest, self._of_windows.tolerance)
         heard = self._heard if isinstance(job.system.lens, RoundLens) and not job.system.more else None
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)
         return Fitting(

@@ -17,12 +17,14 @@ from camsim.arrays import F64
 from camsim.kernels import kernel
 from camsim.optics.protocols import RoundLens
 from camsim.quadrature import quintic_cells
+from camsim.rendering.envelope import Envelope
 
 CELLS_PER_BLUR = 64  # a quintic then errs by CELLS_LEAVE: 32 left 3e-10. Where that is too much, twice as many
 CELLS_LEAVE = 5e-12
 SLOPE_DEGREE, SLOPE_POINTS, SLOPE_FITS = 12, 64, 3e-14
 REFERENCE_NM = 550.0
 DIRECTIONS, PER_WAVE, WAVES = 8, 16, 3  # along which, and how finely, rings are averaged over the footprint
+WINDOW = 32.0  # blurs to either side, in which a footprint of which only the envelope is known hears them
 
 
 class Table(NamedTuple):
@@ -166,6 +168,24 @@ def loudness(
     places = np.maximum(radius + step * np.arange(-reach, count - reach), 0.1 * radius)
     loudest: float = _loudest(oscillation(lens, blur, weights, places, allowed), reach, step, nodes, shares)
     return loudest
+
+
+def muffled(
+    lens: RoundLens, blur: F64, weights: F64, radius: float, *, longest: float, envelope: Envelope, allowed: float
+) -> float:
+    """Return the same of any footprint, of which all that is known is what it lets pass of waves at the most.
+
+    Every wave of the swing in a window about ``radius`` is multiplied by that. What a footprint passes is its
+    envelope, moved by no more than its extent, and as far the swing is followed anyway.
+    """
+    step, half = longest / PER_WAVE, math.ceil(PER_WAVE * min(WINDOW, 0.5 * radius / longest))
+    window = np.cos(0.5 * np.pi * np.arange(-half, half) / half) ** 2
+    places = radius + step * np.arange(-half, half, dtype=np.float64)
+    swing = window * oscillation(lens, blur, weights, places, allowed)
+    cycles = np.asarray(np.fft.rfftfreq(2 * half, step), np.float64)
+    passed = np.fft.rfft(swing, axis=1) * envelope.at(cycles)
+    middle = slice(half - WAVES * PER_WAVE // 2, half + WAVES * PER_WAVE // 2)
+    return float(np.abs(np.fft.irfft(passed, 2 * half, axis=1)[:, middle]).max())
 
 
 @kernel()

@@ -11,6 +11,8 @@ from camsim.rendering.edges import Edges
 ROOM = 1000  # edges, at the least, that are expected in a box; and as many again for every eighth of the scene's
 
 ROUNDING = 1e-15  # of the largest jump: no step
+SAME = 1e-12  # of the box's farthest corner, or pitches: so near are places along its sides one. Where two arcs meet
+# their last bits differ, and thousands of pieces between those, beyond all that is seen, took minutes
 
 
 def clamped(
@@ -129,6 +131,7 @@ def netted(
     [([0.0, 3.0], [1.0, 3.0], 1.0), ([0.0, 0.0], [0.0, 1.0], 1.0)]
     """
     least = ROUNDING * float(np.abs(jump).max(initial=0.0))
+    same = SAME * max(1.0, float(np.abs([low, high]).max()))
     beside = (start == end) & ((start == np.array(low)) | (start == np.array(high)))
     apart = ~beside.any(axis=1)
     starts, ends, jumps = [start[apart]], [end[apart]], [jump[apart]]
@@ -140,7 +143,7 @@ def netted(
             order = np.argsort(places, kind="stable")
             places = places[order]
             steps = np.concatenate([jump[along], -jump[along]])[order]
-            first = np.flatnonzero(np.diff(places, prepend=-np.inf) > 0.0)
+            first = np.flatnonzero(np.diff(places, prepend=-np.inf) > same)
             step = np.add.reduceat(steps, first) if first.size else steps
             changes = np.flatnonzero(np.abs(step).max(axis=1, initial=0.0) > least)
             net = np.cumsum(step, axis=0)[changes][:-1]

@@ -24,7 +24,6 @@ from camsim.rendering.engine import (
     Marks,
     Progress,
 )
-from camsim.rendering.footprint import Footprint
 from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
 from camsim.rendering.fourier.plan import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_ROUND_POINT
 from camsim.rendering.fourier.spikes import Spikes
@@ -216,7 +215,7 @@ class Fourier:
 def _heard(job: Job) -> float:
     """Return from where on a scene's rings, and what is past three powers of 1/r, are within their shares.
 
-    A footprint that is no rectangle hears the mean of what points on it do: no more, as far as it reaches farther out.
+    A footprint that is no rectangle stands for a point that lets as much pass, and hears as far as it reaches farther.
     """
     found = job.heard
     return max(found.line, followed(found.foci)) + (0.0 if job.footprint is not None else job.extent)
@@ -227,7 +226,7 @@ def _nodes(job: Job) -> Nodes:
 
     Farther out they need not be right, but must be as quiet: a few wavelengths come back into step where the spectrum
     does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width: no
-    pupil's rings exceed those by much. Photosites that are no rectangles are taken for points, which they are made of.
+    pupil's rings exceed those by much. Photosites that are no rectangles are points that let as much pass.
     """
     blur, span, allowed = job.blur, job.span, job.budget.allowed("rings")
     own_phase = wavefront_phase(job.system, job.signals.wavelength_nm)
@@ -235,7 +234,7 @@ def _nodes(job: Job) -> Nodes:
         span = min(
             span, kernel_of(job.system, job.signals.wavelength_nm[[0, -1]], job.grid.pitch_um, job.tolerance).reach
         )
-    pattern, footprint = job.pattern or AIRY, job.footprint or Footprint.point()
+    pattern, footprint = job.pattern or AIRY, job.hearing
     waves = job.waves(pattern, footprint)
     spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
     followed = waves.quiet_distance(allowed, front="line", within=span)

@@ -108,9 +108,9 @@ class FourierImage:
 
         def tiled(tile: Tile) -> tuple[Tile, F64 | None]:
             seen = clamped(self.edges, tile.low, tile.high, (origin[0] + tile.col, origin[1] + tile.row))
-            if not len(seen):
-                return tile, None  # all that could be seen lies elsewhere
             regions = Regions.of(seen, tile, plan, shares, self.tolerance / self.kernel.carries)
+            if not regions.seen:
+                return tile, None  # all that could be seen lies elsewhere
             return tile, self.tile_image(tile, plan, regions, channel[tile.part], contrast)
 
         for done, (tile, values) in enumerate(ahead(tiled, plan.tiles, plan.at_once)):

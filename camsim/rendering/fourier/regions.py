@@ -61,6 +61,13 @@ class Regions:
             precision=precision,
         )
 
+    @property
+    def seen(self) -> bool:
+        """Whether there is anything to transform: of outlines that enclose nothing of the tile no edge is left."""
+        if self.corners is not None:
+            return len(self.corners.begin) > 0
+        return any(strengths.size for _, strengths in self.along or ())
+
     def blocks(self) -> Iterator[tuple[Block, SceneBlock]]:
         """Yield the band block by block, with 4π²|k|² times the transform of each spectrum's regions."""
         if self.along is None:
