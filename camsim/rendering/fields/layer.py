@@ -101,7 +101,7 @@ class Layer:
 
     @property
     def upright(self) -> bool:
-        """Whether the samples lie along the photosites' rows: of a billionth of a degree the cosine is 1, the sine not 0."""
+        """Whether samples lie along the photosites' rows: a billionth of a degree's cosine is 1, its sine not 0."""
         return bool((self.axes == np.rint(self.axes)).all())
 
     @property
