@@ -116,13 +116,13 @@ def test_a_lens_that_one_engine_renders_is_judged_by_that_one_at_its_finest(scen
     assert "judged by itself" in " ".join(words_of_truths(found.truths))
 
 
-GRATING = "{kind: sine-grating, width: 40, height: 9, period: 6, low: 0.1, high: 0.7}"
+GRATING = "{kind: sine-grating, width: 12, height: 5, period: 6, low: 0.1, high: 0.7}"
 SQUARE = "{kind: rectangle, width: 4, height: 4, reflectance: 0.1}"
 
 
 def test_what_both_engines_render_the_same_way_is_no_truth_of_another(scene):
     """Pictures have an engine of their own, whatever renders the edges."""
-    few = {"region": Region(rows=4, cols=4), "overrides": ["scene.shapes=" + f"[{GRATING}]"]}
+    few = {"region": Region(rows=2, cols=2), "overrides": ["scene.shapes=" + f"[{GRATING}]"]}
     found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3, 1e-11), **few)
     (truth,) = found.truths
     assert (truth.engine, truth.also, truth.difference) == ("fourier", "fourier", None)

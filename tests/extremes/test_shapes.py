@@ -194,9 +194,9 @@ def test_corners_nearer_than_a_float_can_tell(points):
 
 @pytest.mark.parametrize("number", [1e160, 1e300, -1e155, 1e16])
 def test_what_lies_beyond_any_scene_is_refused(number):
-    with pytest.raises(camsim.CamsimError, match="at most"):
+    with pytest.raises(camsim.CamsimError, match=r"1e\+15"):
         camsim.Polygon(points_um=[(0, 0), (number, 0), (0, 1)], reflectance=0.5)
-    with pytest.raises(camsim.CamsimError, match="at most"):
+    with pytest.raises(camsim.CamsimError, match=r"1e\+15"):
         camsim.Disc(radius_um=1.0, centre_um=(0.0, number), reflectance=0.5)
-    with pytest.raises(camsim.CamsimError, match="at most"):
+    with pytest.raises(camsim.CamsimError, match=r"1e\+15"):
         camsim.Rectangle(width_um=abs(number), height_um=1.0, reflectance=0.5)
