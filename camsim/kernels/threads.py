@@ -116,23 +116,22 @@ def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Ite
 
 
 @contextlib.contextmanager
-def meanwhile(work: Callable[[], object]) -> Iterator[None]:
-    """Do some work on another thread while a block is done; what it raises is raised at the block's end.
+def meanwhile(work: Callable[[], Done]) -> Iterator[Callable[[], Done]]:
+    """Do some work on another thread while a block is done, which may ask for it; what it raises is raised there too.
 
-    >>> done = []
-    >>> with meanwhile(lambda: done.append(1)):
-    ...     pass
-    >>> done
-    [1]
+    >>> with meanwhile(lambda: 6 * 7) as answer:
+    ...     print(answer())
+    42
     """
     threads: int = nb.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
     if threads == 1:
-        yield
-        work()
+        once = functools.cache(work)
+        yield once
+        once()
         return
     with ThreadPoolExecutor(1) as pool:
         begun = pool.submit(work)
-        yield
+        yield begun.result
         begun.result()
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kernels.threads import meanwhile
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Varies
 from camsim.quadrature import gauss_legendre
@@ -20,6 +23,7 @@ from camsim.scene.outlines import has_curves
 from camsim.scene.sides import SideLimits
 from camsim.spectra.curve import spectrum_at
 
+MANY = 1000  # primitives: of fewer, sides that grow are found in a moment
 SLOPE_NODES = 96  # of a bound: a few per cent of it do not matter
 DIRECTIONS = 64  # in which a photosite and an OLPF are asked, over half a turn
 
@@ -41,7 +45,8 @@ def arranged(
     shortest_nm, longest_nm = float(seen_nm.min()), float(seen_nm.max())
     allowed = budget.allowed("outlines") / contrast
     limits, line_per_um = _limits(system, shortest_nm, allowed)
-    long = LongSides.of(
+    longer = functools.partial(
+        LongSides.of,
         primitives,
         limits=limits,
         system=system,
@@ -51,9 +56,10 @@ def arranged(
         allowed=allowed,
         quiet=budget.allowed("powers"),
     )
-    return arrange(
-        scene, limits._replace(longer=long.along, textured=textured), apart=long.apart, primitives=primitives
-    )
+    with meanwhile(longer) if len(primitives) > MANY else contextlib.nullcontext(functools.cache(longer)) as long:
+        # Which shapes meet is found before any side is asked for.
+        own = limits._replace(longer=lambda *curves: long().along(*curves), textured=textured)
+        return arrange(scene, own, apart=lambda *curves: long().apart(*curves), primitives=primitives)
 
 
 def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> float:
