@@ -40,14 +40,17 @@ def chords_of(edges: Edges, highest: float, shortest: float = 0.0) -> Chords:
             a, b = waiting.pop()
             whole = length[b] - length[a]
             if b - a > 1 and whole >= shortest:
-                if np.any(own[a] != own[b]) and np.abs(heights(own[a : b + 1])[1]).max() <= highest:
+                height = float(np.abs(heights(own[a : b + 1])[1]).max()) if np.any(own[a] != own[b]) else np.inf
+                if height <= highest:
                     spans.append((int(run[a]), int(run[b - 1])))
                     points.append(own[a : b + 1])
                     continue
-                middle = int(np.clip(np.searchsorted(length, length[a] + 0.5 * whole), a + 1, b - 1))
-                waiting += [(a, middle), (middle, b)]
-            else:
-                kept.append(run[a:b])
+                # Heights go as the square of lengths: not two sides on the average would be one.
+                if height == np.inf or (b - a) ** 2 * highest >= 4.0 * height:
+                    middle = int(np.clip(np.searchsorted(length, length[a] + 0.5 * whole), a + 1, b - 1))
+                    waiting += [(a, middle), (middle, b)]
+                    continue
+            kept.append(run[a:b])
     if not spans:
         return Chords(edges=edges, which=np.zeros(0, np.int64), points=())
     first, last = np.array(spans).T
