@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from camsim.rendering.across.chords import chords_of, heights
-from camsim.rendering.across.filling import ALL, POINTS, STEPS, filling
+from camsim.rendering.across.filling import ALL, POINTS, STEPS, coarsest
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.inverse import filled
 
@@ -25,7 +25,7 @@ def test_waves_are_filled_in_to_what_is_allowed(cut: float, allowed: float, ever
     """Waves in any direction, as loud as a band's slope lets each through."""
     frequency = np.linspace(0.0, cut, 40)
     density = (1.0 - frequency / cut) ** 4 / cut
-    between = filling(frequency, density, allowed)
+    between = coarsest(frequency, density, allowed)
     step, points = between.shape
     assert step in (*STEPS, 1)
     rng = np.random.default_rng(7)
@@ -41,11 +41,11 @@ def test_waves_are_filled_in_to_what_is_allowed(cut: float, allowed: float, ever
 
 def test_steps_are_as_large_as_the_band_is_smooth() -> None:
     """And none is taken where a band is too fine for any."""
-    of = {cut: len(filling(np.linspace(0.0, cut, 40), np.ones(40), 1e-6)) for cut in (0.03, 0.06, 0.15, 0.26, 0.6)}
+    of = {cut: len(coarsest(np.linspace(0.0, cut, 40), np.ones(40), 1e-6)) for cut in (0.03, 0.06, 0.15, 0.26, 0.6)}
     assert list(of.values()) == sorted(of.values(), reverse=True)
     assert of[0.03] == STEPS[0]
     assert of[0.6] == 1
-    assert filling(np.linspace(0.0, 0.24, 40), np.ones(40), 1e-12) is ALL
+    assert coarsest(np.linspace(0.0, 0.24, 40), np.ones(40), 1e-12) is ALL
     assert max(POINTS) == POINTS[0]
 
 

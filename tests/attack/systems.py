@@ -226,31 +226,28 @@ def channel(system):
 def choice(system, *, tolerance, method):
     """How camsim would render it: a plan with what it expects to take, one core."""
     with _lowered(system):
-        return plan_render(
-            scene(system),
-            OpticalSystem.of(optics(system)),
-            grid(system),
-            response=np.array(system["response"]),
-            wavelength_nm=np.array(system["wavelength_nm"]),
-            tolerance=tolerance,
-            method=method,
-        )
+        return plan_render(*_stages(system), **_light(system), tolerance=tolerance, method=method)
 
 
 def rendered(system, *, tolerance=None, method=None, every_channel=False):
     """What camsim makes of it."""
     with _lowered(system):
         return render_channels(
-            scene(system),
-            OpticalSystem.of(optics(system)),
-            grid(system),
-            response=np.array(system["response"]),
-            wavelength_nm=np.array(system["wavelength_nm"]),
+            *_stages(system),
+            **_light(system),
             channel=channel(system),
             tolerance=system["tolerance"] if tolerance is None else tolerance,
             method=system["method"] if method is None else method,
             every_channel=every_channel,
         )
+
+
+def _stages(system):
+    return scene(system), OpticalSystem.of(optics(system)), grid(system)
+
+
+def _light(system):
+    return {"response": np.array(system["response"]), "wavelength_nm": np.array(system["wavelength_nm"])}
 
 
 @contextlib.contextmanager

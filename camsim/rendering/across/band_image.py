@@ -61,7 +61,7 @@ class Whole(Protocol):
 class BandImage:
     """What one band adds.
 
-    edges  : of tiles, in steps of the band
+    nearby : the scene of tiles, in steps of the band
     pieces : of outlines that photosites see as lines
     marked : the photosites that see more than lines; None: all of them
     tiles  : about how many windows hold these
@@ -69,15 +69,10 @@ class BandImage:
 
     image: Whole
     band: Band
-    edges: Edges
+    nearby: Nearby
     pieces: Pieces
     marked: U8 | None
     tiles: int
-
-    @functools.cached_property
-    def _nearby(self) -> Nearby:
-        """The scene."""
-        return Nearby(edges=self.edges)
 
     @functools.cached_property
     def _places(self) -> tuple[Places, float]:
@@ -138,7 +133,7 @@ class BandImage:
 
     def prepared(self) -> None:
         """Make what all boxes have in common, before threads ask for it at once."""
-        _ = self._ends, self._passed, self._nearby.outlines
+        _ = self._ends, self._passed, self.nearby.outlines
 
     def _parts(self, box: Box) -> Iterator[Part]:
         """Yield a box's tiles, each no larger than the band's side."""
@@ -191,7 +186,7 @@ class BandImage:
         for part in self._parts(box):
             tile = band.tile(part.rows, part.cols)
             first = (x0 + part.col) / band.step - band.before, (y0 + part.row) / band.step - band.before
-            edges = self._nearby.seen(tile, first)
+            edges = self.nearby.seen(tile, first)
             if len(edges):
                 seen.append((part, tile, edges))
         if not seen:
@@ -214,14 +209,14 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     high = low + np.array([grid.cols - 1, grid.rows - 1])
     edges, step = whole.job.edges, band.step
     few = chords_of(edges, whole.listened.apart(band.low, band.high)).edges
-    few = Edges(start=few.start / step, end=few.end / step, left=few.left, right=few.right)
+    nearby = Nearby(edges=Edges(start=few.start / step, end=few.end / step, left=few.left, right=few.right))
     small = max(grid.rows, grid.cols) < LARGE * band.reach
     if step > 1 or small or repeats(band, whole.transfers.step):
         edges = edges.some(np.zeros(len(edges), bool))
     allowed = whole.listened.bent(band.low, band.high) if len(edges) else np.zeros(3)
     pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, allowed)
     tiles = math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
-    best = BandImage(image=whole, band=band, edges=few, pieces=pieces, marked=None, tiles=tiles)
+    best = BandImage(image=whole, band=band, nearby=nearby, pieces=pieces, marked=None, tiles=tiles)
     if len(pieces.frame):
         marked = np.zeros((grid.rows, grid.cols), np.uint8)
         shared(grid.rows, functools.partial(mark, grid.first_centre, marks, band.reach, marked))

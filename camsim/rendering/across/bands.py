@@ -26,7 +26,7 @@ from camsim.optics.difference import Difference
 from camsim.optics.placed import Revolves
 from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
-from camsim.rendering.across.filling import ALL, filling
+from camsim.rendering.across.filling import ALL, coarsest
 from camsim.rendering.across.places import WIDER
 from camsim.rendering.across.transfers import SIX, Transfers
 from camsim.rendering.edges import Edges
@@ -70,7 +70,7 @@ class Band:
     reach  : as far as a line is heard, footprint included, pitches
     sight  : as far as there are edges to be heard;  from a period on, less this, all must be quiet
     side   : of a tile, photosites
-    between: weights (step, points) that fill in all others;  period: of those that are transformed, every step-th
+    filling: weights (step, points) of what fills in all others;  period: of those that are transformed, every step-th
     box    : photosites along what has places in common
     """
 
@@ -84,7 +84,7 @@ class Band:
     side: int
     period: int
     box: int
-    between: F64 = field(repr=False, compare=False)
+    filling: F64 = field(repr=False, compare=False)
 
     def with_side(self, side: int) -> Band:
         """Return the same band in other tiles."""
@@ -99,16 +99,16 @@ class Band:
     @property
     def step(self) -> int:
         """Photosites from one to the next that is transformed."""
-        return len(self.between)
+        return len(self.filling)
 
     @property
     def before(self) -> int:
         """Steps before a tile's first photosite that are transformed as well."""
-        return max(0, int(self.between.shape[1]) // 2 - 1)
+        return max(0, int(self.filling.shape[1]) // 2 - 1)
 
     def steps(self, count: int) -> int:
         """Return how many are transformed for so many photosites in a row."""
-        return (count - 1) // self.step + int(self.between.shape[1])
+        return (count - 1) // self.step + int(self.filling.shape[1])
 
     def tile(self, rows: int, cols: int) -> Tile:
         """Return photosites as the transforms take them: lengths are steps."""
@@ -184,13 +184,13 @@ class Listened:
         beyond = np.cumsum(size[::-1])[::-1]
         return float(frequency[min(int(np.sum(beyond > CUT * self.share)) + 1, frequency.size - 1)])
 
-    def between(self, high: float, cut: float) -> F64:
+    def filling(self, high: float, cut: float) -> F64:
         """Return weights (step, points) that fill in what passes a window, made on as few photosites as they allow."""
         frequency, size = self._shown(high)
         size[0] = size[1]
         heard = frequency < cut + frequency[1]
         wider = 1.0 + WIDER
-        return filling(wider * frequency[heard], size[heard] / (wider * frequency[1]), CUT * self.share)
+        return coarsest(wider * frequency[heard], size[heard] / (wider * frequency[1]), CUT * self.share)
 
     def finer(self, high: float, cut: float) -> int:
         """Return how many steps of what a line shows there are in the finest wave, for a six-point look-up."""
@@ -253,10 +253,10 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
         side, group = max(LEAST_SIDE, math.ceil(TIMES[name] * reach)), GROUPS[name if len(found) < 2 else "far"]
         side = max(-(-count // max(1, round(count / side))) for count in shape)  # the window is whole tiles
         group = 1 if side >= max(shape) else group
-        sight, box, between = min(reach, span), side * group, listened.between(high, cut) if found else ALL
+        sight, box, filling = min(reach, span), side * group, listened.filling(high, cut) if found else ALL
         band = Band(
             low=low, high=high, sharpness=listened.sharpness, cut=cut, finer=listened.finer(high, cut),
-            reach=reach, sight=sight, side=side, period=0, box=box, between=between,
+            reach=reach, sight=sight, side=side, period=0, box=box, filling=filling,
         )  # fmt: skip
         found.append(band.with_side(side))
         if low == 0.0:

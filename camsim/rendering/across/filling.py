@@ -20,7 +20,7 @@ FAINT = 1e-9  # of the loudest wave: none is let run wild
 ALL: F64 = np.ones((1, 1))  # every photosite is there
 
 
-def filling(frequency: F64, density: F64, allowed: float) -> F64:
+def coarsest(frequency: F64, density: F64, allowed: float) -> F64:
     """Return weights (step, points) for the largest step that loses no more than allowed.
 
     frequency : cycles/pitch, even steps from 0 to the highest;  density: how much a line shows there, per cycle/pitch

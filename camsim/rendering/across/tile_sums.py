@@ -106,10 +106,10 @@ class Summed:
             images.append(basis.weighed(box, first_row + y, first_col + x, coarse))
         for every in lattices(here):
             if images:
-                found = filled(images[0], band.between, part.rows, part.cols, every)
+                found = filled(images[0], band.filling, part.rows, part.cols, every)
             else:
                 # Term by term: beyond its box a place's weight grows as a polynomial of its degree.
-                each = np.stack([filled(term, band.between, part.rows, part.cols, every) for term in coarse])
+                each = np.stack([filled(term, band.filling, part.rows, part.cols, every) for term in coarse])
                 found = basis.weighed(box, rows[every[0]], cols[every[1]], each)
             into[every][here[every]] += found[here[every]]
 
