@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 
+
+@functools.lru_cache(maxsize=4096)  # plans try the same few
 def fast_length(least: int, *, real: bool = False) -> int:
     """Return the smallest length from ``least`` on whose prime factors are at most 11, of real transforms 5.
 
