@@ -17,7 +17,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import ROUNDING, OverPupil, Turns, in_steps
+from camsim.optics.rays import ROUNDING, OverPupil, Turns, in_steps, joined
 from camsim.quadrature import gauss_legendre
 
 NARROW = 1e-13  # a strip that is none: two corners at one level, but for rounding
@@ -149,8 +149,9 @@ class Chords(NamedTuple):
 
     def parts(self, at_once: int, half: bool = False) -> Iterator[tuple[F64, F64, F64]]:
         """Yield x, y and weights, at most about ``at_once`` at a time; ``half``: of two opposite nodes only one."""
-        held: list[F64] = []
-        count = 0
+        yield from joined(self._parts(at_once, half), at_once)
+
+    def _parts(self, at_once: int, half: bool) -> Iterator[tuple[F64, F64, F64]]:
         for strip, some in zip(self.strips, self._counts, strict=True):
             levels, begin = sum(chords for chords, _ in some), 0
             first_half, second = strip.halves(levels) if half else (levels, levels)
@@ -159,25 +160,16 @@ class Chords(NamedTuple):
                 end = min(begin + chords, second)
                 for first in range(begin, end, most):
                     stop = min(first + most, end)
-                    if held and count + (stop - first) * along > at_once:
-                        yield self._joined(held)
-                        held, count = [], 0
-                    held.append(strip.nodes(levels, along, slice(first, stop)))
+                    x, y, weights = strip.nodes(levels, along, slice(first, stop))
                     if stop > first_half:  # the chord through the middle is its own opposite
-                        held[-1][2, -along:] *= 0.5
-                    count += held[-1].shape[1]
+                        weights[-along:] *= 0.5
+                    yield *_turned(x, y, self.turn_rad), weights
                 begin += chords
-        if held:
-            yield self._joined(held)
 
     @property
     def _counts(self) -> list[list[tuple[int, int]]]:
         each = zip(self.strips, self.spares, strict=True)
         return [strip.counts(self.turns, self.turn_rad, spares) for strip, spares in each]
-
-    def _joined(self, parts: list[F64]) -> tuple[F64, F64, F64]:
-        x, y, weights = np.concatenate(parts, axis=1)
-        return *_turned(x, y, self.turn_rad), weights
 
 
 @functools.lru_cache(maxsize=64)

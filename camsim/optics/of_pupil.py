@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from abc import abstractmethod
@@ -92,16 +93,8 @@ class OfPupil:
         The pupil on a lattice along the direction, each line of it correlated with itself by an FFT: all shifts at
         once. However fast the phase runs, what so many points get wrong of it is noise.
         """
-        place = self.pupil.outer_radius * ((2.0 * np.arange(LATTICE) + 1.0) / LATTICE - 1.0)
-        cos, sin = direction
-        x, y = place * cos - place[:, None] * sin, place * sin + place[:, None] * cos
-        inside = self.pupil.holds(x, y)
-        amplitude = np.zeros(inside.shape, complex)
-        amplitude[inside] = self._phase_factor(x[inside], y[inside], wavelength_nm)
-        power = np.sum(np.abs(scipy.fft.fft(amplitude, 2 * LATTICE, axis=1)) ** 2, axis=0)
-        size = np.abs(scipy.fft.ifft(power)[:LATTICE])
         shift = 2.0 * self.blur_um(wavelength_nm) * frequency_per_um
-        sizes: F64 = np.interp(shift, np.arange(LATTICE) * (place[1] - place[0]), size / size[0], right=0.0)
+        sizes: F64 = np.interp(shift, *_sizes(self, direction, wavelength_nm), right=0.0)
         return sizes
 
     def spikes(self, wavelength_nm: float) -> tuple[Spike, ...]:
@@ -208,3 +201,17 @@ class OfPupil:
             np.cos(phase, out=flat.real[some])
             np.sin(phase, out=flat.imag[some])
         return factor
+
+
+@functools.lru_cache(maxsize=64)
+def _sizes(lens: OfPupil, direction: tuple[float, float], wavelength_nm: float) -> tuple[F64, F64]:
+    """Return shifts of the pupil along a direction, half diameters, and sizes of the transfer there."""
+    place = lens.pupil.outer_radius * ((2.0 * np.arange(LATTICE) + 1.0) / LATTICE - 1.0)
+    cos, sin = direction
+    x, y = place * cos - place[:, None] * sin, place * sin + place[:, None] * cos
+    inside = lens.pupil.holds(x, y)
+    amplitude = np.zeros(inside.shape, complex)
+    amplitude[inside] = lens._phase_factor(x[inside], y[inside], wavelength_nm)
+    power = np.sum(np.abs(scipy.fft.fft(amplitude, 2 * LATTICE, axis=1)) ** 2, axis=0)
+    size = np.abs(scipy.fft.ifft(power)[:LATTICE])
+    return np.arange(LATTICE) * (place[1] - place[0]), size / size[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import NamedTuple, Protocol
 
@@ -74,10 +74,14 @@ class Rays(NamedTuple):
 
     def parts(self, at_once: int, half: bool = False) -> Iterator[tuple[F64, F64, F64]]:
         """Yield x, y and weights, about ``at_once`` nodes at a time; ``half``: of two that are opposite only one."""
-        for rings, sides in self._groups:
-            most = max(at_once // sum(sides), 1)
-            for first in range(rings.start, rings.stop, most):
-                yield self.pupil.rule(self._radial, sides, slice(first, min(first + most, rings.stop)), half=half)
+
+        def each() -> Iterator[tuple[F64, F64, F64]]:
+            for rings, sides in self._groups:
+                most = max(at_once // sum(sides), 1)
+                for first in range(rings.start, rings.stop, most):
+                    yield self.pupil.rule(self._radial, sides, slice(first, min(first + most, rings.stop)), half=half)
+
+        yield from joined(each(), at_once)
 
     @property
     def _radial(self) -> int:
@@ -111,6 +115,28 @@ class Rays(NamedTuple):
                 sides = [in_steps(0.55 * speed + 0.5 * self.round_about + 30.0) for speed in speeds]
             groups.append((slice(first, stop), sides))
         return groups
+
+
+def joined(parts: Iterable[tuple[F64, F64, F64]], at_once: int) -> Iterator[tuple[F64, F64, F64]]:
+    """Yield x, y and weights of parts in a row together, about ``at_once`` nodes at a time.
+
+    Each that is yielded takes a transform of its own where the lattice is small.
+    """
+    held: list[tuple[F64, F64, F64]] = []
+    count = 0
+    for part in parts:
+        if held and count + part[0].size > at_once:
+            yield _together(held)
+            held, count = [], 0
+        held.append(part)
+        count += part[0].size
+    if held:
+        yield _together(held)
+
+
+def _together(parts: list[tuple[F64, F64, F64]]) -> tuple[F64, F64, F64]:
+    x, y, weights = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return x, y, weights
 
 
 def in_steps(least: float) -> int:
