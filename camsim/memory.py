@@ -20,6 +20,8 @@ _BYTES_PER_PREVIEW = 70
 _BYTES_PER_PASSING_PHOTOSITE = 0.2
 _BYTES_PER_BAND = 200_000_000
 
+_THERE_BYTES = 16e6  # wherever the program itself is: to ask what is free takes a small window's twentieth
+
 
 def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str], *, held: bool = True) -> int:
     """Return about how much memory a capture takes, beyond what the program itself does.
@@ -39,8 +41,7 @@ def too_large(rows: int, cols: int, needed: float) -> str:
     >>> too_large(4, 4, 1e6)
     ''
     """
-    free = available_bytes()
-    if needed <= free:
+    if needed <= _THERE_BYTES or needed <= (free := available_bytes()):
         return ""
     return f"{rows} × {cols} photosites need about {readable(needed)} of memory, {readable(free)} are free"
 

@@ -21,6 +21,7 @@ from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract,
 from camsim.rendering.footprint import Footprint
 
 AT_ONCE = 16  # weight sets: where a radius falls is worked out once for so many
+WORTH_A_THREAD = 10_000  # numbers of a table: a few tenths of a millisecond
 LONG = 100  # taps: from here on an average runs
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
@@ -92,8 +93,9 @@ def _filtered(
     for first in range(0, len(tables), AT_ONCE):
         some, own = tables[first : first + AT_ONCE], radial[first : first + AT_ONCE]
         averaged = np.zeros((len(some), count, rows))
-        shared(count, functools.partial(_average_rows, own, samples_per_step, filters, margin, averaged))
-        shared(rows, functools.partial(_slope, averaged, filters, margin, some))
+        least = math.ceil(WORTH_A_THREAD / (len(some) * rows))
+        shared(count, functools.partial(_average_rows, own, samples_per_step, filters, margin, averaged), least=least)
+        shared(rows, functools.partial(_slope, averaged, filters, margin, some), least=least)
     return tables
 
 
