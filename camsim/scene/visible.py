@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -65,6 +66,10 @@ class Covers:
         alone = np.ones(len(self.seen), bool)
         alone[first] = alone[second] = False
         return Covers(self.seen, first, second, self.boxes_um, alone)
+
+    def some_pairs(self, pairs: np.ndarray) -> Covers:
+        """Return the same with some of the pairs only: those that touch and no more hide nothing of one another."""
+        return dataclasses.replace(self, first=self.first[pairs], second=self.second[pairs])
 
     def after(self) -> list[I64]:
         """Return which later ones each touches."""
@@ -140,16 +145,17 @@ def visible_rings(
 
     areas = np.array([area_of(primitive, own) for (primitive, _), own in zip(seen, rings, strict=True)], object)
     covers = covers.met(shapely.intersects(areas[covers.first], areas[covers.second]))
+    hiding = covers.some_pairs(~shapely.touches(areas[covers.first], areas[covers.second]))
     corners = shapely.get_num_coordinates(areas)
     visible: list[tuple[int, list[F64]]] = []
     pieces: dict[int, list[Any]] = {}
-    for i, after in enumerate(covers.after()):
+    for i, after in enumerate(hiding.after()):
         region = seen[i][1]
         if covers.alone[i]:
             visible.append((region, rings_of(areas[i])))
             continue
         later = _near(areas[after], corners[after], covers.boxes_um[i])
-        piece = without(areas[i], later)
+        piece = without(areas[i], later)  # its very numbers, where shapes lie beside it only
         if not piece.is_empty:
             pieces.setdefault(region, []).append(piece)
     for region, parts in pieces.items():

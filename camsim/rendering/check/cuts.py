@@ -39,10 +39,17 @@ def off_of(o: Outlines, e: int, x: float, y: float) -> float:
     return off
 
 
+@kernel(forceinline=True)
+def _far_off(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
+    """Return whether a place is seen at once to lie off a straight part: most do, and no root need be taken."""
+    away: bool = abs((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) > same * (abs(o.dx[e]) + abs(o.dy[e]))
+    return away and o.turn_rad[e] == 0.0
+
+
 @kernel()
 def lies_on(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
     """Return whether a place lies on a part."""
-    if off_of(o, e, x, y) > same:
+    if _far_off(o, e, x, y, same) or off_of(o, e, x, y) > same:
         return False
     long = math.hypot(o.dx[e], o.dy[e]) if o.turn_rad[e] == 0.0 else o.dx[e] * abs(o.turn_rad[e])
     share = share_of(o, e, x, y, same)
@@ -52,7 +59,7 @@ def lies_on(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
 @kernel()
 def _add(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: int) -> int:
     """Append where a place lies on a part, as a share of it (nothing where it does not)."""
-    if off_of(o, e, x, y) <= same:
+    if not _far_off(o, e, x, y, same) and off_of(o, e, x, y) <= same:
         t = share_of(o, e, x, y, same)
         if 0.0 < t < 1.0:
             out[count] = t
@@ -71,6 +78,11 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
     """Write where part ``e`` meets part ``f``, as shares of ``e``; return how many (at most six)."""
     count = 0
     if o.turn_rad[e] == 0.0 and o.turn_rad[f] == 0.0:
+        begin = (o.x[f] - o.x[e]) * o.dy[e] - (o.y[f] - o.y[e]) * o.dx[e]
+        end = begin + o.dx[f] * o.dy[e] - o.dy[f] * o.dx[e]
+        near = 2.0 * same * (abs(o.dx[e]) + abs(o.dy[e]))
+        if min(begin, end) > near or max(begin, end) < -near:
+            return 0  # all of it lies on one side
         cross = o.dx[e] * o.dy[f] - o.dy[e] * o.dx[f]
         if cross != 0.0:
             gap_x, gap_y = o.x[f] - o.x[e], o.y[f] - o.y[e]
