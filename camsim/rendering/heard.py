@@ -42,13 +42,13 @@ def heard(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> Heard:
     """Return how far rings are heard, and no less than from where on the far form holds but for them."""
     pattern, smooth = waves.pattern, smooth_from(waves, budget)
     ends, lines = budget.allowed("ends"), budget.allowed("lines")
-    end = max(smooth, waves.quiet_distance(ends, front="end"))
+    end = max(smooth, waves.quiet_distance(ends, front="end", least=smooth))
     corners = crowding(edges, 4.0 * end)
     if corners > FEW:
-        end = max(smooth, waves.quiet_distance(ends * math.sqrt(FEW / corners), front="end"))
+        end = max(smooth, waves.quiet_distance(ends * math.sqrt(FEW / corners), front="end", least=smooth))
     if pattern.rings and smooth_corners(edges, end):
         # Where a smooth outline is met square on it is a line, however short its sides.
-        end = max(end, waves.quiet_distance(lines, front="line"))
+        end = max(end, waves.quiet_distance(lines, front="line", least=end))
     loud = _loud_foci(waves, edges, grid, end, lines + budget.allowed("foci"))
     if loud.radius.size:
         # Zones add rings from ``end`` on, and those hold from ``holds`` on: beyond, if the pattern has any.
@@ -56,7 +56,7 @@ def heard(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> Heard:
         end = max(end, min(followed(loud), holds) if pattern.tones else followed(loud))
         loud = loud.some(_far_sides(loud) > end)
     count = int(np.count_nonzero(edges.length >= end))
-    line = max(end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line"))
+    line = max(end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line", least=end))
     return Heard(end, line, loud)
 
 
@@ -90,13 +90,17 @@ def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed
         return NO_FOCI
     beyond = 1.01 * float(radius.max())  # no circle asks
     if radius.size > FEW_CIRCLES:
-        loud = radius < waves.quiet_distance(allowed, front="focus", within=beyond)
+        nearest = float(radius.min())
+        loud = radius < waves.quiet_distance(allowed, front="focus", least=nearest, within=beyond)
         centre, radius = centre[loud], radius[loud]
     found = foci(centre, radius, edges, float(waves.blur.min()), waves.passed(normals(edges)))
     hundredths = np.ceil(100.0 * found.share)
     until = np.zeros_like(found.radius)
     for share in np.unique(hundredths[hundredths > 0.0]):
-        until[hundredths == share] = waves.quiet_distance(allowed / (0.01 * float(share)), front="focus", within=beyond)
+        whose = hundredths == share
+        until[whose] = waves.quiet_distance(
+            allowed / (0.01 * float(share)), front="focus", least=float(found.radius[whose].min()), within=beyond
+        )
     return distinct(found.some(found.radius < until))
 
 

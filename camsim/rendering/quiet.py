@@ -35,8 +35,8 @@ class Waves:
     shares: F64
     footprint: Footprint
 
-    def quiet_distance(self, allowed: float, *, front: Front, within: float = math.inf) -> float:
-        """Distance beyond which what oscillates stays below ``allowed``.
+    def quiet_distance(self, allowed: float, *, front: Front, least: float = 0.0, within: float = math.inf) -> float:
+        """Distance beyond which what oscillates stays below ``allowed``; any up to ``least`` where that is enough.
 
         front : at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle
                 (focus.py), where what an end has lost by its running phase, 4π√(u·ρ), is not lost
@@ -54,7 +54,8 @@ class Waves:
             return farthest
         count = math.ceil((farthest + longest - NEAREST * longest) / (STEP * longest))
         # The last loud place is asked for: wavelengths that fall silent do so not long before those in step would.
-        for block in range((count - 1) // AT_ONCE, -1, -1):
+        nearest = max(0, math.floor((least / longest - NEAREST) / (STEP * AT_ONCE)))
+        for block in range((count - 1) // AT_ONCE, nearest - 1, -1):
             loudest = np.sum([amplitude * self._left(u, power, block) for u, amplitude, power in rings], axis=0)
             loud = np.flatnonzero(loudest[: count - block * AT_ONCE] > allowed)
             if loud.size:
