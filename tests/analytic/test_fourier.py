@@ -13,7 +13,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering import auto, render_channels
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier import inverse
+from camsim.rendering.fourier import inverse, prices
 from camsim.rendering.fourier import plan as fourier_plan
 from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.render import plan_render
@@ -281,7 +281,7 @@ def test_edges_by_non_uniform_transform(monkeypatch):
         ).image
 
     one_by_one = {tolerance: image(tolerance) for tolerance in (1e-3, 1e-5, 1e-7, 1e-10)}
-    monkeypatch.setattr(fourier_plan, "PER_EDGE_POINT", 1.0)
+    monkeypatch.setattr(prices, "PER_EDGE_POINT", 1.0)
     for tolerance, expected in one_by_one.items():
         assert np.abs(image(tolerance) - expected).max() <= 0.1 * tolerance
 
@@ -333,7 +333,7 @@ def test_a_photosite_as_tall_as_another_is_wide_sees_as_far(spots):
 @pytest.mark.parametrize("spread", [False, True], ids=["edge by edge", "non-uniform"])
 def test_scenery_wholly_elsewhere_and_wholly_around(monkeypatch, spread):
     if spread:
-        monkeypatch.setattr(fourier_plan, "PER_EDGE_POINT", 1.0)
+        monkeypatch.setattr(prices, "PER_EDGE_POINT", 1.0)
     lens = [camsim.Gaussian(sigma_um=1.0), SQUARE]
     for elsewhere in ([(1000, 1000), (1100, 1000), (1050, 1100)], [(1000, -5), (1100, -5), (1050, 5)]):
         assert np.abs(polygon_image(lens, 1e-9, outline=elsewhere, shape=(3, 4)) - 1.0).max() <= ROUNDING

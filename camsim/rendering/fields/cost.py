@@ -18,11 +18,11 @@ from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.plan import (
     NODES_BYTES,
-    PER_PUPIL_NODE,
     SAMPLE_BYTES,
     STRIP_BYTES,
     STRIP_SAMPLES,
 )
+from camsim.rendering.fourier.prices import PER_PUPIL_NODE
 from camsim.rendering.fourier.spread import SUMMED_SECONDS, Kernel
 from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, samples_of
 from camsim.words import both

@@ -32,10 +32,10 @@ from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_dis
 from camsim.rendering.fields.samples import parts_of, samples_of
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.image import FourierImage, check_tolerance
+from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.spread import Kernel
-from camsim.rendering.fourier.task import spreading_precision
+from camsim.rendering.fourier.task import check_tolerance, spreading_precision
 from camsim.rendering.psf import is_summed
 from camsim.repeated import Channels
 

@@ -18,7 +18,7 @@ from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.layer import Layer, Rings
 from camsim.rendering.fields.parts import FieldImages, Part
 from camsim.rendering.fields.points import PointLayer, layer_of, seen_of
-from camsim.rendering.fourier.image import FINEST
+from camsim.rendering.fourier.task import FINEST
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
 from camsim.rendering.spectral import Signals, blur_of, fuse, multiplied, wavefront_phase

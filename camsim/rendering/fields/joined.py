@@ -11,7 +11,7 @@ from camsim.rendering.check.pictures import PictureJudge
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.plan import WithPictures
 from camsim.rendering.fields.share import edges_share
-from camsim.rendering.fourier.image import FINEST
+from camsim.rendering.fourier.task import FINEST
 from camsim.rendering.paper import rules
 from camsim.scene import Scene
 

@@ -60,6 +60,19 @@ def turn_across(place: Place, points: F64, across: F64, low: int, high: int) -> 
             across[0, v, c], across[1, v, c] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
 
 
+@kernel()
+def _sides(jump: F64) -> tuple[I64, I64]:
+    """Return which spectra edges have to do with, and where those of each begin, (edges + 1,)."""
+    sides, first, count = np.empty(jump.size, np.int64), np.zeros(len(jump) + 1, np.int64), 0
+    for e in range(len(jump)):
+        for side in range(jump.shape[1]):
+            if jump[e, side] != 0.0:
+                sides[count] = side
+                count += 1
+        first[e + 1] = count
+    return sides[:count], first
+
+
 @kernel(error_model="numpy", fastmath={"contract"})
 def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int, high_row: int) -> None:
     """Add every edge to some rows."""
@@ -68,6 +81,7 @@ def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int
     px, py, cut = place.px, place.py, place.cut
     xr, xi = across[0], across[1]
     corners = len(points)
+    sides, first = _sides(jump)
     for r in range(low_row, high_row):
         ky = (first_j + r) / py
         inside = cut * cut - ky * ky
@@ -127,11 +141,10 @@ def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int
                         2.0 * math.pi * (kx * ey - ky * ex) * (1.0 - along * along / 6.0 * (1.0 - along * along / 20.0))
                     )
                     sum_r[c], sum_i[c] = size * math.sin(turn), size * math.cos(turn)
-                for side in range(len(out)):
+                for side in sides[first[e] : first[e + 1]]:
                     times = jump[e, side]
-                    if times != 0.0:
-                        for c in range(wide):
-                            sums[side, 0, c] += times * sum_r[c]
-                            sums[side, 1, c] += times * sum_i[c]
+                    for c in range(wide):
+                        sums[side, 0, c] += times * sum_r[c]
+                        sums[side, 1, c] += times * sum_i[c]
             for side in range(len(out)):
                 out[side, r, :, low : low + width] = sums[side, :, :width]

@@ -24,11 +24,11 @@ from camsim.rendering.engine import (
     Marks,
     Progress,
 )
-from camsim.rendering.fourier.image import FINEST, FourierImage, check_tolerance
-from camsim.rendering.fourier.plan import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_ROUND_POINT
+from camsim.rendering.fourier.image import FourierImage
+from camsim.rendering.fourier.prices import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_ROUND_POINT
 from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.fourier.spread import PUPIL_SECONDS, kernel_of
-from camsim.rendering.fourier.task import SAMPLES_OF_POINT
+from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
 from camsim.rendering.fourier.together import Sum
 from camsim.rendering.heard import followed
 from camsim.rendering.job import Job, Nodes

@@ -11,7 +11,7 @@ import dataclasses
 import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -32,17 +32,19 @@ from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
 from camsim.rendering.fourier.lens import Fields, Footprints, passing
 from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.lens_fields import LensFields
-from camsim.rendering.fourier.plan import Sizes, plan_sizes
+from camsim.rendering.fourier.plan import Sizes, plan_sizes, rank
 from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spikes import Spikes, spike_hem
 from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
-from camsim.rendering.fourier.task import Task
+from camsim.rendering.fourier.task import Task, check_tolerance
 from camsim.rendering.fourier.together import Part, Sum, pays
 from camsim.rendering.spectral import fewer, kinds
 
-FINEST, COARSEST = 1e-11, 1e-2
 OF_WAVELENGTHS = 1e-3  # of what these may leave: what mixtures of spectra may be wrong by
+ASKED = 4096  # edges that are asked how many spectra they have to do with
+
+Alike: TypeAlias = tuple[F64, F64]  # how much of each of few spectra there is in every one, and what those few give
 
 
 class Scenery(Protocol):
@@ -97,7 +99,7 @@ class FourierImage:
         shape = (channel.shape[-2], channel.shape[-1])
         if parts := self.parts(origin, shape):
             return image + Sum(parts=parts).rendered(origin, channel, progress)
-        plan, (shares, contrast) = self._planned(origin, shape), self._alike
+        plan, (shares, contrast) = self._planned(origin, shape)
         if plan.memory_bytes > self.memory_limit_bytes:
             raise InvalidValueError(
                 f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
@@ -129,7 +131,7 @@ class FourierImage:
 
     def _expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return the same of all at once."""
-        plan = self._planned(origin, shape)
+        plan, _ = self._planned(origin, shape)
         return Cost(seconds=plan.seconds, memory_bytes=plan.memory_bytes), sum(tile.points for tile in plan.tiles)
 
     def parts(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
@@ -185,12 +187,13 @@ class FourierImage:
         return kinds(self.contrast) if self.whole is None else self.whole._kinds
 
     @functools.cached_property
-    def _alike(self) -> tuple[F64, F64]:
-        """How much of each of few spectra there is in every one, the background first, and what those few give."""
+    def _ways(self) -> tuple[Alike, ...]:
+        """The spectra, greys together; and again as mixtures of fewer, if they are, each then part of most edges."""
         if self.whole is not None:
-            return self.whole._alike
+            return self.whole._ways
         off = OF_WAVELENGTHS * ErrorBudget(self.tolerance).allowed("wavelengths") / self.contrast.shape[2]
-        return fewer(*self._kinds, off)
+        plain, few = self._kinds, fewer(*self._kinds, off)
+        return (plain,) if few[1] is plain[1] else (plain, few)
 
     @functools.cached_property
     def kernel(self) -> Kernel:
@@ -201,7 +204,7 @@ class FourierImage:
         return whole if self.shell is None else self.shell.kernel(whole)
 
     @functools.cached_property
-    def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], Sizes]:
+    def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Sizes, Alike]]:
         return {}
 
     @functools.cached_property
@@ -209,17 +212,21 @@ class FourierImage:
         """Where the edges are; all shells are asked for the same."""
         return Density.of(self.edges) if self.whole is None else self.whole._density
 
-    def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> Sizes:
-        """Return tiles and settings: chosen once, to be priced and rendered."""
+    def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Sizes, Alike]:
+        """Return tiles and settings, and the spectra as transformed: chosen once, to be priced and rendered."""
         known = self._plans.get((origin, shape))
         if known is None:
-            known = self._plans[origin, shape] = self._plan(np.array(origin), shape)
+            plans = [(self._plan(np.array(origin), shape, alike), alike) for alike in self._ways]
+            known = self._plans[origin, shape] = min(plans, key=lambda one: rank(one[0], self.memory_limit_bytes))
         return known
 
-    def _plan(self, origin: F64, shape: tuple[int, int]) -> Sizes:
+    def _plan(self, origin: F64, shape: tuple[int, int], alike: Alike) -> Sizes:
         """Choose tiles and settings."""
         footprint_um = np.abs(self.system.spots_um()).max(axis=0) + self.system.photosite.half_extent_um
-        spectra, channels, wavelengths = self._alike[1].shape
+        shares, contrast = alike
+        spectra, channels, wavelengths = contrast.shape
+        some = slice(None, None, 1 + len(self.edges) // ASKED)
+        jumps = shares[self.edges.left[some]] - shares[self.edges.right[some]]
         return plan_sizes(
             Task(
                 kernel=self.kernel,
@@ -232,6 +239,7 @@ class FourierImage:
                 density=self._density,
                 origin=origin,
                 spectra=spectra,
+                spectra_of_edge=float(np.count_nonzero(jumps)) / len(jumps),
                 channels=channels,
                 wavelengths=wavelengths,
                 tolerance=self.tolerance,
@@ -290,11 +298,3 @@ class FourierImage:
     def _fields(self) -> LensFields:
         """What gives a lens that is not round on a block."""
         return LensFields(self.system, self._lit[0], self.pitch_um, self.kernel, self.tolerance)
-
-
-def check_tolerance(tolerance: float) -> None:
-    """Refuse what the engine cannot promise."""
-    if not FINEST <= tolerance <= COARSEST:
-        raise InvalidValueError(
-            f"{tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to", key="tolerance"
-        )

@@ -18,6 +18,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fast_length import fast_length
+from camsim.rendering.fourier import prices
 from camsim.rendering.fourier.blocks import CHEAPER, Tile, count_blocks, count_strips
 from camsim.rendering.fourier.taper import taper_margin
 from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, Task, pattern_of, samples_of
@@ -36,15 +37,6 @@ STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all 
 FOLDED_BYTES = 8.0  # of all patterns' samples while one after the other is added up
 WHOLE_BYTES = 24.0  # of a transfer that is made for a whole tile at once, three times, for each such sample
 PART = 2_000_000  # numbers that are transformed back at a time
-
-# Seconds of one core, measured.
-PER_TILE, PER_CLAMPED = 2e-3, 5e-9  # and of an edge of the scene in each
-PER_EDGE_POINT, PER_EDGE_ROW = 1.1e-9, 5e-8
-PER_ROUND_POINT, PER_FIELD_POINT, PER_POINT_WEIGHT = 1e-9, 3e-8, 8e-9
-PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
-PER_GRID_POINT, PER_KERNEL_SAMPLE = 1.2e-8, 4.5e-9
-PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
-PER_PUPIL_NODE = 2.5e-7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +102,7 @@ def plan_sizes(task: Task) -> Sizes:
     while True:
         alike = _cut(task, count)
         plan = _tiled(task, alike)
-        if best is None or _rank(plan, task.memory_limit_bytes) < _rank(best, task.memory_limit_bytes):
+        if best is None or rank(plan, task.memory_limit_bytes) < rank(best, task.memory_limit_bytes):
             best, cut = plan, alike
         count *= 2
         # Where time grows as fast as tiles do, each is as large as all of the frame.
@@ -121,7 +113,7 @@ def plan_sizes(task: Task) -> Sizes:
             return dataclasses.replace(best, tiles=tuple(tiles))
 
 
-def _rank(plan: Sizes, memory_limit_bytes: float) -> tuple[bool, float]:
+def rank(plan: Sizes, memory_limit_bytes: float) -> tuple[bool, float]:
     """Order plans: those that fit by their time, before those that do not by their memory."""
     fits = plan.memory_bytes <= memory_limit_bytes
     return not fits, plan.seconds if fits else plan.memory_bytes
@@ -161,19 +153,21 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
     edges, nodes = (max(float(counts.max()) for counts in some) for some in zip(*counted, strict=True))
     # Where an alias has few columns, a row of them takes what its first takes.
     _, rows_of_blocks = count_blocks(largest, block_points)
-    by_edge = edges * (PER_EDGE_POINT + PER_EDGE_ROW * rows_of_blocks / largest.points)
+    of_spectra = prices.PER_EDGE_SUM * task.spectra_of_edge + prices.PER_EDGE_SPECTRUM * task.spectra
+    by_edge = edges * (prices.PER_EDGE_POINT + of_spectra + prices.PER_EDGE_ROW * rows_of_blocks / largest.points)
+    by_edge += prices.PER_SPECTRUM_POINT * task.spectra
     fewest_strips = STRIPS_AT_ONCE if at_once == 1 and largest.points > WORTH_A_THREAD else 1
     strip_points, by_spreading = _strips(task, largest, nodes, fewest_strips)
     spread = by_spreading < by_edge
-    per_point = min(by_edge, by_spreading) + (PER_ROUND_POINT if kernel.round else PER_FIELD_POINT)
-    seconds, fixed, transforms, making = tiles * (PER_TILE + PER_CLAMPED * task.edges), 0.0, 0.0, 0.0
+    per_point = min(by_edge, by_spreading) + (prices.PER_ROUND_POINT if kernel.round else prices.PER_FIELD_POINT)
+    seconds, fixed, transforms, making = tiles * (prices.PER_TILE + prices.PER_CLAMPED * task.edges), 0.0, 0.0, 0.0
     for alike in cut:
         tile = alike.tile
         of_rows, of_columns = tile.sums
         grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
         kernel_seconds, kernel_bytes, made = _of_kernel(task, tile, fields)
-        each = passes * (per_point + task.of_footprint(tile)) + task.weights * PER_POINT_WEIGHT
-        seconds += len(alike) * (tile.points * each + task.channels * grid * PER_GRID_POINT + kernel_seconds)
+        each = passes * (per_point + task.of_footprint(tile)) + task.weights * prices.PER_POINT_WEIGHT
+        seconds += len(alike) * (tile.points * each + task.channels * grid * prices.PER_GRID_POINT + kernel_seconds)
         fixed, making = max(fixed, kernel_bytes + 16.0 * of_columns * tile.rows), max(making, made)
         transforms = max(transforms, 16.0 * of_rows * of_columns)
     scenery = block_points * 16.0 * held
@@ -213,7 +207,8 @@ def _strips(task: Task, tile: Tile, nodes: float, fewest: int) -> tuple[int, flo
     size = STRIP_POINTS
     while True:
         count, points = count_strips(tile, size, fewest)
-        seconds = task.spectra * PER_SPREAD_POINT * points + nodes * count * PER_SPREAD_NODE
+        seconds = task.spectra * prices.PER_SPREAD_POINT * points
+        seconds += nodes * task.spectra_of_edge * count * prices.PER_SPREAD_NODE
         best = min(best, (size, seconds / tile.points), key=lambda one: one[1])
         if size == most:
             break
@@ -230,12 +225,12 @@ def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float, float
     kernel, samples = task.kernel, samples_of(task.kernel, tile)
     if kernel.round:
         curves = task.spectra * task.channels
-        seconds = PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2
-        seconds += PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
+        seconds = prices.PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2
+        seconds += prices.PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
         return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut), 0.0
     if kernel.tapered:
         pattern, strip = pattern_of(kernel, tile), _pattern_samples(task, tile, fields)
-        seconds = PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(pattern / strip)
+        seconds = prices.PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(pattern / strip)
         seconds += kernel.pattern_seconds * task.wavelengths * pattern
         held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
         made = kernel.pattern_bytes * min(pattern, strip) + min(NODES_BYTES, STRIP_BYTES * pattern)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.errors import InvalidValueError
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fast_length import fast_length
@@ -25,6 +26,7 @@ OF_A_CROWD = 0.14
 SAMPLES_OF_POINT = 8.0 / math.pi  # a pattern's, of its period, for every frequency of half the band (``Tile.points``)
 MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
 
+FINEST, COARSEST = 1e-11, 1e-2
 PER_JOINT_POINT, PER_JOINT_NODE = 1.2e-8, 2e-7  # seconds: of a footprint that is no product, and where it is asked for
 
 
@@ -36,7 +38,7 @@ class Task:
     low, high : (2,) corners of the scene's edges, from the first photosite
     footprint : (2,) how far the footprint reaches along x and y;  joint: its transfer is no product of one along each
     edges, density : how many, and where they are;  origin: the first photosite there
-    spectra, channels, wavelengths : numbers of them
+    spectra, channels, wavelengths : numbers of them;  spectra_of_edge: that an edge has to do with, on average
     memory_limit_bytes : what the sizes keep below if they can
     """
 
@@ -50,6 +52,7 @@ class Task:
     density: Density
     origin: F64
     spectra: int
+    spectra_of_edge: float
     channels: int
     wavelengths: int
     tolerance: float
@@ -116,3 +119,11 @@ def lattices_of(cuts: tuple[float, float], tile: Tile) -> list[Lattice]:
 def pattern_of(kernel: Kernel, tile: Tile) -> float:
     """Return the points of the pattern itself, as far as it is taken."""
     return float(math.prod(2 * axis.reach + 1 for axis in lattices_of(kernel.cuts(tile.cut), tile)))
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Refuse what the engine cannot promise."""
+    if not FINEST <= tolerance <= COARSEST:
+        raise InvalidValueError(
+            f"{tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to", key="tolerance"
+        )
