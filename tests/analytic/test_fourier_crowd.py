@@ -1,5 +1,7 @@
 """What the Fourier engine makes of a crowd before it transforms it, each part against a count or another sum."""
 
+import functools
+
 import numpy as np
 import pytest
 import shapely
@@ -13,6 +15,7 @@ from camsim.rendering.fourier.blocks import Place, Tile
 from camsim.rendering.fourier.clamped import clamped, netted
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.edge_transforms import Corners, edge_transforms
+from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.grid import Grid
 from camsim.rendering.spectral import multiples
@@ -168,3 +171,47 @@ def test_a_colour_that_is_covered_has_no_nodes():
         for shapes in ([starfish], [covered, starfish])
     )
     np.testing.assert_allclose(both, one, rtol=0.0, atol=2e-7)
+
+
+@pytest.mark.parametrize(("wavelengths", "taken"), [(3, "mixtures"), (48, "plain")])
+def test_spectra_are_mixed_where_that_takes_less(monkeypatch, wavelengths, taken):
+    """Each of 60 patches has a spectrum of its own: few wavelengths make few mixtures, many leave each edge with 40."""
+    rng = np.random.default_rng(8)
+    places = np.stack(np.meshgrid(np.arange(10), np.arange(6)), axis=-1).reshape(-1, 2) * 9.0 - [40.0, 22.0]
+    nm = np.linspace(430.0, 680.0, wavelengths)
+    shapes = [
+        camsim.Rectangle(
+            width_um=7.0,
+            height_um=7.0,
+            centre_um=tuple(at),
+            reflectance=camsim.Curve(tuple(nm), tuple(rng.random(nm.size))),
+        )
+        for at in places.tolist()
+    ]
+    system = OpticalSystem.of([camsim.Airy(f_number=2.0), camsim.SquarePhotosite(side_um=1.0)])
+    chosen, images = [], {}
+    ways = FourierImage._ways.func
+
+    def rendered():
+        return render_channels(
+            camsim.Scene(background=0.5, shapes=shapes), system, Grid(rows=48, cols=64, pitch_um=1.0), tolerance=1e-6,
+            response=np.full((1, nm.size), 1.0 / nm.size), wavelength_nm=nm, channel=np.zeros((48, 64), np.uint8),
+            method="fourier",
+        ).image  # fmt: skip
+
+    planned = FourierImage._planned
+    monkeypatch.setattr(
+        FourierImage,
+        "_planned",
+        lambda image, *where: chosen.append((image, planned(image, *where)[1])) or planned(image, *where),
+    )
+    images["cheaper"] = rendered()
+    kinds = {"plain" if alike is image._ways[0] else "mixtures" for image, alike in chosen if image.shell is None}
+    assert kinds == {taken}
+    for name, which in (("plain", 0), ("mixtures", -1)):
+        own = functools.cached_property(lambda image, which=which: (ways(image)[which],))
+        own.__set_name__(FourierImage, "_ways")
+        monkeypatch.setattr(FourierImage, "_ways", own)
+        images[name] = rendered()
+    assert np.abs(images["plain"] - images["mixtures"]).max() < 1e-7
+    assert np.abs(images["plain"] - images["cheaper"]).max() < 1e-7

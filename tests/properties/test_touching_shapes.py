@@ -59,3 +59,19 @@ def test_common_area_of_outlines_of_many_sides():
     half = 0.5 * apart * np.hypot(1.0, 0.3)
     lens = 2.0 * (np.arccos(half) - half * np.sqrt(1.0 - half**2))
     assert abs(common_area(one, two) - lens) < 1e-9  # sides lie inside of circles: π³·2/3 over the count squared
+
+
+def test_shapes_that_only_touch_keep_their_very_numbers(monkeypatch):
+    """Crooked tiles that share corners bit by bit: none is cut out of another, which took longer than their image."""
+    steps = np.linspace(-20.0, 20.0, 13)
+    points = np.stack(np.meshgrid(steps, steps), axis=-1)
+    points[1:-1, 1:-1] += np.random.default_rng(3).uniform(-1.0, 1.0, (11, 11, 2))
+    corners = np.stack([points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]], axis=2).reshape(-1, 4, 2)
+    shapes = [camsim.Polygon(points_um=own, reflectance=0.1 + 0.2 * (k % 3)) for k, own in enumerate(corners)]
+    monkeypatch.setattr(shapely, "difference", None)
+    seen = arrange(camsim.Scene(background=0.0, shapes=shapes))
+    drawn = {tuple(place) for place in points.reshape(-1, 2).tolist()}
+    assert {tuple(place) for place in np.concatenate([seen.start_um, seen.end_um]).tolist()} == drawn
+    over = [*shapes, camsim.Rectangle(width_um=3.0, height_um=3.0, rotate_deg=10.0, reflectance=0.9)]
+    with pytest.raises(TypeError):  # which covers some, and they are cut
+        arrange(camsim.Scene(background=0.0, shapes=over))
