@@ -37,12 +37,12 @@ from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spikes import Spikes, spike_hem
 from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
-from camsim.rendering.fourier.task import Task, check_tolerance
+from camsim.rendering.fourier.task import Task, check_tolerance, spectra_of_edge
 from camsim.rendering.fourier.together import Part, Sum, pays
 from camsim.rendering.spectral import fewer, kinds
 
 OF_WAVELENGTHS = 1e-3  # of what these may leave: what mixtures of spectra may be wrong by
-ASKED = 4096  # edges that are asked how many spectra they have to do with
+WORTH = 0.8  # of the time that mixtures take, what the spectra themselves may: they hold more
 
 Alike: TypeAlias = tuple[F64, F64]  # how much of each of few spectra there is in every one, and what those few give
 
@@ -216,8 +216,9 @@ class FourierImage:
         """Return tiles and settings, and the spectra as transformed: chosen once, to be priced and rendered."""
         known = self._plans.get((origin, shape))
         if known is None:
-            plans = [(self._plan(np.array(origin), shape, alike), alike) for alike in self._ways]
-            known = self._plans[origin, shape] = min(plans, key=lambda one: rank(one[0], self.memory_limit_bytes))
+            ways = [(self._plan(np.array(origin), shape, alike), alike) for alike in self._ways]
+            sooner = rank(ways[0][0], self.memory_limit_bytes) < (False, WORTH * ways[-1][0].seconds)
+            known = self._plans[origin, shape] = ways[0 if sooner else -1]
         return known
 
     def _plan(self, origin: F64, shape: tuple[int, int], alike: Alike) -> Sizes:
@@ -225,8 +226,6 @@ class FourierImage:
         footprint_um = np.abs(self.system.spots_um()).max(axis=0) + self.system.photosite.half_extent_um
         shares, contrast = alike
         spectra, channels, wavelengths = contrast.shape
-        some = slice(None, None, 1 + len(self.edges) // ASKED)
-        jumps = shares[self.edges.left[some]] - shares[self.edges.right[some]]
         return plan_sizes(
             Task(
                 kernel=self.kernel,
@@ -239,7 +238,7 @@ class FourierImage:
                 density=self._density,
                 origin=origin,
                 spectra=spectra,
-                spectra_of_edge=float(np.count_nonzero(jumps)) / len(jumps),
+                spectra_of_edge=spectra_of_edge(self.edges, shares),
                 channels=channels,
                 wavelengths=wavelengths,
                 tolerance=self.tolerance,

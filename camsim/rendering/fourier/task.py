@@ -12,6 +12,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.density import Density
@@ -26,6 +27,7 @@ OF_A_CROWD = 0.14
 SAMPLES_OF_POINT = 8.0 / math.pi  # a pattern's, of its period, for every frequency of half the band (``Tile.points``)
 MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
 
+ASKED = 1000  # edges that are asked how many spectra they have to do with
 FINEST, COARSEST = 1e-11, 1e-2
 PER_JOINT_POINT, PER_JOINT_NODE = 1.2e-8, 2e-7  # seconds: of a footprint that is no product, and where it is asked for
 
@@ -87,6 +89,13 @@ class Task:
             return 0 if self.kernel.round else self.wavelengths
         fitting = OF_TRANSFERS * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
         return max(1, min(self.wavelengths, int(fitting)))
+
+
+def spectra_of_edge(edges: Edges, shares: F64) -> float:
+    """Return how many spectra an edge has to do with, on average; shares: (sides, spectra) of what lies on a side."""
+    some = slice(None, None, 1 + len(edges) // ASKED)
+    jumps = shares[edges.left[some]] - shares[edges.right[some]]
+    return float(np.count_nonzero(jumps)) / len(jumps)
 
 
 def spreading_precision(tolerance: float) -> float:
