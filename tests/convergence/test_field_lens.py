@@ -11,7 +11,7 @@ import pytest
 import camsim
 from camsim.errors import InvalidValueError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
-from camsim.rendering.across import band_image, bands
+from camsim.rendering.across import band_image, bands, places
 from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.named import illuminant
@@ -201,6 +201,29 @@ def test_tiles_and_boxes_leave_no_borders(monkeypatch):
     monkeypatch.setattr(bands, "WORTH", 0.0)  # as many bands as there are
     cut = rendered(revolved(), scene, grid, tolerance).image
     assert 0.0 < np.abs(cut - whole).max() <= 0.25 * tolerance
+
+
+@pytest.mark.parametrize(("size", "lined"), [(40, False), (300, True)])
+def test_boxes_are_halved_until_few_places_are_enough(monkeypatch, size, lined):
+    """A Cooke triplet at 3e-7 on 360 × 500 photosites was refused, where the window is one box."""
+    grid, tolerance = window(size=size), 1e-4
+    system = OpticalSystem.of([revolved(), PHOTOSITE])
+
+    def planned():
+        return plan_render(
+            polygon(size / 20.0 * OUTLINE_UM + middle_um(grid)), system, grid,
+            response=np.ones((1, 1)), wavelength_nm=np.array([NM]), tolerance=tolerance,
+        ).plan  # fmt: skip
+
+    channel = np.zeros((size, size), np.uint8)
+    whole = planned().image.rendered(channel, lambda done: None)
+    monkeypatch.setattr(places, "MOST_PLACES", 3)
+    cut = planned()
+    assert max(part.band.box for part in cut.image.parts) <= size / 2
+    assert any(part.marked is not None for part in cut.image.parts) == (lined and cut.image.parts[0].beside is not None)
+    halved = cut.image.rendered(channel, lambda done: None)
+    assert 0.0 < np.abs(halved - whole).max() <= 0.25 * tolerance
+    assert "2 × 2 places in boxes of" in " ".join(one.decision for one in cut.decisions())
 
 
 def test_the_same_everywhere_is_a_plain_lens():

@@ -27,6 +27,7 @@ from camsim.rendering.across.tile_sums import Part, Summed, groups
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.nearby import Nearby
+from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 
 TOGETHER = 4  # tiles
@@ -118,12 +119,35 @@ class BandImage:
         return list(dict.fromkeys([boxes[0], boxes[len(boxes) // 2], boxes[-1]]))
 
     @functools.cached_property
-    def counts(self) -> tuple[int, int]:
-        """Places along x and y of a box."""
+    def counts(self) -> tuple[int, int] | None:
+        """Places along x and y of a box; None: it is too large for any number of them."""
         return self._places[0].counts(self._some)
+
+    @functools.cached_property
+    def beside(self) -> tuple[int, int] | None:
+        """Places along a piece of an outline, and along either side of what is heard across it; None: too many."""
+        grid = self.image.job.grid
+        first_um = grid.first_centre[0] * grid.pitch_um, grid.first_centre[1] * grid.pitch_um
+        # Where patterns change most, and where least.
+        corners = [(row, col) for row in (0, grid.rows) for col in (0, grid.cols)]
+        along, across = (
+            self._places[0].counts([Box(row, col, n, n, first_um, grid.pitch_um) for row, col in corners])
+            for n in (math.ceil(LONG * self.band.reach), math.ceil(2.0 * self.band.reach))
+        )
+        return None if along is None or across is None else (max(along), max(across))
+
+    def halved(self) -> BandImage:
+        """Return the same in boxes of half the side, and in tiles that are no larger."""
+        grid = self.image.job.grid
+        box = max(1, min(self.band.box, max(grid.rows, grid.cols)) // 2)
+        band = dataclasses.replace(self.band, box=box)
+        if box < band.side:
+            band = band.with_side(box)
+        return dataclasses.replace(self, band=band, tiles=_tiles(grid, band, self.marked))
 
     def _basis(self, box: Box) -> Basis:
         places, spacing = self._places
+        assert self.counts is not None
         return places.basis(box, self.counts, spacing)
 
     @functools.cached_property
@@ -156,14 +180,7 @@ class BandImage:
         if self.marked is None or not len(self.pieces.frame):
             return
         whole, band, grid = self.image, self.band, self.image.job.grid
-        first_um = grid.first_centre[0] * grid.pitch_um, grid.first_centre[1] * grid.pitch_um
-        sizes = (math.ceil(LONG * band.reach), math.ceil(2.0 * band.reach))
-        # Where patterns change most, and where least.
-        corners = [(row, col) for row in (0, grid.rows) for col in (0, grid.cols)]
-        counts = [
-            max(self._places[0].counts([Box(row, col, n, n, first_um, grid.pitch_um) for row, col in corners]))
-            for n in sizes
-        ]
+        assert self.beside is not None
         _, of_set, taken = whole.signals
         shares = np.concatenate([np.zeros((1, len(of_set))), taken]) / np.where(
             whole.contrast == 0.0, 1.0, whole.contrast
@@ -174,7 +191,7 @@ class BandImage:
             angles=whole.angles,
             band=band,
             pitch_um=grid.pitch_um,
-            counts=(counts[0], counts[1]),
+            counts=self.beside,
             shares=shares,
             channel=of_set,
         )
@@ -215,15 +232,15 @@ def band_image(whole: Whole, band: Band) -> BandImage:
         edges = edges.some(np.zeros(len(edges), bool))
     allowed = whole.listened.bent(band.low, band.high) if len(edges) else np.zeros(3)
     pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, allowed)
-    tiles = math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
+    tiles = _tiles(grid, band, None)
     best = BandImage(image=whole, band=band, nearby=nearby, pieces=pieces, marked=None, tiles=tiles)
-    if len(pieces.frame):
+    if len(pieces.frame) and best.beside is not None:
         marked = np.zeros((grid.rows, grid.cols), np.uint8)
         shared(grid.rows, functools.partial(mark, grid.first_centre, marks, band.reach, marked))
         least = band.period**2 * tiles
         for times in SIDES:
             other = band.with_side(math.ceil(times * band.reach))
-            count = len(windows(marked, GRAIN, other.side))
+            count = _tiles(grid, other, marked)
             price = other.period**2 * count
             if price < WORTH * least:
                 points = other.tile(other.side, other.side).points
@@ -231,7 +248,16 @@ def band_image(whole: Whole, band: Band) -> BandImage:
                 box = math.ceil(math.sqrt(together * grid.rows * grid.cols / max(count, 1)))
                 least, other = price, dataclasses.replace(other, box=max(other.side, min(SPARSE * band.box, box)))
                 best = dataclasses.replace(best, band=other, marked=marked, tiles=count)
+    while best.counts is None:  # where patterns change quickly; over one photosite they do not
+        best = best.halved()
     return best
+
+
+def _tiles(grid: Grid, band: Band, marked: U8 | None) -> int:
+    """Return about how many windows hold all photosites, or those that are marked."""
+    if marked is not None:
+        return len(windows(marked, GRAIN, band.side))
+    return math.ceil(grid.rows / band.side) * math.ceil(grid.cols / band.side)
 
 
 def cut(count: int, pieces: int) -> list[int]:

@@ -154,11 +154,12 @@ class FieldPlan:
         """Yield what is done of the lens, and what distortion makes of edges."""
         near, far = self.image.bands[0], self.image.bands[-1]
         transfers = self.image.transfers
-        across, down = self.image.parts[0].counts
+        finest = self.image.parts[0]
+        across, down = finest.counts or (1, 1)
         yield Decision(
             topic="field",
             decision=f"the perfect lens, and what differs within {far.reach:.3g} pitches, the fine part of it within "
-            f"{near.reach:.3g}: patterns of {across} × {down} places in boxes of {near.box} photosites",
+            f"{near.reach:.3g}: patterns of {across} × {down} places in boxes of {finest.band.box} photosites",
             reason=f"transfers at {transfers.radii.nodes.size} distances from the axis, turned and interpolated",
         )
         yield from bent_sides(self.job)

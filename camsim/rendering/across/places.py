@@ -14,7 +14,6 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.errors import UnsupportedError
 from camsim.kernels import shared
 from camsim.products import product
 from camsim.rendering.across.kernels import add_weighed
@@ -116,17 +115,15 @@ class Places:
         own = np.ascontiguousarray(self.transfers.harmonics[:, :, self.index])
         return own.view(np.float64).reshape(len(own), -1)
 
-    def counts(self, boxes: list[Box]) -> tuple[int, int]:
-        """Return how many places along x and along y are enough for boxes."""
+    def counts(self, boxes: list[Box]) -> tuple[int, int] | None:
+        """Return how many places along x and along y are enough for boxes; None: these are too large."""
         found = [1, 1]
         for axis in (0, 1):
             for box in boxes:
                 while found[axis] < MOST_PLACES and self._lost(box, axis, found[axis]) > ALONG * self.allowed:
                     found[axis] += 1
-        if max(found) >= MOST_PLACES:
-            raise UnsupportedError(
-                "its pattern changes too quickly over the frame; give it fewer waves, or ask for less", key="lens"
-            )
+                if found[axis] == MOST_PLACES:
+                    return None
         return found[0], found[1]
 
     def _lost(self, box: Box, axis: int, count: int) -> float:
