@@ -233,8 +233,8 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     allowed = whole.listened.bent(band.low, band.high) if len(edges) else np.zeros(3)
     pieces, marks = pieces_of(edges, low, high, band.reach, LONG * band.reach, allowed)
     tiles = _tiles(grid, band, None)
-    best = BandImage(image=whole, band=band, nearby=nearby, pieces=pieces, marked=None, tiles=tiles)
-    if len(pieces.frame) and best.beside is not None:
+    plain = best = BandImage(image=whole, band=band, nearby=nearby, pieces=pieces, marked=None, tiles=tiles)
+    if len(pieces.frame):
         marked = np.zeros((grid.rows, grid.cols), np.uint8)
         shared(grid.rows, functools.partial(mark, grid.first_centre, marks, band.reach, marked))
         least = band.period**2 * tiles
@@ -248,6 +248,8 @@ def band_image(whole: Whole, band: Band) -> BandImage:
                 box = math.ceil(math.sqrt(together * grid.rows * grid.cols / max(count, 1)))
                 least, other = price, dataclasses.replace(other, box=max(other.side, min(SPARSE * band.box, box)))
                 best = dataclasses.replace(best, band=other, marked=marked, tiles=count)
+    if best.marked is not None and best.beside is None:
+        best = plain
     while best.counts is None:  # where patterns change quickly; over one photosite they do not
         best = best.halved()
     return best

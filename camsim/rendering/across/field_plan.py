@@ -155,7 +155,8 @@ class FieldPlan:
         near, far = self.image.bands[0], self.image.bands[-1]
         transfers = self.image.transfers
         finest = self.image.parts[0]
-        across, down = finest.counts or (1, 1)
+        assert finest.counts is not None
+        across, down = finest.counts
         yield Decision(
             topic="field",
             decision=f"the perfect lens, and what differs within {far.reach:.3g} pitches, the fine part of it within "
