@@ -53,8 +53,11 @@ class Arcs(NamedTuple):
     bend_rad: F64
 
 
-def arcs_of(curves: Curves, fine: Fineness) -> Arcs:
-    """Follow curves that are neither straight nor circles."""
+def arcs_of(curves: Curves, fine: Fineness, *, least: float = 0.0) -> Arcs:
+    """Follow curves that are neither straight nor circles.
+
+    least : pitches: a line stands for what turns back in less room than that, as in a cusp, where no pair ever fits
+    """
     owner = np.repeat(np.arange(len(curves.kind)), 4)
     t0 = np.tile(np.arange(4) / 4.0, len(curves.kind))
     t1 = t0 + 0.25
@@ -84,6 +87,12 @@ def arcs_of(curves: Curves, fine: Fineness) -> Arcs:
         for column, other in zip(pairs[1:], others[1:], strict=True):
             column[poor[better]] = other[better]
         good[poor] = better
+        small = poor[~better]
+        small = small[_room(curves, stretches.some(small)) <= least]
+        lines = _lines(stretches.some(small))
+        for column, other in zip(pairs[1:], lines[1:], strict=True):
+            column[small] = other
+        good[small] = True
         if turn == HALVINGS - 1:
             good[:] = True
         done.append((owner[good], t0[good], _picked(pairs, good)))
@@ -200,6 +209,23 @@ def _pairs(stretches: _Stretches, longer: F64) -> Arcs:
     start, end = np.stack([begin, middle], axis=1), np.stack([middle, finish], axis=1)
     bends = np.where(np.abs(np.sin(0.5 * bends)) < STRAIGHT_SINE, 0.0, bends)
     return Arcs(stretches.owner, start, end, bends)
+
+
+def _lines(stretches: _Stretches) -> Arcs:
+    """Return pairs of straight lines, one the other's continuation, from where stretches begin to where they end."""
+    begin, finish = stretches.begin, stretches.finish
+    middle = 0.5 * (begin + finish)
+    start, end = np.stack([begin, middle], axis=1), np.stack([middle, finish], axis=1)
+    return Arcs(stretches.owner, start, end, np.zeros((len(begin), 2)))
+
+
+def _room(curves: Curves, stretches: _Stretches) -> F64:
+    """Return how far stretches come from where they begin, as far as they are looked at."""
+    room = np.abs(stretches.finish - stretches.begin)
+    for share in LOOKED_AT:
+        place, _ = _places(curves, stretches.owner, stretches.t0 + share * (stretches.t1 - stretches.t0))
+        room = np.maximum(room, np.abs(place - stretches.begin))
+    return room
 
 
 def _of_one_area(stretches: _Stretches) -> Arcs:

@@ -8,6 +8,7 @@ import camsim
 from camsim.quadrature import gauss_legendre
 from camsim.rendering.check.along import CUTS, SHORT, Energy, Memory, Rules, bezier, round_piece, straight
 from camsim.rendering.check.beziers import between
+from camsim.rendering.check.outlines import outlines_of
 from camsim.rendering.check.parts import parts_seen
 from camsim.rendering.check.pattern import oscillation, table_of
 from camsim.rendering.check.points import rules_of
@@ -126,6 +127,38 @@ def test_what_hardly_bends_is_where_it_lies():
     pieces = Pieces(Outlines(*column), np.zeros(2, int), np.ones(2, int), np.full(2, -1), np.zeros((0, 4), complex))
     farthest = Whereabouts(pieces=pieces, corners=np.array([-1.0, -1.0, 1.0, 1.0])).farthest
     assert np.hypot(4.0 + 2.0, 1.0) <= farthest < 12.0
+
+
+@pytest.mark.parametrize("allowed", [1e-4, 1e-7, 1e-10])
+def test_what_turns_back_is_followed_in_few_parts(allowed):
+    """A cusp, and a curve that runs out and back: halved down to rounding they were 2000 parts that crossed each other
+    120 000 times, and the check took 80 s over five photosites."""
+    rng, fine = np.random.default_rng(8), Fineness(0.5, allowed)
+    t = np.linspace(0.0, 1.0, 200_001)[:, None]
+    basis = np.hstack([(1.0 - t) ** 3, 3.0 * t * (1.0 - t) ** 2, 3.0 * t**2 * (1.0 - t), t**3])
+    for corners in (
+        [[0.0, 0.0], [-0.034, 0.033], [-0.034, 0.033], [0.0, 0.0]],
+        [[0.0, 0.0], [1.5, 0.0], [-0.5, 0.0], [1.0, 0.0]],
+        [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0], [1.0, 0.0]],
+        [[0.0, 0.0], [2.0, 1.0], [2.0, 1.0], [0.0, 0.1]],
+    ):
+        turn, place, away = rng.uniform(0.0, 6.0), rng.uniform(-3.0, 3.0, 2), np.array([0.3, 0.8])
+        turned = np.array(corners) @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        points = turned + place
+        leaf = camsim.Path(
+            segments_um=[("move", *points[0]), ("cubic", *points[1:].ravel()), ("line", *(place + away)), ("close",)],
+            reflectance=0.0,
+        )
+        outlines, owners, _, _ = outlines_of(camsim.Scene(background=1.0, shapes=[leaf]), 1.0, fine)
+        assert len(outlines.x) < 400
+        # Triangles from the origin to all chords, and between these and their arcs.
+        x0, y0, x1, y1 = owners.ends.T
+        turned_by = outlines.turn_rad
+        own = np.sum(x0 * y1 - x1 * y0 + outlines.dx**2 * (turned_by - np.sin(turned_by)))
+        drawn = np.vstack([basis @ points, place + away])
+        x, y = drawn.T
+        area = np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y)
+        assert abs(own - area) <= 2.0 * allowed * fine.longest**2 + 1e-10
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,6 +13,8 @@ from camsim.rendering.check.records import Outlines, Owners
 from camsim.scene import Primitive, Scene, flattened
 from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, joined
+
+OF_CUSPS = 0.02  # of what may be off: what a line leaves out of one, at the most its room's square
 
 
 def outlines_of(
@@ -68,7 +71,7 @@ def parts_of(curves: Curves, chords: np.ndarray, fine: Fineness) -> tuple[Outlin
     owner, rows = np.flatnonzero(whole & ~nowhere), columns[whole & ~nowhere]
     if not whole.all():
         others = np.flatnonzero(~whole)
-        bent = arcs_of(curves.some(others), fine)
+        bent = arcs_of(curves.some(others), fine, least=fine.longest * math.sqrt(OF_CUSPS * fine.allowed))
         owner = np.concatenate([owner, others[bent.owner]])
         start, chord, bend = bent.start, bent.end - bent.start, bent.bend_rad
         # The centre lies to the left of the chord by half of it over tan(bend/2).
