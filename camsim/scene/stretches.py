@@ -14,6 +14,7 @@ TURN = 0.25  # radians over which a bend is taken for the same
 HALVINGS = 40
 ROUNDS = 3  # of cutting stretches in two that others come near
 HIGH = 0.05  # of a stretch's length: it rises less above its chord
+SHARP = 2.0 * TURN + 0.1  # radians between two that begin in one corner: there they may turn into each other's way
 
 
 class Stretches(NamedTuple):
@@ -160,9 +161,11 @@ def cut_stretches(found: Stretches, curves: Curves, whose: Whose) -> tuple[Stret
         first = asked[first]
         one, two = owner[first], owner[second]
         other = whose.primitive[one] != whose.primitive[two]
-        after = _after(owner, len(bent.owner), following)
-        beside = (first == second) | (after[first] == second) | (after[second] == first)
-        other |= whose.crosses[one] & ~beside
+        follows = _after(owner, len(bent.owner), following)
+        sharp = _sharp(curves.some(owner), bent, follows)
+        ahead, back = follows[first] == second, follows[second] == first
+        beside = (ahead | back) & ~(ahead & sharp[first]) & ~(back & sharp[second])
+        other |= whose.crosses[one] & ~beside & (first != second)
         first, second = first[other], second[other]
         near = shapely.distance(*(shapely.linestrings(chords[part]) for part in (first, second)))
         cut[:] = False
@@ -181,6 +184,18 @@ def _after(owner: I64, bent: int, following: I64) -> I64:
     last[:bent][:-1] = np.diff(owner[:bent]) != 0
     after: I64 = np.where(last, place[following[owner]], np.arange(1, len(owner) + 1))
     return after
+
+
+def _sharp(curves: Curves, bent: Stretches, after: I64) -> np.ndarray:
+    """Return whether each part meets the one after it in a corner so sharp that they may cross once more.
+
+    curves : of the parts, first of those that are bent
+    """
+    t0, t1 = np.zeros(len(after)), np.ones(len(after))
+    t0[: len(bent.t0)], t1[: len(bent.t1)] = bent.t0, bent.t1
+    out, into = curves.slopes(t0)[0], curves.slopes(t1)[0]
+    sharp: np.ndarray = (after >= 0) & (_angle(out[after], -into) < SHARP)
+    return sharp
 
 
 def _boxes(start: F64, end: F64, more: F64 | float) -> F64:

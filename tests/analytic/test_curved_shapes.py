@@ -10,8 +10,9 @@ from camsim.rendering.check.outlines import outlines_of
 from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.arrange import arrange
 from camsim.scene.curves import CUBIC, Curves
-from camsim.scene.outlines import Outlines
+from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import flattened
+from camsim.scene.regions import region_of
 from camsim.scene.sides import SideLimits
 from tests.truth import closed_forms
 
@@ -137,6 +138,35 @@ def common_circles(distance, one, two):
     high = np.sqrt(max(one**2 - along**2, 0.0))
     first = one**2 * np.arccos(along / one) - along * high
     return first + two**2 * np.arccos((distance - along) / two) - (distance - along) * high
+
+
+@pytest.mark.parametrize("straight", [False, True])
+@pytest.mark.parametrize("cut_um2", [1e-4, 1e-6, 1e-8])
+def test_what_crosses_once_more_beside_its_corner_keeps_its_areas(cut_um2, straight):
+    """Two curves, or a curve and a line, that leave a corner by a small angle and turn into each other's way: where no
+    other stretch came between, their sides stayed as long as areas let them be that nothing cuts."""
+    rng = np.random.default_rng(5)
+    limits = SideLimits(3.0, np.sqrt(cut_um2), cut_um2, cut_um2)
+    t = np.linspace(0.0, 1.0, 20_001)[:, None]
+    basis = np.hstack([(1.0 - t) ** 3, 3.0 * t * (1.0 - t) ** 2, 3.0 * t**2 * (1.0 - t), t**3])
+    worst = 0.0
+    for _ in range(8):
+        slope, high = rng.uniform(0.005, 0.03), rng.uniform(0.1, 0.4, 4)
+        tip, one = np.zeros(2), np.array([(0.0, 0.0), (1.0, 0.0), (2.0, high[0]), (3.0, high[1])])
+        other = np.array([(0.0, 0.0), (1.0, slope), (2.0, -high[2]), (3.0, -high[3])])
+        if straight:
+            one = np.array([tip, (1.0, -slope), (2.0, high[0]), (3.0, 0.0)])
+            segments, drawn = [("move", *tip), ("cubic", *one[1:].ravel()), ("close",)], basis @ one
+        else:
+            segments = [("move", *tip), ("cubic", *one[1:].ravel()), ("line", *other[3])]
+            segments += [("cubic", *other[2::-1].ravel()), ("close",)]
+            drawn = np.concatenate([basis @ one, (basis @ other)[::-1]])
+        leaf = flattened([camsim.Path(segments_um=segments, fill_rule="evenodd", reflectance=1.0)])
+        outlines = Outlines.of(leaf)
+        sides = outlines.polygons(limits, meets=np.ones(1, bool))
+        own = area_of(leaf[0], outlines.each(sides, np.zeros(1, int))[0])
+        worst = max(worst, abs(own.area - region_of([drawn], "evenodd", simple=False).area))
+    assert worst <= 4.0 * cut_um2 + 1e-8
 
 
 @pytest.mark.parametrize("far_um", [0.0, 3.0, 1000.0])
