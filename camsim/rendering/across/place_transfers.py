@@ -33,7 +33,7 @@ FINEST = 2e-10  # of a transfer: sums of cosines that are known to 2e-11
 MORE, LAST = 1.25, 5  # times as many nodes where it loses more; terms that are looked at: some are 0 by symmetry
 SOME = (5, 4)  # shifts and angles at which rules are compared
 AXIS = 1e-14  # from the line through both copies' middles: is on it
-ROUNDS = 6  # of that: what is not quiet then is what sums leave
+ROUNDS = 12  # of that, fifteen times as many: what is not quiet then is what sums leave
 
 
 def steepest(lens: PlacedLens, wavelength_nm: F64) -> float:
