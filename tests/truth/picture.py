@@ -406,6 +406,8 @@ def _segment_arc(side, arc):
     else:
         gap, b = arc.own(side.a), arc.own(side.b)
         length, radius = float(np.hypot(*(b - gap))), 1.0
+        if length == 0.0:
+            return  # shorter than the last bit of where it lies
         d = (b - gap) / length
     foot = float(np.dot(gap, d))
     height = float(gap[0] * d[1] - gap[1] * d[0])
