@@ -31,7 +31,9 @@ COARSEST = 0.7  # of them, at 2e-3 and more
 EACH = 0.02  # of the tolerance: what a transfer may lose by the rule, and by each of the others' last terms
 FINEST = 2e-10  # of a transfer: sums of cosines that are known to 2e-11
 MORE, LAST = 1.25, 5  # times as many nodes where it loses more; terms that are looked at: some are 0 by symmetry
-SOME = (5, 4)  # shifts and angles at which rules are compared
+LOUD = 100.0  # times what is allowed: past that, by as much again
+SOME = (8, 4)  # shifts and angles at which rules are compared
+SPARED = 0.5  # of a rule's nodes, from which the search begins at each of these shifts
 AXIS = 1e-14  # from the line through both copies' middles: is on it
 ROUNDS = 12  # of that, fifteen times as many: what is not quiet then is what sums leave
 
@@ -76,6 +78,12 @@ def _summed(even: F64, odd: F64, weight: F64) -> F64:
     return out
 
 
+def _between(rules: I64, alpha: F64) -> I64:
+    """Return nodes of the rule at shifts' angles α, by those from one of ``SOME`` to the next."""
+    nodes: I64 = rules[(alpha / (0.5 * math.pi) * SOME[0] + 0.5).astype(np.int64)]
+    return nodes
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlaceTransfers:
     """Transfers of one place, less the perfect one's, for sets of weights (sets, wavelengths).
@@ -90,8 +98,10 @@ class PlaceTransfers:
     tolerance: float
 
     @functools.cached_property
-    def _nodes(self) -> tuple[int, int, int, int]:
-        """Nodes of the rule, shifts, angles and wavelengths.
+    def _nodes(self) -> tuple[I64, int, int, int]:
+        """Nodes of the rule from one of ``SOME`` shifts to the next, (SOME + 1,), of shifts, angles and wavelengths.
+
+        Copies that nearly touch differ by few waves, and those that hardly move where no order is high.
 
         A slope knows nothing of how often a wavefront goes up and down: at the shortest wavelength it is looked at what
         more nodes of the rule change, and series of the others go on until their last terms are quiet.
@@ -100,16 +110,19 @@ class PlaceTransfers:
         loud = float(np.abs(self.weights).sum(axis=1).max())
         allowed, nm = max(EACH * self.tolerance / max(loud, 1e-300), FINEST), self.wavelength_nm[:1]
         some, theta = (0.5 * math.pi * (np.arange(n) + 0.5) / n for n in SOME)
-        found, finer = self._sampled(nm, some, 2.0 * theta, rule), rule
-        for _ in range(ROUNDS):
-            finer = math.ceil(MORE * finer)
-            before, found = found, self._sampled(nm, some, 2.0 * theta, finer)
-            if np.abs(found - before).max() <= allowed:
-                break
-            rule = finer
+        enough = np.full(some.size, math.ceil(SPARED * rule))
+        for k in range(some.size):
+            found, finer = self._sampled(nm, some[[k]], 2.0 * theta, enough[[k]]), enough[[k]]
+            for _ in range(ROUNDS):
+                finer = np.ceil(MORE * finer).astype(np.int64)
+                before, found = found, self._sampled(nm, some[[k]], 2.0 * theta, finer)
+                if np.abs(found - before).max() <= allowed:
+                    break
+                enough[k] = finer[0]
+        rules = np.maximum(np.append(enough[0], enough), np.append(enough, enough[-1]))
         for _ in range(ROUNDS):
             x, w = gauss_legendre(shifts)
-            half = self._sampled(nm, 0.25 * math.pi * (1.0 + x), math.pi * np.arange(angles) / angles, rule)[0]
+            half = self._on_half_turn(nm, 0.25 * math.pi * (1.0 + x), angles, rules)[0]
             around = scipy.fft.fft(np.concatenate([half, half.conj()], axis=-1), norm="forward")[
                 :, angles - LAST : angles
             ]
@@ -119,27 +132,30 @@ class PlaceTransfers:
             if max(shown) <= allowed:
                 break
             shifts, angles = (
-                math.ceil(MORE * n) if own > allowed else n for n, own in zip((shifts, angles), shown, strict=True)
+                math.ceil((MORE if own <= LOUD * allowed else MORE**2) * n) if own > allowed else n
+                for n, own in zip((shifts, angles), shown, strict=True)
             )
         for _ in range(ROUNDS if self.wavelength_nm.size > colours else 0):
             own = chebyshev(colours)
             nm = 0.5 * (self.wavelength_nm[0] + self.wavelength_nm[-1]) + 0.5 * np.ptp(self.wavelength_nm) * own
-            series = scipy.fft.dct(self._sampled(nm, some, 2.0 * theta, rule).view(np.float64), axis=0)
+            sampled = self._sampled(nm, some, 2.0 * theta, _between(rules, some))
+            series = scipy.fft.dct(sampled.view(np.float64), axis=0)
             if np.abs(series[-LAST:]).max() / colours <= allowed:
                 break
             colours = math.ceil(MORE * colours)
-        return rule, shifts, angles, colours
+        return rules, shifts, angles, colours
 
-    def _sampled(self, nm: F64, alpha: F64, theta: F64, rule: int) -> C128:
-        """Return transfers (wavelengths, shifts, directions) less the perfect one's; theta: from the radius."""
+    def _sampled(self, nm: F64, alpha: F64, theta: F64, nodes: I64) -> C128:
+        """Return transfers (wavelengths, shifts, directions) less the perfect one's; theta: from the radius.
+
+        nodes : of the rule, for each shift
+        """
         index, waves = turned(self.lens.zernike, self.lens.coefficients(nm), self.angle_rad + theta)
         wavefronts = np.ascontiguousarray(waves.reshape(-1, len(index)).T)
         pupil, out = Pupil(), np.empty((nm.size, alpha.size, theta.size), complex)
         rules = []
-        for nu in np.cos(alpha):
-            # Copies that nearly touch, or hardly move, differ by few waves.
-            nodes = math.ceil(rule * max(0.56, math.sqrt(2.0 * nu * math.sqrt(1.0 - nu * nu))))
-            x, y, weight = pupil.overlap(2.0 * float(nu), 0.0, nodes)
+        for nu, count in zip(np.cos(alpha).tolist(), nodes.tolist(), strict=True):
+            x, y, weight = pupil.overlap(2.0 * nu, 0.0, count)
             # On the other half odd polynomials' steps are these, and even ones' turn back.
             half = y > -AXIS
             rules.append((x[half], y[half], weight[half] * np.where(y[half] > AXIS, 2.0, 1.0) / pupil.area))
@@ -157,17 +173,21 @@ class PlaceTransfers:
             out[:, s] = (found[0] + 1j * found[1]).reshape(theta.size, nm.size).T
         return out
 
+    def _on_half_turn(self, nm: F64, alpha: F64, angles: int, rules: I64) -> C128:
+        """Return the same in so many directions over half a turn: on either side of the radius all looks alike."""
+        half = angles // 2 + 1
+        out = self._sampled(nm, alpha, math.pi * np.arange(half) / angles, _between(rules, alpha))
+        return np.concatenate([out, out[..., angles - half : 0 : -1].conj()], axis=-1)
+
     @functools.cached_property
     def _samples(self) -> tuple[F64, F64, C128]:
         """Shifts' angles α, ν = cos α; wavelengths; samples (wavelengths, shifts, 2·angles) all round."""
-        rule, shifts, angles, colours = self._nodes
+        rules, shifts, angles, colours = self._nodes
         nm = self.wavelength_nm
         if nm.size > colours:
             nm = 0.5 * (nm[0] + nm[-1]) + 0.5 * (nm[-1] - nm[0]) * chebyshev(colours)
         alpha = 0.25 * math.pi * (1.0 + gauss_legendre(shifts)[0])
-        half = angles // 2 + 1
-        out = self._sampled(nm, alpha, math.pi * np.arange(half) / angles, rule)
-        out = np.concatenate([out, out[..., angles - half : 0 : -1].conj()], axis=-1)
+        out = self._on_half_turn(nm, alpha, angles, rules)
         return alpha, nm, np.concatenate([out, out.conj()], axis=-1)
 
     @functools.cached_property
