@@ -20,6 +20,7 @@ HALVINGS = 40
 BESIDE = 0.02  # of an arc's length
 LOOKED_AT = (0.15, 0.3, 0.5, 0.7, 0.85)  # of a piece: where the distance is measured
 MOST_BEND = 0.5  # of a piece, radians
+OF_CUT = 12.0  # times what is allowed: half of a pair gives or takes a third of its length times how far off it is
 ROUNDING = 1e-15  # of the largest coordinate: so far off places may be, and areas by that times their length
 LONGER, MUCH_LONGER, SECANTS = 1.1, 2.0, 3  # times, for the sake of areas: what is tried first, the most, and how often
 STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far as numbers go
@@ -53,9 +54,10 @@ class Arcs(NamedTuple):
     bend_rad: F64
 
 
-def arcs_of(curves: Curves, fine: Fineness, *, least: float = 0.0) -> Arcs:
+def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float = 0.0) -> Arcs:
     """Follow curves that are neither straight nor circles.
 
+    cut   : others may cross them: then half of a pair is to have its area too, for a few pairs
     least : pitches: a line stands for what turns back in less room than that, as in a cusp, where no pair ever fits
     """
     owner = np.repeat(np.arange(len(curves.kind)), 4)
@@ -70,6 +72,8 @@ def arcs_of(curves: Curves, fine: Fineness, *, least: float = 0.0) -> Arcs:
             & (off * length**2 <= fine.allowed * fine.longest**3)
             & (length <= 0.35 * fine.longest)
         )
+        if cut:
+            good &= off * length <= OF_CUT * fine.allowed * fine.longest**2
         rounding = ROUNDING * extent[some.owner] * length
         good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (some.t1 - some.t0), rounding)
         good |= off <= 0.5 * fine.allowed * fine.longest

@@ -150,7 +150,7 @@ def test_what_turns_back_is_followed_in_few_parts(allowed):
             reflectance=0.0,
         )
         outlines, owners, _, _ = outlines_of(camsim.Scene(background=1.0, shapes=[leaf]), 1.0, fine)
-        assert len(outlines.x) < 400
+        assert len(outlines.x) < 500
         # Triangles from the origin to all chords, and between these and their arcs.
         x0, y0, x1, y1 = owners.ends.T
         turned_by = outlines.turn_rad

@@ -35,7 +35,7 @@ def outlines_of(
         curves, of_each, usable = in_parts(curves, fine.longest)
         pieces = np.concatenate([[0], np.cumsum(of_each)])[pieces]
         kept = alone(curves, usable, fine)
-    outlines, ends, counts = parts_of(curves, kept, fine)
+    outlines, ends, counts = parts_of(curves, kept, fine, cut=True)
     begins = np.concatenate([[0], np.cumsum(counts)])
     bezier = np.repeat(np.where(kept, np.cumsum(kept) - 1, -1), counts)
     owners = Owners(
@@ -52,8 +52,11 @@ def _firsts(counts: Sequence[int]) -> I64:
     return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)]).astype(np.int64)
 
 
-def parts_of(curves: Curves, chords: np.ndarray, fine: Fineness) -> tuple[Outlines, F64, I64]:
-    """Return the parts of all curves in order, their ends, and how many each curve has; of some their chords."""
+def parts_of(curves: Curves, chords: np.ndarray, fine: Fineness, *, cut: bool = False) -> tuple[Outlines, F64, I64]:
+    """Return the parts of all curves in order, their ends, and how many each curve has; of some their chords.
+
+    cut : others may cross them
+    """
     p, turn = curves.points, curves.turn_rad
     u, v = p[:, 1], p[:, 2]
     size = np.hypot(u[:, 0], u[:, 1])
@@ -71,7 +74,7 @@ def parts_of(curves: Curves, chords: np.ndarray, fine: Fineness) -> tuple[Outlin
     owner, rows = np.flatnonzero(whole & ~nowhere), columns[whole & ~nowhere]
     if not whole.all():
         others = np.flatnonzero(~whole)
-        bent = arcs_of(curves.some(others), fine, least=fine.longest * math.sqrt(OF_CUSPS * fine.allowed))
+        bent = arcs_of(curves.some(others), fine, cut=cut, least=fine.longest * math.sqrt(OF_CUSPS * fine.allowed))
         owner = np.concatenate([owner, others[bent.owner]])
         start, chord, bend = bent.start, bent.end - bent.start, bent.bend_rad
         # The centre lies to the left of the chord by half of it over tan(bend/2).

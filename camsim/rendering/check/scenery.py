@@ -23,10 +23,12 @@ from camsim.scene.arcs import Fineness
 from camsim.scene.curves import CUBIC, Curves
 from camsim.spectra.curve import Spectrum
 
-SAME, SAME_SHARE = (
-    1e-10,
-    1e-12,
-)  # pitches, and of the largest coordinate, whose last bits differ: so near are places one
+# Pitches, and of the largest coordinate, whose last bits differ: so near are places one. Outlines that cross at a small
+# angle are as near for many times as long, and what is left out there is an edge that others lack: with 1e-10 in place
+# of 1e-12 the check was 1e-10 off.
+SAME, SAME_SHARE = 1e-12, 1e-12
+SHORTEST = 0.1  # of that: what is shorter has no direction
+STRAIGHT_RAD = 1e-10  # a curve that turns by less is its chord
 
 
 class Pieces(NamedTuple):
@@ -50,7 +52,7 @@ class Pieces(NamedTuple):
             return self.outlines
         middle, way, bend, _ = polynomials(self.curves[self.bezier[bent]]).T
         turn = 4.0 * (way.conj() * bend).imag / np.abs(way) ** 2
-        some = np.abs(turn) > SAME
+        some = np.abs(turn) > STRAIGHT_RAD
         bent, middle, way, turn = bent[some], middle[some], way[some], turn[some]
         radius, back = 2.0 * np.abs(way) / np.abs(turn), turn < 0.0
         centre = middle + 1j * np.where(back, -1.0, 1.0) * radius * way / np.abs(way)
@@ -86,7 +88,7 @@ def pieces_of(
     left, right = sides_of(outlines, rows, owners, near, piece, whose, of_primitive, same)
     owner, low, high = piece
     # A piece as short as rounding has no direction.
-    seen = (left != right) & ((high - low) * outlines.length[owner] > 1e-3 * same[owner])
+    seen = (left != right) & ((high - low) * outlines.length[owner] > SHORTEST * same[owner])
     owner, low, high = owner[seen], low[seen], high[seen]
     part = outlines.some(owner)
     straight = part.turn_rad == 0.0
