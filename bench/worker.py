@@ -12,7 +12,7 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
 from multiprocessing.connection import Connection
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 T = TypeVar("T")
 THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -31,6 +31,13 @@ class Worker:
         self._environment = dict.fromkeys(THREADS, str(threads)) | dict(environment or {})
         self._process: mp.process.BaseProcess | None = None
         self._pipe: Connection | None = None
+
+    def __enter__(self) -> Self:
+        """Return it, to be stopped at the end."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
     def call(self, function: Callable[..., T], *arguments: Any) -> T:
         """Run a module's function there and return what it returns."""

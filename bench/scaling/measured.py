@@ -161,12 +161,9 @@ def _alone(function: Callable[..., dict[str, float]], *arguments: Any, laps: int
 def _laps(
     environment: dict[str, str], laps: int, function: Callable[..., dict[str, float]], *arguments: Any
 ) -> list[dict[str, float]]:
-    worker = Worker(threads=cores(), environment=environment)
-    try:
+    with Worker(threads=cores(), environment=environment) as worker:
         worker.call(mono, [slanted()], 32, 32, 1e-3, 8.0, False, "boundary")
         return [worker.call(function, *arguments) for _ in range(laps)]
-    finally:
-        worker.stop()
 
 
 def _tell(name: str, found: dict[str, float]) -> None:

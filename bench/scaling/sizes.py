@@ -143,15 +143,12 @@ def run_scaling(results: Results, say: Callable[[float, str], None], *, quick: b
 
 def _laps(over: str, size: int, laps: int, **process: Any) -> list[tuple[float, float, float | None]]:
     """Render so often, once if that takes long, in a process of its own with the kernels loaded."""
-    worker = Worker(**process)
-    try:
+    with Worker(**process) as worker:
         worker.call(render_task, "photosites", 100, 0)  # loads the kernels
         found = [worker.call(render_task, over, size, 1)]
         while len(found) < laps and found[0][1] < LONG_S:
             found.append(worker.call(render_task, over, size, len(found) + 1))
         return found
-    finally:
-        worker.stop()
 
 
 def growth(lines: list[Line]) -> Iterator[dict[str, object]]:

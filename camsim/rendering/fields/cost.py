@@ -22,8 +22,8 @@ from camsim.rendering.fourier.plan import (
     STRIP_BYTES,
     STRIP_SAMPLES,
 )
-from camsim.rendering.fourier.prices import PER_PUPIL_NODE
-from camsim.rendering.fourier.spread import SUMMED_SECONDS, Kernel
+from camsim.rendering.fourier.prices import PER_PUPIL_NODE, PER_SUMMED_SAMPLE
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, samples_of
 from camsim.words import both
 
@@ -148,7 +148,7 @@ def _of_transfers(kernel: Kernel, tile: Tile, wavelengths: int, transfers: int, 
     samples, pattern = samples_of(kernel, tile), _pattern(kernel, tile)
     made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
     held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
-    return Taken(wavelengths * pattern * SUMMED_SECONDS + transfers * samples * PER_TRANSFORMED, held)
+    return Taken(wavelengths * pattern * PER_SUMMED_SAMPLE + transfers * samples * PER_TRANSFORMED, held)
 
 
 def taken(

@@ -25,9 +25,9 @@ from camsim.rendering.engine import (
     Progress,
 )
 from camsim.rendering.fourier.image import FourierImage
-from camsim.rendering.fourier.prices import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_ROUND_POINT
+from camsim.rendering.fourier.prices import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_PUPIL_SAMPLE, PER_ROUND_POINT
 from camsim.rendering.fourier.spikes import Spikes
-from camsim.rendering.fourier.spread import PUPIL_SECONDS, kernel_of
+from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
 from camsim.rendering.fourier.together import Sum
 from camsim.rendering.heard import followed
@@ -208,7 +208,7 @@ class Fourier:
         per_point: float = PER_ROUND_POINT + job.signals.density.shape[1] * PER_POINT_WEIGHT
         if job.split is not None and job.split.rest is not None:
             # Together or apart, there is a pattern that is not round to be made as finely as the band asks.
-            per_point += PER_FIELD_POINT + PUPIL_SECONDS * SAMPLES_OF_POINT
+            per_point += PER_FIELD_POINT + PER_PUPIL_SAMPLE * SAMPLES_OF_POINT
         return SET_UP_SECONDS + count * per_point
 
 

@@ -17,13 +17,13 @@ from camsim.optics.protocols import Fading, KnowsBands, KnowsEnergy, KnowsNodes,
 from camsim.products import product
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.fuses import Fuses
+from camsim.rendering.fourier.prices import PER_PUPIL_SAMPLE, PER_SUMMED_SAMPLE
 from camsim.rendering.fourier.taper import Hem
 from camsim.rendering.psf import OF_LIGHT, is_summed, rule_of
 
 BAND_STEPS, BAND_DIRECTIONS = 256, 12  # in which a lens is asked what it passes
 LOBE = 8.0  # directions for each period that a photosite's half extent holds: twice what follows its transfer round
-# For each sample of a pattern: of a non-uniform transform, its grid and all; where nodes are spread to a band's grid.
-SUMMED_BYTES, SUMMED_SECONDS, PUPIL_SECONDS = 90.0, 1.5e-7, 8e-8
+SUMMED_BYTES = 90.0  # for each sample of a pattern by a non-uniform transform, its grid and all
 IN_SIGHT = 8.0  # contrasts of full scale at once
 
 
@@ -63,7 +63,7 @@ class Kernel:
     carries: float = 1.0
     whole: bool = False
     pattern_bytes: float = SUMMED_BYTES
-    pattern_seconds: float = SUMMED_SECONDS
+    pattern_seconds: float = PER_SUMMED_SAMPLE
     sooner: tuple[float, float] = (0.0, 0.0)
 
     def cuts(self, cut: float) -> tuple[float, float]:
@@ -119,7 +119,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         longest=longest,
         whole=isinstance(lens, Fuses) and not more,
         pattern_bytes=8.0 + held_bytes(OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")) if spread else SUMMED_BYTES,
-        pattern_seconds=PUPIL_SECONDS if spread else SUMMED_SECONDS,
+        pattern_seconds=PER_PUPIL_SAMPLE if spread else PER_SUMMED_SAMPLE,
         sooner=sooner,
     )
 

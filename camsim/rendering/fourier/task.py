@@ -17,6 +17,7 @@ from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.joint import NODES_IN_CYCLE
+from camsim.rendering.fourier.prices import PER_JOINT_NODE, PER_JOINT_POINT
 from camsim.rendering.fourier.spread import Kernel
 
 PART_OF_MEMORY = 0.3  # that strips may take, and the transfers of a lens at several wavelengths behind pictures
@@ -26,10 +27,8 @@ TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
 OF_A_CROWD = 0.14
 SAMPLES_OF_POINT = 8.0 / math.pi  # a pattern's, of its period, for every frequency of half the band (``Tile.points``)
 MOST_NODES, OF_NODES = 200, 0.5  # of one Gauss rule on an edge, a longer one is cut; its error, of the transform's
-
 ASKED = 1000  # edges that are asked how many spectra they have to do with
 FINEST, COARSEST = 1e-11, 1e-2
-PER_JOINT_POINT, PER_JOINT_NODE = 1.2e-8, 2e-7  # seconds: of a footprint that is no product, and where it is asked for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
