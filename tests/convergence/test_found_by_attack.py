@@ -9,6 +9,7 @@ from camsim.rendering.edges import shares_within
 from camsim.rendering.fourier.spread import BAND_STEPS, band_of
 from camsim.rendering.render import plan_render
 from tests.attack import systems
+from tests.attack.draw import draw
 from tests.convergence.test_tolerance import POINT, SQUARE, system_of
 
 RECTANGLE = {
@@ -462,3 +463,10 @@ def test_fields_that_meet_at_their_corners(blur, tolerance):
         for j in range(i % 2, 8, 2)
     ]
     keeps(system_of(squares, blur, rows=48, cols=48), tolerance, "boundary")
+
+
+def test_a_check_that_hardly_fits_the_memory_has_a_price():
+    """What is expected of it was infinite: a window of its own that takes a little more than the image's (831:836)."""
+    system = draw(831, 836)
+    cost = systems.choice(system, tolerance=system["tolerance"], method=system["method"]).cost
+    assert 20.0 < cost.seconds < 500.0

@@ -11,7 +11,7 @@ from camsim.arrays import F64, I64, U8
 from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.fitting import Windows
 from camsim.rendering.check.frame import Frame
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.grid import Grid
 
 OF_OTHERS = 0.5  # of a window's time that others of its size take, measured
@@ -33,7 +33,7 @@ class Framed:
 
     def seconds(self, rows: I64, cols: I64) -> float:
         """Return what photosites are expected to take."""
-        return self._seconds(self._frames(rows, cols))
+        return self._in_turn([self._expected(frame).seconds for frame, _ in self._frames(rows, cols)])
 
     def taken(self, rows: I64, cols: I64) -> float:
         """Return what the window about photosites is expected to take; inf: more memory than there is."""
@@ -78,10 +78,16 @@ class Framed:
         return x0 + frame.col, y0 + frame.row
 
     def _seconds(self, frames: list[tuple[Frame, I64]]) -> float:
-        """Return what windows one after the other take: what is made of the lens for the first serves the others."""
-        taken = [self._taken(frame) for frame, _ in frames]
-        return sum(taken[:1]) + OF_OTHERS * sum(taken[1:])
+        """Return what windows take one after the other; inf: more memory than there is."""
+        return self._in_turn([self._taken(frame) for frame, _ in frames])
+
+    def _in_turn(self, seconds: list[float]) -> float:
+        """Add up: what is made of the lens for the first serves the others."""
+        return sum(seconds[:1]) + OF_OTHERS * sum(seconds[1:])
 
     def _taken(self, frame: Frame) -> float:
-        cost = self.windows.expected(self._origin(frame), frame.shape)[0]
+        cost = self._expected(frame)
         return cost.seconds if cost.memory_bytes <= MEMORY_LIMIT_BYTES else math.inf
+
+    def _expected(self, frame: Frame) -> Cost:
+        return self.windows.expected(self._origin(frame), frame.shape)[0]
