@@ -15,7 +15,8 @@ from camsim.rendering.check.crossings import bounds_of, crossed
 from camsim.rendering.check.judge import WINDOW
 from camsim.rendering.check.outlines import outlines_of
 from camsim.rendering.check.patch_nodes import in_patch
-from camsim.rendering.check.places import _tile_corner, windows
+from camsim.rendering.check.places import _tile_corner, hardest_photosites, windows
+from camsim.rendering.check.records import Outlines
 from camsim.rendering.engine import Marks
 from camsim.rendering.render import plan_render
 from camsim.scene.arcs import Fineness
@@ -263,6 +264,15 @@ def test_windows_lie_within_the_grid(rows, cols):
     assert row.max() < rows
     assert col.min() >= 0
     assert col.max() < cols
+
+
+def test_parts_without_a_direction_are_looked_at_from_any_side():
+    """An arc shorter than rounding begins where it ends: photosites beside it were NaN, a crash."""
+    nothing = Outlines(*(np.array([value]) for value in (-4e3, 2.0, 4e3, 0.0, 0.0, 1e-18)))
+    grid, marks = grid_of(24, 24), Marks(near=3.0, quiet=9.0, reach=5.0, leaf=16, apart=20.0)
+    for row, col in (hardest_photosites(nothing, grid, marks, count=16), windows(nothing, grid, WINDOW, 5.0)):
+        assert len(row) >= 16
+        assert ((row >= 0) & (row < 24) & (col >= 0) & (col < 24)).all()
 
 
 def test_the_check_looks_at_corners_of_tiles_that_are_just_far_enough():

@@ -59,10 +59,9 @@ def windows(outlines: Outlines, grid: Grid, size: int, beside: float = 0.0) -> t
     nearest = [int(np.argmin(np.abs((p - middle) / half).max(axis=1))) for p in (start, 0.5 * (start + end))]
     places = np.array([start[nearest[0]], 0.5 * (start + end)[nearest[1]]])
     if beside > 0.0:
-        along = (end - start)[nearest[1]]
-        across = np.array([-along[1], along[0]]) / np.hypot(*along)
-        side = 1.0 if across @ (middle - places[1]) >= 0.0 else -1.0
-        places = np.concatenate([places, [places[1] + side * beside * across]])
+        aside = _across((end - start)[nearest[1]])
+        side = 1.0 if aside @ (middle - places[1]) >= 0.0 else -1.0
+        places = np.concatenate([places, [places[1] + side * beside * aside]])
     tall, wide = min(size, grid.rows), min(size, grid.cols)
     row = np.clip(np.round(places[:, 1] - y0) - tall // 2, 0, grid.rows - tall).astype(np.int64)
     col = np.clip(np.round(places[:, 0] - x0) - wide // 2, 0, grid.cols - wide).astype(np.int64)
@@ -100,6 +99,12 @@ def _ends(o: Outlines) -> tuple[F64, F64]:
     return start.T, end.T
 
 
+def _across(along: F64) -> F64:
+    """Return the unit vector to the left of a vector; any of one that is nothing: of an arc shorter than rounding."""
+    length = float(np.hypot(*along))
+    return np.array([-along[1], along[0]]) / length if length else np.array([0.0, 1.0])
+
+
 def _nearest(position: float, count: int) -> int:
     return int(min(max(round(position), 0), count - 1))
 
@@ -120,8 +125,7 @@ def _hard_points(ends: tuple[F64, F64], middles: F64, marks: Marks, grid: Grid, 
     """Return four points (4, 2), pitches; turns step through the parts by the golden ratio."""
     part = _part(turn, len(ends[0]))
     a, b = ends[0][part], ends[1][part]
-    along = (b - a) / np.hypot(*(b - a))
-    across = np.array([-along[1], along[0]]) * (1.0 if turn % 2 else -1.0)
+    across = _across(b - a) * (1.0 if turn % 2 else -1.0)
     x0, y0 = grid.first_centre
     fraction = (turn * GOLDEN) % 1.0
     width, height = grid.cols - 1, grid.rows - 1
