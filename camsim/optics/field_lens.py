@@ -333,20 +333,21 @@ def _even(heights: Any, values: F64, m: int = 0) -> Callable[..., F64]:
 
 
 def _radially(lens: FieldLens, ideal_um: F64) -> F64:
-    """Return where heights fall; beyond the last one straight on."""
-    last = lens.height_um[-1]
-    moved = _moved(lens)
-    inside = np.minimum(ideal_um, last)
-    step = 1e-3 * last
-    slope = float(moved(np.array(last)) - moved(np.array(last - step))) / step
+    """Return where heights fall; beyond the last one straight on, as steeply as there."""
+    moved, slope = _moved(lens)
+    inside = np.minimum(ideal_um, lens.height_um[-1])
     fallen: F64 = moved(inside) + slope * (ideal_um - inside)
     return fallen
 
 
 @functools.lru_cache(maxsize=64)
-def _moved(lens: FieldLens) -> Callable[[F64], F64]:
+def _moved(lens: FieldLens) -> tuple[Callable[[F64], F64], float]:
+    """Return where heights up to the last fall, and the slope of that there."""
+    last = lens.height_um[-1]
     if lens.distortion:
         fraction = _even(lens.height_um, np.array(lens.distortion))
-        return lambda h: h * (1.0 + fraction(h))
-    last = lens.height_um[-1]
-    return lambda h: h * (1.0 + np.polyval([*reversed(lens.distortion_powers), 0.0], (h / last) ** 2))
+        steeper = float(fraction(last, 1)) if len(lens.height_um) > 1 else 0.0
+        return lambda h: h * (1.0 + fraction(h)), 1.0 + lens.distortion[-1] + last * steeper
+    powers = lens.distortion_powers
+    slope = 1.0 + sum((2 * n + 1) * k for n, k in enumerate(powers, 1))
+    return lambda h: h * (1.0 + np.polyval([*reversed(powers), 0.0], (h / last) ** 2)), slope
