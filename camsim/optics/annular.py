@@ -189,7 +189,8 @@ def _pattern(e: float) -> Pattern:
 
     (1 − e²)(1 − E) = A(ρ) + e²·A(eρ) − 4e·∫_x^∞ J1(t)·J1(et)/t dt with A = 1 − E of an Airy pattern: two Airy patterns,
     whose powers and rings add up, and a cross term whose phases (1 ± e)t make rings of the frequencies (1 ± e)/2.
-    The small disc's powers hold from e·ρ on as the large one's do from ρ on: next comes e²·c7/(eρ)⁷.
+    The small disc's powers hold from e·ρ on as the large one's do from ρ on: next comes e²·c7/(eρ)⁷. Nearer than its
+    series hold, its rings, which are so slow that photosites hear them, say how loud it is.
     """
     energy, otf = of_unit(AnnularAiry(f_number=1.0, obstruction=e))
     share = 1.0 / (1.0 - e * e)
@@ -218,6 +219,11 @@ def _pattern(e: float) -> Pattern:
         tones=(airy_tone(1.0, share), airy_tone(e, share * e * e), *tones),
         tones_from_blurs=SERIES_FROM * max(1.0 / e, 2.0 / (1.0 - e)),
         signed=False,
-        quiet=lambda allowed: max(5.0, 5.0 / (1.0 - e), (share * (1.0 + e**-5.0) * SEVENTH / allowed) ** (1.0 / 7.0)),
+        quiet=lambda allowed: max(
+            SERIES_FROM,
+            SERIES_FROM / (1.0 - e),
+            min(SERIES_FROM / e, (share / math.sqrt(e) * RING / allowed) ** (1.0 / 2.5)),
+            (share * (1.0 + e**-5.0) * SEVENTH / allowed) ** (1.0 / 7.0),
+        ),
         finest=1e-11,
     )
