@@ -84,6 +84,16 @@ def test_beyond_the_last_height_scenery_falls_straight_on(powers) -> None:
     np.testing.assert_allclose(fallen_um, np.outer(wanted, [0.6, -0.8]), rtol=1e-12)
 
 
+def test_terms_go_on_to_the_first_frequency_at_which_they_are_nothing() -> None:
+    """2.4 times the tolerance, 1.5 by the estimate: they ended with the last at which they were something, and where
+    few frequencies are compared the next is far (841:6621)."""
+    system = draw(841, 6621)
+    tolerance, scale = system["tolerance"], systems.Truth(system).scale[systems.channel(system)]
+    coarse, fine = (systems.rendered(system, tolerance=own) for own in (tolerance, 0.01 * tolerance))
+    assert np.abs((coarse.image - fine.image) / scale).max() <= 0.3 * tolerance
+    assert coarse.error_estimate <= 0.3 * tolerance
+
+
 def test_light_that_a_table_does_not_reach_is_refused() -> None:
     lens = revolved(wavelength_nm=[450.0, 600.0], waves=[[[0.0] * 3] * 4] * 2)
     corners_um = np.array([[-900.0, -600.0], [900.0, 600.0]])

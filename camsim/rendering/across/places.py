@@ -173,16 +173,23 @@ class Places:
                 for term, own in zip(terms, largest, strict=True)
             ]
         )
-        cuts = np.maximum.accumulate(cuts[::-1])[::-1] * spacing
+        cuts = np.maximum.accumulate(cuts[::-1])[::-1]
+        # As far as the first that is nothing: from the last that is not to there they may all be something.
+        cuts = np.where(cuts > 0, cuts + self._first, 0.0) * spacing
         return Basis(
             made_of=np.einsum("qp,pkm->qkm", np.array(makes), taken),
             shares=np.array(shares).reshape(-1, counts[1], counts[0]),
             cuts=cuts,
         )
 
+    @property
+    def _first(self) -> float:
+        """The first of the compared frequencies, in units of their spacing."""
+        return float(self.index[0] / (self.index[1] - self.index[0] if self.index.size > 1 else 1))
+
     @staticmethod
     def _cut(term: C128, allowed: float) -> int:
-        """Return from which compared frequency on a term is nothing."""
+        """Return the first of the compared frequencies from which on a term is nothing; 0: everywhere."""
         beyond = np.cumsum(np.abs(term)[:, ::-1], axis=1)[:, ::-1].max(axis=(0, 2))
         loud = np.flatnonzero(beyond > allowed)
         return int(loud[-1]) + 1 if loud.size else 0
