@@ -76,8 +76,8 @@ class BandImage:
     tiles: int
 
     @functools.cached_property
-    def _places(self) -> tuple[Places, float]:
-        """What compares places, and the spacing of the frequencies that it does so at."""
+    def _places(self) -> Places:
+        """What compares places."""
         band, transfers, job = self.band, self.image.transfers, self.image.job
         count = min(transfers.harmonics.shape[2], math.ceil(band.cut / transfers.step) + 1)
         times = max(1, count // COARSE)
@@ -92,8 +92,9 @@ class BandImage:
             transfers=transfers,
             heard=np.broadcast_to(heard, (sets, *heard.shape)),
             index=index,
+            every=times,
             allowed=0.5 * self.image.between,
-        ), transfers.step * times
+        )
 
     @functools.cached_property
     def _passed(self) -> Passed:
@@ -121,7 +122,7 @@ class BandImage:
     @functools.cached_property
     def counts(self) -> tuple[int, int] | None:
         """Places along x and y of a box; None: it is too large for any number of them."""
-        return self._places[0].counts(self._some)
+        return self._places.counts(self._some)
 
     @functools.cached_property
     def beside(self) -> tuple[int, int] | None:
@@ -131,7 +132,7 @@ class BandImage:
         # Where patterns change most, and where least.
         corners = [(row, col) for row in (0, grid.rows) for col in (0, grid.cols)]
         along, across = (
-            self._places[0].counts([Box(row, col, n, n, first_um, grid.pitch_um) for row, col in corners])
+            self._places.counts([Box(row, col, n, n, first_um, grid.pitch_um) for row, col in corners])
             for n in (math.ceil(LONG * self.band.reach), math.ceil(2.0 * self.band.reach))
         )
         return None if along is None or across is None else (max(along), max(across))
@@ -146,9 +147,8 @@ class BandImage:
         return dataclasses.replace(self, band=band, tiles=_tiles(grid, band, self.marked))
 
     def _basis(self, box: Box) -> Basis:
-        places, spacing = self._places
         assert self.counts is not None
-        return places.basis(box, self.counts, spacing)
+        return self._places.basis(box, self.counts)
 
     @functools.cached_property
     def _ends(self) -> float:

@@ -101,10 +101,9 @@ class PlaceTransfers:
     def _nodes(self) -> tuple[I64, int, int, int]:
         """Nodes of the rule from one of ``SOME`` shifts to the next, (SOME + 1,), of shifts, angles and wavelengths.
 
-        Copies that nearly touch differ by few waves, and those that hardly move where no order is high.
-
         A slope knows nothing of how often a wavefront goes up and down: at the shortest wavelength it is looked at what
-        more nodes of the rule change, and series of the others go on until their last terms are quiet.
+        more nodes of the rule change, shift by shift, as copies that nearly touch differ by few waves, and so do those
+        that hardly move where no order is high. Series of the others go on until their last terms are quiet.
         """
         rule, shifts, angles, colours = first_nodes(self.lens, self.wavelength_nm, self.tolerance)
         loud = float(np.abs(self.weights).sum(axis=1).max())

@@ -84,13 +84,14 @@ class Places:
     """What compares transfers.
 
     heard   : (sets, frequencies, angles) of the window: what a line of full contrast shows of an error there
-    index   : (frequencies,) of ``transfers`` at which they are compared
+    index   : (frequencies,) of ``transfers`` at which they are compared, each ``every`` after the one before
     allowed : of an image
     """
 
     transfers: Transfers
     heard: F64
     index: np.ndarray
+    every: int
     allowed: float
 
     def _seen(self, places_um: F64) -> tuple[C128, C128]:
@@ -138,8 +139,8 @@ class Places:
             lost = max(lost, float(loudness(gap).max()))
         return lost
 
-    def basis(self, box: Box, counts: tuple[int, int], spacing: float) -> Basis:
-        """Return the transfers that stand for a box; ``spacing``: of the compared frequencies, cycles/pitch."""
+    def basis(self, box: Box, counts: tuple[int, int]) -> Basis:
+        """Return the transfers that stand for a box."""
         x, y = (axis.ravel() for axis in np.meshgrid(nodes(counts[0]), nodes(counts[1])))
         taken, shown = self._seen(box.places_um(x, y))
         flat, sets, count, angles = shown.shape
@@ -175,17 +176,12 @@ class Places:
         )
         cuts = np.maximum.accumulate(cuts[::-1])[::-1]
         # As far as the first that is nothing: from the last that is not to there they may all be something.
-        cuts = np.where(cuts > 0, cuts + self._first, 0.0) * spacing
+        cuts = np.where(cuts > 0, self.index[0] + self.every * cuts, 0) * self.transfers.step
         return Basis(
             made_of=np.einsum("qp,pkm->qkm", np.array(makes), taken),
             shares=np.array(shares).reshape(-1, counts[1], counts[0]),
             cuts=cuts,
         )
-
-    @property
-    def _first(self) -> float:
-        """The first of the compared frequencies, in units of their spacing."""
-        return float(self.index[0] / (self.index[1] - self.index[0] if self.index.size > 1 else 1))
 
     @staticmethod
     def _cut(term: C128, allowed: float) -> int:
