@@ -119,12 +119,17 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
     return Choice(method=name, why=why, plan=plan, judge=judge, samples=samples)
 
 
+def fits(plan: Plan) -> bool:
+    """Whether a plan takes no more memory than it may, its image aside."""
+    grid = plan.job.grid
+    return plan.cost.memory_bytes <= MEMORY_LIMIT_BYTES + IMAGE_BYTES * grid.rows * grid.cols
+
+
 def refuse_much(name: str, plan: Plan) -> None:
     """Refuse what takes too much memory."""
-    grid, needed_bytes = plan.job.grid, plan.cost.memory_bytes
-    if needed_bytes > MEMORY_LIMIT_BYTES + IMAGE_BYTES * grid.rows * grid.cols:
+    if not fits(plan):
         raise InvalidValueError(
-            f"{name} would take {needed_bytes / 1e9:.1f} GB for this frame and scene, and its limit is "
+            f"{name} would take {plan.cost.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit is "
             f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; render a smaller region, fewer colours, allow a larger tolerance, "
             "or take another method",
             key="method",

@@ -36,6 +36,7 @@ LONG, LARGE = 6.0, 8.0  # reaches: pieces of outlines, and the least window that
 WORTH = 0.9  # of the least price so far: what is worth it
 SIDES = (2.2, 3.5, 5.0)  # reaches: of tiles about what sees more than lines
 SPARSE = 2  # times as large a box then, at the most: as many tiles as its transfers are worth
+COMPLEX, KEPT = 16.0, 3e7  # bytes; numbers of a box that are kept for its next tiles at the most
 TILES, PRODUCTS = 9.0, 0.4  # a box takes as long for a frequency as so many points of a tile, and a tile, for its own
 
 
@@ -99,7 +100,15 @@ class BandImage:
     @functools.cached_property
     def _passed(self) -> Passed:
         """What all boxes' transfers are multiplied by."""
-        return Passed(system=self.image.job.system, band=self.band, pitch_um=self.image.job.grid.pitch_um)
+        job, band = self.image.job, self.band
+        keep = self._points <= KEPT
+        return Passed(system=job.system, band=band, pitch_um=job.grid.pitch_um, keep=keep)
+
+    @property
+    def _points(self) -> float:
+        """Frequencies of the largest tile, and those that blocks have beside the band."""
+        side = min(self.band.side, self.band.box)
+        return 2.0 * self.band.tile(side, side).points
 
     @functools.cached_property
     def boxes(self) -> list[Box]:
@@ -151,13 +160,32 @@ class BandImage:
         return self._places.basis(box, self.counts)
 
     @functools.cached_property
+    def _shown(self) -> list[Basis]:
+        """The bases of some boxes."""
+        return [self._basis(box) for box in self._some]
+
+    @property
     def _ends(self) -> float:
         """Where all terms of some boxes end, cycles/pitch: boxes with one lattice look up once what they share."""
-        return max((float(self._basis(box).cuts.max(initial=0.0)) for box in self._some), default=0.0)
+        return max((float(basis.cuts.max(initial=0.0)) for basis in self._shown), default=0.0)
+
+    @functools.cached_property
+    def box_bytes(self) -> float:
+        """What a box holds while it is transformed: its transfers, the same on its tiles' lattice, and tiles' sums."""
+        transfers, band, side = self.image.transfers, self.band, min(self.band.side, self.band.box)
+        terms, sets = max(basis.cuts.size for basis in self._shown), len(self.image.signals[1])
+        _, _, frequencies, harmonics = transfers.harmonics.shape
+        rows = min(frequencies, math.ceil(self._ends / transfers.step) + 1)
+        tile, tiles = band.tile(side, side), min(TOGETHER, math.ceil(band.box / band.side) ** 2)
+        lattice = tile.sums[0] * tile.sums[1]
+        kept = max(self._points, lattice) if self._points * sets * terms <= KEPT else lattice
+        on_it = sets * kept + (tiles + 1) * self.image.job.signals.scale.size * lattice
+        taken: float = COMPLEX * terms * (sets * rows * (harmonics + self.image.angles) + on_it)
+        return taken
 
     def prepared(self) -> None:
         """Make what all boxes have in common, before threads ask for it at once."""
-        _ = self._ends, self._passed, self.nearby.outlines
+        _ = self._shown, self._passed, self.nearby.outlines
 
     def _parts(self, box: Box) -> Iterator[Part]:
         """Yield a box's tiles, each no larger than the band's side."""
@@ -214,8 +242,11 @@ class BandImage:
             cut = min(band.cut, max(self._ends, float(basis.cuts[0]))) * band.step
             seen = [(part, dataclasses.replace(tile, cut=cut), edges) for part, tile, edges in seen]
             polar = polar_of(self.image.transfers, basis, self.image.angles)
-            fields = Fields(band=band, basis=basis, polar=polar, passed=self._passed)
-            for some in groups(seen, TOGETHER):
+            each = list(groups(seen, TOGETHER))
+            # What memory does not hold is made again for the next tiles.
+            keep = len(each) > 1 and self._points * (polar.values.shape[2] // 2) <= KEPT
+            fields = Fields(band=band, basis=basis, polar=polar, passed=self._passed, keep=keep)
+            for some in each:
                 Summed(image=self.image, box=box, fields=fields, seen=some).add(channel, image)
 
 

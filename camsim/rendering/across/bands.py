@@ -14,16 +14,11 @@ import dataclasses
 import functools
 import math
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.optics import OpticalSystem
-from camsim.optics.airy import Airy
-from camsim.optics.difference import Difference
-from camsim.optics.placed import Revolves
 from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.filling import ALL, coarsest
@@ -46,7 +41,6 @@ BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows; a
 TIMES = {"near": 5.0, "smooth": 6.0, "far": 4.0}  # the reach: sides of tiles
 GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
 LEAST_SIDE, LEAST_REACH = 48, 1.0  # pitches
-WAVELENGTHS, RADII = 12, 3  # at which far light is bounded
 
 
 def passed(frequency: F64, end: float, sharpness: float) -> F64:
@@ -147,12 +141,15 @@ class Listened:
         return self._around(1), self._around(3)
 
     def _around(self, order: int) -> C128:
-        transfers = self.transfers
-        m = np.arange(-transfers.most, transfers.most + 1)
-        around = np.exp(1j * math.pi / DIRECTIONS * np.multiply.outer(m, np.arange(DIRECTIONS)))
-        radii, sets, count, _ = transfers.harmonics.shape
-        found = complex_product(transfers.harmonics.reshape(-1, m.size), around * (1j * m[:, None]) ** order)
-        return np.ascontiguousarray(np.moveaxis(found.reshape(radii, sets, count, -1), 2, 0)).reshape(count, -1)
+        kept, most = self.transfers.harmonics, self.transfers.most
+        m = np.arange(-most, most + 1)
+        times = np.exp(1j * math.pi / DIRECTIONS * np.multiply.outer(m, np.arange(DIRECTIONS)))
+        times *= (1j * m[:, None]) ** order
+        found = np.empty((kept.shape[2], *kept.shape[:2], DIRECTIONS), complex)
+        for k, own in enumerate(kept):  # copies of all at once take several times as much
+            each = complex_product(own.reshape(-1, m.size), times)
+            found[:, k] = np.moveaxis(each.reshape(*own.shape[:2], -1), 0, 1)
+        return found.reshape(kept.shape[2], -1)
 
     def reach(self, low: float, high: float) -> float:
         """Return how far lines are heard of what lies between two windows, pitches."""
@@ -263,38 +260,3 @@ def bands_of(listened: Listened, far: float, extent: float, span: float, shape: 
             break
         high = low
     return tuple(found)
-
-
-def far_reach(
-    lens: Revolves,
-    system: OpticalSystem,
-    wavelength_nm: F64,
-    weights: F64,
-    *,
-    radii_um: tuple[float, float],
-    pitch_um: float,
-    edges: Edges,
-    allowed: float,
-) -> float:
-    """Return how far lines are heard at all, by what the rim sends: pitches.
-
-    weights : (sets, wavelengths) times the most that two sides differ by
-    """
-    cuts = np.linspace(0, wavelength_nm.size, min(WAVELENGTHS, wavelength_nm.size) + 1).round().astype(int)
-    light = np.add.reduceat(np.abs(weights), cuts[:-1], axis=1)
-    nm = [wavelength_nm[(a + b) // 2] for a, b in pairwise(cuts)]
-    rings = system.ring_share(wavelength_nm)
-    x = np.geomspace(0.5, 1e5, 400)
-    heard = np.zeros(x.size)
-    for radius in np.unique(np.linspace(*radii_um, RADII)):
-        rest = Difference(
-            lens=lens.at(float(radius), 0.0), core=Airy(f_number=lens.f_number), obstruction=0.0, moved_um=(0.0, 0.0)
-        )
-        each = np.stack([rest.light_beyond(x * pitch_um, float(w), rings) for w in nm])
-        heard = np.maximum(heard, np.einsum("sw,wx->sx", light, each).max(axis=0))
-
-    def reach_of(lines: float) -> float:
-        loud = np.flatnonzero(heard > allowed / lines)
-        return max(LEAST_REACH, float(x[min(loud[-1] + 1, x.size - 1)]) if loud.size else 0.0)
-
-    return sighted(edges, reach_of)

@@ -16,9 +16,9 @@ from camsim.rendering.across.bending import Bending
 from camsim.rendering.across.field_judge import FieldJudge
 from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.judge import AcrossJudge
-from camsim.rendering.across.lattice import lattice_for
+from camsim.rendering.across.lattice import SINGLY, lattice_for, one_by_one
 from camsim.rendering.across.plan import AcrossPlan
-from camsim.rendering.auto import FOURIER, Choice, refuse_much
+from camsim.rendering.auto import FOURIER, Choice, fits, refuse_much
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
@@ -82,16 +82,35 @@ def choose_across(
     why = "asked for" if method != "auto" else "its places are rendered by it"
     judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
     if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
-        plan = FieldPlan.of_job(job, lens)
-        return Choice(
-            method=name, why=why, plan=plan, judge=FieldJudge(job=plan.perfect, lens=lens, transforms=FOURIER)
-        )
+        field = FieldPlan.of_job(job, lens)
+        of_field = FieldJudge(job=field.perfect, lens=lens, transforms=FOURIER)
+        if method == "boundary":
+            refuse_much(name, field)
+        elif alone := _one_by_one(job, lens, judge, field, of_field):
+            return alone
+        if fits(field):
+            return Choice(method=name, why=why, plan=field, judge=of_field)
+        name, why = "fourier", f"boundary would take {field.cost.memory_bytes / 1e9:.1f} GB"
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
     plan = AcrossPlan(job=job, lens=lens, lattice=lattice, method=name)
     refuse_much(name, plan)
     return Choice(method=name, why=why, plan=plan, judge=judge)
+
+
+def _one_by_one(job: Job, lens: Revolves, judge: AcrossJudge, field: FieldPlan, of_field: FieldJudge) -> Choice | None:
+    """Return every photosite with a pattern of its own, where there are few and that takes less than one image of all.
+
+    What an image of all takes at the least is known before there are transfers along the radius, which may take long.
+    """
+    if job.grid.rows * job.grid.cols > SINGLY:
+        return None
+    plan = AcrossPlan(job=job, lens=lens, lattice=one_by_one(job.grid), method="fourier")
+    seconds = plan.cost.seconds + judge.seconds(plan)
+    if not fits(plan) or (seconds > field.least_seconds and seconds > field.cost.seconds + of_field.seconds(field)):
+        return None
+    return Choice(method="fourier", why="so few photosites are rendered one by one", plan=plan, judge=judge)
 
 
 def _corners_um(grid: Grid) -> F64:

@@ -26,7 +26,7 @@ from camsim.arrays import C128, F64, I64, U8
 from camsim.kernels import shared
 from camsim.optics.placed import Revolves
 from camsim.rendering.aberrated.settings import sighted
-from camsim.rendering.across.bands import far_reach
+from camsim.rendering.across.far_reach import far_reach
 from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.judge_kernels import add_sides
 from camsim.rendering.across.place_transfers import PlaceTransfers, steepest
@@ -50,7 +50,7 @@ WIDEST, NARROWER = 0.25, 4.0  # windows: the first one's width in cycles/pitch, 
 SHORT, LONG = 3.0, 4.0  # over a window's width, pitches: its reach is looked for within three times it; the last one's
 QUIET = 0.05  # of the tolerance: what a line may show past a window's reach
 SILENT = 5.5  # widths of a window, past which it is 5e-10
-LISTENED = 16  # directions in which lines are looked at
+LISTENED, HALF = 16, 0.8  # directions in which lines are looked at; of half a period, as far as that tells their reach
 
 
 class Window(NamedTuple):
@@ -177,20 +177,29 @@ class FieldJudge:
 
     def _reach(self, own: PlaceTransfers, window: Window, most: float) -> float:
         """Return how far lines are heard in a window, pitches; most: in any."""
+        step, period = 1.0 / (STEPS * self._cut(own, window)), PERIOD * SHORT / window.low
+        while True:
+            beyond = self._shown_beyond(own, window, period)
+
+            def reach_of(lines: float, beyond: F64 = beyond) -> float:
+                quiet = np.flatnonzero(beyond <= QUIET * self.job.tolerance / lines)
+                # What is loud as far as half the period may be so farther on.
+                return max(float(quiet[0]), 1.0) * step if quiet.size and quiet[0] < HALF * beyond.size else most
+
+            reach = min(sighted(self._edges, reach_of), most)
+            if reach < most or HALF * beyond.size * step >= most:
+                return reach
+            period *= 2.0
+
+    def _shown_beyond(self, own: PlaceTransfers, window: Window, period: float) -> F64:
+        """Return the most that a line shows from a number of steps on, as far as half a period."""
         theta = math.pi * np.arange(LISTENED) / LISTENED
-        spectrum, length = self._spectrum(own, theta, window, PERIOD * SHORT / window.low)
+        spectrum, length = self._spectrum(own, theta, window, period)
         line = scipy.fft.irfft(2j * math.pi * spectrum, n=length, axis=-1, norm="forward")
         shown = np.abs(line).max(axis=(0, 1))
         either = np.maximum(shown[: length // 2], shown[:0:-1][: length // 2])
-        beyond = np.maximum.accumulate(either[::-1])[::-1]
-        step = 1.0 / (STEPS * self._cut(own, window))
-
-        def reach_of(lines: float) -> float:
-            quiet = np.flatnonzero(beyond <= QUIET * self.job.tolerance / lines)
-            # What is loud as far as half the period may be so farther on.
-            return max(float(quiet[0]), 1.0) * step if quiet.size and quiet[0] < 0.8 * beyond.size else most
-
-        return min(sighted(self._edges, reach_of), most)
+        beyond: F64 = np.maximum.accumulate(either[::-1])[::-1]
+        return beyond
 
     def _spectrum(self, own: PlaceTransfers, theta: F64, window: Window, period: float) -> tuple[C128, int]:
         """Return spectra of Q (transfers, directions, n) in some directions, and of how many steps its tables are.

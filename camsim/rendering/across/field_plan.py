@@ -18,7 +18,7 @@ from camsim.optics.airy import Airy
 from camsim.optics.difference import Split
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
-from camsim.rendering.across.image import BOXES_AT_ONCE, DifferenceImage
+from camsim.rendering.across.image import DifferenceImage
 from camsim.rendering.across.place_transfers import first_nodes
 from camsim.rendering.across.slivers import SliverImage, straightened
 from camsim.rendering.auto import BOUNDARY
@@ -34,9 +34,9 @@ SECONDS, EACH_TRANSFER = 0.1, 5e-3  # of the transfers along the radius: of any,
 WAVELENGTHS = 44  # as many of them stand for all that there are
 CHECKED, CHECKED_COLOUR, CHECKED_WAVE, CHECKED_TURN = 0.07, 0.012, 1e-3, 1.35e-9  # of a photosite that is checked
 CHECKED_OVERLAP = 5.5e-9  # and of a node of an overlap that its search begins with
+FEWEST_RADII, LEAST_SEARCH = 8, 0.05  # of transfers; of what a search is expected to take, at the least
 EACH_FREQUENCY, EACH_PHOTOSITE = 5e-7, 2e-7  # seconds: of the scene and of some fifteen terms, and of tiles' periods
 EACH_PIECE, EACH_CHORD = 3e-3, 2e-3  # of a run's responses, and of slivers
-EACH_POINT = 16.0 * 80.0  # bytes of a box for each of its tiles' frequencies: fields and sums of some forty terms
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,17 +118,27 @@ class FieldPlan:
         many of all these as the steepest slope says, where that is more.
         """
         near, harmonics = self.image.bands[0], 2 * self.image.transfers.most + 1
-        farthest = self.image.lens.at(float(self.image.transfers.radii.nodes.max()), 0.0)
-        nm = self.job.signals.wavelength_nm
-        rule, shifts, angles, colours = first_nodes(farthest, nm, self.job.tolerance)
-        overlaps = float(rule**2 * shifts * angles * min(colours, nm.size))
         return (
             CHECKED
             + CHECKED_COLOUR * self._colours
             + CHECKED_WAVE * near.cut * near.reach
             + CHECKED_TURN * harmonics**4
-            + CHECKED_OVERLAP * overlaps
+            + self._search_seconds
         )
+
+    @functools.cached_property
+    def _search_seconds(self) -> float:
+        """What overlaps take of the nodes that a search for enough of them begins with."""
+        farthest, nm = self.image.lens.at(self.image.radii_um[1], 0.0), self.job.signals.wavelength_nm
+        rule, shifts, angles, colours = first_nodes(farthest, nm, self.job.tolerance)
+        return CHECKED_OVERLAP * float(rule**2 * shifts * angles * min(colours, nm.size))
+
+    @property
+    def least_seconds(self) -> float:
+        """What it takes with its check at the least, as far as that is known before there are any transfers."""
+        transfers = SECONDS + EACH_TRANSFER * self._colours * FEWEST_RADII
+        each = CHECKED + CHECKED_COLOUR * self._colours + LEAST_SEARCH * self._search_seconds
+        return transfers + min(FEWEST, self.job.grid.rows * self.job.grid.cols) * each
 
     @property
     def cost(self) -> Cost:
@@ -136,14 +146,12 @@ class FieldPlan:
         closed, grid = self.closed.cost, self.job.grid
         transfers = SECONDS + EACH_TRANSFER * self._colours * self.image.transfers.radii.nodes.size
         parts = self.image.parts
-        points = max(part.band.tile(part.band.side, part.band.side).points for part in parts)
         photosites = sum(part.tiles * part.band.period**2 for part in parts)
         tiles = EACH_FREQUENCY * self.frequencies + EACH_PHOTOSITE * photosites
         lines = EACH_PIECE * sum(len(part.pieces.frame) for part in parts) + EACH_CHORD * len(self.slivers.points)
-        at_once = min(BOXES_AT_ONCE, max(len(part.boxes) for part in parts))
         return Cost(
             seconds=closed.seconds + transfers + tiles + lines,
-            memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + EACH_POINT * at_once * points,
+            memory_bytes=closed.memory_bytes + 8.0 * grid.rows * grid.cols + self.image.memory_bytes,
         )
 
     def work(self, images: int) -> Work:

@@ -13,10 +13,11 @@ from camsim.arrays import F64, I64, U8
 from camsim.kernels import ahead, shared
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.band_image import BandImage, band_image
-from camsim.rendering.across.bands import Band, Listened, bands_of, far_reach
+from camsim.rendering.across.bands import DIRECTIONS, Band, Listened, bands_of
+from camsim.rendering.across.far_reach import far_reach
 from camsim.rendering.across.places import Box
 from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers
-from camsim.rendering.engine import Progress
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Progress
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.job import Job
 from camsim.rendering.spectral import multiples
@@ -127,6 +128,23 @@ class DifferenceImage:
         """The image of each band."""
         return tuple(ahead(functools.partial(band_image, self), self.bands, len(self.bands)))
 
+    @property
+    def held_bytes(self) -> float:
+        """What transfers take as they are kept: in two orders, and what lines show of them three times."""
+        kept = self.transfers.harmonics
+        taken: float = kept.nbytes * (2.0 + 3.0 * DIRECTIONS / kept.shape[3])
+        return taken
+
+    def _at_once(self, part: BandImage) -> int:
+        """Return how many of a band's boxes fit in memory at a time, on threads of their own."""
+        fitting = (MEMORY_LIMIT_BYTES - self.held_bytes) / max(part.box_bytes, 1.0)
+        return max(1, min(BOXES_AT_ONCE, len(part.boxes), int(fitting)))
+
+    @property
+    def memory_bytes(self) -> float:
+        """What it takes besides the image."""
+        return self.held_bytes + max(self._at_once(part) * part.box_bytes for part in self.parts)
+
     def rendered(self, channel: U8, progress: Progress) -> F64:
         """Return the image, each photosite in its own channel."""
         image = np.zeros(channel.shape)
@@ -143,5 +161,5 @@ class DifferenceImage:
                     if threading.get_ident() == caller:
                         progress(len(done) / whole)
 
-            shared(len(part.boxes), add, most=BOXES_AT_ONCE)
+            shared(len(part.boxes), add, most=self._at_once(part))
         return image

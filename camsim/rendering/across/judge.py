@@ -9,9 +9,12 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.optics.protocols import Varies
+from camsim.rendering.across.plan import AcrossPlan
 from camsim.rendering.check.judge import Found, Judge, Transforms
 from camsim.rendering.engine import Plan
 from camsim.rendering.job import Job
+
+LEAST_SECONDS = 0.06  # of a photosite: its pupil's nodes, and windows of a few thousand frequencies
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,7 +36,11 @@ class AcrossJudge:
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take: about a place's image for each photosite."""
-        return 0.0 if not len(self._whole.seen[0].left) else plan.fewest * 0.1
+        assert isinstance(plan, AcrossPlan)
+        grid = self.job.grid
+        if not len(self._whole.seen[0].left):
+            return 0.0
+        return min(plan.fewest, grid.rows * grid.cols) * max(LEAST_SECONDS, plan.each.seconds)
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""

@@ -23,7 +23,7 @@ from camsim.rendering.grid import Grid
 
 SERIES = 12  # terms of a pattern's series
 ALONG = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # tiles along the longer side
-SMALLEST = 8  # photosites along a tile
+SMALLEST, SINGLY = 8, 64  # photosites along a tile; so many may each be one
 PLACE_SECONDS, PHOTOSITE_SECONDS = 0.1, 1e-7  # of one place's image: its pattern, and each photosite
 ACROSS = (32, 64, 128, 256)  # samples across the pupil
 TURN = 0.25  # waves between neighbouring samples
@@ -132,19 +132,27 @@ def lattice_for(lens: Varies, grid: Grid, wavelength_nm: float, allowed: float) 
             each = PLACE_SECONDS + PHOTOSITE_SECONDS * grid.rows * grid.cols / len(tiles)
             seconds = places * len(tiles) * each
             if best is not None and seconds >= best[0]:
-                return best[1]
+                break
             best = seconds, found
             if places == 1:
                 return found
         if max(tiles[0].rows, tiles[0].cols) <= SMALLEST:
             break
+    count = grid.rows * grid.cols
+    if count <= SINGLY and (best is None or PLACE_SECONDS * count < best[0]):
+        return one_by_one(grid)
     if best is None:
         raise UnsupportedError(
             f"its pattern changes too quickly over the frame: {SERIES} places along {SMALLEST} photosites do not "
-            "follow it; give it fewer waves, or ask for less",
+            f"follow it; give it fewer waves, ask for less, or render no more than {SINGLY} photosites at a time",
             key="lens",
         )
     return best[1]
+
+
+def one_by_one(grid: Grid) -> Lattice:
+    """Return a lattice of every photosite by itself, with the pattern of its own place."""
+    return Lattice(tiles=_tiles(grid, max(grid.rows, grid.cols)), counts=(1, 1), bound=0.0)
 
 
 def _tiles(grid: Grid, along: int) -> tuple[Tile, ...]:

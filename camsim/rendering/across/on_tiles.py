@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -30,11 +31,15 @@ ROWS = 16  # of a block: fewer are no work for a thread of its own
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Passed:
-    """OLPF, photosite and a band's window on the lattice of its tiles, kept: all boxes have them in common."""
+    """OLPF, photosite and a band's window on the lattice of its tiles, which all boxes have in common.
+
+    keep : them for the next tiles
+    """
 
     system: OpticalSystem
     band: Band
     pitch_um: float
+    keep: bool
 
     @functools.cached_property
     def _kept(self) -> dict[Block, F64]:
@@ -42,14 +47,15 @@ class Passed:
 
     def on(self, block: Block, tile: Tile) -> F64:
         """Return them on a block (count_j, count_i, 2)."""
-        if block not in self._kept:
-            step = self.band.step
-            foot = footprint_transfer(self.system, block, tile, step * self.pitch_um)
-            across, down, both = (part.view(complex)[..., 0] for part in foot)
-            fx, fy = frequencies(block, tile, 1.0)
-            more = across * down[:, None] * (both if both.size else 1.0) * self.band.window(np.hypot(fx, fy) / step)
-            self._kept[block] = np.ascontiguousarray(more).view(np.float64).reshape(*more.shape, 2)
-        return self._kept[block]
+        return of_block(self._kept, block, functools.partial(self._made, block, tile), keep=self.keep)
+
+    def _made(self, block: Block, tile: Tile) -> F64:
+        step = self.band.step
+        foot = footprint_transfer(self.system, block, tile, step * self.pitch_um)
+        across, down, both = (part.view(complex)[..., 0] for part in foot)
+        fx, fy = frequencies(block, tile, 1.0)
+        more = across * down[:, None] * (both if both.size else 1.0) * self.band.window(np.hypot(fx, fy) / step)
+        return np.ascontiguousarray(more).view(np.float64).reshape(*more.shape, 2)
 
 
 def polar_of(transfers: Transfers, basis: Basis, angles: int) -> Polar:
@@ -76,12 +82,16 @@ def polar_of(transfers: Transfers, basis: Basis, angles: int) -> Polar:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fields:
-    """A basis's transfers on the lattice of a band's tiles, kept."""
+    """A basis's transfers on the lattice of a band's tiles.
+
+    keep : them for the next tiles
+    """
 
     band: Band
     basis: Basis
     polar: Polar
     passed: Passed
+    keep: bool
 
     @functools.cached_property
     def _kept(self) -> dict[Block, F64]:
@@ -89,14 +99,25 @@ class Fields:
 
     def on_block(self, block: Block, tile: Tile) -> F64:
         """Return transfers (count_j, sets, 2, terms, tile's columns) with OLPF, photosite and the band's window."""
-        if block not in self._kept:
-            step, pairs = self.band.step, self.passed.on(block, tile)
-            terms = self.basis.cuts.size
-            out = np.zeros((block.count_j, self.polar.values.shape[2] // (2 * terms), 2, terms, tile.sums[1]))
-            polar = self.polar._replace(per_frequency=self.polar.per_frequency / step)
-            shared(block.count_j, functools.partial(on_lattice, block.place(tile), polar, pairs, out), least=ROWS)
-            self._kept[block] = out
-        return self._kept[block]
+        return of_block(self._kept, block, functools.partial(self._made, block, tile), keep=self.keep)
+
+    def _made(self, block: Block, tile: Tile) -> F64:
+        step, pairs = self.band.step, self.passed.on(block, tile)
+        terms = self.basis.cuts.size
+        out = np.zeros((block.count_j, self.polar.values.shape[2] // (2 * terms), 2, terms, tile.sums[1]))
+        polar = self.polar._replace(per_frequency=self.polar.per_frequency / step)
+        shared(block.count_j, functools.partial(on_lattice, block.place(tile), polar, pairs, out), least=ROWS)
+        return out
+
+
+def of_block(kept: dict[Block, F64], block: Block, make: Callable[[], F64], *, keep: bool) -> F64:
+    """Return what was kept of a block, or make it."""
+    if block in kept:
+        return kept[block]
+    made = make()
+    if keep:
+        kept[block] = made
+    return made
 
 
 def lattices(here: Mask) -> list[tuple[slice, slice]]:

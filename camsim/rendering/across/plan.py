@@ -28,6 +28,7 @@ from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
 FEWEST = 6  # photosites checked, each with a pattern of its own
+PLANNED_SECONDS = 0.02  # a place, besides what its image takes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,8 +86,13 @@ class AcrossPlan:
     @property
     def cost(self) -> Cost:
         """What all places take if the middle tile's are like the others."""
-        one = self._sample.cost
-        return Cost(seconds=self.images_made * one.seconds, memory_bytes=one.memory_bytes)
+        each = self.each
+        return Cost(seconds=self.images_made * (PLANNED_SECONDS + each.seconds), memory_bytes=each.memory_bytes)
+
+    @functools.cached_property
+    def each(self) -> Cost:
+        """What one place's image takes."""
+        return self._sample.cost
 
     def work(self, images: int) -> Work:
         """Count what is done: each photosite once for every place of its tile."""

@@ -109,12 +109,14 @@ def fused_transfers(
     times = _times(_fused(fusing, samples[-1:]), cut, allowed, heard)
     step = times * cut / FINEST
     fused = _fused(np.ascontiguousarray(fusing[:, ::times]), samples)
-    # A lens of revolution looks alike on both sides of the radius, and half a circle is the other half's conjugate.
-    fused = np.concatenate([fused, fused[..., angles - fused.shape[-1] : 0 : -1].conj()], axis=-1)
-    spectrum = scipy.fft.fft(np.concatenate([fused, fused.conj()], axis=-1), axis=-1) / (2 * angles)
     most = angles - 1
-    harmonics = np.concatenate([spectrum[..., -most:], spectrum[..., : most + 1]], axis=-1)
-    return Transfers(radii=radii, step=step, harmonics=np.ascontiguousarray(harmonics))
+    harmonics = np.empty((*fused.shape[:3], 2 * most + 1), complex)
+    # A lens of revolution looks alike on both sides of the radius, and half a circle is the other half's conjugate.
+    for out, quarter in zip(harmonics, fused, strict=True):  # one after the other: copies take several times as much
+        half = np.concatenate([quarter, quarter[..., angles - quarter.shape[-1] : 0 : -1].conj()], axis=-1)
+        spectrum = scipy.fft.fft(np.concatenate([half, half.conj()], axis=-1), axis=-1) / (2 * angles)
+        out[..., :most], out[..., most:] = spectrum[..., -most:], spectrum[..., : most + 1]
+    return Transfers(radii=radii, step=step, harmonics=harmonics)
 
 
 class _Sampler:
