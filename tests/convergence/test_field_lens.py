@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 import camsim
 from camsim.errors import InvalidValueError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
-from camsim.rendering.across import band_image, bands, places
+from camsim.rendering.across import band_image, bands, on_tiles, places
 from camsim.rendering.across.lattice import lattice_for
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.named import illuminant
@@ -486,12 +487,61 @@ def test_lines_are_what_tiles_are(monkeypatch):
     del found.__dict__["parts"]
     whole = found.rendered(channel, lambda done: None)
     assert 0.0 < np.abs(own - whole).max() <= 0.1 * tolerance
+    # Transfers that memory does not hold are made again for the next tiles.
+    made, make = [], on_tiles.Fields._made
+    monkeypatch.setattr(on_tiles.Fields, "_made", lambda *a: made.append(1) or make(*a))
+    counts = []
+    for kept in (band_image.KEPT, 0.0):
+        monkeypatch.setattr(band_image, "KEPT", kept)
+        made.clear()
+        del found.__dict__["parts"]
+        assert (found.rendered(channel, lambda done: None) == whole).all()
+        counts.append(len(made))
+    assert counts[0] < counts[1]
 
 
 def test_places_that_take_too_much_memory_are_refused_when_they_are_planned():
     """2.6 GB for each place's image and 1671 s were planned (71:1133 of the attack)."""
     system = draw(71, 1133)
     with pytest.raises(InvalidValueError, match=r"fourier would take .* GB for this frame and scene"):
+        systems.choice(system, tolerance=system["tolerance"], method=system["method"])
+
+
+def test_few_photosites_are_rendered_one_by_one():
+    """Each with a pattern of its own, by another road than one image of all: as it is asked for, or takes less."""
+    system = draw(841, 45)
+    asked = {"tolerance": system["tolerance"], "method": "auto"}
+    alone, together = (systems.choice(system, **asked | more) for more in ({}, {"method": "boundary"}))
+    assert (alone.method, together.method) == ("fourier", "boundary")
+    assert alone.plan.lattice.counts == (1, 1)
+    assert len(alone.plan.lattice.tiles) == system["grid"]["rows"] * system["grid"]["cols"]
+    own = systems.rendered(system)
+    tracemalloc.start()
+    image = together.plan.image
+    expected = image.memory_bytes
+    image.rendered(systems.channel(system), lambda done: None)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 0.6 * expected <= peak <= 1.1 * expected
+    scale = np.array(system["response"]).sum(axis=1).max()
+    other = systems.rendered(system, method="boundary")
+    assert np.abs(own.image - other.image).max() <= 0.05 * system["tolerance"] * scale
+    assert max(own.error_estimate, other.error_estimate) <= 0.1 * system["tolerance"]
+
+
+def test_patterns_that_no_places_between_photosites_follow():
+    """Refused, three photosites: twelve places along them were too few (811:1517 of the attack, 60 s by one image)."""
+    system = draw(811, 1517)
+    assert systems.rendered(system, method="fourier").error_estimate <= 0.1 * system["tolerance"]
+    wide = system["grid"] | {"rows": 5, "cols": 13, "origin": [10, 4]}
+    with pytest.raises(camsim.errors.UnsupportedError, match="or render no more than 64 photosites at a time"):
+        systems.choice(system | {"grid": wide}, tolerance=system["tolerance"], method="fourier")
+
+
+def test_an_image_that_takes_too_much_memory_is_refused_when_it_is_planned():
+    """6 × 11 photosites, 3.4e-8: a lattice of 17 280 pitches filled 24 GB (811:1389 of the attack)."""
+    system = draw(811, 1389)
+    with pytest.raises(InvalidValueError, match=r"boundary would take .* GB for this frame and scene"):
         systems.choice(system, tolerance=system["tolerance"], method=system["method"])
 
 

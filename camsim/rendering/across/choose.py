@@ -26,6 +26,7 @@ from camsim.rendering.paper import rules
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
+SOON = 1.0  # seconds, for which no transfers are made to find out whether those take less
 UNHEARD = 0.005  # of the signal at either end of the spectrum, whose patterns set no lattice
 
 
@@ -108,7 +109,9 @@ def _one_by_one(job: Job, lens: Revolves, judge: AcrossJudge, field: FieldPlan, 
         return None
     plan = AcrossPlan(job=job, lens=lens, lattice=one_by_one(job.grid), method="fourier")
     seconds = plan.cost.seconds + judge.seconds(plan)
-    if not fits(plan) or (seconds > field.least_seconds and seconds > field.cost.seconds + of_field.seconds(field)):
+    if not fits(plan) or (
+        seconds > max(SOON, field.least_seconds) and seconds > field.cost.seconds + of_field.seconds(field)
+    ):
         return None
     return Choice(method="fourier", why="so few photosites are rendered one by one", plan=plan, judge=judge)
 

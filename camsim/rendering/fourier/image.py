@@ -42,6 +42,7 @@ from camsim.rendering.fourier.together import Part, Sum, pays
 from camsim.rendering.spectral import fewer, kinds
 
 OF_WAVELENGTHS = 1e-3  # of what these may leave: what mixtures of spectra may be wrong by
+OF_LIMIT = 1.5  # of the memory: plans beyond it are refused before; a check has more nodes on a pupil than its image
 WORTH = 0.8  # of the time that mixtures take, what the spectra themselves may: they hold more
 
 Alike: TypeAlias = tuple[F64, F64]  # how much of each of few spectra there is in every one, and what those few give
@@ -100,7 +101,7 @@ class FourierImage:
         if parts := self.parts(origin, shape):
             return image + Sum(parts=parts).rendered(origin, channel, progress)
         plan, (shares, contrast) = self._planned(origin, shape)
-        if plan.memory_bytes > self.memory_limit_bytes:
+        if plan.memory_bytes > OF_LIMIT * self.memory_limit_bytes:
             raise InvalidValueError(
                 f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
                 f"is {self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, fewer colours, allow a larger "
