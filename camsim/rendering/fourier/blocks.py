@@ -21,7 +21,7 @@ class Tile:
     row, col, rows, cols : the window
     inner, outer : radii of a round taper; of a square one half its sides along x (``inner_y`` and so on along y)
     periods      : along x and y, whole
-    cut          : highest frequency kept, cycles/pitch
+    cut          : highest frequency kept, cycles/pitch;  cuts: along x and along y, where the band ends sooner there
     low, high    : corners of what the scene is clamped to, from the tile's first photosite
     """
 
@@ -35,6 +35,7 @@ class Tile:
     cut: float
     low: tuple[float, float]
     high: tuple[float, float]
+    cuts: tuple[float, float] = (math.inf, math.inf)
 
     @classmethod
     def square(
@@ -70,7 +71,27 @@ class Tile:
     @property
     def points(self) -> float:
         """Frequencies that are computed: half of those within the band, the others are their mirror images."""
-        return 0.5 * math.pi * self.cut**2 * self.periods[0] * self.periods[1]
+        return 0.5 * self._area * self.periods[0] * self.periods[1]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the band ends along x and along y."""
+        return min(self.cut, self.cuts[0]), min(self.cut, self.cuts[1])
+
+    @property
+    def _area(self) -> float:
+        """Of the band: a disc's, or what a rectangle leaves of it, a quarter under y = min(b, √(r² − x²))."""
+        (a, b), r = self.ends, self.cut
+        if a == b == r:
+            return math.pi * r**2
+        corner = math.sqrt(r * r - b * b)
+        if corner >= a:
+            return 4.0 * a * b
+
+        def under(x: float) -> float:
+            return 0.5 * (x * math.sqrt(r * r - x * x) + r * r * math.asin(x / r))
+
+        return 4.0 * (corner * b + under(a) - under(corner))
 
     @property
     def sums(self) -> tuple[int, int]:
@@ -108,7 +129,7 @@ class Tile:
 
     @property
     def _few(self) -> tuple[int, int]:
-        return 2 * math.floor(self.cut * self.periods[1]) + 1, math.floor(self.cut * self.periods[0]) + 1
+        return 2 * math.floor(self.ends[1] * self.periods[1]) + 1, math.floor(self.ends[0] * self.periods[0]) + 1
 
 
 class Place(NamedTuple):
@@ -198,7 +219,7 @@ class Strip:
 
 def count_strips(tile: Tile, most: int, fewest: int) -> tuple[int, float]:
     """Return how many strips there are, and about how many frequencies in all of them."""
-    rows, widest = 2 * math.floor(tile.cut * tile.periods[1]) + 1, math.floor(tile.cut * tile.periods[0]) + 1
+    rows, widest = 2 * math.floor(tile.ends[1] * tile.periods[1]) + 1, math.floor(tile.ends[0] * tile.periods[0]) + 1
     count = min(rows, max(fewest, -(-rows * widest // most)))
     # Each row of a strip is as long as its longest.
     return count, min(rows * widest, tile.points + rows * widest / count)
@@ -215,14 +236,14 @@ def strips(tile: Tile, most: int, fewest: int = 1) -> list[Strip]:
     [(-17, 18, 21), (1, 17, 21)]
     """
     px, py = tile.periods
-    high, widest = math.floor(tile.cut * py), math.floor(tile.cut * px) + 1
+    high, widest = math.floor(tile.ends[1] * py), math.floor(tile.ends[0] * px) + 1
     rows, found = 2 * high + 1, []
     count = min(rows, max(fewest, -(-rows * widest // most)))
     for k in range(count):
         first, stop = round(k * rows / count) - high, round((k + 1) * rows / count) - high
         nearest = max(first, 1 - stop, 0)
         last_i = math.floor(px * math.sqrt(max(tile.cut**2 - (nearest / py) ** 2, 0.0)))
-        found.append(Strip(first_j=first, count_j=stop - first, count_i=last_i + 1))
+        found.append(Strip(first_j=first, count_j=stop - first, count_i=min(last_i + 1, widest)))
     return found
 
 
@@ -230,13 +251,14 @@ def _aliases(tile: Tile) -> Iterator[tuple[int, int, int, int]]:
     """Yield the band's aliases of the half plane 0 … Px/2: number, first and last i, and the largest |j| in them."""
     px, py = tile.periods
     half = px // 2 + 1
-    furthest_i = math.floor(tile.cut * px)
+    furthest_i, furthest_j = math.floor(tile.ends[0] * px), math.floor(tile.ends[1] * py)
     for p in range(-(furthest_i // px) - 1, furthest_i // px + 1):
         first_i, last_i = max(p * px, -furthest_i), min(p * px + half - 1, furthest_i)
         if first_i > last_i:
             continue
         nearest = 0 if first_i <= 0 <= last_i else min(abs(first_i), abs(last_i))
-        yield p, first_i, last_i, math.floor(py * math.sqrt(max(tile.cut**2 - (nearest / px) ** 2, 0.0)))
+        high = math.floor(py * math.sqrt(max(tile.cut**2 - (nearest / px) ** 2, 0.0)))
+        yield p, first_i, last_i, min(high, furthest_j)
 
 
 def _rows_of_block(most: int, columns: int) -> int:

@@ -288,6 +288,7 @@ def _tile(task: Task, window: tuple[int, int, int, int], box_low: F64, box_high:
         outer=(float(outer[0]), float(outer[1])),
         periods=(max(wanted[0], 2), max(wanted[1], 2)),
         cut=cut,
+        cuts=kernel.cuts(cut),
         low=(float(box_low[0]), float(box_low[1])),
         high=(float(box_high[0]), float(box_high[1])),
     )

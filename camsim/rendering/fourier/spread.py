@@ -67,7 +67,7 @@ class Kernel:
     sooner: tuple[float, float] = (0.0, 0.0)
 
     def cuts(self, cut: float) -> tuple[float, float]:
-        """Return the highest frequencies along x and along y of a tapered pattern's, which end at ``cut``."""
+        """Return the highest frequencies along x and along y of a band that ends at ``cut``."""
         return cut - self.sooner[0], cut - self.sooner[1]
 
     def beyond(self, distance: float, edges: int) -> float:
