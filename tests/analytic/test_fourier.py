@@ -15,6 +15,7 @@ from camsim.rendering import auto, render_channels
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier import inverse, prices
 from camsim.rendering.fourier import plan as fourier_plan
+from camsim.rendering.fourier.blocks import Tile, blocks, strips
 from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.render import plan_render
 from tests.many_polygons import bayer, random_scene, three_channels
@@ -249,16 +250,44 @@ def test_samples_of_a_gaussian_make_that_gaussian():
     assert np.abs(images[0] - images[1]).max() <= 1e-9
 
 
-def test_an_ellipse_is_a_round_pattern_in_a_stretched_world():
-    """A Gaussian twice as wide along a direction: the scene is squeezed along it, and the pattern is round."""
-    angle = np.deg2rad(30.0)
+@pytest.mark.parametrize(("ratio", "rotate_deg"), [(2.0, 30.0), (2.0, 0.0), (16.0, 0.0), (16.0, 90.0), (16.0, 7.0)])
+def test_an_ellipse_is_a_round_pattern_in_a_stretched_world(ratio, rotate_deg):
+    """A Gaussian so much wider along a direction: the scene is squeezed along it, and the pattern is round."""
+    angle = np.deg2rad(rotate_deg)
     axes = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    lens = camsim.EllipticalGaussian.from_axes(sigma_um=2.0, sigma_across_um=1.0, rotate_deg=30.0)
-    squeezed = (OUTLINE @ axes.T) / [2.0, 1.0]
+    narrow = 2.0 / ratio
+    lens = camsim.EllipticalGaussian.from_axes(sigma_um=2.0, sigma_across_um=narrow, rotate_deg=rotate_deg)
+    squeezed = (OUTLINE @ axes.T) / [ratio, 1.0]
     for x, y in ((0.0, 0.0), (5.0, -3.0), (12.0, -9.0)):
-        where = axes @ [x, y] / [2.0, 1.0]
-        expected = polygon_image([camsim.Gaussian(sigma_um=1.0)], 1e-9, outline=squeezed, origin=tuple(where))
+        where = axes @ [x, y] / [ratio, 1.0]
+        expected = polygon_image([camsim.Gaussian(sigma_um=narrow)], 1e-9, outline=squeezed, origin=tuple(where))
         assert polygon_image([lens], 1e-9, origin=(x, y))[0, 0] == pytest.approx(expected[0, 0], abs=2e-9)
+
+
+@pytest.mark.parametrize("cuts", [(9.0, 9.0), (3.0, 2.2), (0.7, 9.0), (2.9, 0.2)])
+def test_a_band_that_ends_sooner_along_x_or_y_has_no_other_frequencies(cuts):
+    """Counted one by one: strips and blocks hold all of the disc's frequencies in the rectangle, and few others."""
+    tile = Tile(
+        row=0, col=0, rows=3, cols=3, inner=(2.0, 2.0), outer=(4.0, 4.0), periods=(60, 44), cut=3.1,
+        low=(0.0, 0.0), high=(1.0, 1.0), cuts=cuts,
+    )  # fmt: skip
+    i, j = np.meshgrid(np.arange(-200, 201), np.arange(-160, 161))
+    fx, fy = i / 60.0, j / 44.0
+    inside = (np.hypot(fx, fy) <= 3.1) & (np.abs(fx) <= cuts[0]) & (np.abs(fy) <= cuts[1])
+    assert 2.0 * tile.points == pytest.approx(inside.sum(), rel=0.05)
+    held = np.zeros(i.shape, int)
+    for block in blocks(tile, 500):
+        rows = slice(160 + block.first_j, 160 + block.first_j + block.count_j)
+        held[rows, 200 + block.first_i : 200 + block.first_i + block.count_i] += 1
+    # One of each and its mirror image, or both: half of the photosites' own lattice is summed, with its aliases.
+    assert ((held + held[::-1, ::-1])[inside] >= 1).all()
+    assert held.max() == 1
+    assert not held[(np.abs(fx) > cuts[0]) | (np.abs(fy) > cuts[1])].any()
+    spread = np.zeros(i.shape, int)
+    for strip in strips(tile, 900):
+        spread[160 + strip.first_j : 160 + strip.first_j + strip.count_j, 200 : 200 + strip.count_i] += 1
+    assert (spread[inside & (i >= 0)] == 1).all()
+    assert not spread[(np.abs(fx) > cuts[0]) | (np.abs(fy) > cuts[1])].any()
 
 
 def test_edges_by_non_uniform_transform(monkeypatch):
