@@ -15,6 +15,7 @@ from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Varies
 from camsim.quadrature import gauss_legendre
 from camsim.rendering.across.bending import undistorted
+from camsim.rendering.anchors import anchored
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.long_sides import LongSides
@@ -36,6 +37,12 @@ def arranged(
     seen_nm  : wavelengths that carry signal
     textured : frames of one colour stand for pictures, whose samples differ by any contrast and cut every outline
     """
+    return anchored(_arranged(scene, system, grid, seen_nm, budget, textured=textured), grid, budget.tolerance)
+
+
+def _arranged(
+    scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget, *, textured: bool
+) -> Arrangement:
     if isinstance(system.lens, Varies) and system.lens.distorts:
         grid = undistorted(grid, system.lens)
     primitives = flattened(scene.shapes)

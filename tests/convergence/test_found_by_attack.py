@@ -487,3 +487,18 @@ def test_a_small_hole_s_slow_rings(obstruction, blur, tolerance):
     right = systems.rendered(system, tolerance=tolerance / 30.0, method="boundary").image
     assert rendering.error_estimate <= 0.7 * tolerance
     assert np.abs(rendering.image - right).max() <= 0.7 * tolerance
+
+
+def test_lines_whose_ends_are_far_away():
+    """3.4 times the tolerance at 3.5e-11: seen from a photosite ends 10⁶ pitches off are rounded (862:2810)."""
+    system = draw(862, 2810)
+    system |= {"shapes": system["shapes"][:1]}
+    truth = systems.Truth(system)
+    exact, _ = truth.boundary(0, 1e-13).values([[truth.x[2], truth.y[0]]])
+    for method in ("boundary", "fourier"):
+        image = systems.rendered(system, tolerance=3.5e-11, method=method).image
+        assert abs(image[0, 2] - truth.base[0] - exact[0]) <= 0.1 * 3.5e-11
+    for corners, count in ((1e3, 4), (1e9, 6)):
+        square = {"width": 2.0 * corners, "height": corners, "centre": [0.3, 0.5 * corners], "rotate_deg": 0.0}
+        seen = system_of([RECTANGLE | square], 0.3, rows=3, cols=3)
+        assert len(systems.choice(seen, tolerance=1e-9, method="boundary").plan.job.edges) == count

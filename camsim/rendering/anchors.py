@@ -1,0 +1,62 @@
+"""Long sides with corners of their own near the frame: seen from photosites, far ends are rounded and move the line.
+
+A side is followed from a photosite: its ends less the photosite's place are rounded to a part in 2⁵² of how far away
+they are, and the line between them passes by that much beside where it belongs. Corners near the frame, on the line as
+more digits tell it, leave nothing of that.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.rendering.grid import Grid
+from camsim.scene import Arrangement
+
+MOVED = 1e-3  # of the tolerance, in pitches: how far a line may be moved, of which no more than 1/λN are seen
+BESIDE = 4.0  # half diagonals of the window, and pitches: sides that pass farther off are nowhere near
+AFTER = 2.0  # times that: where the corners are
+
+
+def anchored(arrangement: Arrangement, grid: Grid, tolerance: float) -> Arrangement:
+    """Return the same outlines; sides whose far ends move them get corners near the window."""
+    pitch_um = grid.pitch_um
+    size = np.array([grid.cols - 1, grid.rows - 1])
+    middle = (np.array(grid.first_centre) + 0.5 * size) * pitch_um
+    near = BESIDE * (0.5 * float(np.hypot(*size)) + 1.0) * pitch_um
+    most = MOVED * tolerance * pitch_um / float(np.finfo(float).eps)
+    ends = np.maximum(
+        *(np.abs(end - middle).max(axis=1, initial=0.0) for end in (arrangement.start_um, arrangement.end_um))
+    )
+    far = np.flatnonzero(ends > max(most, 2.0 * AFTER * near))
+    if not far.size:
+        return arrangement
+    # The point nearest to the middle: of numbers that nearly cancel, with the digits that a long double has more.
+    start, along = arrangement.start_um[far].astype(np.longdouble), arrangement.end_um[far].astype(np.longdouble)
+    along -= start
+    length = np.hypot(along[:, 0], along[:, 1])
+    along /= length[:, None]
+    at = np.clip(((middle - start) * along).sum(axis=1), 0.0, length)
+    foot = start + at[:, None] * along
+    beside = np.hypot(*(foot - middle).astype(float).T) <= near
+    corners = np.stack([(foot + way * AFTER * near * along).astype(float) for way in (-1.0, 1.0)])
+    within = np.stack([beside & (at > AFTER * near), beside & (at < length - AFTER * near)])
+    count = np.zeros((2, len(arrangement.left)), np.int64)
+    count[:, far] = within
+    times = 1 + count.sum(axis=0)
+    first = np.cumsum(times) - times
+    start_um: F64 = np.repeat(arrangement.start_um, times, axis=0)
+    end_um: F64 = np.repeat(arrangement.end_um, times, axis=0)
+    for k, (own, corner) in enumerate(zip(within, corners, strict=True)):
+        # The corner before the middle ends a side's first part, the one after it that of its last but one.
+        ended = first[far[own]] + (k * count[0, far[own]])
+        end_um[ended] = start_um[ended + 1] = corner[own]
+    return dataclasses.replace(
+        arrangement,
+        start_um=start_um,
+        end_um=end_um,
+        left=np.repeat(arrangement.left, times),
+        right=np.repeat(arrangement.right, times),
+    )
