@@ -17,12 +17,12 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
-from camsim.kernels import shared
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.placed import Revolves
-from camsim.products import complex_product, product
+from camsim.optics.zernike import orders
+from camsim.products import complex_product
 from camsim.quadrature import chebyshev, interpolation
-from camsim.rendering.across.ghosts import six_between
+from camsim.rendering.across.fusing import FINEST, fused_of, fusing_of, times_of
 from camsim.rendering.across.overlap import Terms, overlaps
 from camsim.rendering.across.panels import Panels, panels
 
@@ -35,9 +35,6 @@ MARGIN = 2  # harmonics more
 GROUPS = 8  # of wavelengths, that have a rule in common
 SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
 COLOURS = (12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 80, 96, 128, 192, 256)  # nodes of a spectrum
-FINEST = 960  # steps of |f| to the cut-off
-TIMES = (2, 4, 6, 8, 10, 12, 16, 20)  # of which so many may be one
-TOGETHER = 64  # frequencies, in one product of matrices
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -100,15 +97,16 @@ def fused_transfers(
     few_nm = at_nm[np.linspace(0, at_nm.size - 1, min(TRIED, at_nm.size)).round().astype(int)]
     radii = panels(lambda um: work.probed(um, few_nm), *radii_um, lens.height_um, allowed)
     light = np.abs(weights @ own).max(axis=0)
-    shifts, angles = work.series(radii_um[1], at_nm, light)
+    hardest = work.hardest(radii.nodes, at_nm)
+    shifts, angles = np.max([work.series(float(um), at_nm, light) for um in radii.nodes[hardest]], axis=0).tolist()
     samples = work.sampled(radii.nodes, at_nm, light, shifts, angles)
 
     cut = pitch_um * NM_PER_UM / (lens.f_number * float(wavelength_nm[0]))
     finest = cut / FINEST * np.arange(FINEST + 1.0)
-    fusing = _fusing(finest / pitch_um, lens.f_number, wavelength_nm, weights[:, :, None] * own, shifts)
-    times = _times(_fused(fusing, samples[-1:]), cut, allowed, heard)
+    fusing = fusing_of(finest / pitch_um, lens.f_number, wavelength_nm, weights[:, :, None] * own, shifts)
+    times = times_of(fused_of(fusing, samples[hardest]), cut, allowed, heard)
     step = times * cut / FINEST
-    fused = _fused(np.ascontiguousarray(fusing[:, ::times]), samples)
+    fused = fused_of(np.ascontiguousarray(fusing[:, ::times]), samples)
     most = angles - 1
     harmonics = np.empty((*fused.shape[:3], 2 * most + 1), complex)
     # A lens of revolution looks alike on both sides of the radius, and half a circle is the other half's conjugate.
@@ -126,7 +124,8 @@ class _Sampler:
         self, lens: Revolves, wavelength_nm: F64, weights: F64, radii_um: tuple[float, float], allowed: float
     ) -> None:
         self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
-        self.terms = Terms.of(lens.at(lens.height_um[-1], 0.0).zernike)
+        zernike = lens.at(lens.height_um[-1], 0.0).zernike
+        self.terms, self.rises = Terms.of(zernike), np.array([float(orders(index)[0] ** 2) for index in zernike])
         self.radii_um = np.array([*radii_um, *(um for um in lens.height_um if radii_um[0] < um < radii_um[1])])
         self.rules = self._rules(wavelength_nm, allowed)
 
@@ -135,12 +134,24 @@ class _Sampler:
         each = [self.lens.at(float(um), 0.0).coefficients(wavelength_nm) for um in radius_um]
         return np.ascontiguousarray(np.concatenate(each, axis=0).T)
 
+    def hardest(self, radius_um: F64, wavelength_nm: F64) -> I64:
+        """Return numbers of the radii (n,) at which wavefronts are the hardest to follow, and of the last one."""
+        found: I64 = np.union1d(self._hardest(self.waves(radius_um, wavelength_nm[:1])), [radius_um.size - 1])
+        return found
+
+    def _hardest(self, waves: F64) -> I64:
+        """Return numbers of those of wavefronts (k, n) that differ most from a plane, and of those that are steepest.
+
+        Towards the rim polynomials of order n rise as n².
+        """
+        size = (np.square(waves * rise[:, None]).sum(axis=0) for rise in (np.ones_like(self.rises), self.rises))
+        return np.unique([np.argsort(-own, kind="stable")[:TRIED] for own in size])
+
     def _rules(self, wavelength_nm: F64, allowed: float) -> I64:
         """Return how many nodes across and along (2, n) settle the overlaps at each of ``SHIFTS``."""
-        some_nm = wavelength_nm[np.linspace(0, wavelength_nm.size - 1, TRIED).round().astype(int)]
+        some_nm = wavelength_nm[np.unique(np.linspace(0, wavelength_nm.size - 1, TRIED).round().astype(int))]
         waves = self.waves(self.radii_um, some_nm)
-        # Those that differ most from a plane.
-        waves = np.ascontiguousarray(waves[:, np.argsort(-np.square(waves).sum(axis=0))[:TRIED]])
+        waves = np.ascontiguousarray(waves[:, self._hardest(waves)])
         rules, allowed = np.empty((2, SHIFTS.size), np.int64), 0.5 * allowed
         for k, shift in enumerate(SHIFTS):
             own = np.array([shift])
@@ -231,61 +242,3 @@ class _Sampler:
             found = self._overlaps(np.append(waves, np.zeros((len(waves), 1)), axis=1), shift, angle, rules)
             out[:, part] = (found[:-1] - found[-1]).reshape(radius_um.size, part.size, shifts, angle.size)
         return out.reshape(radius_um.size, -1, angle.size)
-
-
-def _fusing(frequency_per_um: F64, f_number: float, wavelength_nm: F64, own: F64, shifts: int) -> F64:
-    """Return (sets, frequencies, nodes · shifts): what samples weigh in fused transfers.
-
-    own : (sets, wavelengths, nodes)
-    """
-    sets, _, nodes = own.shape
-    out = np.empty((sets, frequency_per_um.size, nodes, shifts))
-    scaled = np.multiply.outer(f_number * wavelength_nm / NM_PER_UM, frequency_per_um)
-    weighs, x = np.ascontiguousarray(np.moveaxis(own, 1, 2)).reshape(sets * nodes, -1), chebyshev(shifts)
-
-    def work(first: int, stop: int) -> None:
-        for begin in range(first * TOGETHER, min(stop * TOGETHER, frequency_per_um.size), TOGETHER):
-            part = slice(begin, begin + TOGETHER)
-            nu = scaled[:, part]
-            at = np.zeros((*nu.shape, shifts))
-            at[nu < 1.0] = interpolation(x, 2.0 * np.sqrt(1.0 - nu[nu < 1.0]) - 1.0)
-            found = product(weighs, at.reshape(len(nu), -1)).reshape(sets, nodes, -1, shifts)
-            out[:, part] = np.swapaxes(found, 1, 2)
-
-    shared(-(-frequency_per_um.size // TOGETHER), work)
-    return out.reshape(sets, frequency_per_um.size, -1)
-
-
-def _fused(fusing: F64, samples: C128) -> C128:
-    """Return (radii, sets, frequencies, angles)."""
-    sets, frequencies, _ = fusing.shape
-    radii, _, angles = samples.shape
-    out = np.empty((radii, sets, frequencies, 2 * angles))
-    every = np.swapaxes(samples.view(np.float64), 0, 1).reshape(fusing.shape[2], -1)
-
-    def work(first: int, stop: int) -> None:
-        for begin in range(first * TOGETHER, min(stop * TOGETHER, frequencies), TOGETHER):
-            part = slice(begin, begin + TOGETHER)
-            for s in range(sets):
-                out[:, s, part] = np.swapaxes(product(fusing[s, part], every).reshape(-1, radii, 2 * angles), 0, 1)
-
-    shared(-(-frequencies // TOGETHER), work)
-    fused: C128 = out.view(np.complex128)
-    return fused
-
-
-def _times(values: C128, cut: float, allowed: float, heard: Callable[[F64], F64]) -> int:
-    """Return how many steps of |f| may be one for a six-point look-up to keep what is allowed.
-
-    values : (1, sets, FINEST + 1, angles)
-    """
-    best = 1
-    for times in TIMES:
-        between = slice(times // 2, None, times)
-        right = values[..., between, :]
-        error = np.abs(six_between(values[..., ::times, :])[..., : right.shape[-2], :] - right)
-        frequency = cut / FINEST * np.arange(FINEST + 1.0)[between]
-        if float((error * heard(frequency)[:, None]).max()) > allowed:
-            break
-        best = times
-    return best
