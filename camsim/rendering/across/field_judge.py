@@ -41,7 +41,7 @@ from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.job import Job
 
 FINER = 1.5  # directions, times what a sum over them takes to be exact of waves that go so far
-STEPS = 12.0  # of a direction's table in the finest wave: sums over sides take slopes of what is looked up
+STEPS, LOOKED_UP = 12.0, 1e-5  # of a table in the finest wave, at so much and more: sums over sides take slopes
 PERIOD, APART = 6.0, 2.0  # of such a table, in what is seen to one side; and that more, at least, than lines are heard
 CHUNK = 64  # directions at a time
 AT_ONCE = 4  # photosites, on threads of their own: each has tables of its own
@@ -177,7 +177,7 @@ class FieldJudge:
 
     def _reach(self, own: PlaceTransfers, window: Window, most: float) -> float:
         """Return how far lines are heard in a window, pitches; most: in any."""
-        step, period = 1.0 / (STEPS * self._cut(own, window)), PERIOD * SHORT / window.low
+        step, period = 1.0 / (self._steps * self._cut(own, window)), PERIOD * SHORT / window.low
         while True:
             beyond = self._shown_beyond(own, window, period)
 
@@ -207,7 +207,7 @@ class FieldJudge:
         period : pitches, after which they repeat; some waves of the finest at the least
         """
         pitch_um, cut = self.job.grid.pitch_um, self._cut(own, window)
-        step = 1.0 / (STEPS * cut)
+        step = 1.0 / (self._steps * cut)
         length = fast_length(math.ceil(max(period, PERIOD / cut) / step), real=True)
         frequency = np.arange(1, math.ceil(cut * length * step)) / (length * step)
         cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
@@ -221,13 +221,18 @@ class FieldJudge:
         """Return (transfers, spectra): what some directions give of the regions of each spectrum, added up."""
         spectrum, length = self._spectrum(own, theta, window, period)
         tables = scipy.fft.irfft(spectrum, n=length, axis=-1, norm="forward")
-        step = 1.0 / (STEPS * self._cut(own, window))
+        step = 1.0 / (self._steps * self._cut(own, window))
         direction = np.stack([np.cos(theta), np.sin(theta)], axis=1)
         ends, sides = np.concatenate([seen.start, seen.end], axis=1), np.stack([seen.left, seen.right], axis=1)
         out = np.zeros((theta.size, len(tables), self._spectra))
         shared(theta.size, functools.partial(add_sides, direction, tables, step, ends, sides, out))
         total: F64 = out.sum(axis=0)
         return total
+
+    @property
+    def _steps(self) -> float:
+        """Steps of a table in the finest wave: a look-up in six points loses by their sixth power."""
+        return STEPS * max(1.0, (LOOKED_UP / self.job.tolerance) ** (1.0 / 6.0))
 
     @property
     def _spectra(self) -> int:
