@@ -232,7 +232,7 @@ class FieldJudge:
     @property
     def _steps(self) -> float:
         """Steps of a table in the finest wave: a look-up in six points loses by their sixth power."""
-        return STEPS * max(1.0, (LOOKED_UP / self.job.tolerance) ** (1.0 / 6.0))
+        return STEPS * max(1.0, float((LOOKED_UP / self.job.tolerance) ** (1.0 / 6.0)))
 
     @property
     def _spectra(self) -> int:
