@@ -13,6 +13,7 @@ from camsim.optics.difference import Difference
 from camsim.optics.placed import Revolves
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.bands import LEAST_REACH
+from camsim.rendering.across.hardest import knots_within
 from camsim.rendering.edges import Edges
 
 WAVELENGTHS, RADII = 12, 3  # at which far light is bounded
@@ -39,7 +40,7 @@ def far_reach(
     rings = system.ring_share(wavelength_nm)
     x = np.geomspace(0.5, 1e5, 400)
     heard = np.zeros(x.size)
-    for radius in np.unique(np.linspace(*radii_um, RADII)):
+    for radius in knots_within(lens, radii_um, RADII, float(nm[0])):
         rest = Difference(
             lens=lens.at(float(radius), 0.0), core=Airy(f_number=lens.f_number), obstruction=0.0, moved_um=(0.0, 0.0)
         )

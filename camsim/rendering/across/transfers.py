@@ -19,10 +19,10 @@ import scipy
 from camsim.arrays import C128, F64, I64
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.placed import Revolves
-from camsim.optics.zernike import orders
 from camsim.products import complex_product
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.across.fusing import FINEST, fused_of, fusing_of, times_of
+from camsim.rendering.across.hardest import hardest, knots_within, waves_at
 from camsim.rendering.across.overlap import Terms, overlaps
 from camsim.rendering.across.panels import Panels, panels
 
@@ -93,18 +93,18 @@ def fused_transfers(
     allowed : of a transfer where it is heard;  heard: |f| in cycles/pitch → how much of an error there is
     """
     work = _Sampler(lens, wavelength_nm, weights, radii_um, allowed)
-    at_nm, own = work.colours(np.linspace(*radii_um, TRIED))
+    at_nm, own = work.colours(knots_within(lens, radii_um, TRIED, float(wavelength_nm[0])))
     few_nm = at_nm[np.linspace(0, at_nm.size - 1, min(TRIED, at_nm.size)).round().astype(int)]
     radii = panels(lambda um: work.probed(um, few_nm), *radii_um, lens.height_um, allowed)
     light = np.abs(weights @ own).max(axis=0)
-    hardest = work.hardest(radii.nodes, at_nm)
-    shifts, angles = np.max([work.series(float(um), at_nm, light) for um in radii.nodes[hardest]], axis=0).tolist()
+    some = work.hardest(radii.nodes, at_nm)
+    shifts, angles = np.max([work.series(float(um), at_nm, light) for um in radii.nodes[some]], axis=0).tolist()
     samples = work.sampled(radii.nodes, at_nm, light, shifts, angles)
 
     cut = pitch_um * NM_PER_UM / (lens.f_number * float(wavelength_nm[0]))
     finest = cut / FINEST * np.arange(FINEST + 1.0)
     fusing = fusing_of(finest / pitch_um, lens.f_number, wavelength_nm, weights[:, :, None] * own, shifts)
-    times = times_of(fused_of(fusing, samples[hardest]), cut, allowed, heard)
+    times = times_of(fused_of(fusing, samples[some]), cut, allowed, heard)
     step = times * cut / FINEST
     fused = fused_of(np.ascontiguousarray(fusing[:, ::times]), samples)
     most = angles - 1
@@ -124,34 +124,22 @@ class _Sampler:
         self, lens: Revolves, wavelength_nm: F64, weights: F64, radii_um: tuple[float, float], allowed: float
     ) -> None:
         self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
-        zernike = lens.at(lens.height_um[-1], 0.0).zernike
-        self.terms, self.rises = Terms.of(zernike), np.array([float(orders(index)[0] ** 2) for index in zernike])
+        self.zernike = lens.at(lens.height_um[-1], 0.0).zernike
+        self.terms = Terms.of(self.zernike)
         self.radii_um = np.array([*radii_um, *(um for um in lens.height_um if radii_um[0] < um < radii_um[1])])
         self.rules = self._rules(wavelength_nm, allowed)
 
-    def waves(self, radius_um: F64, wavelength_nm: F64) -> F64:
-        """Return coefficients (k, radii · wavelengths), waves."""
-        each = [self.lens.at(float(um), 0.0).coefficients(wavelength_nm) for um in radius_um]
-        return np.ascontiguousarray(np.concatenate(each, axis=0).T)
-
     def hardest(self, radius_um: F64, wavelength_nm: F64) -> I64:
         """Return numbers of the radii (n,) at which wavefronts are the hardest to follow, and of the last one."""
-        found: I64 = np.union1d(self._hardest(self.waves(radius_um, wavelength_nm[:1])), [radius_um.size - 1])
+        waves = waves_at(self.lens, radius_um, wavelength_nm[:1])
+        found: I64 = np.union1d(hardest(self.zernike, waves, TRIED), [radius_um.size - 1])
         return found
-
-    def _hardest(self, waves: F64) -> I64:
-        """Return numbers of those of wavefronts (k, n) that differ most from a plane, and of those that are steepest.
-
-        Towards the rim polynomials of order n rise as n².
-        """
-        size = (np.square(waves * rise[:, None]).sum(axis=0) for rise in (np.ones_like(self.rises), self.rises))
-        return np.unique([np.argsort(-own, kind="stable")[:TRIED] for own in size])
 
     def _rules(self, wavelength_nm: F64, allowed: float) -> I64:
         """Return how many nodes across and along (2, n) settle the overlaps at each of ``SHIFTS``."""
         some_nm = wavelength_nm[np.unique(np.linspace(0, wavelength_nm.size - 1, TRIED).round().astype(int))]
-        waves = self.waves(self.radii_um, some_nm)
-        waves = np.ascontiguousarray(waves[:, self._hardest(waves)])
+        waves = waves_at(self.lens, self.radii_um, some_nm)
+        waves = np.ascontiguousarray(waves[:, hardest(self.zernike, waves, TRIED)])
         rules, allowed = np.empty((2, SHIFTS.size), np.int64), 0.5 * allowed
         for k, shift in enumerate(SHIFTS):
             own = np.array([shift])
@@ -197,7 +185,7 @@ class _Sampler:
 
     def probed(self, radius_um: F64, wavelength_nm: F64) -> C128:
         """Return a few samples (radii, wavelengths, n) of transfers."""
-        found = self._overlaps(self.waves(radius_um, wavelength_nm), SHIFTS, ANGLES, self.rules)
+        found = self._overlaps(waves_at(self.lens, radius_um, wavelength_nm), SHIFTS, ANGLES, self.rules)
         return found.reshape(radius_um.size, wavelength_nm.size, -1)
 
     def series(self, radius_um: float, wavelength_nm: F64, light: F64) -> tuple[int, int]:
@@ -205,7 +193,7 @@ class _Sampler:
 
         light : of each wavelength, the most that a set takes
         """
-        waves = self.waves(np.array([radius_um]), wavelength_nm)
+        waves = waves_at(self.lens, np.array([radius_um]), wavelength_nm)
         ends = []
         for along in (True, False):
             for count in SERIES:
@@ -237,7 +225,7 @@ class _Sampler:
         for part in np.array_split(np.arange(wavelength_nm.size), min(GROUPS, wavelength_nm.size)):
             own_nm = wavelength_nm[part]
             rules = self._rules(own_nm, self.allowed / max(GROUPS * float(light[part].sum()), 1e-300))
-            waves = self.waves(radius_um, own_nm)
+            waves = waves_at(self.lens, radius_um, own_nm)
             # Less the perfect one's by the same nodes: what they lose of the pupil, both do.
             found = self._overlaps(np.append(waves, np.zeros((len(waves), 1)), axis=1), shift, angle, rules)
             out[:, part] = (found[:-1] - found[-1]).reshape(radius_um.size, part.size, shifts, angle.size)

@@ -1,0 +1,35 @@
+"""Which of a lens's places are the hardest to follow: what is chosen for all of them is measured there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.optics.placed import Revolves
+from camsim.optics.zernike import orders
+
+
+def waves_at(lens: Revolves, radius_um: F64, wavelength_nm: F64) -> F64:
+    """Return coefficients (k, radii · wavelengths), waves."""
+    each = [lens.at(float(um), 0.0).coefficients(wavelength_nm) for um in radius_um]
+    return np.ascontiguousarray(np.concatenate(each, axis=0).T)
+
+
+def hardest(zernike: tuple[int, ...], waves: F64, most: int) -> I64:
+    """Return numbers of those of wavefronts (k, n) that differ most from a plane, and of those that are steepest.
+
+    most : of either.  Towards the rim polynomials of order n rise as n².
+    """
+    rises = np.array([float(orders(index)[0] ** 2) for index in zernike])
+    size = (np.square(waves * rise[:, None]).sum(axis=0) for rise in (np.ones_like(rises), rises))
+    return np.unique([np.argsort(-own, kind="stable")[:most] for own in size])
+
+
+def knots_within(lens: Revolves, radii_um: tuple[float, float], count: int, wavelength_nm: float) -> F64:
+    """Return ``count`` radii evenly from the nearest to the farthest, and of the lens's own those that are hardest."""
+    even = np.unique(np.linspace(*radii_um, count))
+    own = np.array([um for um in lens.height_um if radii_um[0] < um < radii_um[1]])
+    if not own.size:
+        return even
+    waves = waves_at(lens, own, np.array([wavelength_nm]))
+    return np.union1d(even, own[hardest(lens.at(float(own[0]), 0.0).zernike, waves, 1)])
