@@ -634,3 +634,30 @@ def test_the_check_looks_up_as_finely_as_is_asked():
     system = draw(862, 4605)
     found = systems.rendered(system, method="boundary")
     assert found.error_estimate <= 0.1 * system["tolerance"]
+
+
+def test_boxes_over_which_wavefronts_change_most_are_asked():
+    """1.14 times the tolerance, unseen: places were counted near the axis, half way and in the corner only."""
+    bump = [0.0, 0.0, 0.25, 0.5, 0.25, 0.0, 0.0, 0.0]
+    lens = FieldLens(
+        f_number=4.0,
+        wavelength_nm=[NM],
+        zernike=[4, 8],
+        waves=[[[0.05 + b, 0.6 * b] for b in bump]],
+        height_um=[0.0, 200.0, 220.0, 240.0, 260.0, 280.0, 350.0, 600.0],
+    )
+    found = plan_render(
+        camsim.Scene(background=0.9, shapes=[camsim.Rectangle(width_um=300.0, height_um=200.0, reflectance=0.05)]),
+        OpticalSystem.of([lens, PHOTOSITE]),
+        camsim.Grid(rows=150, cols=200, pitch_um=PITCH_UM),
+        response=np.ones((1, 1)), wavelength_nm=np.array([NM]), tolerance=1e-2,
+    ).plan.image  # fmt: skip
+    for part in found.parts:
+        low, high = max(
+            (box.radii_um for box in part._some), key=lambda radii: min(radii[1], 280.0) - max(radii[0], 200.0)
+        )
+        assert low < 270.0
+        assert high > 210.0
+        row, col = part._changing(8)
+        x, y = PITCH_UM * (np.array([col, row]) + 3.5 - [99.5, 74.5])
+        assert 190.0 < np.hypot(x, y) < 290.0

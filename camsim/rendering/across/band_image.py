@@ -8,15 +8,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
+from camsim.arrays import F64, U8
 from camsim.kernels import shared
 from camsim.rendering.aberrated.kernels import mark
 from camsim.rendering.aberrated.windows import windows
-from camsim.rendering.across.bands import Band, Listened
+from camsim.rendering.across.bands import Band
 from camsim.rendering.across.beside import Beside, repeats
 from camsim.rendering.across.chords import chords_of
 from camsim.rendering.across.line_kernels import Pieces
@@ -24,11 +23,10 @@ from camsim.rendering.across.on_tiles import Fields, Passed, polar_of
 from camsim.rendering.across.pieces import pieces_of
 from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
 from camsim.rendering.across.tile_sums import Part, Summed, groups
-from camsim.rendering.across.transfers import Transfers
+from camsim.rendering.across.whole import Whole
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.nearby import Nearby
 from camsim.rendering.grid import Grid
-from camsim.rendering.job import Job
 
 TOGETHER = 4  # tiles
 GRAIN = 2  # photosites of a map of what sees more than lines
@@ -38,25 +36,6 @@ SIDES = (2.2, 3.5, 5.0)  # reaches: of tiles about what sees more than lines
 SPARSE = 2  # times as large a box then, at the most: as many tiles as its transfers are worth
 COMPLEX, KEPT = 16.0, 3e7  # bytes; numbers of a box that are kept for its next tiles at the most
 TILES, PRODUCTS = 9.0, 0.4  # a box takes as long for a frequency as so many points of a tile, and a tile, for its own
-
-
-class Whole(Protocol):
-    """The image that a band is of."""
-
-    @property
-    def job(self) -> Job: ...  # noqa: D102
-    @property
-    def between(self) -> float: ...  # noqa: D102
-    @property
-    def transfers(self) -> Transfers: ...  # noqa: D102
-    @property
-    def angles(self) -> int: ...  # noqa: D102
-    @property
-    def signals(self) -> tuple[F64, I64, F64]: ...  # noqa: D102
-    @property
-    def contrast(self) -> F64: ...  # noqa: D102
-    @property
-    def listened(self) -> Listened: ...  # noqa: D102
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,9 +103,10 @@ class BandImage:
 
     @property
     def _some(self) -> list[Box]:
-        """The box nearest to the axis, the farthest, and one half way."""
+        """The box nearest to the axis, the farthest, one half way, and the one over which wavefronts change most."""
         boxes = sorted(self.boxes, key=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0])))
-        return list(dict.fromkeys([boxes[0], boxes[len(boxes) // 2], boxes[-1]]))
+        changing = max(self.boxes, key=lambda box: float(np.ptp(np.interp(box.radii_um, *self.image.changes))))
+        return list(dict.fromkeys([boxes[0], boxes[len(boxes) // 2], boxes[-1], changing]))
 
     @functools.cached_property
     def counts(self) -> tuple[int, int] | None:
@@ -138,13 +118,27 @@ class BandImage:
         """Places along a piece of an outline, and along either side of what is heard across it; None: too many."""
         grid = self.image.job.grid
         first_um = grid.first_centre[0] * grid.pitch_um, grid.first_centre[1] * grid.pitch_um
-        # Where patterns change most, and where least.
+        # Where patterns turn most, where they hardly do, and where they change most along the radius.
         corners = [(row, col) for row in (0, grid.rows) for col in (0, grid.cols)]
         along, across = (
-            self._places.counts([Box(row, col, n, n, first_um, grid.pitch_um) for row, col in corners])
+            self._places.counts(
+                [Box(row, col, n, n, first_um, grid.pitch_um) for row, col in [*corners, self._changing(n)]]
+            )
             for n in (math.ceil(LONG * self.band.reach), math.ceil(2.0 * self.band.reach))
         )
         return None if along is None or across is None else (max(along), max(across))
+
+    def _changing(self, size: int) -> tuple[int, int]:
+        """Return row and column of a box over which wavefronts change most, towards the farthest corner."""
+        grid, (radius, change) = self.image.job.grid, self.image.changes
+        half = 0.5 * size * grid.pitch_um
+        gained = np.interp(radius + half, radius, change) - np.interp(radius - half, radius, change)
+        first = np.array(grid.first_centre)
+        last = first + np.array([grid.cols - 1, grid.rows - 1])
+        far = np.where(np.abs(first) > np.abs(last), first, last)
+        place = far * float(radius[int(np.argmax(gained))]) / max(float(np.hypot(*far)) * grid.pitch_um, 1e-300)
+        col, row = (place - first - 0.5 * (size - 1)).round().astype(int).tolist()
+        return row, col
 
     def halved(self) -> BandImage:
         """Return the same in boxes of half the side, and in tiles that are no larger."""

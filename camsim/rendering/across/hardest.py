@@ -8,6 +8,8 @@ from camsim.arrays import F64, I64
 from camsim.optics.placed import Revolves
 from camsim.optics.zernike import orders
 
+STEPS = 64  # from the nearest radius to the farthest, and the lens's own, between which wavefronts are compared
+
 
 def waves_at(lens: Revolves, radius_um: F64, wavelength_nm: F64) -> F64:
     """Return coefficients (k, radii · wavelengths), waves."""
@@ -20,9 +22,18 @@ def hardest(zernike: tuple[int, ...], waves: F64, most: int) -> I64:
 
     most : of either.  Towards the rim polynomials of order n rise as n².
     """
-    rises = np.array([float(orders(index)[0] ** 2) for index in zernike])
+    rises = _rises(zernike)
     size = (np.square(waves * rise[:, None]).sum(axis=0) for rise in (np.ones_like(rises), rises))
     return np.unique([np.argsort(-own, kind="stable")[:most] for own in size])
+
+
+def changes_of(lens: Revolves, radii_um: tuple[float, float], wavelength_nm: float) -> tuple[F64, F64]:
+    """Return radii (n,) from the nearest to the farthest, and how much wavefronts change up to each, as they rise."""
+    own = [um for um in lens.height_um if radii_um[0] < um < radii_um[1]]
+    radius = np.union1d(np.linspace(*radii_um, STEPS), own)
+    change = np.abs(np.diff(waves_at(lens, radius, np.array([wavelength_nm])), axis=1))
+    rises = _rises(lens.at(float(radius[-1]), 0.0).zernike)
+    return radius, np.concatenate([[0.0], np.cumsum(rises @ change)])
 
 
 def knots_within(lens: Revolves, radii_um: tuple[float, float], count: int, wavelength_nm: float) -> F64:
@@ -33,3 +44,7 @@ def knots_within(lens: Revolves, radii_um: tuple[float, float], count: int, wave
         return even
     waves = waves_at(lens, own, np.array([wavelength_nm]))
     return np.union1d(even, own[hardest(lens.at(float(own[0]), 0.0).zernike, waves, 1)])
+
+
+def _rises(zernike: tuple[int, ...]) -> F64:
+    return np.array([float(orders(index)[0] ** 2) for index in zernike])

@@ -15,6 +15,7 @@ from camsim.optics.placed import Revolves
 from camsim.rendering.across.band_image import BandImage, band_image
 from camsim.rendering.across.bands import DIRECTIONS, Band, Listened, bands_of
 from camsim.rendering.across.far_reach import far_reach
+from camsim.rendering.across.hardest import changes_of
 from camsim.rendering.across.places import Box
 from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Progress
@@ -69,6 +70,11 @@ class DifferenceImage:
         high = low + np.array([grid.cols - 1, grid.rows - 1]) * grid.pitch_um
         nearest = np.maximum(np.maximum(low, -high), 0.0)
         return float(np.hypot(*nearest)), float(np.hypot(*np.maximum(np.abs(low), np.abs(high))))
+
+    @functools.cached_property
+    def changes(self) -> tuple[F64, F64]:
+        """Radii, and how much wavefronts change up to each."""
+        return changes_of(self.lens, self.radii_um, float(self.job.signals.wavelength_nm[0]))
 
     def _heard(self, frequency: F64) -> F64:
         """Return how much of a transfer's error a line shows at frequencies in cycles/pitch, about."""

@@ -46,6 +46,12 @@ class Box(NamedTuple):
         places: F64 = np.stack([first[0] + half[0] * (1.0 + x), first[1] + half[1] * (1.0 + y)], axis=-1)
         return places
 
+    @property
+    def radii_um(self) -> tuple[float, float]:
+        """The nearest and the farthest that its photosites are from the axis."""
+        low, high = self.places_um(np.array([-1.0, 1.0]), np.array([-1.0, 1.0]))
+        return float(np.hypot(*np.maximum(np.maximum(low, -high), 0.0))), float(np.hypot(*np.maximum(-low, high)))
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Basis:
