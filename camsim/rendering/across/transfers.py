@@ -30,7 +30,7 @@ RULES = (8, 12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128)  # nodes of the overlap
 SERIES = (32, 64, 128, 256)  # points on which a series' end is looked for
 SHIFTS = np.array([0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])  # where nodes are counted
 ANGLES = math.pi * np.array([0.02, 0.17, 0.33, 0.48])
-TRIED = 5  # places, and wavelengths, at which the others' nodes are counted
+TRIED, FOLLOWED = 5, 2  # places, and wavelengths, at which the others' nodes are counted; and how far series go
 MARGIN = 2  # harmonics more
 GROUPS = 8  # of wavelengths, that have a rule in common
 SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
@@ -132,7 +132,7 @@ class _Sampler:
     def hardest(self, radius_um: F64, wavelength_nm: F64) -> I64:
         """Return numbers of the radii (n,) at which wavefronts are the hardest to follow, and of the last one."""
         waves = waves_at(self.lens, radius_um, wavelength_nm[:1])
-        found: I64 = np.union1d(hardest(self.zernike, waves, TRIED), [radius_um.size - 1])
+        found: I64 = np.union1d(hardest(self.zernike, waves, FOLLOWED), [radius_um.size - 1])
         return found
 
     def _rules(self, wavelength_nm: F64, allowed: float) -> I64:
