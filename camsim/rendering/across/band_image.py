@@ -151,23 +151,24 @@ class BandImage:
 
     def _basis(self, box: Box) -> Basis:
         assert self.counts is not None
-        return self._places.basis(box, self.counts)
+        return self._shown[box] if box in self._shown else self._places.basis(box, self.counts)
 
     @functools.cached_property
-    def _shown(self) -> list[Basis]:
+    def _shown(self) -> dict[Box, Basis]:
         """The bases of some boxes."""
-        return [self._basis(box) for box in self._some]
+        assert self.counts is not None
+        return {box: self._places.basis(box, self.counts) for box in self._some}
 
     @property
     def _ends(self) -> float:
         """Where all terms of some boxes end, cycles/pitch: boxes with one lattice look up once what they share."""
-        return max((float(basis.cuts.max(initial=0.0)) for basis in self._shown), default=0.0)
+        return max((float(basis.cuts.max(initial=0.0)) for basis in self._shown.values()), default=0.0)
 
     @functools.cached_property
     def box_bytes(self) -> float:
         """What a box holds while it is transformed: its transfers, the same on its tiles' lattice, and tiles' sums."""
         transfers, band, side = self.image.transfers, self.band, min(self.band.side, self.band.box)
-        terms, sets = max(basis.cuts.size for basis in self._shown), len(self.image.signals[1])
+        terms, sets = max(basis.cuts.size for basis in self._shown.values()), len(self.image.signals[1])
         _, _, frequencies, harmonics = transfers.harmonics.shape
         rows = min(frequencies, math.ceil(self._ends / transfers.step) + 1)
         tile, tiles = band.tile(side, side), min(TOGETHER, math.ceil(band.box / band.side) ** 2)
