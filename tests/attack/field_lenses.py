@@ -44,8 +44,10 @@ def add_field_lens(rng, system, curves):
     middle = np.array([origin[1] + 0.5 * cols - 0.5 * frame[1], origin[0] + 0.5 * rows - 0.5 * frame[0]])
     if rng.random() < 0.4:
         shapes = shapes[: int(rng.integers(0, 3))] + curves(rng, size)
-    if system["method"] == "boundary" and system["photosite"]["kind"] not in ("point", "square", "rectangle"):
-        system["method"] = "auto"
+    if system["photosite"]["kind"] not in ("point", "square", "rectangle"):
+        system["method"] = "auto" if system["method"] == "boundary" else system["method"]
+    elif system["number"] % 32 >= 16 and system["method"] == "auto":
+        system["method"] = "boundary"  # one image of all photosites: of so few `auto` makes one of each
     system["shapes"] = [moved(shape, _before_distortion(system["lens"], middle)) for shape in shapes]
 
 
