@@ -90,7 +90,7 @@ def test_terms_go_on_to_the_first_frequency_at_which_they_are_nothing() -> None:
     few frequencies are compared the next is far (841:6621)."""
     system = draw(841, 6621)
     tolerance, scale = system["tolerance"], systems.Truth(system).scale[systems.channel(system)]
-    coarse, fine = (systems.rendered(system, tolerance=own) for own in (tolerance, 0.01 * tolerance))
+    coarse, fine = (systems.rendered(system, tolerance=own, method="boundary") for own in (tolerance, 0.01 * tolerance))
     assert np.abs((coarse.image - fine.image) / scale).max() <= 0.3 * tolerance
     assert coarse.error_estimate <= 0.3 * tolerance
 
