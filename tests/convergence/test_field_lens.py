@@ -355,6 +355,22 @@ def test_a_shift_of_focus_is_defocus():
     assert np.abs(shifted - rendered(Wavefront(f_number=N, defocus_um=20.0), scene, grid).image).max() <= 1e-4
 
 
+def test_a_lens_on_a_grid_that_changes_in_one_place_only():
+    """One pattern stood for all of the frame: series were taken along x and y through the middles of three tiles."""
+    at_um = np.arange(-3000.0, 3001.0, 500.0)
+    waves = np.full((1, at_um.size, at_um.size, 1), 0.05)
+    grid, counts, both = camsim.Grid(rows=600, cols=600, pitch_um=8.0), [], at_um.tolist()
+    for bump in (0.05, 0.6):
+        waves[0, 4, 9] = bump
+        lens = FieldLens(f_number=N, wavelength_nm=[NM], zernike=[4], waves=waves.tolist(), x_um=both, y_um=both)
+        found = lattice_for(lens, grid, NM, 2.5e-3)
+        counts.append(len(found.tiles) * found.counts[0] * found.counts[1])
+    assert counts[0] == 1
+    assert counts[1] > 36
+    with pytest.raises(camsim.errors.UnsupportedError, match="12 places along 8 photosites do not follow it"):
+        lattice_for(lens, dataclasses.replace(grid, rows=60, cols=60, pitch_um=80.0), NM, 2.5e-3)
+
+
 @pytest.mark.parametrize("allowed", [2.5e-2, 2.5e-4])
 def test_between_places_patterns_lose_what_is_said_and_little_less(allowed):
     """Half of all that an interpolated pattern and the right one differ by, from pupils of their own."""

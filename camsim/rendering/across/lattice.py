@@ -8,6 +8,7 @@ many places it takes.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -29,6 +30,9 @@ ACROSS = (32, 64, 128, 256)  # samples across the pupil
 TURN = 0.25  # waves between neighbouring samples
 ROUNDING = 1e-11  # of all light: series fall no further
 STEADY = 0.9  # from term to term: what falls less is not followed
+LOOKED_AT = 25  # places along either side of a window at which wavefronts are compared
+_ANGLE, _RADIUS = np.arange(24) * (math.pi / 6.0), np.repeat([1.0, 0.6], 12)
+ASKED = _RADIUS * np.cos(_ANGLE), _RADIUS * np.sin(_ANGLE)  # there, of the pupil
 PADDED = 4  # times the pupil: samples of a pattern, λN/4 apart
 
 
@@ -124,9 +128,10 @@ def lattice_for(lens: Varies, grid: Grid, wavelength_nm: float, allowed: float) 
     wavelength_nm : the shortest that matters
     """
     best: tuple[float, Lattice] | None = None
+    changes = _Changes(lens=lens, grid=grid, wavelength_nm=wavelength_nm)
     for along in ALONG:
         tiles = _tiles(grid, along)
-        found = _counted(lens, grid, tiles, wavelength_nm, allowed)
+        found = _counted(tiles, changes, allowed)
         if found is not None:
             places = math.prod(found.counts)
             each = PLACE_SECONDS + PHOTOSITE_SECONDS * grid.rows * grid.cols / len(tiles)
@@ -169,25 +174,62 @@ def _tiles(grid: Grid, along: int) -> tuple[Tile, ...]:
     )
 
 
-def _hardest(tiles: tuple[Tile, ...], grid: Grid) -> list[Tile]:
-    """Return the tile farthest from the axis, the nearest, and one half way."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Changes:
+    """Where in a window a lens's wavefront changes."""
+
+    lens: Varies
+    grid: Grid
+    wavelength_nm: float
+
+    def _waves(self, places_um: F64) -> F64:
+        """Return wavefronts (n, k) at places (n, 2), but for what they all have of a constant."""
+        waves = np.stack([self.lens.at(x, y).waves(*ASKED, self.wavelength_nm) for x, y in places_um.tolist()])
+        return np.asarray(waves - waves.mean(axis=1, keepdims=True))
+
+    @functools.cached_property
+    def _all_over(self) -> tuple[F64, F64]:
+        """Places of the window, and their wavefronts."""
+        across, down = axes_um(Tile(0, 0, self.grid.rows, self.grid.cols), self.grid)
+        x, y = (np.linspace(axis[0], axis[-1], min(LOOKED_AT, axis.size)) for axis in (across, down))
+        places: F64 = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        return places, self._waves(places)
+
+    def over(self, tile: Tile) -> tuple[float, list[float]]:
+        """Return how far wavefronts of a tile lie from their mean, and where one lies the farthest."""
+        (across, down), (places, waves) = axes_um(tile, self.grid), self._all_over
+        own = np.array([(x, y) for x in (across[0], across.mean(), across[-1]) for y in (down[0], down[-1])])
+        inside = ((places >= own.min(axis=0)) & (places <= own.max(axis=0))).all(axis=1)
+        places = np.concatenate([own, places[inside]])
+        waves = np.concatenate([self._waves(own), waves[inside]])
+        off = np.abs(waves - waves.mean(axis=0)).max(axis=1)
+        return float(off.max()), places[int(np.argmax(off))].tolist()
+
+
+def _hardest(tiles: tuple[Tile, ...], changes: _Changes) -> list[Tile]:
+    """Return the tile farthest from the axis, the nearest, one half way, and where the wavefront changes most."""
 
     def far(tile: Tile) -> float:
-        across, down = axes_um(tile, grid)
+        across, down = axes_um(tile, changes.grid)
         return math.hypot(across.mean(), down.mean())
 
     order = sorted(tiles, key=far)
-    return list(dict.fromkeys([order[-1], order[0], order[len(order) // 2]]))
+    changing = max(tiles, key=lambda tile: changes.over(tile)[0])
+    return list(dict.fromkeys([order[-1], order[0], order[len(order) // 2], changing]))
 
 
-def _counted(lens: Varies, grid: Grid, tiles: tuple[Tile, ...], wavelength_nm: float, allowed: float) -> Lattice | None:
+def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float) -> Lattice | None:
     """Return the fewest places that keep below what is allowed, None where the series do not end."""
-    lost = np.zeros((2, SERIES))
-    for tile in _hardest(tiles, grid):
-        axes = axes_um(tile, grid)
+    lens, wavelength_nm, lost = changes.lens, changes.wavelength_nm, np.zeros((2, SERIES))
+    for tile in _hardest(tiles, changes):
+        axes = axes_um(tile, changes.grid)
         middle = [float(axis.mean()) for axis in axes]
-        for k, axis in enumerate(axes):
-            lost[k] = np.maximum(lost[k], _lost(lens, middle, k, 0.5 * float(np.ptp(axis)), wavelength_nm))
+        # Along x and y through the middle, and through where the wavefront is another than elsewhere.
+        for through in (middle, changes.over(tile)[1]):
+            for k, axis in enumerate(axes):
+                line = list(middle)
+                line[1 - k] = through[1 - k]
+                lost[k] = np.maximum(lost[k], _lost(lens, line, k, 0.5 * float(np.ptp(axis)), wavelength_nm))
     counts: list[int] = []
     for k in range(2):
         share = 0.5 * allowed / (1.0 if k == 0 else lebesgue(counts[0]))
@@ -213,9 +255,10 @@ def _lost(lens: Varies, middle_um: list[float], axis: int, half_um: float, wavel
     cosines[0] *= 0.5
     series = 0.5 * np.abs(np.einsum("dn,nyx->dyx", cosines, patterns)).sum(axis=(1, 2))
     series[series < ROUNDING] = 0.0
-    # The last terms tell how it goes on; one that does not fall is no series.
-    ratio = math.sqrt(series[-1] / series[-3]) if series[-1] > 0.0 else 0.0
-    rest = series[-1] * ratio / (1.0 - ratio) if ratio < STEADY else math.inf
+    # The last terms tell how it goes on, every second of which may be 0; what does not fall is no series.
+    last, before = series[-2:].max(), series[-4:-2].max()
+    ratio = math.sqrt(last / max(before, 1e-300)) if last > 0.0 else 0.0
+    rest = last * ratio / (1.0 - ratio) if ratio < STEADY else math.inf
     lost: F64 = 2.0 * (np.cumsum(series[::-1])[::-1] - series + rest)
     return lost
 
