@@ -662,12 +662,18 @@ def test_boxes_over_which_wavefronts_change_most_are_asked():
         waves=[[[0.05 + b, 0.6 * b] for b in bump]],
         height_um=[0.0, 200.0, 220.0, 240.0, 260.0, 280.0, 350.0, 600.0],
     )
-    found = plan_render(
-        camsim.Scene(background=0.9, shapes=[camsim.Rectangle(width_um=300.0, height_um=200.0, reflectance=0.05)]),
+    bars = [
+        camsim.Rectangle(width_um=60.0, height_um=40.0, centre_um=(x, 0.0), reflectance=0.1) for x in (-330, 50, 240)
+    ]
+    choice = plan_render(
+        camsim.Scene(background=0.9, shapes=bars),
         OpticalSystem.of([lens, PHOTOSITE]),
         camsim.Grid(rows=150, cols=200, pitch_um=PITCH_UM),
         response=np.ones((1, 1)), wavelength_nm=np.array([NM]), tolerance=1e-2,
-    ).plan.image  # fmt: skip
+    )  # fmt: skip
+    found = choice.plan.image
+    rows, cols = choice.judge.hardest(choice.plan)
+    assert 200.0 < PITCH_UM * np.hypot(cols[-1] - 99.5, rows[-1] - 74.5) < 280.0
     for part in found.parts:
         low, high = max(
             (box.radii_um for box in part._some), key=lambda radii: min(radii[1], 280.0) - max(radii[0], 200.0)

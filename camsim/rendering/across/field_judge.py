@@ -28,6 +28,7 @@ from camsim.optics.placed import Revolves
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.far_reach import far_reach
 from camsim.rendering.across.field_plan import FieldPlan
+from camsim.rendering.across.hardest import changes_of
 from camsim.rendering.across.judge_kernels import add_sides
 from camsim.rendering.across.place_transfers import PlaceTransfers, steepest
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
@@ -87,8 +88,28 @@ class FieldJudge:
         return Judge(self.job, self.transforms)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites to look at."""
-        return self._perfect.fewest(plan)
+        """Return rows and columns of the photosites to look at: the last of them where the lens changes most."""
+        rows, cols = self._perfect.fewest(plan)
+        place = self._changing
+        if rows.size > 1 and place is not None and not ((rows == place[0]) & (cols == place[1])).any():
+            rows[-1], cols[-1] = place
+        return rows, cols
+
+    @functools.cached_property
+    def _changing(self) -> tuple[int, int] | None:
+        """Row and column of the photosite at an outline's corner where wavefronts change most with the distance."""
+        grid, first = self.job.grid, np.array(self.job.grid.first_centre)
+        inside = np.round(self._edges.start - first)
+        inside = inside[((inside >= 0.0) & (inside <= [grid.cols - 1.0, grid.rows - 1.0])).all(axis=1)]
+        if not len(inside):
+            return None
+        away_um = grid.pitch_um * np.hypot(*(first + inside).T)
+        radii_um = float(away_um.min()), float(away_um.max())
+        if radii_um[0] == radii_um[1]:
+            return None
+        radius, change = changes_of(self.lens, radii_um, float(self.job.wavelength_nm.min()))
+        col, row = inside[int(np.argmax(np.interp(away_um, radius, np.gradient(change, radius))))].astype(int).tolist()
+        return row, col
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""
