@@ -18,6 +18,7 @@ from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.across.bands import Band
 from camsim.rendering.across.beside import Beside, repeats
 from camsim.rendering.across.chords import chords_of
+from camsim.rendering.across.hardest import asked
 from camsim.rendering.across.line_kernels import Pieces
 from camsim.rendering.across.on_tiles import Fields, Passed, polar_of
 from camsim.rendering.across.pieces import pieces_of
@@ -25,6 +26,7 @@ from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
 from camsim.rendering.across.tile_sums import Part, Summed, groups
 from camsim.rendering.across.whole import Whole
 from camsim.rendering.edges import Edges
+from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.nearby import Nearby
 from camsim.rendering.grid import Grid
 
@@ -84,29 +86,35 @@ class BandImage:
         return Passed(system=job.system, band=band, pitch_um=job.grid.pitch_um, keep=keep)
 
     @property
-    def _points(self) -> float:
-        """Frequencies of the largest tile, and those that blocks have beside the band."""
+    def _tile(self) -> Tile:
+        """The largest tile."""
         side = min(self.band.side, self.band.box)
-        return 2.0 * self.band.tile(side, side).points
+        return self.band.tile(side, side)
+
+    @property
+    def _points(self) -> float:
+        """Its frequencies, and those that blocks have beside the band."""
+        return 2.0 * self._tile.points
 
     @functools.cached_property
     def boxes(self) -> list[Box]:
         """The boxes that have places in common."""
-        grid, size = self.image.job.grid, self.band.box
-        x0, y0 = grid.first_centre
-        cuts = [cut(count, max(1, round(count / size))) for count in (grid.rows, grid.cols)]
+        window, size = Box.window(self.image.job.grid), self.band.box
+        cuts = [cut(count, max(1, round(count / size))) for count in (window.rows, window.cols)]
         return [
-            Box(top, left, bottom - top, right - left, (x0 * grid.pitch_um, y0 * grid.pitch_um), grid.pitch_um)
+            window._replace(row=top, col=left, rows=bottom - top, cols=right - left)
             for top, bottom in pairwise(cuts[0])
             for left, right in pairwise(cuts[1])
         ]
 
-    @property
+    @functools.cached_property
     def _some(self) -> list[Box]:
-        """The box nearest to the axis, the farthest, one half way, and the one over which wavefronts change most."""
-        boxes = sorted(self.boxes, key=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0])))
-        changing = max(self.boxes, key=lambda box: float(np.ptp(np.interp(box.radii_um, *self.image.changes))))
-        return list(dict.fromkeys([boxes[0], boxes[len(boxes) // 2], boxes[-1], changing]))
+        """The boxes that are asked."""
+        return asked(
+            self.boxes,
+            far=lambda box: float(np.hypot(*box.places_um(np.zeros(1), np.zeros(1))[0])),
+            change=lambda box: float(np.ptp(np.interp(box.radii_um, *self.image.changes))),
+        )
 
     @functools.cached_property
     def counts(self) -> tuple[int, int] | None:
@@ -116,13 +124,12 @@ class BandImage:
     @functools.cached_property
     def beside(self) -> tuple[int, int] | None:
         """Places along a piece of an outline, and along either side of what is heard across it; None: too many."""
-        grid = self.image.job.grid
-        first_um = grid.first_centre[0] * grid.pitch_um, grid.first_centre[1] * grid.pitch_um
+        window = Box.window(self.image.job.grid)
         # Where patterns turn most, where they hardly do, and where they change most along the radius.
-        corners = [(row, col) for row in (0, grid.rows) for col in (0, grid.cols)]
+        corners = [(row, col) for row in (0, window.rows) for col in (0, window.cols)]
         along, across = (
             self._places.counts(
-                [Box(row, col, n, n, first_um, grid.pitch_um) for row, col in [*corners, self._changing(n)]]
+                [window._replace(row=row, col=col, rows=n, cols=n) for row, col in [*corners, self._changing(n)]]
             )
             for n in (math.ceil(LONG * self.band.reach), math.ceil(2.0 * self.band.reach))
         )
@@ -167,12 +174,11 @@ class BandImage:
     @functools.cached_property
     def box_bytes(self) -> float:
         """What a box holds while it is transformed: its transfers, the same on its tiles' lattice, and tiles' sums."""
-        transfers, band, side = self.image.transfers, self.band, min(self.band.side, self.band.box)
+        transfers, band = self.image.transfers, self.band
         terms, sets = max(basis.cuts.size for basis in self._shown.values()), len(self.image.signals[1])
         _, _, frequencies, harmonics = transfers.harmonics.shape
         rows = min(frequencies, math.ceil(self._ends / transfers.step) + 1)
-        tile, tiles = band.tile(side, side), min(TOGETHER, math.ceil(band.box / band.side) ** 2)
-        lattice = tile.sums[0] * tile.sums[1]
+        tiles, lattice = min(TOGETHER, math.ceil(band.box / band.side) ** 2), math.prod(self._tile.sums)
         kept = max(self._points, lattice) if self._points * sets * terms <= KEPT else lattice
         on_it = sets * kept + (tiles + 1) * self.image.job.signals.scale.size * lattice
         taken: float = COMPLEX * terms * (sets * rows * (harmonics + self.image.angles) + on_it)

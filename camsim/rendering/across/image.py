@@ -65,11 +65,7 @@ class DifferenceImage:
     @functools.cached_property
     def radii_um(self) -> tuple[float, float]:
         """Where in the frame the window lies."""
-        grid = self.job.grid
-        low = np.array(grid.first_centre) * grid.pitch_um
-        high = low + np.array([grid.cols - 1, grid.rows - 1]) * grid.pitch_um
-        nearest = np.maximum(np.maximum(low, -high), 0.0)
-        return float(np.hypot(*nearest)), float(np.hypot(*np.maximum(np.abs(low), np.abs(high))))
+        return Box.window(self.job.grid).radii_um
 
     @functools.cached_property
     def changes(self) -> tuple[F64, F64]:

@@ -20,6 +20,7 @@ import scipy
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics.protocols import Placed, Varies
+from camsim.rendering.across.hardest import asked
 from camsim.rendering.grid import Grid
 
 SERIES = 12  # terms of a pattern's series
@@ -206,22 +207,15 @@ class _Changes:
         return float(off.max()), places[int(np.argmax(off))].tolist()
 
 
-def _hardest(tiles: tuple[Tile, ...], changes: _Changes) -> list[Tile]:
-    """Return the tile farthest from the axis, the nearest, one half way, and where the wavefront changes most."""
+def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float) -> Lattice | None:
+    """Return the fewest places that keep below what is allowed, None where the series do not end."""
+    lens, wavelength_nm, lost = changes.lens, changes.wavelength_nm, np.zeros((2, SERIES))
 
     def far(tile: Tile) -> float:
         across, down = axes_um(tile, changes.grid)
         return math.hypot(across.mean(), down.mean())
 
-    order = sorted(tiles, key=far)
-    changing = max(tiles, key=lambda tile: changes.over(tile)[0])
-    return list(dict.fromkeys([order[-1], order[0], order[len(order) // 2], changing]))
-
-
-def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float) -> Lattice | None:
-    """Return the fewest places that keep below what is allowed, None where the series do not end."""
-    lens, wavelength_nm, lost = changes.lens, changes.wavelength_nm, np.zeros((2, SERIES))
-    for tile in _hardest(tiles, changes):
+    for tile in asked(tiles, far=far, change=lambda tile: changes.over(tile)[0]):
         axes = axes_um(tile, changes.grid)
         middle = [float(axis.mean()) for axis in axes]
         # Along x and y through the middle, and through where the wavefront is another than elsewhere.

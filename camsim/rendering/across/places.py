@@ -20,6 +20,7 @@ from camsim.rendering.across.kernels import add_weighed
 from camsim.rendering.across.lattice import cardinal, nodes
 from camsim.rendering.across.transfers import Transfers
 from camsim.rendering.fast_length import fast_length
+from camsim.rendering.grid import Grid
 
 COARSE = 40  # frequencies at which places are compared
 ALONG, LEFT, CUT = 0.25, 0.3, 0.2  # of what places may leave: along x and y each, all but some terms, their ends
@@ -38,6 +39,12 @@ class Box(NamedTuple):
     cols: int
     first_um: tuple[float, float]
     pitch_um: float
+
+    @classmethod
+    def window(cls, grid: Grid) -> Box:
+        """Return all photosites of a window."""
+        x0, y0 = grid.first_centre
+        return cls(0, 0, grid.rows, grid.cols, (x0 * grid.pitch_um, y0 * grid.pitch_um), grid.pitch_um)
 
     def places_um(self, x: F64, y: F64) -> F64:
         """Return places (n, 2) from their coordinates in the box, −1 … 1 along either side."""

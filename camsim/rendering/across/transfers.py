@@ -22,7 +22,7 @@ from camsim.optics.placed import Revolves
 from camsim.products import complex_product
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.across.fusing import FINEST, fused_of, fusing_of, times_of
-from camsim.rendering.across.hardest import hardest, knots_within, waves_at
+from camsim.rendering.across.hardest import hardest, heights_within, knots_within, waves_at
 from camsim.rendering.across.overlap import Terms, overlaps
 from camsim.rendering.across.panels import Panels, panels
 
@@ -126,7 +126,7 @@ class _Sampler:
         self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
         self.zernike = lens.at(lens.height_um[-1], 0.0).zernike
         self.terms = Terms.of(self.zernike)
-        self.radii_um = np.array([*radii_um, *(um for um in lens.height_um if radii_um[0] < um < radii_um[1])])
+        self.radii_um = np.array([*radii_um, *heights_within(lens, radii_um)])
         self.rules = self._rules(wavelength_nm, allowed)
 
     def hardest(self, radius_um: F64, wavelength_nm: F64) -> I64:
