@@ -11,19 +11,23 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
+from camsim.kernels import ahead, shared
+from camsim.kernels.squares import fill_squares
 from camsim.nonuniform import finer, modes, spread
 
+Nodes = TypeVar("Nodes")
 WIDEST = 16  # cells of finufft's kernels
 SAMPLED = 8  # places in a cell where a kernel is looked at: its sum there is its integral to rounding
 PROBE = 64  # cells of a grid on which it is looked at
-ROWS, COLUMNS = 256, 128  # transformed at a time: what is held besides the grid, and stays in a cache
+ROWS, COLUMNS = 16, 32  # transformed at a time: what is held besides the grid, and stays in a cache
+HALVES_AT_ONCE = 2  # of parts that are spread: what they are spread to takes less than what is held after them
 SMALL = 1_000_000  # points of a lattice, which all at once take as little: finufft's own transforms
 FEWER = 1.3  # cells in two half grids over those in one whole grid: up to there two take less
 
@@ -65,7 +69,8 @@ class _Axis(NamedTuple):
 
 
 def powers(
-    parts: Iterable[tuple[F64, F64, C128]],
+    parts: Iterable[Nodes],
+    points: Callable[[Nodes], tuple[F64, F64, C128]],
     shape: tuple[int, int],
     bands_rad: tuple[float, float],
     precision: float,
@@ -74,7 +79,8 @@ def powers(
 ) -> F64:
     """Return |Σ_q strengths[q]·exp(−i(j·down[q] + i·across[q]))|², (j, i) integers about 0: (shape).
 
-    parts     : down and across, radians, and strengths, (m,) each; each part is spread when it comes
+    parts     : each is spread when it comes
+    points    : of a part, down and across, radians, and strengths, (m,) each
     bands_rad : the largest of all |down| and of all |across|
     precision : of the sum, relative to the sum of the strengths' sizes
     half      : for every point there is another, opposite to it and as strong, which is not given
@@ -82,15 +88,22 @@ def powers(
     if not is_large(shape):
         assert not half
         amplitude = np.zeros(shape, complex)
-        for y, x, strengths in parts:
+        for y, x, strengths in map(points, parts):
             amplitude += modes((y, x), strengths, shape, precision=precision, sign=-1)
         whole: F64 = np.square(amplitude.real) + np.square(amplitude.imag)
         return whole
     larger = finer(precision)
     down, across = (_Axis.of(size, band, larger) for size, band in zip(shape, bands_rad, strict=True))
     grid = np.zeros((down.cells, across.cells), complex)
-    for y, x, strengths in parts:
-        _add(grid, down.steps * y, across.steps * x, strengths, precision)
+
+    def spread_out(some: tuple[F64, F64, C128]) -> _Spread:
+        y, x, strengths = some
+        return _spread(grid.shape, down.steps * y, across.steps * x, strengths, precision)
+
+    # Added up in their order: the same sum whoever spreads them.
+    for out in ahead(spread_out, _halves(map(points, parts)), HALVES_AT_ONCE):
+        grid[out.rows, out.columns] += out.values
+        del out  # before the next is made
     if half:
         # A point in the middle of a cell is its own opposite; so are the first row and column, where cells go round.
         grid += np.roll(grid[::-1, ::-1], 1, axis=(0, 1))
@@ -103,7 +116,7 @@ def powers(
         for row in range(down.steps):
             rows, places_y = down.lattice(row)
             over_y = _over(places_y, down, precision)
-            _down(lines, down, places_y, over_y[:, None], over_x, power[rows, columns])
+            _down(lines, down, places_y, over_y, over_x, power[rows, columns])
     if middle:
         power[:, :middle] = power[::-1, :middle:-1]
     return power
@@ -116,28 +129,32 @@ def is_large(shape: tuple[int, int]) -> bool:
 
 def _along(grid: C128, axis: _Axis, places: F64) -> C128:
     """Return the grid's rows transformed: at places, of one lattice."""
-    turn = axis.turned(places[0] % 1.0)
+    turn, runs = axis.turned(places[0] % 1.0), _runs(places, axis)
     lines = np.empty((len(grid), places.size), complex)
-    for first in range(0, len(grid), ROWS):
-        some = slice(first, first + ROWS)
-        transformed = scipy.fft.fft(grid[some] * turn, axis=1, overwrite_x=True, workers=-1)
-        for own, wanted in _runs(places, axis):
-            lines[some, own] = transformed[:, wanted]
+
+    def transform(begin: int, stop: int) -> None:
+        for block in range(begin, stop):
+            some = slice(block * ROWS, (block + 1) * ROWS)
+            transformed = scipy.fft.fft(grid[some] * turn, axis=1, overwrite_x=True)
+            for own, wanted in runs:
+                lines[some, own] = transformed[:, wanted]
+
+    shared(math.ceil(len(grid) / ROWS), transform)
     return lines
 
 
 def _down(lines: C128, axis: _Axis, places: F64, over_y: F64, over_x: F64, power: F64) -> None:
     """Fill in the squares of the lines' columns, transformed, over what the kernels made of them."""
-    turn = axis.turned(places[0] % 1.0)[:, None]
-    for first in range(0, lines.shape[1], COLUMNS):
-        some = slice(first, first + COLUMNS)
-        amplitude = scipy.fft.fft(lines[:, some] * turn, axis=0, overwrite_x=True, workers=-1)
-        for own, wanted in _runs(places, axis):
-            part = amplitude[wanted]
-            squares = np.square(part.real)
-            squares += np.square(part.imag)
-            squares *= over_y[own]
-            np.multiply(squares, over_x[some], out=power[own, some])
+    turn, runs = axis.turned(places[0] % 1.0)[:, None], _runs(places, axis)
+
+    def transform(begin: int, stop: int) -> None:
+        for block in range(begin, stop):
+            some = slice(block * COLUMNS, (block + 1) * COLUMNS)
+            amplitude = scipy.fft.fft(lines[:, some] * turn, axis=0, overwrite_x=True)
+            for own, wanted in runs:
+                fill_squares(power[own, some], amplitude[wanted], over_y[own], over_x[some])
+
+    shared(math.ceil(lines.shape[1] / COLUMNS), transform)
 
 
 def _runs(places: F64, axis: _Axis) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
@@ -149,12 +166,30 @@ def _runs(places: F64, axis: _Axis) -> tuple[tuple[slice, slice], tuple[slice, s
     )
 
 
-def _add(grid: C128, y: F64, x: F64, strengths: C128, precision: float) -> None:
-    """Add points to a grid: to the part of it that they are spread to, if they do not go round."""
-    rows, columns = grid.shape
+def _halves(parts: Iterable[tuple[F64, F64, C128]]) -> Iterator[tuple[F64, F64, C128]]:
+    """Yield what lies below the middle of each part, and above: two threads spread to as many cells as one would."""
+    for y, x, strengths in parts:
+        below = y < 0.5 * (y.min() + y.max())
+        for some in (below, ~below):
+            if some.any():
+                yield y[some], x[some], strengths[some]
+
+
+class _Spread(NamedTuple):
+    """What points are spread to: some rows and columns of a grid."""
+
+    rows: slice
+    columns: slice
+    values: C128
+
+
+def _spread(shape: tuple[int, ...], y: F64, x: F64, strengths: C128, precision: float) -> _Spread:
+    """Spread points to the part of a grid that they reach, if they do not go round: else to all of it."""
+    rows, columns = shape
     down, across = _box(y, rows), _box(x, columns)
     y, x = (y - down.middle_rad) * down.finer, (x - across.middle_rad) * across.finer
-    grid[down.cells, across.cells] += spread((y, x), strengths, (down.size, across.size), precision=precision)
+    values = spread((y, x), strengths, (down.size, across.size), precision=precision)
+    return _Spread(down.cells, across.cells, values)
 
 
 class _Box(NamedTuple):

@@ -44,6 +44,17 @@ def modes(
     return total
 
 
+def line_modes(phases: F64, strengths: C128, count: int, *, precision: float) -> C128:
+    """Return Σ_q strengths[q]·exp(i·j·phases[q]), j integers about 0: (count,).
+
+    precision : relative to the sum of the strengths' sizes
+    """
+    import finufft
+
+    total: C128 = finufft.nufft1d1(_less_turns(phases), strengths, n_modes=count, eps=precision, isign=1, nthreads=1)
+    return total
+
+
 def spread(phases: tuple[F64, F64], strengths: C128, cells: tuple[int, int], *, precision: float) -> C128:
     """Return what points are spread to on a grid, of whose transform ``modes`` are a part, over that of a kernel."""
     import finufft

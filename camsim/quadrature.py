@@ -10,6 +10,8 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.products import product
 
+MANY = 256  # nodes of a rule: each step to the next degree is no longer what NumPy takes to begin it
+
 
 @functools.cache
 def gauss_legendre(order: int) -> tuple[F64, F64]:
@@ -38,6 +40,14 @@ def gauss_legendre(order: int) -> tuple[F64, F64]:
 
 def _legendre(order: int, x: F64) -> tuple[F64, F64]:
     """Return P_n and P_n′ within −1 … 1 by Bonnet's recurrence."""
+    if order >= MANY:
+        # Nothing that is done by rules of few nodes waits for a compiler.
+        from camsim.kernels import shared
+        from camsim.kernels.legendre import AT_ONCE, legendre
+
+        at_many, slopes = np.empty_like(x), np.empty_like(x)
+        shared(x.size, lambda begin, stop: legendre(begin, stop, order, x, at_many, slopes), least=AT_ONCE)
+        return at_many, slopes
     before, value = np.ones_like(x), x
     for n in range(2, order + 1):
         before, value = value, ((2 * n - 1) * x * value - (n - 1) * before) / n

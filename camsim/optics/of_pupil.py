@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
@@ -13,7 +12,6 @@ import scipy
 
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
-from camsim.gridded import is_large, powers
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.chords import Chords
@@ -138,6 +136,8 @@ class OfPupil:
         The amplitude is summed over a rule that is exact within the pupil's boundaries, as fine as the farthest
         corner asks for, by a non-uniform FFT.
         """
+        from camsim.gridded import is_large, powers  # with Numba, which no lens needs before it is rendered
+
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
         turns = self._turns(float(np.abs(x_um).max()), float(np.abs(y_um).max()), wavelength_nm)
         steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
@@ -147,16 +147,17 @@ class OfPupil:
         (mid_x, mid_y), (half_x, half_y) = self.pupil.centre, self.pupil.half_extents
         turn_x, turn_y = (2.0 * np.pi * radius * step for step in steps)
 
-        def part(x: F64, y: F64, weights: F64) -> tuple[F64, F64, C128]:
+        def points(part: tuple[F64, F64, F64]) -> tuple[F64, F64, C128]:
+            x, y, weights = part
             strengths = self._phase_factor(x, y, wavelength_nm, plane)
             strengths *= weights
             return turn_y * (y - mid_y), turn_x * (x - mid_x), strengths  # what all turn by changes no square
 
         # Where the pattern is even, so is the amplitude, but for the lattice's move.
         half = self._symmetric and is_large((y_um.size, x_um.size)) and not any(middle)
-        nodes = self._nodes(wavelength_nm, turns, half)
         irradiance: F64 = powers(
-            itertools.starmap(part, nodes),
+            self._nodes(wavelength_nm, turns, half),
+            points,
             (y_um.size, x_um.size),
             bands_rad=(turn_y * half_y, turn_x * half_x),
             precision=max(precision, 1e-14),
@@ -192,14 +193,20 @@ class OfPupil:
 
     def _phase_factor(self, x: F64, y: F64, wavelength_nm: float, plane: tuple[float, float] = (0.0, 0.0)) -> C128:
         """Return exp(2πi·W); ``plane``: waves along x and y that are added to W."""
+        from camsim.kernels import shared  # with Numba, as above
+
         factor = np.empty(x.shape, complex)
         flat, x, y = factor.reshape(-1), x.reshape(-1), y.reshape(-1)
-        for first in range(0, flat.size, IN_CACHE):
-            some = slice(first, first + IN_CACHE)
-            waves = self.waves(x[some], y[some], wavelength_nm) + plane[0] * x[some] + plane[1] * y[some]
-            phase = 2.0 * np.pi * waves
-            np.cos(phase, out=flat.real[some])
-            np.sin(phase, out=flat.imag[some])
+
+        def fill(begin: int, stop: int) -> None:
+            for first in range(begin * IN_CACHE, min(stop * IN_CACHE, flat.size), IN_CACHE):
+                some = slice(first, first + IN_CACHE)
+                waves = self.waves(x[some], y[some], wavelength_nm) + plane[0] * x[some] + plane[1] * y[some]
+                phase = 2.0 * np.pi * waves
+                np.cos(phase, out=flat.real[some])
+                np.sin(phase, out=flat.imag[some])
+
+        shared(math.ceil(flat.size / IN_CACHE), fill)
         return factor
 
 

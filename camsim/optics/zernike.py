@@ -50,21 +50,19 @@ def zernike(index: int, x: F64, y: F64) -> F64:
     >>> zernike(4, np.array([0.0, 1.0]), np.zeros(2)).round(4)  # defocus: √3·(2r² − 1)
     array([-1.7321,  1.7321])
     """
+    # Who reads a lens from a file needs no compiler.
+    from camsim.kernels.zernike import fill_zernike
+
     n, m = orders(index)
     k = abs(m)
     # The radial polynomial over r^k in powers of r², and r^k·cos, r^k·sin by turning k times: no angle, no root.
-    square = x * x + y * y
-    radial: F64 = np.zeros_like(square)
-    for s in range((n - k) // 2 + 1):
-        factor = (-1) ** s * math.factorial(n - s)
-        factor //= math.factorial(s) * math.factorial((n + k) // 2 - s) * math.factorial((n - k) // 2 - s)
-        radial = radial * square + factor
-    part: F64 = np.ones_like(square)
-    other: F64 = np.zeros_like(square)
-    for _ in range(k):
-        part, other = part * x - other * y, part * y + other * x
-    if m < 0:
-        part = other
+    factors = np.empty((n - k) // 2 + 1)
+    for s in range(factors.size):
+        whole = (-1) ** s * math.factorial(n - s)
+        factors[s] = whole // (math.factorial(s) * math.factorial((n + k) // 2 - s) * math.factorial((n - k) // 2 - s))
     norm = math.sqrt((2 if m else 1) * (n + 1))
-    values: F64 = norm * radial * part
+    values = np.empty(np.broadcast_shapes(np.shape(x), np.shape(y)))
+    # Copies: what is read-only is another type, for which all would be compiled once more.
+    x, y = (np.array(own, float).ravel() for own in np.broadcast_arrays(x, y))
+    fill_zernike(values.reshape(-1), x, y, factors, k, m < 0, norm)
     return values

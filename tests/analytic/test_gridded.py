@@ -31,7 +31,7 @@ def test_squares_of_sums(rng, bands, shape, precision):
     y, x, strengths = points(rng, bands)
     exact = np.abs(directly(y, x, strengths, shape))
     parts = [(y[some], x[some], strengths[some]) for some in (slice(0, 90), slice(90, None))]
-    found = np.sqrt(powers(parts, shape, bands, precision))
+    found = np.sqrt(powers(parts, tuple, shape, bands, precision))
     assert np.abs(found - exact).max() <= max(2.0 * precision, 3e-15) * np.abs(strengths).sum()
 
 
@@ -41,7 +41,7 @@ def test_of_opposite_points_one_is_enough(rng, shape):
     y[0] = x[0] = 0.0  # its own opposite, which is given by half
     strengths[0] *= 0.5
     exact = np.abs(directly(y, x, strengths, shape) + directly(-y, -x, strengths, shape))
-    found = np.sqrt(powers([(y, x, strengths)], shape, (1.5, 0.9), 1e-13, half=True))
+    found = np.sqrt(powers([(y, x, strengths)], tuple, shape, (1.5, 0.9), 1e-13, half=True))
     assert np.abs(found - exact).max() <= 1e-13 * np.abs(strengths).sum()
 
 
@@ -51,7 +51,7 @@ def test_parts_that_lie_together_are_spread_to_few_cells(rng, monkeypatch):
     monkeypatch.setattr(gridded, "spread", lambda p, s, size, **how: cells.append(size) or spread(p, s, size, **how))
     y, x, strengths = points(rng, (0.1, 0.1))
     moved = y + 1.0, x - 0.5, strengths
-    found = np.sqrt(powers([moved], (300, 300), (1.5, 1.5), 1e-9))
+    found = np.sqrt(powers([moved], tuple, (300, 300), (1.5, 1.5), 1e-9))
     assert max(cells[0]) < 100
     assert np.abs(found - np.abs(directly(*moved, (300, 300)))).max() <= 2e-9 * np.abs(strengths).sum()
 
@@ -62,4 +62,6 @@ def test_small_lattices_are_left_to_finufft(rng, monkeypatch):
     assert not is_large((40, 24))
     y, x, strengths = points(rng, (1.5, 1.5))
     exact = np.abs(directly(y, x, strengths, (40, 24))) ** 2
-    np.testing.assert_allclose(powers([(y, x, strengths)], (40, 24), (1.5, 1.5), 1e-12), exact, atol=1e-9 * exact.max())
+    np.testing.assert_allclose(
+        powers([(y, x, strengths)], tuple, (40, 24), (1.5, 1.5), 1e-12), exact, atol=1e-9 * exact.max()
+    )

@@ -17,6 +17,7 @@ import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.kernels import shared
+from camsim.nonuniform import line_modes
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsSpikes
 from camsim.optics.spikes import Spike
@@ -39,7 +40,8 @@ CELLS = 256  # of a taper
 TAIL, PER_WAVE = 32.0, 16.0  # blurs to either side of a spike that are tabulated, cells of its finest wave
 PHASE, FUSED_OFF = 20.0, 1e-3  # wavelengths that a spike's light is summed from
 SECONDS_PER_WAY = 4e-8  # of one core, of a photosite and an edge
-SECONDS_PER_WAVE = 8e-8  # of a place beside a spike: a sine and a cosine
+SECONDS_PER_PLACE = 4e-7  # beside a spike: of a Gauss rule's wave for it, most of which is the rule
+FINEST = 1e-14  # of what finufft sums
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,8 +79,8 @@ class Spikes:
         """What sides' profiles take at all wavelengths: a wave at every place (``_running``)."""
         blur = float(self.system.blurs_um(self.wavelength_nm).min())
         half = TAIL + 3.0 * self.system.extent_um / blur
-        waves = 2.0 * half * PER_WAVE * (2.0 * half + 32.0)
-        return SECONDS_PER_WAVE * waves * len(self._spikes) * self.wavelength_nm.size
+        places = 2.0 * half * PER_WAVE
+        return SECONDS_PER_PLACE * places * len(self._spikes) * self.wavelength_nm.size
 
     @property
     def count(self) -> int:
@@ -135,11 +137,11 @@ class Spikes:
         blur = max(1.0 / spike.cutoff_per_um for spike in every) / self.pitch_um
         wide = (self.system.extent_um + max(spike.spread_um[1] for spike in every)) / self.pitch_um
         step, half = 1.0 / (PER_WAVE * finest), TAIL * blur + 3.0 * wide
-        around = -half + step * np.arange(-2.0, math.ceil(2.0 * half / step) + 3.0)
+        first, count = -half - 2.0 * step, math.ceil(2.0 * half / step) + 5
         running, tails, middles = [], [], []
         for own in zip(*each, strict=True):
             middle = own[0].moved_um[1] / self.pitch_um
-            curves = np.array([self._running(spike, middle + around) for spike in own])
+            curves = np.array([self._running(spike, middle + first, step, count) for spike in own])
             light = np.array([spike.light_um for spike in own]) / self.pitch_um
             missing = np.array([0.5 / np.pi**2 / (spike.cutoff_per_um * self.pitch_um) for spike in own])
             running.append(quintic_cells(np.einsum("pcj,j,jt->pct", weights, light, curves)))
@@ -155,17 +157,16 @@ class Spikes:
             width=(blur + wide) * all_alike,
         )
 
-    def _running(self, spike: Spike, places: F64) -> F64:
-        """Return ∫ of a profile of one unit, averaged over the footprint, from the middle to places (pitches)."""
-        cut = spike.cutoff_per_um * self.pitch_um
-        x, w = gauss_legendre(math.ceil(2.0 * cut * float(np.abs(places).max())) + 32)
+    def _running(self, spike: Spike, first: float, step: float, count: int) -> F64:
+        """Return ∫ of a profile of one unit, averaged over the footprint, from the middle to even places (pitches)."""
+        cut, farthest = spike.cutoff_per_um * self.pitch_um, max(abs(first), abs(first + step * (count - 1)))
+        x, w = gauss_legendre(math.ceil(2.0 * cut * farthest) + 32)
         f = 0.5 * cut * (1.0 + x)
         fx, fy = np.multiply.outer(spike.across, f / self.pitch_um)
         passed = spike.transfer(f / self.pitch_um) * self.system.footprint_otf(fx, fy)
-        turns = np.multiply.outer(places, 2.0 * np.pi * f)
-        share = 0.5 * cut * w / (np.pi * f)
-        running: F64 = np.sin(turns) @ (share * passed.real) + np.cos(turns) @ (share * passed.imag)
-        return running
+        middle = first + step * (count // 2)
+        waves = 0.5 * cut * w / (np.pi * f) * passed * np.exp(2j * np.pi * middle * f)
+        return line_modes(2.0 * np.pi * step * f, waves, count, precision=FINEST).imag
 
 
 def _add(far: Far, profiles: Profiles, ways: Ways, origin: F64, channel: U8, image: F64, begin: int, stop: int) -> None:
