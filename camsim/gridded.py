@@ -26,14 +26,15 @@ Nodes = TypeVar("Nodes")
 WIDEST = 16  # cells of finufft's kernels
 SAMPLED = 8  # places in a cell where a kernel is looked at: its sum there is its integral to rounding
 PROBE = 64  # cells of a grid on which it is looked at
-ROWS, COLUMNS = 16, 32  # transformed at a time: what is held besides the grid, and stays in a cache
-HALVES_AT_ONCE = 2  # of parts that are spread: what they are spread to takes less than what is held after them
+ROWS, COLUMNS = 16, 64  # transformed at a time: what stays in a cache
+AT_ONCE = 1_000_000  # points of a lattice that are handed on at a time
+QUARTERS_AT_ONCE = 2  # of parts that are spread: what they are spread to takes less than what is held after them
 SMALL = 1_000_000  # points of a lattice, which all at once take as little: finufft's own transforms
 FEWER = 1.3  # cells in two half grids over those in one whole grid: up to there two take less
 
 
 def held_bytes(precision: float) -> float:
-    """Return what is held besides the pattern, for each of its points."""
+    """Return what is held for each point of a pattern: the grid, and its columns transformed."""
     larger = finer(precision)
     return 16.0 * 0.25 * larger * (larger + 1.0)
 
@@ -68,7 +69,7 @@ class _Axis(NamedTuple):
         return turned
 
 
-def powers(
+def power_rows(
     parts: Iterable[Nodes],
     points: Callable[[Nodes], tuple[F64, F64, C128]],
     shape: tuple[int, int],
@@ -76,22 +77,23 @@ def powers(
     precision: float,
     *,
     half: bool = False,
-) -> F64:
-    """Return |Σ_q strengths[q]·exp(−i(j·down[q] + i·across[q]))|², (j, i) integers about 0: (shape).
+) -> Iterator[tuple[slice, F64]]:
+    """Yield rows of |Σ_q strengths[q]·exp(−i(j·down[q] + i·across[q]))|², (j, i) integers about 0, some at a time.
 
     parts     : each is spread when it comes
     points    : of a part, down and across, radians, and strengths, (m,) each
     bands_rad : the largest of all |down| and of all |across|
     precision : of the sum, relative to the sum of the strengths' sizes
     half      : for every point there is another, opposite to it and as strong, which is not given
+    yields    : rows of the lattice (shape), each once but in no order, and what is there (n, columns), one's own
     """
     if not is_large(shape):
         assert not half
         amplitude = np.zeros(shape, complex)
         for y, x, strengths in map(points, parts):
             amplitude += modes((y, x), strengths, shape, precision=precision, sign=-1)
-        whole: F64 = np.square(amplitude.real) + np.square(amplitude.imag)
-        return whole
+        yield slice(0, shape[0]), np.square(amplitude.real) + np.square(amplitude.imag)
+        return
     larger = finer(precision)
     down, across = (_Axis.of(size, band, larger) for size, band in zip(shape, bands_rad, strict=True))
     grid = np.zeros((down.cells, across.cells), complex)
@@ -101,25 +103,41 @@ def powers(
         return _spread(grid.shape, down.steps * y, across.steps * x, strengths, precision)
 
     # Added up in their order: the same sum whoever spreads them.
-    for out in ahead(spread_out, _halves(map(points, parts)), HALVES_AT_ONCE):
+    for out in ahead(spread_out, _quarters(map(points, parts)), QUARTERS_AT_ONCE):
         grid[out.rows, out.columns] += out.values
         del out  # before the next is made
     if half:
-        # A point in the middle of a cell is its own opposite; so are the first row and column, where cells go round.
-        grid += np.roll(grid[::-1, ::-1], 1, axis=(0, 1))
-    power = np.empty(shape)
-    middle = shape[1] // 2 if half and shape[0] % 2 and shape[1] % 2 else 0
-    for column in range(middle, middle + across.steps):
-        columns, places_x = across.lattice(column)
-        lines = _along(grid, across, places_x)
-        over_x = _over(places_x, across, precision)
-        for row in range(down.steps):
-            rows, places_y = down.lattice(row)
-            over_y = _over(places_y, down, precision)
-            _down(lines, down, places_y, over_y, over_x, power[rows, columns])
-    if middle:
-        power[:, :middle] = power[::-1, :middle:-1]
-    return power
+        _add_opposite(grid)
+    middle = shape[0] // 2 if half and shape[0] % 2 and shape[1] % 2 else 0
+    at_once = max(AT_ONCE // shape[1], 1)
+    lattices = [across.lattice(column) for column in range(across.steps)]
+    over_x = [_over(places, across, precision) for _, places in lattices]
+    for row in range(middle, middle + down.steps):
+        rows, places_y = down.lattice(row)
+        over_y, lines = _over(places_y, down, precision), _down(grid, down, places_y)
+        for first in range(0, len(lines), at_once):
+            some = slice(first, first + at_once)
+            own = np.arange(rows.start, shape[0], down.steps)[some]
+            strip = np.empty((own.size, shape[1]))
+            for (columns, places_x), over in zip(lattices, over_x, strict=True):
+                _along(lines[some], across, places_x, over_y[some], over, strip[:, columns])
+            mirrored = own[own > middle] if middle else own[:0]
+            opposite = strip[own.size - mirrored.size :][::-1, ::-1].copy()
+            yield slice(own[0], own[-1] + 1, down.steps), strip
+            if mirrored.size:
+                yield slice(2 * middle - mirrored[-1], 2 * middle - mirrored[0] + 1, down.steps), opposite
+
+
+def _add_opposite(grid: C128) -> None:
+    """Add to each cell the one opposite to it: the first row and column, where cells go round, are their own."""
+    middle = len(grid) // 2
+    for row in (0, middle):
+        grid[row] += np.roll(grid[row, ::-1], 1)
+    for first in range(1, middle, ROWS):
+        some = slice(first, min(first + ROWS, middle))
+        others = slice(len(grid) - some.stop + 1, len(grid) - some.start + 1)
+        grid[some] += np.roll(grid[others][::-1, ::-1], 1, axis=1)
+        grid[others] = np.roll(grid[some][::-1, ::-1], 1, axis=1)
 
 
 def is_large(shape: tuple[int, int]) -> bool:
@@ -127,34 +145,34 @@ def is_large(shape: tuple[int, int]) -> bool:
     return shape[0] * shape[1] >= SMALL
 
 
-def _along(grid: C128, axis: _Axis, places: F64) -> C128:
-    """Return the grid's rows transformed: at places, of one lattice."""
-    turn, runs = axis.turned(places[0] % 1.0), _runs(places, axis)
-    lines = np.empty((len(grid), places.size), complex)
-
-    def transform(begin: int, stop: int) -> None:
-        for block in range(begin, stop):
-            some = slice(block * ROWS, (block + 1) * ROWS)
-            transformed = scipy.fft.fft(grid[some] * turn, axis=1, overwrite_x=True)
-            for own, wanted in runs:
-                lines[some, own] = transformed[:, wanted]
-
-    shared(math.ceil(len(grid) / ROWS), transform)
-    return lines
-
-
-def _down(lines: C128, axis: _Axis, places: F64, over_y: F64, over_x: F64, power: F64) -> None:
-    """Fill in the squares of the lines' columns, transformed, over what the kernels made of them."""
+def _down(grid: C128, axis: _Axis, places: F64) -> C128:
+    """Return the grid's columns transformed: at places, of one lattice."""
     turn, runs = axis.turned(places[0] % 1.0)[:, None], _runs(places, axis)
+    lines = np.empty((places.size, grid.shape[1]), complex)
 
     def transform(begin: int, stop: int) -> None:
         for block in range(begin, stop):
             some = slice(block * COLUMNS, (block + 1) * COLUMNS)
-            amplitude = scipy.fft.fft(lines[:, some] * turn, axis=0, overwrite_x=True)
+            transformed = scipy.fft.fft(grid[:, some] * turn, axis=0, overwrite_x=True)
             for own, wanted in runs:
-                fill_squares(power[own, some], amplitude[wanted], over_y[own], over_x[some])
+                lines[own, some] = transformed[wanted]
 
-    shared(math.ceil(lines.shape[1] / COLUMNS), transform)
+    shared(math.ceil(grid.shape[1] / COLUMNS), transform)
+    return lines
+
+
+def _along(lines: C128, axis: _Axis, places: F64, over_y: F64, over_x: F64, power: F64) -> None:
+    """Fill in the squares of the lines, transformed, over what the kernels made of them."""
+    turn, runs = axis.turned(places[0] % 1.0), _runs(places, axis)
+
+    def transform(begin: int, stop: int) -> None:
+        for block in range(begin, stop):
+            some = slice(block * ROWS, (block + 1) * ROWS)
+            amplitude = scipy.fft.fft(lines[some] * turn, axis=1, overwrite_x=True)
+            for own, wanted in runs:
+                fill_squares(power[some, own], amplitude[:, wanted], over_y[some], over_x[own])
+
+    shared(math.ceil(len(lines) / ROWS), transform)
 
 
 def _runs(places: F64, axis: _Axis) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
@@ -166,13 +184,20 @@ def _runs(places: F64, axis: _Axis) -> tuple[tuple[slice, slice], tuple[slice, s
     )
 
 
-def _halves(parts: Iterable[tuple[F64, F64, C128]]) -> Iterator[tuple[F64, F64, C128]]:
-    """Yield what lies below the middle of each part, and above: two threads spread to as many cells as one would."""
-    for y, x, strengths in parts:
-        below = y < 0.5 * (y.min() + y.max())
-        for some in (below, ~below):
-            if some.any():
-                yield y[some], x[some], strengths[some]
+def _quarters(parts: Iterable[tuple[F64, F64, C128]]) -> Iterator[tuple[F64, F64, C128]]:
+    """Yield quarters of each part, one below the other: spread to a quarter of the cells, several fit beside a grid."""
+    for part in parts:
+        for half in _halves(part):
+            yield from _halves(half)
+
+
+def _halves(points: tuple[F64, F64, C128]) -> Iterator[tuple[F64, F64, C128]]:
+    """Yield what lies in the upper half of what points fill, and in the lower one."""
+    y, x, strengths = points
+    upper = y < 0.5 * (y.min() + y.max())
+    for some in (upper, ~upper):
+        if some.any():
+            yield y[some], x[some], strengths[some]
 
 
 class _Spread(NamedTuple):

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol
 
@@ -54,7 +54,9 @@ class Bent(Protocol):
 
     def cutoff_per_um(self, wavelength_nm: float) -> float: ...  # noqa: D102
 
-    def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64: ...  # noqa: D102
+    def point_spread_rows(  # noqa: D102
+        self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
+    ) -> Iterator[tuple[slice, F64]]: ...
 
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]: ...  # noqa: D102
 
@@ -157,18 +159,26 @@ class Difference:
         )
         return difference
 
-    def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
-        """Irradiance (y, x) per µm² of unit power, less the core's."""
-        from camsim.kernels.round import add_round  # with Numba, which no lens needs before it is rendered
+    def point_spread_rows(
+        self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
+    ) -> Iterator[tuple[slice, F64]]:
+        """Yield rows of the irradiance (y, x) per µm² of unit power, less the core's; see ``OfPupil``."""
+        from camsim.kernels import shared  # with Numba, which no lens needs before it is rendered
+        from camsim.kernels.round import add_round
 
-        pattern = self.lens.point_spread_on(x_um, y_um, wavelength_nm, precision)
         x, y = x_um - self.moved_um[0], y_um - self.moved_um[1]
         # Along any line the core's pattern is as smooth as its highest frequency, 1/λN, lets it be.
         step_um = self.blur_um(wavelength_nm) / math.tau * (CORE_PART * precision / QUINTIC) ** (1.0 / 6.0)
         count = math.ceil(math.hypot(float(np.abs(x).max()), float(np.abs(y).max())) / step_um) + 4
         along = self.core.point_spread(step_um * np.abs(np.arange(-2.0, count)), wavelength_nm)
-        add_round(pattern, -quintic_cells(along), x / step_um, y / step_um)
-        return pattern
+        cells, x, y = -quintic_cells(along), x / step_um, y / step_um
+
+        def less_core(pattern: F64, y: F64, begin: int, stop: int) -> None:
+            add_round(pattern[begin:stop], cells, x, y[begin:stop])
+
+        for rows, pattern in self.lens.point_spread_rows(x_um, y_um, wavelength_nm, precision):
+            shared(len(pattern), functools.partial(less_core, pattern, y[rows].copy()))
+            yield rows, pattern
 
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]:
         """Return what tells how many nodes the pattern takes out to distances along x and y in µm."""

@@ -129,14 +129,24 @@ class OfPupil:
         return abs(amplitude / self.pupil.area) ** 2
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
-        """Irradiance (y, x) per µm² from a point of unit power, on a lattice of even steps.
+        """Irradiance (y, x) per µm² from a point of unit power, on an even lattice; see ``point_spread_rows``."""
+        irradiance = np.empty((y_um.size, x_um.size))
+        for rows, some in self.point_spread_rows(x_um, y_um, wavelength_nm, precision):
+            irradiance[rows] = some
+        return irradiance
+
+    def point_spread_rows(
+        self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
+    ) -> Iterator[tuple[slice, F64]]:
+        """Yield some rows after the others of the irradiance per µm² from a point of unit power, on an even lattice.
 
         precision : of the amplitude, relative to its largest possible value
+        yields    : rows, each once but in no order, and what is there (n, x)
 
         The amplitude is summed over a rule that is exact within the pupil's boundaries, as fine as the farthest
         corner asks for, by a non-uniform FFT.
         """
-        from camsim.gridded import is_large, powers  # with Numba, which no lens needs before it is rendered
+        from camsim.gridded import is_large, power_rows  # with Numba, which no lens needs before it is rendered
 
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
         turns = self._turns(float(np.abs(x_um).max()), float(np.abs(y_um).max()), wavelength_nm)
@@ -155,16 +165,16 @@ class OfPupil:
 
         # Where the pattern is even, so is the amplitude, but for the lattice's move.
         half = self._symmetric and is_large((y_um.size, x_um.size)) and not any(middle)
-        irradiance: F64 = powers(
+        for rows, power in power_rows(
             self._nodes(wavelength_nm, turns, half),
             points,
             (y_um.size, x_um.size),
             bands_rad=(turn_y * half_y, turn_x * half_x),
             precision=max(precision, 1e-14),
             half=half,
-        )
-        irradiance *= radius**2 / self.pupil.area
-        return irradiance
+        ):
+            power *= radius**2 / self.pupil.area
+            yield rows, power
 
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]:
         """Return what tells how many nodes ``point_spread_on`` takes out to distances along x and y in µm."""

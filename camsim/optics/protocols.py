@@ -6,7 +6,7 @@ nothing asks what kind of lens it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from camsim.arrays import F64
@@ -221,6 +221,17 @@ class OnLattice(_Ability, Protocol):
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
         """Irradiance (y, x) per µm² of unit power, to a precision relative to its largest amplitude."""
+        ...
+
+
+@runtime_checkable
+class InRows(_Ability, Protocol):
+    """A lens that computes its pattern on a lattice and hands it on by rows: none is held whole."""
+
+    def point_spread_rows(
+        self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
+    ) -> Iterator[tuple[slice, F64]]:
+        """Yield rows of the lattice, each once, and the irradiance there as of ``point_spread_on``, the caller's."""
         ...
 
 

@@ -7,13 +7,14 @@ is smooth in between, so a polar Gauss rule with u = 1 − s² integrates it as 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.nonuniform import modes
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import OnLattice
+from camsim.optics.protocols import InRows, OnLattice
 from camsim.quadrature import gauss_legendre
 
 # All of the light is wrong by less than a hundredth of what the largest amplitude is wrong by (measured).
@@ -33,18 +34,28 @@ def rule_of(waves: float) -> tuple[int, int]:
 
 def is_summed(system: OpticalSystem) -> bool:
     """Whether the pattern is summed from the transfer, as nobody knows it on a lattice."""
-    return bool(system.more) or not isinstance(system.lens, OnLattice)
+    return bool(system.more) or not isinstance(system.lens, OnLattice | InRows)
 
 
-def point_spread_of(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: float, *, precision: float) -> F64:
-    """Return the irradiance (y, x) per µm² on a lattice, of unit power: the lens with every stage of the user's own.
+def point_spread_rows(
+    system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: float, *, precision: float
+) -> Iterator[tuple[slice, F64]]:
+    """Yield rows of the irradiance (y, x) per µm² on a lattice, of unit power: each once, and what is there.
 
     x_um, y_um : evenly spaced
     precision  : relative, of all of the light
     """
     lens = system.lens
-    if isinstance(lens, OnLattice) and not is_summed(system):
-        return lens.point_spread_on(x_um, y_um, wavelength_nm, OF_LIGHT * precision)
+    if is_summed(system):
+        yield slice(0, y_um.size), _summed(system, x_um, y_um, wavelength_nm, precision)
+    elif isinstance(lens, InRows):
+        yield from lens.point_spread_rows(x_um, y_um, wavelength_nm, OF_LIGHT * precision)
+    elif isinstance(lens, OnLattice):
+        yield slice(0, y_um.size), lens.point_spread_on(x_um, y_um, wavelength_nm, OF_LIGHT * precision)
+
+
+def _summed(system: OpticalSystem, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
+    """Return the pattern (y, x) of the lens with every stage of the user's own, from its transfer."""
     cutoff = system.cutoff_per_um(wavelength_nm)
     reach_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
     nodes, turns = rule_of(cutoff * reach_um)

@@ -137,6 +137,11 @@ def quickest(
     return next((one for one in quick if one[1].held_bytes <= PREFERRED_BYTES), quick[0])
 
 
+def strip_samples(kernel: Kernel) -> int:
+    """Return how many samples of a pattern take as much as the fewest that are summed at a time."""
+    return int(STRIP_SAMPLES * STRIP_BYTES / kernel.pattern_bytes)
+
+
 def _pattern(kernel: Kernel, tile: Tile) -> float:
     """Return the points of the pattern itself, as far as it is taken."""
     of_all = min(1.0, 4.0 * math.prod(tile.outer) / math.prod(tile.periods))
@@ -146,7 +151,7 @@ def _pattern(kernel: Kernel, tile: Tile) -> float:
 def _of_transfers(kernel: Kernel, tile: Tile, wavelengths: int, transfers: int, fields: int) -> Taken:
     """Return what transfers of a lens that is not round take: ``fields`` of them at a time, of so many in all."""
     samples, pattern = samples_of(kernel, tile), _pattern(kernel, tile)
-    made = STRIP_BYTES * min(samples, STRIP_SAMPLES) + min(NODES_BYTES, STRIP_BYTES * samples)
+    made = kernel.pattern_bytes * min(samples, strip_samples(kernel)) + min(NODES_BYTES, STRIP_BYTES * samples)
     held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
     return Taken(wavelengths * pattern * PER_SUMMED_SAMPLE + transfers * samples * PER_TRANSFORMED, held)
 

@@ -23,7 +23,7 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned import Aligned
-from camsim.rendering.fields.cost import Prices, quickest, too_large, unknown_reach, windows
+from camsim.rendering.fields.cost import Prices, quickest, strip_samples, too_large, unknown_reach, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.light import Lattice, Samples
@@ -111,7 +111,7 @@ class FieldImage:
         """Return what a window's photosites see within the reach: lattices along their rows, then the rest."""
         image = np.zeros(channel.shape)
         fields = 0 if self._kernel.round else self._prices.fields(tile)
-        plan = reach.sizes(tile, self.density.shape[0], self.density.shape[1], fields)
+        plan = reach.sizes(tile, self.density.shape[0], self.density.shape[1], fields, strip_samples(self._kernel))
         rest: dict[int, Samples] = {}
         for k, layer in enumerate(self.layers):
             along = self._is_aligned(layer, tile)

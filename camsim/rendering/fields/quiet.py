@@ -17,7 +17,7 @@ from camsim.rendering.fields.cost import STRIP_POINTS
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, STRIP_SAMPLES, Sizes
+from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Sizes
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
 
@@ -62,8 +62,11 @@ class Reach:
         width = self.outer[0] - self.inner[0]
         return self.margin / width if width else 0.0
 
-    def sizes(self, tile: Tile, planes: int, channels: int, fields: int) -> Sizes:
-        """Return the settings of one window's transforms; ``fields``: transfers that are held for a block."""
+    def sizes(self, tile: Tile, planes: int, channels: int, fields: int, pattern_samples: int) -> Sizes:
+        """Return the settings of one window's transforms.
+
+        fields : transfers that are held for a block;  pattern_samples: that are summed at a time
+        """
         return Sizes(
             tiles=(tile,),
             margin=self.margin,
@@ -73,7 +76,7 @@ class Reach:
             fields=fields,
             block_points=max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + planes + fields)),
             strip_points=STRIP_POINTS,
-            pattern_samples=STRIP_SAMPLES,
+            pattern_samples=pattern_samples,
             seconds=0.0,
             memory_bytes=0.0,
         )

@@ -6,22 +6,25 @@ transformed, and there are as many transfers as there are sums.
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
+from camsim.kernels import shared
+from camsim.kernels.threads import MANY
 from camsim.optics import OpticalSystem
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.lens import Fields, parts
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.fourier.task import lattices_of
-from camsim.rendering.psf import point_spread_of
+from camsim.rendering.psf import point_spread_rows
 
-ROWS = 256  # added up at a time: what is held besides
+ROWS = 16  # added up at a time: what stays in a cache
 
 
 def fields_of(transfers: list[C128]) -> Fields:
@@ -75,36 +78,61 @@ def tapered_transfers(
     rows = math.ceil(axes[1].size / math.ceil(axes[0].size * axes[1].size / plan.pattern_samples))
     for first in range(0, axes[1].size, rows):
         some = slice(first, min(first + rows, axes[1].size))
+        hem = hems[1][some, None] * pitch_um**2
+        axes_um = axes[0] * pitch_um, axes[1][some] * pitch_um
         for nm, shares in zip(wavelength_nm.tolist(), weights.T.tolist(), strict=True):
-            pattern = point_spread_of(system, axes[0] * pitch_um, axes[1][some] * pitch_um, nm, precision=precision)
-            pattern *= hems[0] * pitch_um**2
-            pattern *= hems[1][some, None]
-            for own, share in zip(folded, shares, strict=True):
-                if share:
-                    add_folded(own, pattern, (first - reach, -(axes[0].size // 2)), share)
-            del pattern  # before the next is made
+            for own, pattern in point_spread_rows(system, *axes_um, nm, precision=precision):
+                add_rows = functools.partial(
+                    _add_rows, folded, pattern, (hem[own], hems[0]), shares, (own.start + first - reach, own.step or 1)
+                )
+                # Rows that fall on one row of the period are added up by one thread.
+                fall_apart = len(pattern) * (own.step or 1) <= sizes[1]
+                shared(len(pattern), add_rows, most=MANY if fall_apart else 1)
     transfers: list[C128] = []
     while folded:
         transfers.append(scipy.fft.rfft2(folded.pop(0), workers=-1))
     return transfers
 
 
-def add_folded(total: F64, values: F64, first: tuple[int, int], share: float) -> None:
-    """Add a share of samples to those of a period, modulo its sides; ``first``: row and column of the first one."""
-    for row, down in _pieces(first[0], values.shape[0], total.shape[0]):
-        for column, across in _pieces(first[1], values.shape[1], total.shape[1]):
-            for begin in range(down.start, down.stop, ROWS):
-                some = slice(begin, min(begin + ROWS, down.stop))
-                place = slice(row + begin - down.start, row + some.stop - down.start)
-                own = values[some, across]
-                total[place, column : column + own.shape[1]] += own if share == 1.0 else share * own
+def _add_rows(
+    folded: Sequence[F64],
+    pattern: F64,
+    hems: tuple[F64, F64],
+    shares: Sequence[float],
+    place: tuple[int, int],
+    begin: int,
+    stop: int,
+) -> None:
+    """Add some rows of a pattern, tapered, to all sums that have a share of it; ``place``: the first row's, and steps.
+
+    hems : down (rows, 1) and across
+    """
+    first, step = place
+    for low in range(begin, stop, ROWS):
+        some = slice(low, min(low + ROWS, stop))
+        weighed = pattern[some] * hems[1]
+        weighed *= hems[0][some]
+        for total, share in zip(folded, shares, strict=True):
+            if share:
+                add_folded(total, weighed, (first + step * low, -(hems[1].size // 2)), share, step)
 
 
-def _pieces(first: int, count: int, size: int) -> Iterator[tuple[int, slice]]:
-    """Yield the places of a period that samples in a row begin at, and which of them go on from there."""
+def add_folded(total: F64, values: F64, first: tuple[int, int], share: float, step: int = 1) -> None:
+    """Add a share of samples to those of a period, modulo its sides.
+
+    first : row and column of the first one;  step: from one row to the next
+    """
+    for down, rows in _pieces(first[0], values.shape[0], total.shape[0], step):
+        for across, columns in _pieces(first[1], values.shape[1], total.shape[1], 1):
+            own = values[rows, columns]
+            total[down, across] += own if share == 1.0 else share * own
+
+
+def _pieces(first: int, count: int, size: int, step: int) -> Iterator[tuple[slice, slice]]:
+    """Yield places of a period that samples in a row fall on, and which of them do."""
     done = 0
     while done < count:
-        place = (first + done) % size
-        stop = min(count, done + size - place)
-        yield place, slice(done, stop)
+        place = (first + step * done) % size
+        stop = min(count, done + math.ceil((size - place) / step))
+        yield slice(place, place + step * (stop - done - 1) + 1, step), slice(done, stop)
         done = stop

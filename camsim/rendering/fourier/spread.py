@@ -118,7 +118,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         rings=rings,
         longest=longest,
         whole=isinstance(lens, Fuses) and not more,
-        pattern_bytes=8.0 + held_bytes(OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")) if spread else SUMMED_BYTES,
+        pattern_bytes=held_bytes(OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")) if spread else SUMMED_BYTES,
         pattern_seconds=PER_PUPIL_SAMPLE if spread else PER_SUMMED_SAMPLE,
         sooner=sooner,
     )
