@@ -3,8 +3,8 @@
 A pattern is the square of an amplitude, so its lattice is twice as fine as the amplitude's own band asks for. finufft
 knows no band: it transforms a grid four times as large as there are waves in it. Here the points are spread (by
 finufft) on a grid of the band alone, and each quarter of the lattice, every second row and column, is a transform of
-that grid, its waves turned by half a step: as much arithmetic and a sixth of the memory, so that no point need be
-spread for one strip of the pattern after the other.
+that grid, its waves turned by half a step: as much arithmetic and a tenth of the memory. Rows are handed on as they
+come, and no pattern is held: no point need be spread for one strip of it after the other.
 """
 
 from __future__ import annotations
