@@ -126,6 +126,7 @@ def power_rows(
             yield slice(own[0], own[-1] + 1, down.steps), strip
             if mirrored.size:
                 yield slice(2 * middle - mirrored[-1], 2 * middle - mirrored[0] + 1, down.steps), opposite
+        del lines  # before the next are made
 
 
 def _add_opposite(grid: C128) -> None:
