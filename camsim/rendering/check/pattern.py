@@ -83,18 +83,24 @@ def _far_powers(lens: RoundLens) -> tuple[float, float, float]:
     and 0 for n even. The terms are read off a polynomial through the transfer where it is one: up to its first break.
     """
     per_um = 1.0 / lens.blur_um(REFERENCE_NM)
+    angle, degree = np.pi * (np.arange(SLOPE_POINTS) + 0.5) / SLOPE_POINTS, np.arange(SLOPE_DEGREE + 1.0)
+    series = np.cos(np.multiply.outer(angle, degree))  # Chebyshev's polynomials at points where least squares are sums
     top = 0.4
     while True:
-        t = np.cos(np.pi * (np.arange(SLOPE_POINTS) + 0.5) / SLOPE_POINTS)
-        u = 0.5 * top * (1.0 + t)
-        values = lens.otf(u * per_um, np.zeros(1), REFERENCE_NM)
-        fit = np.polynomial.Chebyshev.fit(u, values, SLOPE_DEGREE, domain=[0.0, top])
-        if np.abs(fit(u) - values).max() <= SLOPE_FITS or top < 1e-3:
+        values = lens.otf(0.5 * top * (1.0 + np.cos(angle)) * per_um, np.zeros(1), REFERENCE_NM)
+        coefficients = values @ series * (2.0 / SLOPE_POINTS)
+        coefficients[0] *= 0.5
+        if np.abs(series @ coefficients - values).max() <= SLOPE_FITS or top < 1e-3:
             break
         top *= 0.5
-    slopes = fit.convert(kind=np.polynomial.Polynomial).coef[1:6:2]
-    terms = [-a * m / (2.0 * math.pi) ** n for a, m, n in zip(slopes, (1.0, -3.0, 45.0), (1, 3, 5), strict=True)]
-    return terms[0], terms[1], terms[2]
+    # T_k has the n-th derivative (−1)^(k + n)·Π (k² − m²)/(2m + 1), m = 0 … n − 1, at −1, where u is 0.
+    coefficients *= (-1.0) ** degree
+    terms, taylor = [], np.ones_like(degree)
+    for n in range(1, 6):
+        taylor *= -(2.0 / top) / n * (degree**2 - (n - 1) ** 2) / (2 * n - 1)
+        terms.append(float(coefficients @ taylor))
+    c1, c3, c5 = (-terms[n - 1] * m / math.tau**n for n, m in ((1, 1.0), (3, -3.0), (5, 45.0)))
+    return c1, c3, c5
 
 
 def _contracted(profile: F64, per_blur: int, blur: F64, weights: F64, step: float, cells: int) -> F64:
