@@ -38,7 +38,8 @@ FNumber: TypeAlias = Annotated[float, Ge(0.5), Le(10_000)]
 # Below a few tenths of a wavelength nothing is told apart; a detector of a centimetre is one, and no array.
 Pitch: TypeAlias = Annotated[float, Ge(0.1), Le(10_000)]
 # The fastest gates are open for fractions of a nanosecond; 30 years is what files can say.
-Seconds: TypeAlias = Annotated[float, Ge(1e-9), Le(1e9)]
+SHORTEST_S, LONGEST_S = 1e-9, 1e9
+Seconds: TypeAlias = Annotated[float, Ge(SHORTEST_S), Le(LONGEST_S)]
 Count: TypeAlias = Annotated[int, Ge(1)]
 Index: TypeAlias = Annotated[int, Ge(0)]
 Iso: TypeAlias = Annotated[float, Ge(1e-3), Le(1e9)]

@@ -14,7 +14,7 @@ from camsim.errors import InvalidValueError
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
-from camsim.typed import Celsius, Iso, Number, Seconds, judge, refusal
+from camsim.typed import LONGEST_S, SHORTEST_S, Celsius, Iso, Number, Seconds, judge, refusal
 
 # Where "auto" puts a perfect diffuser: the brightest surface without a highlight keeps a quarter of headroom.
 AUTO_LEVEL = 0.8
@@ -126,4 +126,13 @@ def auto_time_s(diffuser_e_per_s: F64, *, saturation_e: float) -> float:
         raise InvalidValueError(
             "auto, but no channel of the sensor responds to this light", key="time_s", stage="Exposure"
         )
-    return AUTO_LEVEL * saturation_e / brightest
+    time_s = AUTO_LEVEL * saturation_e / brightest
+    if not SHORTEST_S <= time_s <= LONGEST_S:
+        more = "less" if time_s < SHORTEST_S else "more"
+        raise InvalidValueError(
+            f"auto would be {time_s:.3g} s in this light, outside {SHORTEST_S:g} … {LONGEST_S:g}; "
+            f"give {more} light, or a time",
+            key="time_s",
+            stage="Exposure",
+        )
+    return time_s

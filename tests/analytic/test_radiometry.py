@@ -213,6 +213,9 @@ def test_auto_puts_a_perfect_diffuser_at_80_percent_of_black_to_white(full_well_
 def test_auto_without_any_signal_is_refused() -> None:
     with pytest.raises(InvalidValueError, match="no channel of the sensor responds"):
         auto_time_s(np.zeros(3), saturation_e=1e4)
+    for per_second, way in ((1e-6, "more"), (1e14, "less")):
+        with pytest.raises(InvalidValueError, match=rf"auto would be .* s in this light, .*give {way} light"):
+            auto_time_s(np.array([per_second, 0.0]), saturation_e=1e4)
 
 
 @pytest.mark.parametrize(
