@@ -26,17 +26,13 @@ Nodes = TypeVar("Nodes")
 WIDEST = 16  # cells of finufft's kernels
 SAMPLED = 8  # places in a cell where a kernel is looked at: its sum there is its integral to rounding
 PROBE = 64  # cells of a grid on which it is looked at
-ROWS, COLUMNS = 16, 64  # transformed at a time: what stays in a cache
+ROWS, COLUMNS = 16, 64  # transformed at a time, where a row is no longer than IN_CACHE: what stays there
+IN_CACHE = 65536  # cells
 AT_ONCE = 1_000_000  # points of a lattice that are handed on at a time
 QUARTERS_AT_ONCE = 2  # of parts that are spread: what they are spread to takes less than what is held after them
 SMALL = 1_000_000  # points of a lattice, which all at once take as little: finufft's own transforms
+JUST_RAD = math.pi / 2.04  # by which waves turn from one sample to the next, where no square lacks one
 FEWER = 1.3  # cells in two half grids over those in one whole grid: up to there two take less
-
-
-def held_bytes(precision: float) -> float:
-    """Return what is held for each point of a pattern: the grid, and its columns transformed."""
-    larger = finer(precision)
-    return 16.0 * 0.25 * larger * (larger + 1.0)
 
 
 class _Axis(NamedTuple):
@@ -109,7 +105,7 @@ def power_rows(
     if half:
         _add_opposite(grid)
     middle = shape[0] // 2 if half and shape[0] % 2 and shape[1] % 2 else 0
-    at_once = max(AT_ONCE // shape[1], 1)
+    at_once = _rows_at_once(shape[1])
     lattices = [across.lattice(column) for column in range(across.steps)]
     over_x = [_over(places, across, precision) for _, places in lattices]
     for row in range(middle, middle + down.steps):
@@ -120,7 +116,7 @@ def power_rows(
             own = np.arange(rows.start, shape[0], down.steps)[some]
             strip = np.empty((own.size, shape[1]))
             for (columns, places_x), over in zip(lattices, over_x, strict=True):
-                _along(lines[some], across, places_x, over_y[some], over, strip[:, columns])
+                _along(lines[some], across, places_x, over_y[some], over, strip, columns.start)
             mirrored = own[own > middle] if middle else own[:0]
             opposite = strip[own.size - mirrored.size :][::-1, ::-1].copy()
             yield slice(own[0], own[-1] + 1, down.steps), strip
@@ -139,6 +135,22 @@ def _add_opposite(grid: C128) -> None:
         others = slice(len(grid) - some.stop + 1, len(grid) - some.start + 1)
         grid[some] += np.roll(grid[others][::-1, ::-1], 1, axis=1)
         grid[others] = np.roll(grid[some][::-1, ::-1], 1, axis=1)
+
+
+def held_bytes(shape: tuple[int, int], precision: float) -> float:
+    """Return what is held while rows of a pattern that is sampled just finely enough are handed on.
+
+    The grid, with quarters of parts beside it or its columns transformed; and rows.
+    """
+    rows, columns = shape
+    larger = finer(precision)
+    down, across = _Axis.of(rows, JUST_RAD, larger), _Axis.of(columns, JUST_RAD, larger)
+    grid, lines = down.cells * across.cells, math.ceil(rows / down.steps) * across.cells
+    return 16.0 * (grid + max(0.75 * grid, lines)) + 24.0 * _rows_at_once(columns) * columns
+
+
+def _rows_at_once(columns: int) -> int:
+    return max(AT_ONCE // columns, ROWS)
 
 
 def is_large(shape: tuple[int, int]) -> bool:
@@ -162,18 +174,23 @@ def _down(grid: C128, axis: _Axis, places: F64) -> C128:
     return lines
 
 
-def _along(lines: C128, axis: _Axis, places: F64, over_y: F64, over_x: F64, power: F64) -> None:
-    """Fill in the squares of the lines, transformed, over what the kernels made of them."""
+def _along(lines: C128, axis: _Axis, places: F64, over_y: F64, over_x: F64, power: F64, column: int) -> None:
+    """Fill in the squares of the lines, transformed, over what the kernels made of them, from a column on."""
     turn, runs = axis.turned(places[0] % 1.0), _runs(places, axis)
+    rows = min(ROWS, max(1, IN_CACHE // axis.cells))
+
+    def fill(some: slice, amplitude: C128) -> None:
+        for own, wanted in runs:
+            first = column + own.start * axis.steps
+            fill_squares(power[some], amplitude, over_y[some], over_x[own], wanted.start, first, axis.steps)
 
     def transform(begin: int, stop: int) -> None:
         for block in range(begin, stop):
-            some = slice(block * ROWS, (block + 1) * ROWS)
-            amplitude = scipy.fft.fft(lines[some] * turn, axis=1, overwrite_x=True)
-            for own, wanted in runs:
-                fill_squares(power[some, own], amplitude[:, wanted], over_y[some], over_x[own])
+            some = slice(block * rows, (block + 1) * rows)
+            fill(some, scipy.fft.fft(lines[some] * turn, axis=1, overwrite_x=True))
 
-    shared(math.ceil(len(lines) / ROWS), transform)
+    fill(slice(0), lines[:0])  # compiled here, on a stack as large as the caller's
+    shared(math.ceil(len(lines) / rows), transform)
 
 
 def _runs(places: F64, axis: _Axis) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
@@ -186,19 +203,24 @@ def _runs(places: F64, axis: _Axis) -> tuple[tuple[slice, slice], tuple[slice, s
 
 
 def _quarters(parts: Iterable[tuple[F64, F64, C128]]) -> Iterator[tuple[F64, F64, C128]]:
-    """Yield quarters of each part, one below the other: spread to a quarter of the cells, several fit beside a grid."""
+    """Yield quarters of each part, one below the other: spread to a quarter of the cells, several fit beside a grid.
+
+    Nothing is kept that was handed on.
+    """
     for part in parts:
-        for half in _halves(part):
-            yield from _halves(half)
+        halves = _halves(part)
+        del part
+        while halves:
+            quarters = _halves(halves.pop())
+            while quarters:
+                yield quarters.pop()
 
 
-def _halves(points: tuple[F64, F64, C128]) -> Iterator[tuple[F64, F64, C128]]:
-    """Yield what lies in the upper half of what points fill, and in the lower one."""
+def _halves(points: tuple[F64, F64, C128]) -> list[tuple[F64, F64, C128]]:
+    """Return what lies in the upper half of what points fill, and in the lower one."""
     y, x, strengths = points
     upper = y < 0.5 * (y.min() + y.max())
-    for some in (upper, ~upper):
-        if some.any():
-            yield y[some], x[some], strengths[some]
+    return [(y[some], x[some], strengths[some]) for some in (upper, ~upper) if some.any()]
 
 
 class _Spread(NamedTuple):

@@ -216,6 +216,7 @@ class OfPupil:
                 np.cos(phase, out=flat.real[some])
                 np.sin(phase, out=flat.imag[some])
 
+        self.waves(x[:0], y[:0], wavelength_nm)  # what it takes is compiled here, on a stack as large as the caller's
         shared(math.ceil(flat.size / IN_CACHE), fill)
         return factor
 

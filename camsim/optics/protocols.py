@@ -231,7 +231,10 @@ class InRows(_Ability, Protocol):
     def point_spread_rows(
         self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
     ) -> Iterator[tuple[slice, F64]]:
-        """Yield rows of the lattice, each once, and the irradiance there as of ``point_spread_on``, the caller's."""
+        """Yield rows of the lattice, each once, and the irradiance there as of ``point_spread_on``.
+
+        Rows are a slice of all of them, from top to bottom; the irradiance is the caller's from then on.
+        """
         ...
 
 

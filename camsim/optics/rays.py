@@ -126,8 +126,8 @@ def joined(parts: Iterable[tuple[F64, F64, F64]], at_once: int) -> Iterator[tupl
     count = 0
     for part in parts:
         if held and count + part[0].size > at_once:
-            yield _together(held)
-            held, count = [], 0
+            joint, held, count = [_together(held)], [], 0
+            yield joint.pop()  # and nothing is kept of it
         held.append(part)
         count += part[0].size
     if held:

@@ -157,9 +157,32 @@ def test_an_edge_that_leaves_the_frame_by_far():
 def test_patterns_made_strip_by_strip_are_the_same(monkeypatch, shape):
     lens = Wavefront(f_number=F_NUMBER, zernike_waves={4: 0.2, 7: 0.1}, pupil=Pupil(shape=shape))
     whole = rendered(lens, 4.0, 1e-6, method="fourier").image
-    monkeypatch.setattr(plan, "_pattern_samples", lambda *_: 20_000)
+    monkeypatch.setattr(plan, "_pattern_rows", lambda *_: 37)
     monkeypatch.setattr(of_pupil, "NODES_AT_ONCE", 3_000)
     assert np.abs(whole - rendered(lens, 4.0, 1e-6, method="fourier").image).max() <= 1e-7
+
+
+class HandedOn:
+    """A lens of one's own that knows its pattern and hands it on from its last rows to its first."""
+
+    place, transmission, _whole = "lens", 1.0, lens_of({4: 0.2, 7: 0.1})
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return self._whole.otf(fx_per_um, fy_per_um, wavelength_nm)
+
+    def cutoff_per_um(self, wavelength_nm):
+        return self._whole.cutoff_per_um(wavelength_nm)
+
+    def point_spread_rows(self, x_um, y_um, wavelength_nm, precision):
+        pattern = self._whole.point_spread_on(x_um, y_um, wavelength_nm, precision)
+        middle = y_um.size // 3
+        for rows in (slice(middle, None), slice(1, middle, 2), slice(None, middle, 2)):
+            yield rows, pattern[rows].copy()
+
+
+def test_a_lens_of_ones_own_may_hand_its_pattern_on():
+    own = rendered(HandedOn(), 4.0, 1e-5, method="fourier").image
+    assert np.abs(own - rendered(HandedOn._whole, 4.0, 1e-5, method="fourier").image).max() <= 2e-5
 
 
 def test_other_pupils_are_within_memory():

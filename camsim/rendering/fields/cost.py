@@ -16,15 +16,11 @@ from camsim.optics.protocols import KnowsReach
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.blocks import Tile
-from camsim.rendering.fourier.plan import (
-    NODES_BYTES,
-    SAMPLE_BYTES,
-    STRIP_BYTES,
-    STRIP_SAMPLES,
-)
-from camsim.rendering.fourier.prices import PER_PUPIL_NODE, PER_SUMMED_SAMPLE
+from camsim.rendering.fourier.patterns import STRIP_BYTES, made_bytes, pattern_of, rows_at_once, samples_of
+from camsim.rendering.fourier.plan import SAMPLE_BYTES
+from camsim.rendering.fourier.prices import PER_PUPIL_NODE
 from camsim.rendering.fourier.spread import Kernel
-from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, samples_of
+from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES
 from camsim.words import both
 
 STRIP_POINTS = 2_500_000  # frequencies that are spread to at a time
@@ -50,7 +46,6 @@ class Prices:
 
     steps : of the layers' samples once they are refined
     shape : planes of all layers, channels, wavelengths
-    summed : whether the pattern is summed from its transfer
     """
 
     layers: Sequence[Layer | PointLayer]
@@ -58,7 +53,6 @@ class Prices:
     kernel: Kernel
     shape: tuple[int, int, int]
     memory_limit_bytes: float
-    summed: bool
 
     def fields(self, tile: Tile) -> int:
         """Return how many transfers of a lens that is not round are held at a time: if they fit, all that there are.
@@ -81,7 +75,6 @@ class Prices:
                 transfers = fields if fields == min(planes * channels, wavelengths) else wavelengths
                 if self.kernel.tapered:
                     own = _of_transfers(self.kernel, tile, wavelengths, transfers, fields)
-                    own = own._replace(seconds=own.seconds + (self._of_rule(tile) if self.summed else 0.0))
                     held = own.held_bytes
                     # Tiles of one size share them.
                     seconds += own.seconds if tile.periods not in made or fields < transfers else 0.0
@@ -93,11 +86,6 @@ class Prices:
             seconds += PER_TILE + sum(one.seconds for one in each)
             memory = max(memory, held + sum(one.held_bytes for one in each))
         return Taken(seconds, memory)
-
-    def _of_rule(self, tile: Tile) -> float:
-        """Return the seconds that a pattern's sums at all wavelengths take, begun again for each strip of it."""
-        strips = math.ceil(_pattern(self.kernel, tile) / STRIP_SAMPLES)
-        return PER_PUPIL_NODE * self.kernel.pupil_nodes(*tile.outer) * strips
 
 
 def unknown_reach(system: OpticalSystem, extent: F64) -> str:
@@ -137,23 +125,18 @@ def quickest(
     return next((one for one in quick if one[1].held_bytes <= PREFERRED_BYTES), quick[0])
 
 
-def strip_samples(kernel: Kernel) -> int:
-    """Return how many samples of a pattern take as much as the fewest that are summed at a time."""
-    return int(STRIP_SAMPLES * STRIP_BYTES / kernel.pattern_bytes)
-
-
-def _pattern(kernel: Kernel, tile: Tile) -> float:
-    """Return the points of the pattern itself, as far as it is taken."""
-    of_all = min(1.0, 4.0 * math.prod(tile.outer) / math.prod(tile.periods))
-    return of_all * samples_of(kernel, tile)
+def pattern_rows(kernel: Kernel, tile: Tile) -> int:
+    """Return how many rows of a pattern are made at a time."""
+    return rows_at_once(kernel, pattern_of(kernel, tile), STRIP_BYTES)
 
 
 def _of_transfers(kernel: Kernel, tile: Tile, wavelengths: int, transfers: int, fields: int) -> Taken:
     """Return what transfers of a lens that is not round take: ``fields`` of them at a time, of so many in all."""
-    samples, pattern = samples_of(kernel, tile), _pattern(kernel, tile)
-    made = kernel.pattern_bytes * min(samples, strip_samples(kernel)) + min(NODES_BYTES, STRIP_BYTES * samples)
-    held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made
-    return Taken(wavelengths * pattern * PER_SUMMED_SAMPLE + transfers * samples * PER_TRANSFORMED, held)
+    samples, (rows, columns), own = samples_of(kernel, tile), pattern_of(kernel, tile), pattern_rows(kernel, tile)
+    held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made_bytes(kernel, own, columns)
+    seconds = PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(rows / own)
+    seconds += kernel.pattern_seconds * wavelengths * rows * columns + PER_TRANSFORMED * transfers * samples
+    return Taken(seconds, held)
 
 
 def taken(

@@ -23,7 +23,7 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned import Aligned
-from camsim.rendering.fields.cost import Prices, quickest, strip_samples, too_large, unknown_reach, windows
+from camsim.rendering.fields.cost import Prices, pattern_rows, quickest, too_large, unknown_reach, windows
 from camsim.rendering.fields.far import Beyond
 from camsim.rendering.fields.layer import Layer, reach_of
 from camsim.rendering.fields.light import Lattice, Samples
@@ -36,7 +36,6 @@ from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.task import check_tolerance, spreading_precision
-from camsim.rendering.psf import is_summed
 from camsim.repeated import Channels
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
@@ -111,7 +110,7 @@ class FieldImage:
         """Return what a window's photosites see within the reach: lattices along their rows, then the rest."""
         image = np.zeros(channel.shape)
         fields = 0 if self._kernel.round else self._prices.fields(tile)
-        plan = reach.sizes(tile, self.density.shape[0], self.density.shape[1], fields, strip_samples(self._kernel))
+        plan = reach.sizes(tile, self.density.shape[0], self.density.shape[1], fields, pattern_rows(self._kernel, tile))
         rest: dict[int, Samples] = {}
         for k, layer in enumerate(self.layers):
             along = self._is_aligned(layer, tile)
@@ -258,7 +257,6 @@ class FieldImage:
             kernel=self._kernel,
             shape=(planes, channels, wavelengths),
             memory_limit_bytes=self.memory_limit_bytes,
-            summed=is_summed(self.system),
         )
 
     def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Reach, int, Cost]:

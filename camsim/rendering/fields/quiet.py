@@ -62,10 +62,10 @@ class Reach:
         width = self.outer[0] - self.inner[0]
         return self.margin / width if width else 0.0
 
-    def sizes(self, tile: Tile, planes: int, channels: int, fields: int, pattern_samples: int) -> Sizes:
+    def sizes(self, tile: Tile, planes: int, channels: int, fields: int, pattern_rows: int) -> Sizes:
         """Return the settings of one window's transforms.
 
-        fields : transfers that are held for a block;  pattern_samples: that are summed at a time
+        fields : transfers that are held for a block;  pattern_rows: that are made at a time
         """
         return Sizes(
             tiles=(tile,),
@@ -76,7 +76,7 @@ class Reach:
             fields=fields,
             block_points=max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + planes + fields)),
             strip_points=STRIP_POINTS,
-            pattern_samples=pattern_samples,
+            pattern_rows=pattern_rows,
             seconds=0.0,
             memory_bytes=0.0,
         )

@@ -11,7 +11,7 @@ from camsim.arrays import F64, I64
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.clamped import clamped
-from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, STRIP_SAMPLES, Sizes
+from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
 from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.prune import joined_outlines
 
@@ -58,7 +58,7 @@ def regions_of(seen: Edges, tile: Tile, sharpness: float, tolerance: float) -> t
         fields=0,
         block_points=BLOCK_POINTS,
         strip_points=STRIP_POINTS,
-        pattern_samples=STRIP_SAMPLES,
+        pattern_rows=1,
         seconds=0.0,
         memory_bytes=0.0,
     )

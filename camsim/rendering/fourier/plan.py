@@ -20,8 +20,9 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier import prices
 from camsim.rendering.fourier.blocks import CHEAPER, Tile, count_blocks, count_strips
+from camsim.rendering.fourier.patterns import NODES_BYTES, made_bytes, pattern_of, rows_at_once, samples_of
 from camsim.rendering.fourier.taper import taper_margin
-from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, Task, pattern_of, samples_of
+from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, Task
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
@@ -32,9 +33,7 @@ WORTH_A_THREAD = 100_000  # frequencies of a tile
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
 ALL_BUT = 0.95  # of the memory, that a wavefront's patterns may take while they are made
-STRIP_SAMPLES = 4_000_000  # of a pattern at a time, at least, each of which takes STRIP_BYTES until it is added up
-STRIP_BYTES, SAMPLE_BYTES, NODES_BYTES = 90.0, 20.0, 2e8  # … a sample of all of it, and the pupil's nodes at a time
-FOLDED_BYTES = 8.0  # of all patterns' samples while one after the other is added up
+SAMPLE_BYTES, FOLDED_BYTES = 20.0, 8.0  # of all patterns' samples, and while one after the other is added up
 WHOLE_BYTES = 24.0  # of a transfer that is made for a whole tile at once, three times, for each such sample
 PART = 2_000_000  # numbers that are transformed back at a time
 
@@ -46,7 +45,7 @@ class Sizes:
     margin   : of the taper's band, in 1/width;  sharpness: β of its Kaiser–Bessel window
     spread   : transform the edges by non-uniform FFT instead of edge by edge, ``strip_points`` frequencies at a time
     channels : at a time;  fields: wavelengths at a time, of a tapered lens that is not round
-    block_points : frequencies at a time;  pattern_samples: of a lens that is not round
+    block_points : frequencies at a time;  pattern_rows: of a lens that is not round, at a time
     at_once  : tiles, each of them on one thread;  fewest_strips: of each, that threads share
     seconds, memory_bytes : expected, of one core
     """
@@ -59,7 +58,7 @@ class Sizes:
     fields: int
     block_points: int
     strip_points: int
-    pattern_samples: int
+    pattern_rows: int
     seconds: float
     memory_bytes: float
     at_once: int = 1
@@ -190,7 +189,7 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
         block_points=block_points,
         strip_points=strip_points,
         fewest_strips=fewest_strips,
-        pattern_samples=_pattern_samples(task, largest, fields),
+        pattern_rows=_pattern_rows(task, largest, fields),
         seconds=seconds,
         memory_bytes=fixed + channels * transforms,
         at_once=at_once,
@@ -229,24 +228,21 @@ def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float, float
         seconds += prices.PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
         return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut), 0.0
     if kernel.tapered:
-        pattern, strip = pattern_of(kernel, tile), _pattern_samples(task, tile, fields)
-        seconds = prices.PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(pattern / strip)
-        seconds += kernel.pattern_seconds * task.wavelengths * pattern
+        (rows, columns), own = pattern_of(kernel, tile), _pattern_rows(task, tile, fields)
+        seconds = prices.PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(rows / own)
+        seconds += kernel.pattern_seconds * task.wavelengths * rows * columns
         held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
-        made = kernel.pattern_bytes * min(pattern, strip) + min(NODES_BYTES, STRIP_BYTES * pattern)
-        return seconds, held, max(0.0, made + FOLDED_BYTES * fields * samples - held)
+        made = made_bytes(kernel, own, columns) + FOLDED_BYTES * fields * samples
+        return seconds, held, max(0.0, made - held)
     sets = min(task.spectra * task.channels, task.wavelengths)
     return 0.0, WHOLE_BYTES * sets * samples if kernel.whole else 0.0, 0.0
 
 
-def _pattern_samples(task: Task, tile: Tile, fields: int) -> int:
-    """Return how many samples of a pattern are made at a time: all of them, where that fits.
-
-    Every strip is summed from every node of the pupil.
-    """
+def _pattern_rows(task: Task, tile: Tile, fields: int) -> int:
+    """Return how many rows of a pattern are made at a time."""
     kernel, folded = task.kernel, FOLDED_BYTES * fields * samples_of(task.kernel, tile)
     spare = ALL_BUT * task.memory_limit_bytes - NODES_BYTES - folded
-    return max(STRIP_SAMPLES, int(min(pattern_of(kernel, tile), spare / kernel.pattern_bytes)) + 1)
+    return rows_at_once(kernel, pattern_of(kernel, tile), spare)
 
 
 def _tile(task: Task, window: tuple[int, int, int, int], box_low: F64, box_high: F64) -> tuple[Tile, float, float]:

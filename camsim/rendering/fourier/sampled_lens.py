@@ -19,9 +19,9 @@ from camsim.kernels.threads import MANY
 from camsim.optics import OpticalSystem
 from camsim.rendering.fourier.blocks import Block, Tile
 from camsim.rendering.fourier.lens import Fields, parts
+from camsim.rendering.fourier.patterns import lattices_of
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.taper import taper, tapered
-from camsim.rendering.fourier.task import lattices_of
 from camsim.rendering.psf import point_spread_rows
 
 ROWS = 16  # added up at a time: what stays in a cache
@@ -75,19 +75,19 @@ def tapered_transfers(
     ]
     folded = [np.zeros((sizes[1], sizes[0])) for _ in weights]
     reach = axes[1].size // 2
-    rows = math.ceil(axes[1].size / math.ceil(axes[0].size * axes[1].size / plan.pattern_samples))
-    for first in range(0, axes[1].size, rows):
-        some = slice(first, min(first + rows, axes[1].size))
+    for first in range(0, axes[1].size, plan.pattern_rows):
+        some = slice(first, min(first + plan.pattern_rows, axes[1].size))
         hem = hems[1][some, None] * pitch_um**2
         axes_um = axes[0] * pitch_um, axes[1][some] * pitch_um
         for nm, shares in zip(wavelength_nm.tolist(), weights.T.tolist(), strict=True):
             for own, pattern in point_spread_rows(system, *axes_um, nm, precision=precision):
+                begin, _, step = own.indices(hem.size)
                 add_rows = functools.partial(
-                    _add_rows, folded, pattern, (hem[own], hems[0]), shares, (own.start + first - reach, own.step or 1)
+                    _add_rows, folded, pattern, (hem[own], hems[0]), shares, (first + begin - reach, step)
                 )
                 # Rows that fall on one row of the period are added up by one thread.
-                fall_apart = len(pattern) * (own.step or 1) <= sizes[1]
-                shared(len(pattern), add_rows, most=MANY if fall_apart else 1)
+                shared(len(pattern), add_rows, most=MANY if len(pattern) * step <= sizes[1] else 1)
+                del pattern, add_rows  # before the next is made
     transfers: list[C128] = []
     while folded:
         transfers.append(scipy.fft.rfft2(folded.pop(0), workers=-1))

@@ -27,6 +27,10 @@ SUMMED_BYTES = 90.0  # for each sample of a pattern by a non-uniform transform, 
 IN_SIGHT = 8.0  # contrasts of full scale at once
 
 
+def _summed_bytes(shape: tuple[int, int]) -> float:
+    return SUMMED_BYTES * math.prod(shape)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kernel:
     """What the sizes depend on of a lens at all its wavelengths; lengths in pitches.
@@ -44,7 +48,7 @@ class Kernel:
     tapers  : how many share what tapers may leave
     carries : how much of the light there is in it, at the most
     whole   : whether its transfers are made for a whole tile at once
-    pattern_bytes, pattern_seconds : what is held for each sample of a pattern while it is made, and what it takes
+    pattern_bytes : what is held while so many rows and columns of a pattern are made;  pattern_seconds: of each sample
     sooner  : by how much its band ends before the cut-off along x and along y, cycles/pitch
     """
 
@@ -62,7 +66,7 @@ class Kernel:
     tapers: int = 1
     carries: float = 1.0
     whole: bool = False
-    pattern_bytes: float = SUMMED_BYTES
+    pattern_bytes: Callable[[tuple[int, int]], float] = _summed_bytes
     pattern_seconds: float = PER_SUMMED_SAMPLE
     sooner: tuple[float, float] = (0.0, 0.0)
 
@@ -105,7 +109,10 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
         # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
         rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
-    spread = isinstance(lens, KnowsNodes) and not is_summed(system)
+    spread, precision = (
+        isinstance(lens, KnowsNodes) and not is_summed(system),
+        OF_LIGHT * ErrorBudget(tolerance).allowed("pupil"),
+    )
     return Kernel(
         cutoff=cutoff,
         passes=cutoff,
@@ -118,7 +125,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         rings=rings,
         longest=longest,
         whole=isinstance(lens, Fuses) and not more,
-        pattern_bytes=held_bytes(OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")) if spread else SUMMED_BYTES,
+        pattern_bytes=functools.partial(held_bytes, precision=precision) if spread else _summed_bytes,
         pattern_seconds=PER_PUPIL_SAMPLE if spread else PER_SUMMED_SAMPLE,
         sooner=sooner,
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,10 +12,10 @@ from camsim.errors import InvalidValueError
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.joint import NODES_IN_CYCLE
+from camsim.rendering.fourier.patterns import samples_of
 from camsim.rendering.fourier.prices import PER_JOINT_NODE, PER_JOINT_POINT
 from camsim.rendering.fourier.spread import Kernel
 
@@ -100,33 +99,6 @@ def spectra_of_edge(edges: Edges, shares: F64) -> float:
 def spreading_precision(tolerance: float) -> float:
     """Return what a non-uniform transform of edges is asked for, relative."""
     return max(1e-13, OF_A_CROWD * ErrorBudget(tolerance).allowed("spreading"))
-
-
-def samples_of(kernel: Kernel, tile: Tile) -> float:
-    """Return the points of a pattern's period, as finely as the band asks for."""
-    return 4.0 * math.prod(kernel.cuts(tile.cut)) * tile.periods[0] * tile.periods[1]
-
-
-class Lattice(NamedTuple):
-    """A pattern's samples along one axis: how many make up the period, how far apart, how many to either side."""
-
-    size: int
-    step: float
-    reach: int
-
-
-def lattices_of(cuts: tuple[float, float], tile: Tile) -> list[Lattice]:
-    """Return a pattern's samples along x and along y, where its band ends at ``cuts``."""
-    found = []
-    for period, outer, cut in zip(tile.periods, tile.outer, cuts, strict=True):
-        size = fast_length(math.ceil(2.04 * cut * period) + 1)
-        found.append(Lattice(size, period / size, math.floor(outer * size / period)))
-    return found
-
-
-def pattern_of(kernel: Kernel, tile: Tile) -> float:
-    """Return the points of the pattern itself, as far as it is taken."""
-    return float(math.prod(2 * axis.reach + 1 for axis in lattices_of(kernel.cuts(tile.cut), tile)))
 
 
 def check_tolerance(tolerance: float) -> None:

@@ -1,0 +1,59 @@
+"""A lens's pattern on a lattice: how many samples it has, and how many rows of it are made at a time."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from camsim.rendering.fast_length import fast_length
+from camsim.rendering.fourier.blocks import Tile
+from camsim.rendering.fourier.spread import Kernel
+
+FEWEST_SAMPLES = 4_000_000  # at a time, whatever they take
+STRIP_BYTES = 3.6e8  # what strips of a pattern behind pictures may take
+NODES_BYTES, OF_FEW_BYTES = 3.3e8, 90.0  # of the pupil's nodes at a time; of small patterns so much for each sample
+
+
+def samples_of(kernel: Kernel, tile: Tile) -> float:
+    """Return the points of a pattern's period, as finely as the band asks for."""
+    return 4.0 * math.prod(kernel.cuts(tile.cut)) * tile.periods[0] * tile.periods[1]
+
+
+class Lattice(NamedTuple):
+    """A pattern's samples along one axis: how many make up the period, how far apart, how many to either side."""
+
+    size: int
+    step: float
+    reach: int
+
+
+def lattices_of(cuts: tuple[float, float], tile: Tile) -> list[Lattice]:
+    """Return a pattern's samples along x and along y, where its band ends at ``cuts``."""
+    found = []
+    for period, outer, cut in zip(tile.periods, tile.outer, cuts, strict=True):
+        size = fast_length(math.ceil(2.04 * cut * period) + 1)
+        found.append(Lattice(size, period / size, math.floor(outer * size / period)))
+    return found
+
+
+def pattern_of(kernel: Kernel, tile: Tile) -> tuple[int, int]:
+    """Return the rows and columns of the pattern itself, as far as it is taken."""
+    x, y = lattices_of(kernel.cuts(tile.cut), tile)
+    return 2 * y.reach + 1, 2 * x.reach + 1
+
+
+def rows_at_once(kernel: Kernel, pattern: tuple[int, int], spare_bytes: float) -> int:
+    """Return how many rows of a pattern are made at a time: all of them, where that fits.
+
+    Every strip is summed from every node of the pupil.
+    """
+    rows, columns = pattern
+    strips, fewest = 1, math.ceil(FEWEST_SAMPLES / columns)
+    while (own := math.ceil(rows / strips)) > fewest and kernel.pattern_bytes((own, columns)) > spare_bytes:
+        strips += 1
+    return own
+
+
+def made_bytes(kernel: Kernel, rows: int, columns: int) -> float:
+    """Return what is held while so many rows of a pattern are made, the pupil's nodes included."""
+    return kernel.pattern_bytes((rows, columns)) + min(NODES_BYTES, OF_FEW_BYTES * rows * columns)
