@@ -146,7 +146,7 @@ def held_bytes(shape: tuple[int, int], precision: float) -> float:
     larger = finer(precision)
     down, across = _Axis.of(rows, JUST_RAD, larger), _Axis.of(columns, JUST_RAD, larger)
     grid, lines = down.cells * across.cells, math.ceil(rows / down.steps) * across.cells
-    return 16.0 * (grid + max(0.75 * grid, lines)) + 24.0 * _rows_at_once(columns) * columns
+    return 16.0 * (grid + max(0.75 * grid, lines)) + 24.0 * min(_rows_at_once(columns), rows) * columns
 
 
 def _rows_at_once(columns: int) -> int:

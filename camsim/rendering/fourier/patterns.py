@@ -48,10 +48,16 @@ def rows_at_once(kernel: Kernel, pattern: tuple[int, int], spare_bytes: float) -
     Every strip is summed from every node of the pupil.
     """
     rows, columns = pattern
-    strips, fewest = 1, math.ceil(FEWEST_SAMPLES / columns)
-    while (own := math.ceil(rows / strips)) > fewest and kernel.pattern_bytes((own, columns)) > spare_bytes:
-        strips += 1
-    return own
+    fewest, most = min(rows, math.ceil(FEWEST_SAMPLES / columns)), rows
+    if kernel.pattern_bytes(pattern) > spare_bytes:
+        # ``most`` are too many, and ``fewest`` are made whatever they take.
+        while most - fewest > 1:
+            middle = (fewest + most) // 2
+            fewest, most = (
+                (middle, most) if kernel.pattern_bytes((middle, columns)) <= spare_bytes else (fewest, middle)
+            )
+        most = fewest
+    return math.ceil(rows / math.ceil(rows / most))
 
 
 def made_bytes(kernel: Kernel, rows: int, columns: int) -> float:
