@@ -1,10 +1,15 @@
 """Squares of sums of plane waves on lattices, spread once: against the sums themselves."""
 
+import functools
+import tracemalloc
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from camsim import gridded
-from camsim.gridded import is_large, power_rows
+from camsim.gridded import held_bytes, is_large, power_rows
+from camsim.rendering.fourier.patterns import FEWEST_SAMPLES, rows_at_once
 
 BANDS = [(1.0, 0.7), (1.55, 0.3), (2.9, 1.0), (0.01, 1.54)]  # whole grids and half ones, along one axis or both
 
@@ -74,3 +79,28 @@ def test_small_lattices_are_left_to_finufft(rng, monkeypatch):
     y, x, strengths = points(rng, (1.5, 1.5))
     exact = np.abs(directly(y, x, strengths, (40, 24))) ** 2
     np.testing.assert_allclose(powers([(y, x, strengths)], (40, 24), (1.5, 1.5), 1e-12), exact, atol=1e-9 * exact.max())
+
+
+@pytest.mark.parametrize("precision", [1e-6, 1e-10, 1e-13])
+@pytest.mark.parametrize("shape", [(1001, 2501), (150, 9001), (3001, 1501)], ids=str)
+def test_what_is_held_is_what_is_told(rng, monkeypatch, shape, precision):
+    monkeypatch.setattr(gridded, "AT_ONCE", 50_000)
+    bands = (gridded.JUST_RAD,) * 2
+    y, x, strengths = points(rng, bands)
+    tracemalloc.start()
+    for _ in power_rows([(y, x, strengths)], tuple, shape, bands, precision):
+        pass
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert 0.6 < peak / held_bytes(shape, precision) < 1.1
+
+
+@pytest.mark.parametrize("pattern", [(100, 100), (5000, 5000), (40_000, 40_000), (10**9, 10**9), (3, 10**8)], ids=str)
+@pytest.mark.parametrize("spare_bytes", [1e9, -1.0])
+def test_as_many_rows_as_fit_are_made_at_a_time(pattern, spare_bytes):
+    taken = functools.partial(held_bytes, precision=1e-9)
+    rows, (all_rows, columns) = rows_at_once(SimpleNamespace(pattern_bytes=taken), pattern, spare_bytes), pattern
+    assert rows == all_rows or taken((rows, columns)) <= spare_bytes or rows * columns <= FEWEST_SAMPLES + columns
+    strips = -(-all_rows // rows)
+    if strips > 1 and (fewer := -(-all_rows // (strips - 1))) * columns > FEWEST_SAMPLES + columns:
+        assert taken((fewer, columns)) > spare_bytes

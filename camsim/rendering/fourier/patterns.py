@@ -53,9 +53,8 @@ def rows_at_once(kernel: Kernel, pattern: tuple[int, int], spare_bytes: float) -
         # ``most`` are too many, and ``fewest`` are made whatever they take.
         while most - fewest > 1:
             middle = (fewest + most) // 2
-            fewest, most = (
-                (middle, most) if kernel.pattern_bytes((middle, columns)) <= spare_bytes else (fewest, middle)
-            )
+            fits = kernel.pattern_bytes((middle, columns)) <= spare_bytes
+            fewest, most = (middle, most) if fits else (fewest, middle)
         most = fewest
     return math.ceil(rows / math.ceil(rows / most))
 
