@@ -31,7 +31,8 @@ IN_CACHE = 65536  # cells
 AT_ONCE = 1_000_000  # points of a lattice that are handed on at a time
 QUARTERS_AT_ONCE = 2  # of parts that are spread: what they are spread to takes less than what is held after them
 SMALL = 1_000_000  # points of a lattice, which all at once take as little: finufft's own transforms
-JUST_RAD = math.pi / 2.04  # by which waves turn from one sample to the next, where no square lacks one
+PER_WAVE = 2.04  # samples of a pattern, for each of its shortest waves: just enough
+JUST_RAD = math.pi / PER_WAVE  # by which an amplitude's waves turn from one of them to the next
 FEWER = 1.3  # cells in two half grids over those in one whole grid: up to there two take less
 
 

@@ -31,9 +31,14 @@ def radial_powers(index: int) -> F64:
     >>> radial_powers(4).round(4)  # defocus: √3·(2r² − 1)
     array([ 3.4641, -1.7321])
     """
+    return _norm(index) * _factors(index)
+
+
+def _factors(index: int) -> F64:
+    """Return the same of R(r), which is 1 at the rim."""
     n, m = orders(index)
     k = abs(m)
-    powers: F64 = np.array(
+    return np.array(
         [
             (-1.0) ** s
             * math.factorial(n - s)
@@ -41,7 +46,11 @@ def radial_powers(index: int) -> F64:
             for s in range((n - k) // 2 + 1)
         ]
     )
-    return math.sqrt((2 if m else 1) * (n + 1)) * powers
+
+
+def _norm(index: int) -> float:
+    n, m = orders(index)
+    return math.sqrt((2 if m else 1) * (n + 1))
 
 
 def zernike(index: int, x: F64, y: F64) -> F64:
@@ -53,16 +62,10 @@ def zernike(index: int, x: F64, y: F64) -> F64:
     # Who reads a lens from a file needs no compiler.
     from camsim.kernels.zernike import fill_zernike
 
-    n, m = orders(index)
-    k = abs(m)
     # The radial polynomial over r^k in powers of r², and r^k·cos, r^k·sin by turning k times: no angle, no root.
-    factors = np.empty((n - k) // 2 + 1)
-    for s in range(factors.size):
-        whole = (-1) ** s * math.factorial(n - s)
-        factors[s] = whole // (math.factorial(s) * math.factorial((n + k) // 2 - s) * math.factorial((n - k) // 2 - s))
-    norm = math.sqrt((2 if m else 1) * (n + 1))
+    _, m = orders(index)
     values = np.empty(np.broadcast_shapes(np.shape(x), np.shape(y)))
     # Copies: what is read-only is another type, for which all would be compiled once more.
     x, y = (np.array(own, float).ravel() for own in np.broadcast_arrays(x, y))
-    fill_zernike(values.reshape(-1), x, y, factors, k, m < 0, norm)
+    fill_zernike(values.reshape(-1), x, y, _factors(index), abs(m), m < 0, _norm(index))
     return values

@@ -109,8 +109,9 @@ class FieldImage:
     def _window(self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8) -> F64:
         """Return what a window's photosites see within the reach: lattices along their rows, then the rest."""
         image = np.zeros(channel.shape)
-        fields = 0 if self._kernel.round else self._prices.fields(tile)
-        plan = reach.sizes(tile, self.density.shape[0], self.density.shape[1], fields, pattern_rows(self._kernel, tile))
+        kernel = self._kernel
+        fields, rows = (0, 1) if kernel.round else (self._prices.fields(tile), pattern_rows(kernel, tile))
+        plan = reach.sizes(tile, self.density.shape[0], self.density.shape[1], fields, rows)
         rest: dict[int, Samples] = {}
         for k, layer in enumerate(self.layers):
             along = self._is_aligned(layer, tile)

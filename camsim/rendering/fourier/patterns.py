@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from camsim.gridded import PER_WAVE
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.spread import Kernel
@@ -31,7 +32,7 @@ def lattices_of(cuts: tuple[float, float], tile: Tile) -> list[Lattice]:
     """Return a pattern's samples along x and along y, where its band ends at ``cuts``."""
     found = []
     for period, outer, cut in zip(tile.periods, tile.outer, cuts, strict=True):
-        size = fast_length(math.ceil(2.04 * cut * period) + 1)
+        size = fast_length(math.ceil(PER_WAVE * cut * period) + 1)
         found.append(Lattice(size, period / size, math.floor(outer * size / period)))
     return found
 

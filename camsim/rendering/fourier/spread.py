@@ -109,10 +109,8 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
         # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
         rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
-    spread, precision = (
-        isinstance(lens, KnowsNodes) and not is_summed(system),
-        OF_LIGHT * ErrorBudget(tolerance).allowed("pupil"),
-    )
+    spread = isinstance(lens, KnowsNodes) and not is_summed(system)
+    precision = OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")
     return Kernel(
         cutoff=cutoff,
         passes=cutoff,
