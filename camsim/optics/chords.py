@@ -139,7 +139,7 @@ class Chords(NamedTuple):
     @classmethod
     def of(cls, lens: OverPupil, wavelength_nm: float, turns: Turns) -> Chords:
         """Return the rule for a lens, and for waves: across a circle chords run as these turn less."""
-        across = turns.x < turns.y and not len(lens.pupil.corners)
+        across = turns.most[0] < turns.most[1] and not len(lens.pupil.corners)
         return cls(*strips_of(lens.pupil, across), _spares(lens, wavelength_nm, across), turns)
 
     @property

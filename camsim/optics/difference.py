@@ -23,7 +23,7 @@ from typing import ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.optics.protocols import Round, RoundLens
+from camsim.optics.protocols import Round, RoundLens, Span
 from camsim.quadrature import quintic_cells
 
 RIM_POINTS, DIRECTIONS, INSIDE = 240, 24, 12  # on a rim, and circles of the pupil on which slopes are looked for
@@ -58,7 +58,7 @@ class Bent(Protocol):
         self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
     ) -> Iterator[tuple[slice, F64]]: ...
 
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]: ...  # noqa: D102
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]: ...  # noqa: D102
 
 
 class Core(RoundLens, Round, Protocol):
@@ -180,8 +180,8 @@ class Difference:
             shared(len(pattern), functools.partial(less_core, pattern, y[rows].copy()))
             yield rows, pattern
 
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]:
-        """Return what tells how many nodes the pattern takes out to distances along x and y in µm."""
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]:
+        """Return what tells how many nodes the pattern takes from where to where along x and along y in µm."""
         return self.lens.pupil_nodes(wavelength_nm)
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:

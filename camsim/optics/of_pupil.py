@@ -16,6 +16,7 @@ from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.chords import Chords
 from camsim.optics.difference import Core
+from camsim.optics.protocols import Span
 from camsim.optics.pupil import Pupil
 from camsim.optics.rays import Rays, Turns
 from camsim.optics.spikes import Spike, spikes_of
@@ -149,7 +150,9 @@ class OfPupil:
         from camsim.gridded import is_large, power_rows  # with Numba, which no lens needs before it is rendered
 
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
-        turns = self._turns(float(np.abs(x_um).max()), float(np.abs(y_um).max()), wavelength_nm)
+        turns = self._turns(
+            (float(x_um.min()), float(x_um.max())), (float(y_um.min()), float(y_um.max())), wavelength_nm
+        )
         steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
         # The integers of a sum run about 0: the lattice's middle is moved there.
         middle = [float(axis[axis.size // 2]) for axis in (x_um, y_um)]
@@ -176,19 +179,27 @@ class OfPupil:
             power *= radius**2 / self.pupil.area
             yield rows, power
 
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]:
-        """Return what tells how many nodes ``point_spread_on`` takes out to distances along x and y in µm."""
-        part = 0.5 if self._symmetric else 1.0
-        return lambda x_um, y_um: part * self._rule(wavelength_nm, self._turns(x_um, y_um, wavelength_nm)).total
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]:
+        """Return what tells how many nodes ``point_spread_on`` takes from where to where along x and along y in µm."""
+
+        def count(x_um: Span, y_um: Span) -> float:
+            turns = self._turns(x_um, y_um, wavelength_nm)
+            # Where all is even, about the middle, one of two opposite nodes is enough.
+            half = self._symmetric and not any(turns.middle)
+            return (0.5 if half else 1.0) * self._rule(wavelength_nm, turns).total
+
+        return count
 
     def _rule(self, wavelength_nm: float, turns: Turns) -> Chords | Rays:
         """Return the rule of fewer nodes: a square takes a third as many along chords, a circle more."""
         return (Chords if self.pupil.sides > 1 else Rays).of(self, wavelength_nm, turns)
 
-    def _turns(self, x_um: float, y_um: float, wavelength_nm: float) -> Turns:
+    def _turns(self, x_um: Span, y_um: Span, wavelength_nm: float) -> Turns:
         """Return by how much plane waves turn on half of the diameter that go such distances off the axis."""
         per_um = math.pi / self.blur_um(wavelength_nm)
-        return Turns(per_um * x_um, per_um * y_um)
+        (left, right), (top, bottom) = x_um, y_um
+        middle = 0.5 * per_um * (left + right), 0.5 * per_um * (top + bottom)
+        return Turns(0.5 * per_um * (right - left), 0.5 * per_um * (bottom - top), middle)
 
     def _nodes(self, wavelength_nm: float, turns: Turns, half: bool = False) -> Iterator[tuple[F64, F64, F64]]:
         """Yield nodes of the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""

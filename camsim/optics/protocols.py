@@ -7,12 +7,14 @@ nothing asks what kind of lens it is.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from camsim.arrays import F64
 from camsim.optics.pattern import Pattern
 from camsim.optics.spikes import Spike
 from camsim.spectra.curve import Spectrum
+
+Span: TypeAlias = tuple[float, float]  # from where to where along an axis
 
 _ANSWERS: dict[tuple[type, type], bool] = {}
 
@@ -242,8 +244,8 @@ class InRows(_Ability, Protocol):
 class KnowsNodes(_Ability, Protocol):
     """A lens that tells how many nodes its pattern on a lattice is summed from."""
 
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[float, float], float]:
-        """Return what tells the number out to distances along x and y in µm."""
+    def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]:
+        """Return what tells the number from where to where along x and along y in µm."""
         ...
 
 

@@ -34,20 +34,29 @@ class OverPupil(Protocol):
 
 
 class Turns(NamedTuple):
-    """By how much waves turn at most, on half of the diameter along x and along y, radians: of all of a rectangle's."""
+    """By how much waves turn on half of the diameter along x and along y, radians: all of a rectangle's.
+
+    x, y : of its corners, from its middle;  middle: what the wave in its middle turns, along x and along y
+    """
 
     x: float
     y: float
+    middle: tuple[float, float] = (0.0, 0.0)
 
     def along(self, x: F64, y: F64) -> F64:
         """Return how much any of them turns at most on the way (x, y)."""
-        most: F64 = self.x * np.abs(x) + self.y * np.abs(y)
+        most: F64 = np.abs(self.middle[0] * x + self.middle[1] * y) + self.x * np.abs(x) + self.y * np.abs(y)
         return most
+
+    @property
+    def most(self) -> tuple[float, float]:
+        """What any of them turns at most along x, and along y."""
+        return abs(self.middle[0]) + self.x, abs(self.middle[1]) + self.y
 
     @property
     def largest(self) -> float:
         """What any of them turns on half of the diameter in any direction."""
-        return math.hypot(self.x, self.y)
+        return math.hypot(*self.most)
 
 
 class Rays(NamedTuple):

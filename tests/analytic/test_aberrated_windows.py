@@ -6,9 +6,10 @@ import pytest
 from camsim.rendering.aberrated.window_kernels import COLUMNS, Table, add_edges, add_strip
 from camsim.rendering.aberrated.windows import windows
 from camsim.rendering.edges import corners_of
-from camsim.rendering.fourier.blocks import Place, Tile, strips
+from camsim.rendering.fourier.blocks import Place, strips
 from camsim.rendering.fourier.edge_transforms import Corners, turn_across
 from camsim.rendering.fourier.inverse import inverse
+from camsim.rendering.fourier.tile import Tile
 
 SPECTRA, CHANNELS, SETS = 2, 2, 3
 

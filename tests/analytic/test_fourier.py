@@ -15,8 +15,9 @@ from camsim.rendering import auto, render_channels
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier import inverse, prices
 from camsim.rendering.fourier import plan as fourier_plan
-from camsim.rendering.fourier.blocks import Tile, blocks, strips
+from camsim.rendering.fourier.blocks import blocks, strips
 from camsim.rendering.fourier.image import FourierImage
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.render import plan_render
 from tests.many_polygons import bayer, random_scene, three_channels
 from tests.truth.lattice import white_with_a_black_polygon

@@ -11,12 +11,13 @@ from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.focus import circles
-from camsim.rendering.fourier.blocks import Place, Tile
+from camsim.rendering.fourier.blocks import Place
 from camsim.rendering.fourier.clamped import clamped, netted
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.edge_transforms import Corners, edge_transforms
 from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.fourier.inverse import inverse
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.grid import Grid
 from camsim.rendering.spectral import multiples
 

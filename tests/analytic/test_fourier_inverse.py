@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.inverse import inverse
+from camsim.rendering.fourier.tile import Tile
 
 TILE = Tile(
     row=0, col=0, rows=30, cols=44, inner=(2.0, 2.0), outer=(4.0, 4.0), periods=(64, 50), cut=0.04, low=(0.0, 0.0),

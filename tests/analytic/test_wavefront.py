@@ -395,7 +395,10 @@ def border(turns):
     share = np.linspace(-1.0, 1.0, 9)
     one = np.ones_like(share)
     return np.concatenate(
-        [np.stack([turns.x * x, turns.y * y], axis=1) for x, y in ((share, one), (share, -one), (one, share))]
+        [
+            np.add(turns.middle, np.stack([turns.x * x, turns.y * y], axis=1))
+            for x, y in ((share, one), (share, -one), (one, share), (-one, share))
+        ]
     )
 
 
@@ -412,7 +415,19 @@ def rules_of(lens, turns):
     ],
     ids=str,
 )
-@pytest.mark.parametrize("turns", [(60.0, 60.0), (40.0, 900.0), (900.0, 300.0), (700.0, 700.0), (0.0, 500.0)])
+@pytest.mark.parametrize(
+    "turns",
+    [
+        (60.0, 60.0),
+        (40.0, 900.0),
+        (900.0, 300.0),
+        (700.0, 700.0),
+        (0.0, 500.0),
+        (30.0, 20.0, (600.0, -500.0)),
+        (80.0, 0.0, (0.0, 900.0)),
+        (50.0, 50.0, (20.0, 300.0)),
+    ],
+)
 def test_waves_that_run_along_the_sides_of_a_pupil_are_followed(pupil, turns):
     """A polygon's transform is a sum over its sides. Of such waves nodes lost 1e-2: light of its own, far out."""
     lens = camsim.Wavefront(f_number=4.0, pupil=camsim.Pupil(**pupil))
@@ -429,7 +444,17 @@ def test_waves_that_run_along_the_sides_of_a_pupil_are_followed(pupil, turns):
 
 @pytest.mark.parametrize("obstruction", [0.0, 0.05, 0.5, 0.9])
 @pytest.mark.parametrize(
-    "turns", [(0.0, 0.0), (60.0, 60.0), (40.0, 900.0), (900.0, 300.0), (700.0, 700.0), (0.0, 500.0)]
+    "turns",
+    [
+        (0.0, 0.0),
+        (60.0, 60.0),
+        (40.0, 900.0),
+        (900.0, 300.0),
+        (700.0, 700.0),
+        (0.0, 500.0),
+        (30.0, 20.0, (600.0, -500.0)),
+        (80.0, 10.0, (0.0, 900.0)),
+    ],
 )
 def test_waves_across_a_round_pupil_are_followed(obstruction, turns):
     """A circle's transform is a Bessel function; a ring's has another taken off."""

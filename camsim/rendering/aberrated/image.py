@@ -114,7 +114,7 @@ class ShortImage:
         values = np.zeros(channel.shape)
         if not len(seen):
             return values
-        spectra, regions = regions_of(seen, tile, self.settings.sharpness, self.job.tolerance)
+        spectra, regions = regions_of(seen, tile, self.job.tolerance)
         present = np.unique(channel)
         weights = np.ascontiguousarray(self.pattern.sets[1][spectra - 1][:, present])
         table = Table(self.pattern.fields, weights, regions.areas, self.settings.period, self.settings.cut)

@@ -18,8 +18,8 @@ from camsim.optics.difference import Difference
 from camsim.rendering.boundary.settings import SIX_POINTS
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.taper import taper_margin
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.heard import crowding, smooth_corners
 from camsim.rendering.job import Job
 

@@ -26,8 +26,8 @@ from camsim.rendering.across.places import COARSE, Basis, Box, Places, angles_of
 from camsim.rendering.across.tile_sums import Part, Summed, groups
 from camsim.rendering.across.whole import Whole
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.nearby import Nearby
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.grid import Grid
 
 TOGETHER = 4  # tiles

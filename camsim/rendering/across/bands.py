@@ -26,8 +26,8 @@ from camsim.rendering.across.places import WIDER
 from camsim.rendering.across.transfers import SIX, Transfers
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.taper import taper, taper_margin, tapered
+from camsim.rendering.fourier.tile import Tile
 
 ENDS = (0.72, 0.18, 0.045)  # of the windows, cycles/pitch
 WORTH = 2.0  # times a band's reach, that what is left of it goes on: from here on it is parted again

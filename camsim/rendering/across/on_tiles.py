@@ -20,9 +20,10 @@ from camsim.rendering.across.ghosts import GHOSTS
 from camsim.rendering.across.kernels import AFTER, BEFORE, Polar, fold, on_lattice
 from camsim.rendering.across.places import Basis
 from camsim.rendering.across.transfers import Transfers
-from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.inverse import WHOLE, inverse
 from camsim.rendering.fourier.lens import footprint_transfer, frequencies
+from camsim.rendering.fourier.tile import Tile
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
 

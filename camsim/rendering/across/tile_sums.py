@@ -16,9 +16,9 @@ from camsim.rendering.across.kernels import Sets, add_terms
 from camsim.rendering.across.on_tiles import ROWS, Fields, Mask, lattices, seen_through
 from camsim.rendering.across.places import Box
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.inverse import filled
 from camsim.rendering.fourier.nearby import MANY, regions_of
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.job import Job
 
 
@@ -64,7 +64,7 @@ class Summed:
         """Add what their photosites see."""
         _, of_set, taken = self.image.signals
         job, basis, band = self.image.job, self.fields.basis, self.fields.band
-        each = [regions_of(edges, tile, 0.0, job.tolerance) for _, tile, edges in self.seen]
+        each = [regions_of(edges, tile, job.tolerance) for _, tile, edges in self.seen]
         present = np.unique(np.concatenate([np.unique(channel[part.where][part.mine]) for part, _, _ in self.seen]))
         index = np.full(int(job.signals.scale.size), -1)
         index[present] = np.arange(present.size)

@@ -16,11 +16,13 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.kernels import kernel
 from camsim.optics.protocols import RoundLens
-from camsim.quadrature import quintic_cells
+from camsim.products import product
+from camsim.quadrature import chebyshev, interpolation, quintic_cells
 from camsim.rendering.envelope import Envelope
 
 CELLS_PER_BLUR = 64  # a quintic then errs by CELLS_LEAVE: 32 left 3e-10. Where that is too much, twice as many
 CELLS_LEAVE = 5e-12
+PANEL_BLURS, PANEL_POINTS, EVEN_POINTS = 4, 40, 64  # E/ρ² from so many points in four blurs, and in eight about 0
 SLOPE_DEGREE, SLOPE_POINTS, SLOPE_FITS = 12, 64, 3e-14
 REFERENCE_NM = 550.0
 DIRECTIONS, PER_WAVE, WAVES = 8, 16, 3  # along which, and how finely, rings are averaged over the footprint
@@ -65,14 +67,29 @@ def _smooth(lens: RoundLens, blur: F64, weights: F64) -> F64:
 
 @functools.lru_cache(maxsize=16)
 def _profile(lens: RoundLens, cells: int, per_blur: int) -> F64:
-    """E/ρ² as a quintic per cell (cells, 6), even in ρ; ρ in blurs."""
-    blur_um = lens.blur_um(REFERENCE_NM)
-    rho = np.arange(-2, cells + 3) / per_blur
-    tiny = np.abs(rho) < 1e-6
-    safe = np.where(tiny, 1e-4, np.abs(rho))  # E/ρ² is flat there to 1e-8 of itself, and no difference of ones
-    profile = quintic_cells(lens.encircled_energy(safe * blur_um, REFERENCE_NM) / safe**2)
+    """E/ρ² as a quintic per cell (cells, 6), even in ρ; ρ in blurs.
+
+    It has no wave shorter than a blur, and E of a curve is an integral: a sixth as many do. The first panel is an even
+    one: near 0 E is a difference of ones.
+    """
+    blur_um, per_panel = lens.blur_um(REFERENCE_NM), PANEL_BLURS * per_blur
+    panels, (of_even, of_panel) = math.ceil((cells + 3) / per_panel), _between(per_panel)
+    first = chebyshev(EVEN_POINTS)[EVEN_POINTS // 2 :]
+    others = np.arange(1, panels)[:, None] + 0.5 * (1.0 + chebyshev(PANEL_POINTS))
+    rho = PANEL_BLURS * np.concatenate([first, others.ravel()])
+    values = lens.encircled_energy(rho * blur_um, REFERENCE_NM) / rho**2
+    near, far = values[: first.size], values[first.size :].reshape(-1, PANEL_POINTS)
+    half = np.concatenate([of_even @ np.concatenate([near[::-1], near]), product(far, of_panel.T).ravel()])[: cells + 3]
+    profile = quintic_cells(np.concatenate([half[2:0:-1], half]))
     profile.flags.writeable = False
     return profile
+
+
+@functools.lru_cache(maxsize=4)
+def _between(count: int) -> tuple[F64, F64]:
+    """Return what interpolates at so many even places of the half panel from 0 on, and of any other panel."""
+    place = np.arange(count) / count
+    return interpolation(chebyshev(EVEN_POINTS), place), interpolation(chebyshev(PANEL_POINTS), 2.0 * place - 1.0)
 
 
 @functools.lru_cache(maxsize=16)

@@ -25,11 +25,10 @@ from camsim.quadrature import chebyshev
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned_kernels import Axes, Cells, Columns, lit_columns
 from camsim.rendering.fields.light import Lattice
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.kernels import Curves
 from camsim.rendering.fourier.lens import round_curves
-from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.modes import mixed
 
 COLUMNS = 64  # of frequencies at a time
@@ -42,14 +41,13 @@ CURVE_POINTS = 8
 class Aligned:
     """A lattice of samples behind a system with a round lens, seen from a window.
 
-    tile, plan : of the taper, and the periods that keep photosites and samples apart
+    tile       : of the taper, and the periods that keep photosites and samples apart
     density    : (planes, channels, j) of the lattice's planes
     precision  : of the sums of waves, relative
     """
 
     lattice: Lattice
     tile: Tile
-    plan: Sizes
     kernel: Kernel
     density: F64
     wavelength_nm: F64
@@ -101,9 +99,7 @@ class Aligned:
         """Return each channel's transfers, and how planes are mixed for them; None: as they are."""
         lens, allowed = self.system.lens, CURVES_OFF * self.tolerance
         assert isinstance(lens, Round)
-        curves = round_curves(
-            lens, self.wavelength_nm, self.density[:, present], self.pitch_um, self.kernel, self.tile, self.plan
-        )
+        curves = round_curves(lens, self.wavelength_nm, self.density[:, present], self.pitch_um, self.kernel, self.tile)
         # The pattern at r turns by 2πr over a cycle/pitch: Chebyshev's 8 points leave 2·(πrw/2)⁸/8! on cells of w.
         light = min(1.0, self.kernel.light(0.5 * self.tile.outer[0]))
         phase = (0.5 * math.factorial(CURVE_POINTS) * allowed / light) ** (1.0 / CURVE_POINTS)

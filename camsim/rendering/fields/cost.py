@@ -15,12 +15,12 @@ from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsReach
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.patterns import STRIP_BYTES, made_bytes, pattern_of, rows_at_once, samples_of
-from camsim.rendering.fourier.plan import SAMPLE_BYTES
 from camsim.rendering.fourier.prices import PER_PUPIL_NODE
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES
+from camsim.rendering.fourier.tile import Tile
+from camsim.rendering.fourier.window import SAMPLE_BYTES
 from camsim.words import both
 
 STRIP_POINTS = 2_500_000  # frequencies that are spread to at a time
@@ -134,7 +134,7 @@ def _of_transfers(kernel: Kernel, tile: Tile, wavelengths: int, transfers: int, 
     """Return what transfers of a lens that is not round take: ``fields`` of them at a time, of so many in all."""
     samples, (rows, columns), own = samples_of(kernel, tile), pattern_of(kernel, tile), pattern_rows(kernel, tile)
     held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples + made_bytes(kernel, own, columns)
-    seconds = PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(rows / own)
+    seconds = PER_PUPIL_NODE * kernel.pupil_nodes(*tile.spans) * math.ceil(rows / own)
     seconds += kernel.pattern_seconds * wavelengths * rows * columns + PER_TRANSFORMED * transfers * samples
     return Taken(seconds, held)
 

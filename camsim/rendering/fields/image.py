@@ -31,11 +31,10 @@ from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_distance
 from camsim.rendering.fields.samples import parts_of, samples_of
 from camsim.rendering.fields.scenery import Fields
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.image import FourierImage
-from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.task import check_tolerance, spreading_precision
+from camsim.rendering.fourier.tile import Tile
 from camsim.repeated import Channels
 
 TILE_SIDES = (1 << 14, 2048, 1024, 512, 256, 128)  # photosites along a tile, the largest that keeps within the memory
@@ -119,7 +118,7 @@ class FieldImage:
             if samples is None:
                 continue
             if samples.lattice is not None:
-                image += self._aligned(k, samples.lattice, tile, plan).image(channel)
+                image += self._aligned(k, samples.lattice, tile).image(channel)
             if samples.strengths.size or samples.corrections.size:
                 rest[k] = samples
         if rest:
@@ -194,14 +193,13 @@ class FieldImage:
         points = layer.shape[0] * layer.shape[1] * parts_of(layer, self._kernel.cutoff) ** 2 + tile.points
         return self._kernel.round and layer.upright and bool(frequencies <= MOST_FREQUENCIES * points)
 
-    def _aligned(self, number: int, lattice: Lattice, tile: Tile, plan: Sizes) -> Aligned:
+    def _aligned(self, number: int, lattice: Lattice, tile: Tile) -> Aligned:
         first = sum(layer.planes for layer in self.layers[:number])
         density = self.density[first : first + self.layers[number].planes]
         chromatic = self.system.chromatic
         return Aligned(
             lattice=lattice,
             tile=tile,
-            plan=plan,
             kernel=self._kernel,
             density=density if chromatic else density.sum(axis=2, keepdims=True),
             wavelength_nm=self.wavelength_nm if chromatic else self.wavelength_nm[:1],
@@ -241,7 +239,7 @@ class FieldImage:
         tile = Tile(
             row=0, col=0, rows=shape[0], cols=shape[1], inner=reach.inner, outer=reach.outer,
             periods=(max(periods[0], 2), max(periods[1], 2)), cut=cut,
-            low=(float(low[0]), float(low[1])), high=(float(high[0]), float(high[1])),
+            low=(float(low[0]), float(low[1])), high=(float(high[0]), float(high[1])), sharpness=reach.sharpness,
         )  # fmt: skip
         return low, high, tile
 

@@ -16,10 +16,10 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.cost import STRIP_POINTS
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Sizes
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
+from camsim.rendering.fourier.tile import Tile
 
 DIRECTIONS = 64
 STEPS = 1.2  # of the search for the inner radius
@@ -69,8 +69,6 @@ class Reach:
         """
         return Sizes(
             tiles=(tile,),
-            margin=self.margin,
-            sharpness=self.sharpness,
             spread=True,
             channels=channels,
             fields=fields,

@@ -9,10 +9,11 @@ import numpy as np
 
 from camsim.arrays import C128, F64
 from camsim.rendering.fields.light import Samples
-from camsim.rendering.fourier.blocks import Block, Strip, Tile, strips
+from camsim.rendering.fourier.blocks import Block, Strip, strips
 from camsim.rendering.fourier.kernels import SceneBlock
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.regions import phases_of, sums_of_waves
+from camsim.rendering.fourier.tile import Tile
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

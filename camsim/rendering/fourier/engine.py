@@ -128,6 +128,12 @@ class FourierPlan:
                 decision=f"along {far.count} spikes from {far.hem.inner:.3g} photosites on",
                 reason="straight sides of a pupil throw far light along their normals: it is integrated edge by edge",
             )
+        elif apart and isinstance(near := apart[0], FourierImage) and near.islands > 1:
+            yield Decision(
+                topic="scenery",
+                decision=f"in {near.islands} islands, each through its own part of the pattern",
+                reason="a pattern out to the farthest edge, all round, would take longer",
+            )
         elif apart:
             yield Decision(
                 topic="scenery",

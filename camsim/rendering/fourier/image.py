@@ -23,7 +23,8 @@ from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
-from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.apart import parts_of
+from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.inverse import inverse
@@ -34,11 +35,11 @@ from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.lens_fields import LensFields
 from camsim.rendering.fourier.plan import Sizes, plan_sizes, rank
 from camsim.rendering.fourier.regions import Regions
-from camsim.rendering.fourier.shells import Shell, shells
-from camsim.rendering.fourier.spikes import Spikes, spike_hem
+from camsim.rendering.fourier.shells import Shell
 from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
 from camsim.rendering.fourier.task import Task, check_tolerance, spectra_of_edge
-from camsim.rendering.fourier.together import Part, Sum, pays
+from camsim.rendering.fourier.tile import Tile
+from camsim.rendering.fourier.together import Part, Sum
 from camsim.rendering.spectral import fewer, kinds
 
 OF_WAVELENGTHS = 1e-3  # of what these may leave: what mixtures of spectra may be wrong by
@@ -65,7 +66,8 @@ class FourierImage:
     base          : (channels,) the background
     wavelength_nm : (j,)
     tolerance     : largest error, in the unit of ``density``;  memory_limit_bytes: what the plan keeps below if it can
-    shell         : part of a round pattern, by distance; None: all of it;  whole: of which this is a shell
+    shell         : part of a pattern, by distance; None: all of it;  islands: how many of these edges are one of
+    whole         : of which this is a shell, or an island
     quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
     """
 
@@ -80,6 +82,7 @@ class FourierImage:
     shell: Shell | None = None
     quiet: Callable[[], float] | None = None
     whole: FourierImage | None = None
+    islands: int = 1
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
@@ -120,6 +123,8 @@ class FourierImage:
             if values is not None:
                 image[tile.part] += values
             progress((done + 1) / len(plan.tiles))
+        if self.islands > 1:
+            self.__dict__.pop("_fields", None)  # its transfers, before the next one's are made
         return image
 
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
@@ -128,39 +133,20 @@ class FourierImage:
             return Cost(seconds=0.0, memory_bytes=8.0 * shape[0] * shape[1]), 0.0
         if parts := self.parts(origin, shape):
             return Sum(parts=parts).expected(origin, shape)
-        return self._expected(origin, shape)
+        return self.at_once(origin, shape)
 
-    def _expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
-        """Return the same of all at once."""
+    def at_once(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
+        """Return the same without parts."""
         plan, _ = self._planned(origin, shape)
         return Cost(seconds=plan.seconds, memory_bytes=plan.memory_bytes), sum(tile.points for tile in plan.tiles)
 
     def parts(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
-        """Return parts of the pattern by distance, where they take less than all at once; else none."""
+        """Return parts by distance or by place, where they take less than all at once; else none."""
         if self.shell is not None:
             return ()
-        known = self._apart.get((origin, shape))
-        if known is None:
-            known = self._by_distance(origin, shape)
-            if known:
-                apart, whole = Sum(parts=known).expected(origin, shape)[0], self._expected(origin, shape)[0]
-                known = known if pays(apart, whole, self.memory_limit_bytes) else ()
-            self._apart[origin, shape] = known
-        return known
-
-    def _by_distance(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
-        """Return shells of a round pattern; of a pupil with straight sides what is near, and its spikes."""
-        (nm, density), edges = self._lit, self.edges.seen_from(origin)
-        task = self.system, self.kernel, nm, self.pitch_um, edges, shape, self.tolerance
-        hem = spike_hem(*task)
-        own = shells(*task, self.quiet) if hem is None else (Shell(begin=None, end=hem, tapers=1),)
-        base = np.zeros_like(self.base)
-        parts = tuple(dataclasses.replace(self, base=base, shell=shell, whole=self) for shell in own)
-        if hem is None:
-            return parts
-        system, pitch_um = self.system, self.pitch_um
-        far = Spikes(edges=self.edges, density=density, wavelength_nm=nm, system=system, pitch_um=pitch_um, hem=hem)
-        return *parts, far
+        if (origin, shape) not in self._apart:
+            self._apart[origin, shape] = parts_of(self, origin, shape)
+        return self._apart[origin, shape]
 
     @functools.cached_property
     def _apart(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Part, ...]]:
@@ -171,7 +157,7 @@ class FourierImage:
         return not len(self.edges) or not np.any(self.density[1:] != self.density[0])
 
     @functools.cached_property
-    def _lit(self) -> tuple[F64, F64]:
+    def lit(self) -> tuple[F64, F64]:
         """Wavelengths and densities that are told apart: one where the system treats all alike."""
         if self.system.chromatic:
             return self.wavelength_nm, self.density
@@ -180,7 +166,7 @@ class FourierImage:
     @functools.cached_property
     def contrast(self) -> F64:
         """What every spectrum gives against the background's: (spectra, channels, j)."""
-        against: F64 = self._lit[1][1:] - self._lit[1][0]
+        against: F64 = self.lit[1][1:] - self.lit[1][0]
         return against
 
     @functools.cached_property
@@ -199,10 +185,19 @@ class FourierImage:
     @functools.cached_property
     def kernel(self) -> Kernel:
         """What the plan has to know of the lens."""
-        whole = kernel_of(self.system, self._lit[0], self.pitch_um, self.tolerance)
-        if whole.round and whole.tapered:
-            whole = with_band(whole, self.system, self._lit[0], *self._kinds, self.tolerance)
-        return whole if self.shell is None else self.shell.kernel(whole)
+        if self.whole is not None:
+            known = self.whole.kernel
+            return dataclasses.replace(known, tapers=self.islands) if self.shell is None else self.shell.kernel(known)
+        known = kernel_of(self.system, self.lit[0], self.pitch_um, self.tolerance)
+        if known.round and known.tapered:
+            known = with_band(known, self.system, self.lit[0], *self._kinds, self.tolerance)
+        return known
+
+    @functools.cached_property
+    def footprint(self) -> F64:
+        """How far a photosite sees along x and along y, pitches."""
+        extent_um: F64 = np.abs(self.system.spots_um()).max(axis=0) + self.system.photosite.half_extent_um
+        return extent_um / self.pitch_um
 
     @functools.cached_property
     def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Sizes, Alike]]:
@@ -211,7 +206,7 @@ class FourierImage:
     @functools.cached_property
     def _density(self) -> Density:
         """Where the edges are; all shells are asked for the same."""
-        return Density.of(self.edges) if self.whole is None else self.whole._density
+        return Density.of(self.edges) if self.shell is None or self.whole is None else self.whole._density
 
     def _planned(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Sizes, Alike]:
         """Return tiles and settings, and the spectra as transformed: chosen once, to be priced and rendered."""
@@ -224,7 +219,6 @@ class FourierImage:
 
     def _plan(self, origin: F64, shape: tuple[int, int], alike: Alike) -> Sizes:
         """Choose tiles and settings."""
-        footprint_um = np.abs(self.system.spots_um()).max(axis=0) + self.system.photosite.half_extent_um
         shares, contrast = alike
         spectra, channels, wavelengths = contrast.shape
         return plan_sizes(
@@ -233,7 +227,7 @@ class FourierImage:
                 shape=shape,
                 low=self._density.low - origin,
                 high=self._density.high - origin,
-                footprint=footprint_um / self.pitch_um,
+                footprint=self.footprint,
                 joint=bool(joint_stages(self.system)),
                 edges=len(self.edges),
                 density=self._density,
@@ -268,7 +262,7 @@ class FourierImage:
         # Filled here: threads that touch fresh pages at once wait for one another.
         total = np.full((contrast.shape[1], *tile.sums, 2), 0.0)
         if self.kernel.round:
-            curves = self._curves.of(tile, plan, contrast)
+            curves = self._curves.of(tile, contrast)
             for block, scene in regions.blocks():
                 more = scene, self._footprints.on(block, tile), curves, block.place(tile)
                 shared(total.shape[1], functools.partial(add_round, total, *more))
@@ -292,9 +286,9 @@ class FourierImage:
         """What gives a round lens, or its shell, on a block."""
         assert isinstance(self.system.lens, Round)
         pattern = self.system.lens if self.shell is None else self.shell.of(self.system.lens, self.pitch_um)
-        return LensCurves(pattern, self._lit[0], self.pitch_um, self.kernel)
+        return LensCurves(pattern, self.lit[0], self.pitch_um, self.kernel)
 
     @functools.cached_property
     def _fields(self) -> LensFields:
         """What gives a lens that is not round on a block."""
-        return LensFields(self.system, self._lit[0], self.pitch_um, self.kernel, self.tolerance)
+        return LensFields(self.system, self.lit[0], self.pitch_um, self.kernel, self.tolerance)

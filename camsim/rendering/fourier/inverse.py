@@ -11,8 +11,8 @@ import scipy
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
 from camsim.quadrature import barycentric
-from camsim.rendering.fourier.blocks import COARSE_POINTS, Tile
 from camsim.rendering.fourier.plan import PART
+from camsim.rendering.fourier.tile import COARSE_POINTS, Tile
 
 FILLED = 10_000  # photosites that are worth a thread's while
 WHOLE = (slice(None), slice(None))  # rows and columns

@@ -21,12 +21,12 @@ from camsim.optics.protocols import Round, Separable
 from camsim.optics.system import OpticalSystem
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.joint import joint_transfer
 from camsim.rendering.fourier.kernels import Curves, Factors, SceneBlock
-from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper, tapered
+from camsim.rendering.fourier.tile import Tile
 
 SAMPLES, CELLS = 20, 4  # points of a pattern on its own length: 7e-15; it is interpolated on quarters of that:
 DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
@@ -66,7 +66,6 @@ def round_curves(
     pitch_um: float,
     kernel: Kernel,
     tile: Tile,
-    plan: Sizes,
 ) -> Curves:
     """Return the transfer of a round lens over |k|: coefficients of t⁰ … t⁷ on 0 ≤ t < 1 in every cell.
 
@@ -86,7 +85,7 @@ def round_curves(
     within = (2.0 * np.arange(CELLS)[:, None] + 1.0 + x).ravel() / CELLS - 1.0
     values = np.einsum("fx,lxq->lfq", interpolation(sampled, within), values).reshape(count, DEGREE + 1, len(flat))
     radius = (np.arange(count)[:, None] + 0.5 * (1.0 + x)) * (outer / count)
-    values *= tapered(radius, inner, outer, taper(plan.sharpness))[..., None]
+    values *= tapered(radius, inner, outer, taper(tile.sharpness))[..., None]
     # Not by matrix products: a BLAS with threads of its own would keep the cores from the kernels for milliseconds.
     cells = np.einsum("dx,cxq->cdq", np.linalg.inv(np.vander(x, increasing=True)), values)
 

@@ -12,12 +12,13 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fourier.blocks import Strip, Tile
+from camsim.rendering.fourier.blocks import Strip
 from camsim.rendering.fourier.fuses import Fused, Fuses
 from camsim.rendering.fourier.lens import Fields, parts, plain_fields
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.sampled_lens import fields_of, tapered_transfers
 from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.modes import mixed
 
 OF_TAPER = 0.25  # of a taper's share, where there is none: what transfers that a lens has added up may be wrong by
@@ -76,7 +77,8 @@ class LensFields:
             some = slice(None) if fused else slice(first, first + plan.fields)
             own = modes if fused else np.eye(wavelength_nm[some].size)
             # Windows of one size on scenery all about them have the same transfers: those that were made last are kept.
-            key = tile.periods, tile.inner, tile.outer, tile.cut, plan.sharpness, first, own.tobytes()
+            tapers = tile.middle, tile.inner, tile.outer, tile.sharpness
+            key = tile.periods, tile.cut, *tapers, first, own.tobytes()
             if key not in self._made:
                 self._made.clear()
                 precision = self._budget.allowed("pupil")

@@ -9,10 +9,10 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
 from camsim.rendering.fourier.regions import Regions
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.prune import joined_outlines
 
 MANY = 120  # edges in a window: from here on non-uniform transforms of them cost less
@@ -44,15 +44,13 @@ class Nearby:
         return clamped(self.edges.some(meets[outline]).seen_from(first), tile.low, tile.high)
 
 
-def regions_of(seen: Edges, tile: Tile, sharpness: float, tolerance: float) -> tuple[I64, Regions]:
+def regions_of(seen: Edges, tile: Tile, tolerance: float) -> tuple[I64, Regions]:
     """Return the spectra (n,) of regions in a window besides the background's, and those regions to be transformed."""
     spectra = np.setdiff1d(np.concatenate([seen.left, seen.right]), [0])
     shares = np.zeros((1 + int(spectra.max(initial=0)), spectra.size))
     shares[spectra, np.arange(spectra.size)] = 1.0
     sizes = Sizes(
         tiles=(tile,),
-        margin=0.0,
-        sharpness=sharpness,
         spread=len(seen) > MANY,
         channels=1,
         fields=0,

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from camsim.gridded import PER_WAVE
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.tile import Tile
 
 FEWEST_SAMPLES = 4_000_000  # at a time, whatever they take
 STRIP_BYTES = 3.6e8  # what strips of a pattern behind pictures may take
@@ -21,26 +21,28 @@ def samples_of(kernel: Kernel, tile: Tile) -> float:
 
 
 class Lattice(NamedTuple):
-    """A pattern's samples along one axis: how many make up the period, how far apart, how many to either side."""
+    """A pattern's samples along one axis: how many make up the period, how far apart, the first's number, how many."""
 
     size: int
     step: float
-    reach: int
+    first: int
+    samples: int
 
 
 def lattices_of(cuts: tuple[float, float], tile: Tile) -> list[Lattice]:
     """Return a pattern's samples along x and along y, where its band ends at ``cuts``."""
     found = []
-    for period, outer, cut in zip(tile.periods, tile.outer, cuts, strict=True):
+    for period, (low, high), cut in zip(tile.periods, tile.spans, cuts, strict=True):
         size = fast_length(math.ceil(PER_WAVE * cut * period) + 1)
-        found.append(Lattice(size, period / size, math.floor(outer * size / period)))
+        first, last = math.ceil(low * size / period), math.floor(high * size / period)
+        found.append(Lattice(size, period / size, first, last - first + 1))
     return found
 
 
 def pattern_of(kernel: Kernel, tile: Tile) -> tuple[int, int]:
     """Return the rows and columns of the pattern itself, as far as it is taken."""
     x, y = lattices_of(kernel.cuts(tile.cut), tile)
-    return 2 * y.reach + 1, 2 * x.reach + 1
+    return y.samples, x.samples
 
 
 def rows_at_once(kernel: Kernel, pattern: tuple[int, int], spare_bytes: float) -> int:

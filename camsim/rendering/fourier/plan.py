@@ -16,13 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier import prices
-from camsim.rendering.fourier.blocks import CHEAPER, Tile, count_blocks, count_strips
-from camsim.rendering.fourier.patterns import NODES_BYTES, made_bytes, pattern_of, rows_at_once, samples_of
-from camsim.rendering.fourier.taper import taper_margin
-from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES, Task
+from camsim.rendering.fourier.blocks import count_blocks, count_strips
+from camsim.rendering.fourier.task import PART_OF_MEMORY, Task
+from camsim.rendering.fourier.tile import CHEAPER, Tile
+from camsim.rendering.fourier.window import of_kernel, pattern_rows, tile_of
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
@@ -32,9 +30,6 @@ TILES_AT_ONCE = 2  # of round lenses, and then one strip of each
 WORTH_A_THREAD = 100_000  # frequencies of a tile
 STRIPS_AT_ONCE = 2  # whatever the number of threads: what fits decides on the strips, and those on the last bits
 SPREAD_HELD = 12  # complex numbers for each: sums on grids of up to twice their strips' sides, and what is made of them
-ALL_BUT = 0.95  # of the memory, that a wavefront's patterns may take while they are made
-SAMPLE_BYTES, FOLDED_BYTES = 20.0, 8.0  # of all patterns' samples, and while one after the other is added up
-WHOLE_BYTES = 24.0  # of a transfer that is made for a whole tile at once, three times, for each such sample
 PART = 2_000_000  # numbers that are transformed back at a time
 
 
@@ -42,7 +37,6 @@ PART = 2_000_000  # numbers that are transformed back at a time
 class Sizes:
     """Settings of one rendering.
 
-    margin   : of the taper's band, in 1/width;  sharpness: β of its Kaiser–Bessel window
     spread   : transform the edges by non-uniform FFT instead of edge by edge, ``strip_points`` frequencies at a time
     channels : at a time;  fields: wavelengths at a time, of a tapered lens that is not round
     block_points : frequencies at a time;  pattern_rows: of a lens that is not round, at a time
@@ -51,8 +45,6 @@ class Sizes:
     """
 
     tiles: tuple[Tile, ...]
-    margin: float
-    sharpness: float
     spread: bool
     channels: int
     fields: int
@@ -69,13 +61,10 @@ class Sizes:
 class _Alike:
     """Tiles that differ in their places only: what lies beyond them is clamped alike.
 
-    tile : one of them;  margin, sharpness: of its taper
-    rows, cols : first ones of all of them
+    tile : one of them;  rows, cols: first ones of all of them
     """
 
     tile: Tile
-    margin: float
-    sharpness: float
     rows: list[int]
     cols: list[int]
 
@@ -133,8 +122,8 @@ def _cut(task: Task, count: int) -> list[_Alike]:
     found = []
     for (x, cols), (y, rows) in itertools.product(along[0].items(), along[1].items()):
         low, high = np.array([x[1], y[1]]), np.array([x[2], y[2]])
-        tile, margin, sharpness = _tile(task, (rows[0], cols[0], y[0], x[0]), low, high)
-        found.append(_Alike(tile=tile, margin=margin, sharpness=sharpness, rows=rows, cols=cols))
+        tile = tile_of(task, (rows[0], cols[0], y[0], x[0]), low, high)
+        found.append(_Alike(tile=tile, rows=rows, cols=cols))
     return found
 
 
@@ -164,7 +153,7 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
         tile = alike.tile
         of_rows, of_columns = tile.sums
         grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
-        kernel_seconds, kernel_bytes, made = _of_kernel(task, tile, fields)
+        kernel_seconds, kernel_bytes, made = of_kernel(task, tile, fields)
         each = passes * (per_point + task.of_footprint(tile)) + task.weights * prices.PER_POINT_WEIGHT
         seconds += len(alike) * (tile.points * each + task.channels * grid * prices.PER_GRID_POINT + kernel_seconds)
         fixed, making = max(fixed, kernel_bytes + 16.0 * of_columns * tile.rows), max(making, made)
@@ -181,15 +170,13 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
         channels = 1
     return Sizes(
         tiles=(),
-        margin=cut[-1].margin,
-        sharpness=cut[-1].sharpness,
         spread=spread,
         channels=channels,
         fields=fields,
         block_points=block_points,
         strip_points=strip_points,
         fewest_strips=fewest_strips,
-        pattern_rows=_pattern_rows(task, largest, fields),
+        pattern_rows=min(pattern_rows(task, alike.tile, fields) for alike in cut) if kernel.sampled else 1,
         seconds=seconds,
         memory_bytes=fixed + channels * transforms,
         at_once=at_once,
@@ -217,75 +204,3 @@ def _strips(task: Task, tile: Tile, nodes: float, fewest: int) -> tuple[int, flo
 
 def _strip_bytes(task: Task) -> float:
     return 16.0 * (SPREAD_HELD + task.spectra)
-
-
-def _of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float, float]:
-    """Return seconds and bytes that a tile's transfer of the lens takes, and more bytes while it is made."""
-    kernel, samples = task.kernel, samples_of(task.kernel, tile)
-    if kernel.round:
-        curves = task.spectra * task.channels
-        seconds = prices.PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2
-        seconds += prices.PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
-        return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut), 0.0
-    if kernel.tapered:
-        (rows, columns), own = pattern_of(kernel, tile), _pattern_rows(task, tile, fields)
-        seconds = prices.PER_PUPIL_NODE * kernel.pupil_nodes(*tile.outer) * math.ceil(rows / own)
-        seconds += kernel.pattern_seconds * task.wavelengths * rows * columns
-        held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
-        made = made_bytes(kernel, own, columns) + FOLDED_BYTES * fields * samples
-        return seconds, held, max(0.0, made - held)
-    sets = min(task.spectra * task.channels, task.wavelengths)
-    return 0.0, WHOLE_BYTES * sets * samples if kernel.whole else 0.0, 0.0
-
-
-def _pattern_rows(task: Task, tile: Tile, fields: int) -> int:
-    """Return how many rows of a pattern are made at a time."""
-    kernel, folded = task.kernel, FOLDED_BYTES * fields * samples_of(task.kernel, tile)
-    spare = ALL_BUT * task.memory_limit_bytes - NODES_BYTES - folded
-    return rows_at_once(kernel, pattern_of(kernel, tile), spare)
-
-
-def _tile(task: Task, window: tuple[int, int, int, int], box_low: F64, box_high: F64) -> tuple[Tile, float, float]:
-    """Return the tile of a window (row, col, rows, cols), and margin and sharpness of its taper.
-
-    box_low, box_high : (2,) what it sees of the scene, from its first photosite
-    """
-    kernel, (row, col, rows, cols) = task.kernel, window
-    size = np.array([cols - 1.0, rows - 1.0])
-    extent = np.maximum(np.maximum(box_high, size - box_low), 0.0) + task.footprint
-    inner_round = min(kernel.reach, float(np.hypot(*extent)))
-    inner = np.full(2, inner_round) if kernel.round else np.minimum(extent, kernel.reach)
-    if not kernel.tapered:
-        margin = sharpness = width = 0.0
-        inner = np.full(2, kernel.reach)
-    elif kernel.hem is not None:
-        inner, width = np.full(2, kernel.hem.inner), kernel.hem.outer - kernel.hem.inner
-        margin, sharpness = kernel.hem.band * width, kernel.hem.sharpness
-    else:
-        allowed = ErrorBudget(task.tolerance).allowed("taper") / kernel.tapers
-        level = allowed / kernel.beyond(float(inner.min()), task.edges)
-        margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
-        shortest = math.sqrt(float(np.prod(extent + inner)))
-        # The width w makes (cutoff + margin/w)·(extent + inner + w) smallest.
-        width = max(math.sqrt(margin * shortest / kernel.cutoff), margin * kernel.blur / 8.0)
-    outer = inner + width
-    wanted = [fast_length(math.ceil(value), real=True) for value in extent + outer]
-    if kernel.tapered and not kernel.round and kernel.hem is None:
-        # What is left of the period widens the taper for nothing.
-        outer = np.maximum(outer, np.array(wanted) - extent)
-        width = float((outer - inner).min())
-    cut = kernel.cutoff + (margin / width if width else 0.0)
-    tile = Tile(
-        row=row,
-        col=col,
-        rows=rows,
-        cols=cols,
-        inner=(float(inner[0]), float(inner[1])),
-        outer=(float(outer[0]), float(outer[1])),
-        periods=(max(wanted[0], 2), max(wanted[1], 2)),
-        cut=cut,
-        cuts=kernel.cuts(cut),
-        low=(float(box_low[0]), float(box_low[1])),
-        high=(float(box_high[0]), float(box_high[1])),
-    )
-    return tile, margin, sharpness

@@ -14,12 +14,13 @@ from camsim.kernels import ahead, kernel, shared
 from camsim.nonuniform import modes
 from camsim.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges, corners_of
-from camsim.rendering.fourier.blocks import Block, Strip, Tile, blocks, strips
+from camsim.rendering.fourier.blocks import Block, Strip, blocks, strips
 from camsim.rendering.fourier.clamped import netted
 from camsim.rendering.fourier.edge_transforms import Corners, edge_transforms
 from camsim.rendering.fourier.kernels import SceneBlock
 from camsim.rendering.fourier.plan import STRIPS_AT_ONCE, Sizes
 from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
+from camsim.rendering.fourier.tile import Tile
 
 EDGES_AT_ONCE, TURNED_AT_ONCE = 1000, 10_000
 

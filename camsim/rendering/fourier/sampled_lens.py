@@ -17,11 +17,12 @@ from camsim.arrays import C128, F64
 from camsim.kernels import shared
 from camsim.kernels.threads import MANY
 from camsim.optics import OpticalSystem
-from camsim.rendering.fourier.blocks import Block, Tile
+from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.lens import Fields, parts
 from camsim.rendering.fourier.patterns import lattices_of
 from camsim.rendering.fourier.plan import Sizes
 from camsim.rendering.fourier.taper import taper, tapered
+from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.psf import point_spread_rows
 
 ROWS = 16  # added up at a time: what stays in a cache
@@ -66,15 +67,15 @@ def tapered_transfers(
     cuts    : the highest frequencies along x and along y, cycles/pitch
     """
     lattices = lattices_of(cuts, tile)
-    axes = [step * np.arange(-reach, reach + 1.0) for _, step, reach in lattices]
+    axes = [own.step * np.arange(own.first, own.first + own.samples, dtype=float) for own in lattices]
     sizes, steps = [own.size for own in lattices], [own.step for own in lattices]
-    shape = taper(plan.sharpness)
+    shape = taper(tile.sharpness)
     hems = [
-        tapered(np.abs(place), inner, outer, shape) * step
-        for place, inner, outer, step in zip(axes, tile.inner, tile.outer, steps, strict=True)
+        tapered(np.abs(place - middle), inner, outer, shape) * step
+        for place, middle, inner, outer, step in zip(axes, tile.middle, tile.inner, tile.outer, steps, strict=True)
     ]
     folded = [np.zeros((sizes[1], sizes[0])) for _ in weights]
-    reach = axes[1].size // 2
+    column, row = (own.first for own in lattices)
     for first in range(0, axes[1].size, plan.pattern_rows):
         some = slice(first, min(first + plan.pattern_rows, axes[1].size))
         hem = hems[1][some, None] * pitch_um**2
@@ -82,9 +83,8 @@ def tapered_transfers(
         for nm, shares in zip(wavelength_nm.tolist(), weights.T.tolist(), strict=True):
             for own, pattern in point_spread_rows(system, *axes_um, nm, precision=precision):
                 begin, _, step = own.indices(hem.size)
-                add_rows = functools.partial(
-                    _add_rows, folded, pattern, (hem[own], hems[0]), shares, (first + begin - reach, step)
-                )
+                place = row + first + begin, column, step
+                add_rows = functools.partial(_add_rows, folded, pattern, (hem[own], hems[0]), shares, place)
                 # Rows that fall on one row of the period are added up by one thread.
                 shared(len(pattern), add_rows, most=MANY if len(pattern) * step <= sizes[1] else 1)
                 del pattern, add_rows  # before the next is made
@@ -99,22 +99,22 @@ def _add_rows(
     pattern: F64,
     hems: tuple[F64, F64],
     shares: Sequence[float],
-    place: tuple[int, int],
+    place: tuple[int, int, int],
     begin: int,
     stop: int,
 ) -> None:
-    """Add some rows of a pattern, tapered, to all sums that have a share of it; ``place``: the first row's, and steps.
+    """Add some rows of a pattern, tapered, to all sums that have a share of it.
 
-    hems : down (rows, 1) and across
+    hems : down (rows, 1) and across;  place: numbers of the first row and column, and how many from row to row
     """
-    first, step = place
+    first, column, step = place
     for low in range(begin, stop, ROWS):
         some = slice(low, min(low + ROWS, stop))
         weighed = pattern[some] * hems[1]
         weighed *= hems[0][some]
         for total, share in zip(folded, shares, strict=True):
             if share:
-                add_folded(total, weighed, (first + step * low, -(hems[1].size // 2)), share, step)
+                add_folded(total, weighed, (first + step * low, column), share, step)
 
 
 def add_folded(total: F64, values: F64, first: tuple[int, int], share: float, step: int = 1) -> None:

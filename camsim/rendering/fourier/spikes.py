@@ -8,6 +8,7 @@ tapered soon after a distance, is left to a transform whose period needs to be n
 
 from __future__ import annotations
 
+import bisect
 import functools
 import math
 from collections.abc import Callable
@@ -195,7 +196,7 @@ def spike_hem(
     spikes = spikes_of(system, float(wavelength_nm.max()))
     if not spikes or not len(edges):
         return None
-    allowed = ErrorBudget(tolerance).allowed("taper")
+    allowed = ErrorBudget(tolerance).allowed("taper") / kernel.tapers
     nearest, farthest = distances(edges, shape)
     nearest = np.maximum(nearest - system.extent_um / pitch_um, 0.0)
     longest = max(system.blurs_um(wavelength_nm)) / pitch_um
@@ -203,18 +204,22 @@ def spike_hem(
     spot = max(spike.spot_um for spike in spikes) / pitch_um  # within it light is no spike
     besides = BESIDES * longest**2 + UNEVEN * longest * spread[0], WIDE * longest * float(spread @ spread)
     crossings = Crossings(spikes, edges, shape, longest + system.extent_um / pitch_um + float(spread[1]), spot)
-    for step in range(math.ceil(PER_OCTAVE * math.log2(max(farthest / longest, 1.0)))):
-        beyond = longest * 2.0 ** (step / PER_OCTAVE)
-        inner = spot + beyond
-        away = np.maximum(nearest - spot, beyond)
+    away_each = nearest - spot
+
+    def quiet(beyond: float) -> bool:
+        """Whether what spikes leave out of edges beyond a distance is within its share: less, the farther that is."""
+        away = np.maximum(away_each, beyond)
         each = besides[0] / away**2 + besides[1] / away**3
-        left_out = float(each.sum())
-        if left_out > RINGS_PART * allowed:
-            left_out = crossings.most(each, besides[0] / beyond**2 + besides[1] / beyond**3)
-        if left_out <= RINGS_PART * allowed:
-            break
-    else:
+        if float(each.sum()) <= RINGS_PART * allowed:
+            return True
+        return crossings.most(each, besides[0] / beyond**2 + besides[1] / beyond**3) <= RINGS_PART * allowed
+
+    steps = range(math.ceil(PER_OCTAVE * math.log2(max(farthest / longest, 1.0))))
+    found = bisect.bisect_left(steps, True, key=lambda step: quiet(longest * 2.0 ** (step / PER_OCTAVE)))
+    if found == len(steps):
         return None
+    beyond = longest * 2.0 ** (found / PER_OCTAVE)
+    inner = spot + beyond
     light = 2.0 * sum(spike.light_um for spike in spikes) / pitch_um / beyond
     margin, sharpness = taper_margin(min(max((1.0 - RINGS_PART) * allowed / light, 1e-14), 1.0))
     # (cutoff + margin/width)·(frame + 2·(inner + width)) is smallest, or nearly.

@@ -13,7 +13,17 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.gridded import held_bytes
 from camsim.optics import OpticalSystem, RoundLens
-from camsim.optics.protocols import Fading, KnowsBands, KnowsEnergy, KnowsNodes, KnowsReach, KnowsTail, Round, Separable
+from camsim.optics.protocols import (
+    Fading,
+    KnowsBands,
+    KnowsEnergy,
+    KnowsNodes,
+    KnowsReach,
+    KnowsTail,
+    Round,
+    Separable,
+    Span,
+)
 from camsim.products import product
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.fuses import Fuses
@@ -41,7 +51,7 @@ class Kernel:
     round   : the taper is round and the kernel a curve; else both are functions of x and y
     tapered : False for a pattern that has died away at ``reach`` by itself
     light   : how much light may lie beyond a distance, negative light counted as much
-    pupil_nodes : nodes that all wavelengths' patterns take out to distances along x and y, of a lens that is not round
+    pupil_nodes : nodes that all patterns of a lens that is not round take from where to where along x and along y
     rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
     longest : the longest wavelength's own length, of a lens that tells its rings
     hem     : the taper, where it is given
@@ -59,7 +69,7 @@ class Kernel:
     round: bool
     tapered: bool
     light: Callable[[float], float]
-    pupil_nodes: Callable[[float, float], float]
+    pupil_nodes: Callable[[Span, Span], float]
     rings: tuple[tuple[float, float], ...] = ()
     longest: float = 0.0
     hem: Hem | None = None
@@ -73,6 +83,11 @@ class Kernel:
     def cuts(self, cut: float) -> tuple[float, float]:
         """Return the highest frequencies along x and along y of a band that ends at ``cut``."""
         return cut - self.sooner[0], cut - self.sooner[1]
+
+    @property
+    def sampled(self) -> bool:
+        """Whether its transfers are made from its pattern on a lattice."""
+        return self.tapered and not self.round and not self.whole
 
     def beyond(self, distance: float, edges: int) -> float:
         """Return what a taper that begins at ``distance`` works on: at most this of an image of so many edges."""
@@ -181,15 +196,24 @@ def _beside(system: OpticalSystem, cutoff_per_um: float) -> F64:
     return np.arange(-0.5, 0.5, BAND_DIRECTIONS / (BAND_DIRECTIONS + LOBE * periods))
 
 
-def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float, float], float]:
-    """Return what tells how many nodes the patterns at all wavelengths take out to distances in pitches."""
+def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[Span, Span], float]:
+    """Return what tells how many nodes the patterns at all wavelengths take between distances in pitches."""
     lens = system.lens
     if not isinstance(lens, KnowsNodes) or system.more:
         cutoffs = [system.cutoff_per_um(nm) * pitch_um for nm in wavelength_nm.tolist()]
-        return lambda x, y: float(sum(math.prod(rule_of(cutoff * math.hypot(x, y))) for cutoff in cutoffs))
+
+        def summed(x: Span, y: Span) -> float:
+            farthest = math.hypot(*(max(map(abs, span)) for span in (x, y)))
+            return float(sum(math.prod(rule_of(cutoff * farthest)) for cutoff in cutoffs))
+
+        return summed
     each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
     # Tiles, most of them alike, ask one by one.
-    return functools.cache(lambda x, y: sum(nodes(x * pitch_um, y * pitch_um) for nodes in each))
+    return functools.cache(lambda x, y: sum(nodes(_scaled(x, pitch_um), _scaled(y, pitch_um)) for nodes in each))
+
+
+def _scaled(span: Span, by: float) -> Span:
+    return span[0] * by, span[1] * by
 
 
 def _light_beyond(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:

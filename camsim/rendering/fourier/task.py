@@ -12,12 +12,12 @@ from camsim.errors import InvalidValueError
 from camsim.quadrature import gauss_pieces
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.blocks import Tile
 from camsim.rendering.fourier.density import Density
 from camsim.rendering.fourier.joint import NODES_IN_CYCLE
 from camsim.rendering.fourier.patterns import samples_of
 from camsim.rendering.fourier.prices import PER_JOINT_NODE, PER_JOINT_POINT
 from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.tile import Tile
 
 PART_OF_MEMORY = 0.3  # that strips may take, and the transfers of a lens at several wavelengths behind pictures
 OF_TRANSFERS = 0.5  # that those of a wavefront may: the scene is transformed again for as many as do not fit
