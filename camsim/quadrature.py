@@ -38,6 +38,27 @@ def gauss_legendre(order: int) -> tuple[F64, F64]:
     return nodes, weights
 
 
+@functools.cache
+def even_rule(order: int) -> tuple[F64, F64]:
+    """Return nodes on −1 … 1 and weights of a rule for waves, both (order,), read-only: two thirds of Gauss's nodes.
+
+    A Gauss rule's nodes lie π/2 times as far apart in the middle as if they were even, and a wave is followed there
+    last. Mapped by x = arcsin(α·s)/arcsin α they are nearly even; how nearly leaves the integrand's own ellipse as wide
+    as rounding asks for, whatever their number. (Hale and Trefethen, "New quadrature formulas from conformal maps",
+    SIAM J. Numer. Anal. 46, 2008.)
+
+    >>> x, w = even_rule(125)  # a wave of 300 radians to either side; Gauss's rule takes 182 nodes
+    >>> bool(abs(np.cos(300.0 * x) @ w - 2.0 * np.sin(300.0) / 300.0) < 1e-12)
+    True
+    """
+    s, weights = gauss_legendre(order)
+    alpha = 1.0 / np.cosh(14.0 * order**-0.8)
+    nodes = np.arcsin(alpha * s) / np.arcsin(alpha)
+    weights = weights * alpha / (np.arcsin(alpha) * np.sqrt((1.0 - alpha * s) * (1.0 + alpha * s)))
+    nodes.flags.writeable = weights.flags.writeable = False
+    return nodes, weights
+
+
 def _legendre(order: int, x: F64) -> tuple[F64, F64]:
     """Return P_n and P_n′ within −1 … 1 by Bonnet's recurrence."""
     if order >= MANY:

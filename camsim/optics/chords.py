@@ -1,33 +1,28 @@
-"""Nodes of a pupil along chords: strips between its corners and its obstruction's ends, Gauss rules along and across.
+"""Nodes of a pupil along chords: strips between its corners and its obstruction's ends, a rule along and one across.
 
-Chords run along a side of a polygon. How many nodes the wavefront takes is not worked out: more are taken until
-integrals along lines of a strip stay the same.
+Chords run along a side of a polygon. What the wavefront takes besides waves is measured along lines of each strip.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import UnsupportedError
+from camsim.optics.follow import from_0, nodes_of, spare_nodes
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import ROUNDING, OverPupil, Turns, in_steps, joined
-from camsim.quadrature import gauss_legendre
+from camsim.optics.rays import OverPupil, Turns, joined
 
 NARROW = 1e-13  # a strip that is none: two corners at one level, but for rounding
 ALONG = 65  # places on a strip's sides, between which they are taken to be straight
-PER_TURN = 0.265  # nodes for a radian that a wave turns along a strip's side: a quarter, and a little
-CLOSER = 0.1  # of a rule's nodes in the middle, less of which are nowhere counted upon
 GROUPS = 8  # of a strip's chords, each with nodes for its longest
-SPARE, GROWTH, MOST_SPARE = 26, 1.3, 8000
-BENT_SPARE = 6  # of chords that end on a circle: without them 4e-11 of the light were lost
-LINES, HEARD, SETTLED = 9, 6.0, 1e-12  # of a strip, along which integrals times a wave of so many radians settle
+BENT_SPARE = 14  # of chords that end on a circle: with 6 1e-10 of the light was lost, with 10 2e-12
+LINES = 17  # of a strip, along which the wavefront is looked at
 
 
 class _End(NamedTuple):
@@ -74,8 +69,8 @@ class _Strip(NamedTuple):
 
     def nodes(self, levels: int, along: int, some: slice) -> F64:
         """Return x, y and weights (3, n) of some of so many chords with so many nodes on each of them."""
-        u, share = (values[some] for values in _from_0(levels))
-        t, weights = _from_0(along)
+        u, share = (values[some] for values in from_0(levels))
+        t, weights = from_0(along)
         x, slope, below, above = self.chords(u)
         length = above - below
         y = below[:, None] + length[:, None] * t
@@ -92,30 +87,26 @@ class _Strip(NamedTuple):
                 return levels, levels
             if self.lower.radius > 0.0:
                 return 0, 0
-        x = self.chords(_from_0(levels)[0])[0]
+        x = self.chords(from_0(levels)[0])[0]
         return int(np.searchsorted(x, -NARROW)), int(np.searchsorted(x, NARROW))
 
     def counts(self, turns: Turns, turn_rad: float, spares: tuple[int, int]) -> list[tuple[int, int]]:
         """Return for some chords after the others how many, and nodes on each, that waves take, and spares.
 
-        A Gauss rule of n nodes is exact to degree 2n − 1, and a wave that turns by κ on all of it is a polynomial of
-        degree κ/2 and some more. Its nodes lie as 1/√(u − u²), two of them on each turn of what turns evenly: where
-        the strip's sides turn a wave more towards their ends, they are closer there.
+        Nodes are nearly even: they follow what a strip's side turns where it turns most.
         """
         u = np.linspace(0.0, 1.0, ALONG)
         x, _, below, above = self.chords(u)
-        middle = 0.5 * (u[1:] + u[:-1])
-        closer = np.minimum(2.0 * np.sqrt(middle * (1.0 - middle)) + CLOSER, 1.0)
-        ways = [turns.along(*_turned(np.diff(x), np.diff(y), turn_rad)) * closer for y in (below, above)]
-        levels = in_steps(PER_TURN * float(np.max(ways)) * (ALONG - 1) + spares[0] + (BENT_SPARE if self.bent else 0))
-        each = PER_TURN * turns.along(*_turned(np.zeros(1), np.ones(1), turn_rad)).item()
+        ways = [turns.along(*_turned(np.diff(x), np.diff(y), turn_rad)) for y in (below, above)]
+        levels = nodes_of(float(np.max(ways)) * (ALONG - 1), spares[0] + (BENT_SPARE if self.bent else 0))
+        each = turns.along(*_turned(np.zeros(1), np.ones(1), turn_rad)).item()
         ends = [round(levels * part / GROUPS) for part in range(GROUPS + 1)]
         found: list[tuple[int, int]] = []
         for first, stop in pairwise(ends):
             if first < stop:
                 # Somewhere between these is the longest of them, or at an end.
                 x, _, below, above = self.chords(np.linspace(*_reach(first, stop, levels), 9))
-                along = in_steps(each * float((above - below).max()) + spares[1])
+                along = nodes_of(each * float((above - below).max()), spares[1])
                 if found and found[-1][1] == along:
                     found[-1] = found[-1][0] + stop - first, along
                 else:
@@ -216,15 +207,9 @@ def _sides(corners: F64, x: float) -> tuple[_End, _End]:
 
 
 def _reach(first: int, stop: int, levels: int) -> tuple[float, float]:
-    """Return where on 0 … 1 some of a Gauss rule's nodes begin and end, or a little farther."""
-    begin, end = (0.5 - 0.5 * math.cos(math.pi * place / levels) for place in (first, stop))
-    return begin, end
-
-
-def _from_0(order: int) -> tuple[F64, F64]:
-    """Return nodes on 0 … 1 and weights of a Gauss rule."""
-    nodes, weights = gauss_legendre(order)
-    return 0.5 * (1.0 + nodes), 0.5 * weights
+    """Return where on 0 … 1 some of a rule's nodes begin and end, or one farther."""
+    nodes = from_0(levels)[0]
+    return float(nodes[first - 1]) if first else 0.0, float(nodes[stop]) if stop < levels else 1.0
 
 
 @functools.lru_cache(maxsize=256)
@@ -233,30 +218,15 @@ def _spares(lens: OverPupil, wavelength_nm: float, across: bool) -> tuple[tuple[
 
     As many as change no integral along lines of a strip: of its chords, and of what goes from chord to chord.
     """
-    place = np.linspace(0.0, 1.0, LINES)[:, None]
     strips, turn_rad = strips_of(lens.pupil, across)
+    place = np.linspace(0.0, 1.0, LINES)[:, None]
 
-    def waves(strip: _Strip, u: F64, t: F64) -> F64:
-        x, _, below, above = strip.chords(u)
-        return lens.waves(*_turned(x, below + (above - below) * t, turn_rad), wavelength_nm)
+    def waves(u: F64, t: F64) -> F64:
+        every = [strip.chords(u) for strip in strips]
+        each = [np.broadcast_arrays(x, below + (above - below) * t) for x, _, below, above in every]
+        x, y = (np.stack(some) for some in zip(*each, strict=True))
+        return lens.waves(*_turned(x, y, turn_rad), wavelength_nm)
 
-    def settled(waves: Callable[[F64], F64]) -> int:
-        spare, before = SPARE, np.full(LINES, math.inf, complex)
-        while spare <= MOST_SPARE:
-            t, weights = _from_0(spare)
-            phase = 2.0 * np.pi * waves(t)
-            found = np.sum(weights * np.exp(1j * (phase + HEARD * t)), axis=1)
-            # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
-            if np.abs(found - before).max() <= max(SETTLED, ROUNDING * float(np.abs(phase).max())):
-                return spare
-            spare, before = math.ceil(GROWTH * spare), found
-        raise UnsupportedError(
-            f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a chord of the pupil "
-            f"({MOST_SPARE} points do not follow it); give smaller coefficients",
-            key="zernike_waves",
-        )
-
-    return tuple(
-        (settled(functools.partial(waves, strip, t=place)), settled(functools.partial(waves, strip, place)))
-        for strip in strips
-    )
+    levels = spare_nodes(lambda u: waves(u, place), wavelength_nm, "a chord")
+    along = spare_nodes(lambda t: waves(place, t), wavelength_nm, "a chord")
+    return tuple(zip(levels, along, strict=True))

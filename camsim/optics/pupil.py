@@ -18,6 +18,7 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
+from camsim.optics.follow import from_0
 from camsim.quadrature import gauss_legendre
 from camsim.typed import Number, Whole, judge, refusal
 
@@ -131,13 +132,9 @@ class Pupil:
         return max(len(self.corners), 1)
 
     @property
-    def side_share(self) -> float:
-        """By how much a wave turns over half of a side, over what it turns along the outer radius, for a Gauss rule.
-
-        Nodes lie as 1/√(1 − t²), and the side's places as tan ht, h half of the angle that it is seen at.
-        """
-        half, t = math.pi / self.sides, np.linspace(0.0, 1.0, 101)
-        return float(np.max(half * math.cos(half) * np.sqrt(1.0 - t * t) / np.square(np.cos(half * t))))
+    def side_length(self) -> float:
+        """Length of a polygon's side."""
+        return 2.0 * self.inner_radius * math.tan(math.pi / self.sides)
 
     def rays(self, fraction: F64) -> tuple[F64, F64]:
         """Return angle and length of the rays to the outline's points: ``fraction`` (n,) is 0 … 1 of each side in turn.
@@ -148,26 +145,27 @@ class Pupil:
         if not len(corners):
             angle = 2.0 * np.pi * fraction[None]
             return angle, np.ones_like(angle)
-        step = 2.0 * np.pi / len(corners)
-        angle = np.arctan2(corners[:, 1], corners[:, 0])[:, None] + step * fraction
-        return angle, np.tile(self.inner_radius / np.cos(step * (fraction - 0.5)), (len(corners), 1))
+        along = self.side_length * (fraction - 0.5)
+        angle = np.arctan2(corners[:, 1], corners[:, 0])[:, None] + np.pi / len(corners)
+        edge = np.hypot(self.inner_radius, along)
+        return angle + np.arctan(along / self.inner_radius), np.tile(edge, (len(corners), 1))
 
     def rule(
         self, radial: int, angular: Sequence[int], part: slice = slice(None), *, half: bool = False
     ) -> tuple[F64, F64, F64]:
         """Return nodes x, y and weights of a polar product rule over the opening.
 
-        radial : Gauss nodes from the obstruction to the outline, of which ``part`` is wanted
+        radial : nodes from the obstruction to the outline, of which ``part`` is wanted
         angular: nodes on each side in turn, or on a whole circle
         half   : of two nodes that are opposite only one: of an even number of sides, or round a circle
         """
-        r, w = (values[part] for values in _gauss(radial))
+        r, w = (values[part] for values in from_0(radial))
         if len(self.corners):
             # Each side gets a rule of its own, as the outline is smooth along it; what goes round needs none.
-            rules = [_gauss(count) for count in (angular[: len(angular) // 2] if half else angular)]
+            rules = [from_0(count) for count in (angular[: len(angular) // 2] if half else angular)]
             rays = [[values[side] for values in self.rays(t)] for side, (t, _) in enumerate(rules)]
             angle, edge = (np.concatenate(values) for values in zip(*rays, strict=True))
-            share = 2.0 * np.pi / self.sides * np.concatenate([v for _, v in rules])
+            share = self.side_length * self.inner_radius / edge**2 * np.concatenate([v for _, v in rules])
         else:
             (count,) = angular
             angles, edges = self.rays(np.arange(count // 2 if half else count) / count)

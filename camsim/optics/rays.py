@@ -1,4 +1,4 @@
-"""Nodes of a pupil along rays from its middle: Gauss rules by radius and along sides, even steps round a circle."""
+"""Nodes of a pupil along rays from its middle: rules by radius and along sides, even steps round a circle."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ import scipy
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
+from camsim.optics.follow import ROUNDING, from_0, nodes_of, spare_nodes
 from camsim.optics.pupil import Pupil
 
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
-ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coefficients
-RAYS = 24  # on every side of the outline, along which the wavefront's degree is looked for
+RAYS = 24  # on every side of the outline, along which the wavefront is looked at
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the way from the obstruction to the outline, likewise
 RINGS = 16  # groups, each of as many nodes round as its outermost takes: 1.9 times fewer than if all did
-MOST_POINTS = 1 << 13  # along a ray
+MOST_POINTS = 1 << 13  # round a circle
 
 
 class OverPupil(Protocol):
@@ -62,7 +63,8 @@ class Turns(NamedTuple):
 class Rays(NamedTuple):
     """A polar rule over an opening: rings of an even number of nodes, or of a number for each side.
 
-    along, round_about : degrees of the wavefront's phase factor along a radius, and along a side or round a circle
+    along, round_about : nodes that the wavefront takes besides waves along a radius, and along a side; round a circle
+                         the degree of its phase factor
     turns : of the waves besides
     """
 
@@ -74,7 +76,8 @@ class Rays(NamedTuple):
     @classmethod
     def of(cls, lens: OverPupil, wavelength_nm: float, turns: Turns) -> Rays:
         """Return the rule for a lens, and for waves."""
-        return cls(lens.pupil, *_degrees(lens, wavelength_nm), turns)
+        round_about = _degree_round(lens, wavelength_nm) if lens.pupil.sides == 1 else _spare(lens, wavelength_nm, True)
+        return cls(lens.pupil, _spare(lens, wavelength_nm, False), round_about, turns)
 
     @property
     def total(self) -> float:
@@ -94,15 +97,11 @@ class Rays(NamedTuple):
 
     @property
     def _radial(self) -> int:
-        """Nodes along a radius.
-
-        A Gauss rule of n nodes is exact to degree 2n − 1. A wave of phase κt on −1 … 1 is a polynomial of degree κ and
-        some twenty more; of the wavefront's own phase factor the degrees are looked up (``_degrees``).
-        """
+        """Nodes along a radius."""
         pupil, turns = self.pupil, self.turns
         farthest = float(turns.along(*pupil.corners.T).max()) if pupil.sides > 1 else turns.largest
         open_part = 1.0 - pupil.obstruction / pupil.outer_radius
-        return in_steps(0.27 * farthest * open_part + 0.5 * self.along + 24.0)
+        return nodes_of(farthest * open_part, self.along)
 
     @property
     def _groups(self) -> list[tuple[slice, list[int]]]:
@@ -111,17 +110,17 @@ class Rays(NamedTuple):
         inner, groups = pupil.obstruction, []
         ends = sorted({round(radial * part / RINGS) for part in range(RINGS + 1)})
         ways = np.roll(pupil.corners, -1, axis=0) - pupil.corners
-        of_sides = [float(turns.along(dx, dy) / math.hypot(dx, dy)) for dx, dy in ways]
+        of_sides = [float(turns.along(dx, dy)) for dx, dy in ways]
+        places = from_0(radial)[0]
         for first, stop in pairwise(ends):
-            share = 0.5 - 0.5 * math.cos(math.pi * stop / radial)  # of the way from the obstruction, or a little less
+            share = float(places[stop - 1])  # of the way from the obstruction
             hole = (1.0 - share) * inner * turns.largest
             if pupil.sides == 1:
                 sides = [2 * math.ceil(0.53 * (share * turns.largest + hole) + 32.0 + 0.5 * self.round_about)]
             else:
-                # A ring is so much of its outline, and the rest a circle.
-                per_turn = share * pupil.side_share * pupil.outer_radius
-                speeds = [per_turn * turn + hole * math.pi / pupil.sides for turn in of_sides]
-                sides = [in_steps(0.55 * speed + 0.5 * self.round_about + 30.0) for speed in speeds]
+                # A ring is so much of its outline, and the rest a circle: in the middle of a side a ray turns fastest.
+                of_hole = hole * pupil.side_length / pupil.inner_radius
+                sides = [nodes_of(share * turned + of_hole, self.round_about) for turned in of_sides]
             groups.append((slice(first, stop), sides))
         return groups
 
@@ -148,54 +147,44 @@ def _together(parts: list[tuple[F64, F64, F64]]) -> tuple[F64, F64, F64]:
     return x, y, weights
 
 
-def in_steps(least: float) -> int:
-    """Return a number of nodes, a hundredth larger at most: rules for the next wavelength are often the same ones."""
-    step = max(1, int(least) >> 7)
-    return step * math.ceil(least / step)
+@functools.lru_cache(maxsize=256)
+def _spare(lens: OverPupil, wavelength_nm: float, sides: bool) -> int:
+    """Return how many nodes the wavefront takes besides waves: along radii, or along what rings have of ``sides``."""
+    inner = lens.pupil.obstruction
+
+    def waves(angle: F64, edge: F64, share: F64) -> F64:
+        radius = inner + share * (edge - inner)
+        return lens.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
+
+    def along_radii(t: F64) -> F64:
+        angle, edge = (a.reshape(1, -1, 1) for a in lens.pupil.rays(np.arange(RAYS) / RAYS))
+        return waves(angle, edge, t)
+
+    def along_sides(t: F64) -> F64:
+        angle, edge = lens.pupil.rays(t)
+        return waves(angle, edge, np.array(SHARES)[:, None, None]).reshape(1, -1, t.size)
+
+    along, lines = (along_sides, "a side") if sides else (along_radii, "a radius")
+    return spare_nodes(along, wavelength_nm, lines)[0]
 
 
 @functools.lru_cache(maxsize=256)
-def _degrees(lens: OverPupil, wavelength_nm: float) -> tuple[int, int]:
-    """Return the degrees of exp(2πiW) along a radius and along a side of the outline (round it: its harmonics).
-
-    They are read off its Chebyshev (Fourier) coefficients, on as many points as it takes for these to end. A bound
-    by the steepest slope would be blind or absurd: beyond the circle of the coefficients, in the corners of a
-    square, a polynomial of order n is up to 2^(n/2) times as steep as on its rim, but there only.
-    """
-    inner = lens.pupil.obstruction
-    shares = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-    round_rim = lens.pupil.sides == 1
-    points = 64
+def _degree_round(lens: OverPupil, wavelength_nm: float) -> int:
+    """Return the degree of exp(2πiW) round a circle, read off its harmonics, of as many points as it takes to end."""
+    inner, points = lens.pupil.obstruction, 64
+    radius = inner + np.array(SHARES)[:, None] * (1.0 - inner)
     while points <= MOST_POINTS:
-        cheb = 0.5 * (1.0 + np.cos(np.pi * (np.arange(points) + 0.5) / points))
-        angle, edge = (a[..., None] for a in lens.pupil.rays(np.arange(RAYS) / RAYS))
-        radius = inner + cheb * (edge - inner)
+        angle = 2.0 * np.pi * np.arange(points) / points
         waves = lens.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
-        # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
         hidden = max(NOTHING, 2.0 * math.pi * ROUNDING * float(np.abs(waves).max()))
-        along = _degree(np.abs(scipy.fft.dct(np.exp(2j * np.pi * waves), axis=-1)) / points, hidden)
-        angle, edge = lens.pupil.rays(np.arange(points) / points if round_rim else cheb)
-        rim = inner + shares[:, None, None] * (edge - inner)
-        factor = np.exp(2j * np.pi * lens.waves(rim * np.cos(angle), rim * np.sin(angle), wavelength_nm))
-        if round_rim:
-            spectrum = np.abs(scipy.fft.fft(factor, axis=-1)) / points
-            half = points // 2
-            round_about = _degree(np.maximum(spectrum[..., :half], spectrum[..., ::-1][..., :half]), hidden)
-        else:
-            round_about = _degree(np.abs(scipy.fft.dct(factor, axis=-1)) / points, hidden)
-        if along is not None and round_about is not None:
-            return along, round_about
+        spectrum = np.abs(scipy.fft.fft(np.exp(2j * np.pi * waves), axis=-1)).max(axis=0) / points
+        matter = np.flatnonzero(np.maximum(spectrum, np.roll(spectrum[::-1], 1))[: points // 2] > hidden)
+        degree = int(matter[-1]) if matter.size else 0
+        if degree < 0.375 * points:
+            return degree
         points *= 2
     raise UnsupportedError(
-        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along a radius "
+        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled round the pupil "
         f"({MOST_POINTS} points do not follow it); give smaller coefficients",
         key="zernike_waves",
     )
-
-
-def _degree(coefficients: F64, hidden: float) -> int | None:
-    """Return the largest degree above ``hidden`` of (..., n) coefficients, None where the last quarter still is."""
-    largest = coefficients.reshape(-1, coefficients.shape[-1]).max(axis=0)
-    matter = np.flatnonzero(largest > hidden)
-    degree = int(matter[-1]) if matter.size else 0
-    return degree if degree < 0.75 * largest.size else None

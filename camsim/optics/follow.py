@@ -1,0 +1,69 @@
+"""How many nodes an integral over a pupil takes along lines: for waves, and for the wavefront besides.
+
+What waves take is known (``even_rule``): so many for each radian that they turn, and a few. What the wavefront takes is
+not worked out: more are taken until integrals along lines stay the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.errors import UnsupportedError
+from camsim.quadrature import even_rule
+
+PER_RADIAN = 0.17  # nodes that a wave takes, of all that it turns from end to end
+SPARE, GROWTH, MOST_SPARE = 28, 1.25, 8000  # besides: of a wave alone 23
+SLOW_RAD, FAST_RAD = 6.0, 400.0  # waves with which the wavefront's integrals settle, by as many nodes as each takes
+SETTLED = 1e-12
+ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coefficients
+
+
+def from_0(order: int) -> tuple[F64, F64]:
+    """Return nodes on 0 … 1 and weights of a rule for waves."""
+    nodes, weights = even_rule(order)
+    return 0.5 * (1.0 + nodes), 0.5 * weights
+
+
+def nodes_of(turned_rad: float, spare: float) -> int:
+    """Return how many nodes waves take that turn by so much, with so many to spare: a hundredth more at most.
+
+    Rules for the next wavelength are often the same ones.
+    """
+    least = PER_RADIAN * turned_rad + spare
+    step = max(1, int(least) >> 7)
+    return step * math.ceil(least / step)
+
+
+def spare_nodes(waves: Callable[[F64], F64], wavelength_nm: float, along: str) -> list[int]:
+    """Return how many nodes a wavefront takes along lines besides those of waves, for each of some sets of lines.
+
+    waves : path differences (sets, lines, n), waves, at places 0 … 1 along each line;  along: what lines these are
+    """
+    spare, before, found = float(SPARE), None, None
+    while spare <= MOST_SPARE:
+        rules = [(turn_rad, *from_0(nodes_of(turn_rad, spare))) for turn_rad in (SLOW_RAD, FAST_RAD)]
+        phase = 2.0 * np.pi * waves(np.concatenate([t for _, t, _ in rules]))
+        factor, first, now = np.exp(1j * phase), 0, []
+        for turn_rad, t, weights in rules:
+            own, first = factor[..., first : first + t.size] * weights, first + t.size
+            now += [own @ np.exp(sign * 1j * turn_rad * t) for sign in (1.0, -1.0)]
+        values = np.stack(now, axis=-1).reshape(len(phase), -1)
+        if before is None or found is None:
+            found = np.zeros(len(phase), int)
+        else:
+            # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
+            hidden = np.maximum(SETTLED, ROUNDING * np.abs(phase).max(axis=(1, 2)))
+            settled = np.abs(values - before).max(axis=1) <= hidden
+            found[settled & (found == 0)] = math.ceil(spare)
+            if found.all():
+                return [int(nodes) for nodes in found]
+        spare, before = GROWTH * spare, values
+    raise UnsupportedError(
+        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along {along} of the pupil "
+        f"({MOST_SPARE} points do not follow it); give smaller coefficients",
+        key="zernike_waves",
+    )
