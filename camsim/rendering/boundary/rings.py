@@ -63,11 +63,15 @@ def ring_amplitudes(tones: Sequence[Tone], blur: F64, nodes: F64, weights: F64, 
     inverse = 0.5 * (1.0 + np.cos(np.pi * (np.arange(powers) + 0.5) / powers))
     to_powers = np.linalg.inv(np.vander(inverse, powers, increasing=True))
     amplitude = np.empty((lengths.size, 2, count, powers), np.complex128)
-    for j, length in enumerate(lengths):
+    for j, length in enumerate(lengths.tolist()):
         u, series = tones[j // blur.size]
         own = np.array([a * u ** (2 + k) for k, a in enumerate(series)], np.complex128)
         samples = _amplitude(length, own, nodes, weights, nearest / inverse, angle)
         harmonics = np.roll(np.fft.fft(samples, axis=2) / count, most, axis=2)
+        # A slow tone has few of them. What rounding leaves of the others grows off the real axis, where a slow tone's
+        # ray goes farthest: e^{2m·Im θ}.
+        own_most = ring_terms(extent, length, turns=turns, nearest=nearest)[0] // 2
+        harmonics[..., : most - own_most] = harmonics[..., most + own_most + 1 :] = 0.0
         amplitude[j] = np.einsum("pq,cqm->cmp", to_powers, harmonics)
     return amplitude
 

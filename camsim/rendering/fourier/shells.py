@@ -13,7 +13,7 @@ import bisect
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,7 @@ from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.swings import Swing, swings
 from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
 
 RINGS_PART = 5.0 / 6.0  # of what tapers may leave: for the rings that are dropped
@@ -128,7 +129,7 @@ def shells(
         return ()
     count = max(1, math.ceil(math.log(far / first, FARTHER)))
     each = (1.0 - RINGS_PART) * allowed / (2 * count + 1)
-    hems = list(_hems(kernel, first, far, each, float(min(*shape, FRAME))))
+    hems = list(_hems(kernel, swings(system, kernel.longest), first, far, each, float(min(*shape, FRAME))))
     if not hems or far < WORTH * hems[0].outer:
         return ()
     tapers = round(allowed / each)
@@ -165,8 +166,17 @@ def _quiet_distance(
     return least * 2.0 ** (first / PER_OCTAVE) if first < steps else None
 
 
-def _hems(kernel: Kernel, first: float, far: float, allowed: float, frame: float) -> Iterator[Hem]:
+def _hems(
+    kernel: Kernel,
+    rings: Sequence[Swing],
+    first: float,
+    far: float,
+    allowed: float,
+    frame: float,
+) -> Iterator[Hem]:
     """Yield the tapers between shells; each may leave ``allowed`` of an image outside its band, on either side.
+
+    rings : that the first taper ends: it is wide enough for slow ones
 
     The first one's shell has the finest lattice by far: there (cutoff + margin/width)·(frame + 2·(inner + width)) is
     smallest, or nearly, but for shells that are narrower still where the scene soon ends.
@@ -176,7 +186,8 @@ def _hems(kernel: Kernel, first: float, far: float, allowed: float, frame: float
         margin, sharpness = taper_margin(min(max(allowed / max(kernel.light(inner), 1e-300), 1e-14), 1.0))
         outer = inner + max(wide * inner, NARROWEST * margin * kernel.longest)
         if inner == first:
-            outer = max(outer, inner + math.sqrt(margin * frame / (2.0 * kernel.cutoff)))
+            smooth = max((ring.width(inner, sharpness, allowed) for ring in rings), default=0.0)
+            outer = max(outer, inner + max(smooth, math.sqrt(margin * frame / (2.0 * kernel.cutoff))))
         if outer >= far:
             return  # the shell before it goes no farther without it
         yield Hem(inner, outer, sharpness)
