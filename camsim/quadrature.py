@@ -52,11 +52,21 @@ def even_rule(order: int) -> tuple[F64, F64]:
     True
     """
     s, weights = gauss_legendre(order)
-    alpha = 1.0 / np.cosh(14.0 * order**-0.8)
+    alpha = _evenness(order)
     nodes = np.arcsin(alpha * s) / np.arcsin(alpha)
     weights = weights * alpha / (np.arcsin(alpha) * np.sqrt((1.0 - alpha * s) * (1.0 + alpha * s)))
     nodes.flags.writeable = weights.flags.writeable = False
     return nodes, weights
+
+
+def even_place(order: int, count: int) -> float:
+    """Return where on −1 … 1 the first ``count`` nodes of ``even_rule`` end: between the last of them and the next."""
+    alpha = _evenness(order)
+    return math.asin(-alpha * math.cos(math.pi * count / order)) / math.asin(alpha)
+
+
+def _evenness(order: int) -> float:
+    return 1.0 / math.cosh(14.0 * order**-0.8)
 
 
 def _legendre(order: int, x: F64) -> tuple[F64, F64]:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.optics.follow import from_0, nodes_of, spare_nodes
+from camsim.optics.follow import from_0, nodes_of, reached, spare_nodes
 from camsim.optics.pupil import Pupil
 from camsim.optics.rays import OverPupil, Turns, joined
 
@@ -207,9 +207,8 @@ def _sides(corners: F64, x: float) -> tuple[_End, _End]:
 
 
 def _reach(first: int, stop: int, levels: int) -> tuple[float, float]:
-    """Return where on 0 … 1 some of a rule's nodes begin and end, or one farther."""
-    nodes = from_0(levels)[0]
-    return float(nodes[first - 1]) if first else 0.0, float(nodes[stop]) if stop < levels else 1.0
+    """Return where on 0 … 1 some of a rule's nodes begin and end, or a little farther."""
+    return reached(levels, first), reached(levels, stop)
 
 
 @functools.lru_cache(maxsize=256)

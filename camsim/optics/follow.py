@@ -13,7 +13,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.quadrature import even_rule
+from camsim.quadrature import even_place, even_rule
 
 PER_RADIAN = 0.17  # nodes that a wave takes, of all that it turns from end to end
 SPARE, GROWTH, MOST_SPARE = 28, 1.25, 8000  # besides: of a wave alone 23
@@ -26,6 +26,11 @@ def from_0(order: int) -> tuple[F64, F64]:
     """Return nodes on 0 … 1 and weights of a rule for waves."""
     nodes, weights = even_rule(order)
     return 0.5 * (1.0 + nodes), 0.5 * weights
+
+
+def reached(order: int, count: int) -> float:
+    """Return where on 0 … 1 so many of a rule's nodes end."""
+    return 0.5 * (1.0 + even_place(order, count))
 
 
 def nodes_of(turned_rad: float, spare: float) -> int:

@@ -13,7 +13,7 @@ import scipy
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.optics.follow import ROUNDING, from_0, nodes_of, spare_nodes
+from camsim.optics.follow import ROUNDING, nodes_of, reached, spare_nodes
 from camsim.optics.pupil import Pupil
 
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
@@ -111,9 +111,8 @@ class Rays(NamedTuple):
         ends = sorted({round(radial * part / RINGS) for part in range(RINGS + 1)})
         ways = np.roll(pupil.corners, -1, axis=0) - pupil.corners
         of_sides = [float(turns.along(dx, dy)) for dx, dy in ways]
-        places = from_0(radial)[0]
         for first, stop in pairwise(ends):
-            share = float(places[stop - 1])  # of the way from the obstruction
+            share = reached(radial, stop)  # of the way from the obstruction, or a little less
             hole = (1.0 - share) * inner * turns.largest
             if pupil.sides == 1:
                 sides = [2 * math.ceil(0.53 * (share * turns.largest + hole) + 32.0 + 0.5 * self.round_about)]
