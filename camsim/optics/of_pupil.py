@@ -185,7 +185,7 @@ class OfPupil:
         def count(x_um: Span, y_um: Span) -> float:
             turns = self._turns(x_um, y_um, wavelength_nm)
             # Where all is even, about the middle, one of two opposite nodes is enough.
-            half = self._symmetric and not any(turns.middle)
+            half = self._symmetric and not any(turns.middle_rad)
             return (0.5 if half else 1.0) * self._rule(wavelength_nm, turns).total
 
         return count

@@ -37,22 +37,22 @@ class OverPupil(Protocol):
 class Turns(NamedTuple):
     """By how much waves turn on half of the diameter along x and along y, radians: all of a rectangle's.
 
-    x, y : of its corners, from its middle;  middle: what the wave in its middle turns, along x and along y
+    x, y : of its corners, from its middle;  middle_rad: what the wave in its middle turns, along x and along y
     """
 
     x: float
     y: float
-    middle: tuple[float, float] = (0.0, 0.0)
+    middle_rad: tuple[float, float] = (0.0, 0.0)
 
     def along(self, x: F64, y: F64) -> F64:
         """Return how much any of them turns at most on the way (x, y)."""
-        most: F64 = np.abs(self.middle[0] * x + self.middle[1] * y) + self.x * np.abs(x) + self.y * np.abs(y)
+        most: F64 = np.abs(self.middle_rad[0] * x + self.middle_rad[1] * y) + self.x * np.abs(x) + self.y * np.abs(y)
         return most
 
     @property
     def most(self) -> tuple[float, float]:
         """What any of them turns at most along x, and along y."""
-        return abs(self.middle[0]) + self.x, abs(self.middle[1]) + self.y
+        return abs(self.middle_rad[0]) + self.x, abs(self.middle_rad[1]) + self.y
 
     @property
     def largest(self) -> float:

@@ -396,7 +396,7 @@ def border(turns):
     one = np.ones_like(share)
     return np.concatenate(
         [
-            np.add(turns.middle, np.stack([turns.x * x, turns.y * y], axis=1))
+            np.add(turns.middle_rad, np.stack([turns.x * x, turns.y * y], axis=1))
             for x, y in ((share, one), (share, -one), (one, share), (-one, share))
         ]
     )

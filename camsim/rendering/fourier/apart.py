@@ -2,21 +2,52 @@
 
 from __future__ import annotations
 
-import dataclasses
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Protocol
 
-import numpy as np
-
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem
+from camsim.rendering.edges import Edges
+from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.islands import islands
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spikes import Spikes, spike_hem
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.together import Part, Sum, pays
 
-if TYPE_CHECKING:
-    from camsim.rendering.fourier.image import FourierImage
+
+class Whole(Protocol):
+    """An image as far as its parts depend on it; see ``FourierImage``."""
+
+    @property
+    def edges(self) -> Edges: ...  # noqa: D102
+    @property
+    def system(self) -> OpticalSystem: ...  # noqa: D102
+    @property
+    def pitch_um(self) -> float: ...  # noqa: D102
+    @property
+    def tolerance(self) -> float: ...  # noqa: D102
+    @property
+    def memory_limit_bytes(self) -> float: ...  # noqa: D102
+    @property
+    def quiet(self) -> Callable[[], float] | None: ...  # noqa: D102
+    @property
+    def kernel(self) -> Kernel: ...  # noqa: D102
+    @property
+    def lit(self) -> tuple[F64, F64]: ...  # noqa: D102
+    @property
+    def footprint(self) -> F64: ...  # noqa: D102
+    @property
+    def whole(self) -> object | None: ...  # noqa: D102
+
+    def at_once(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]: ...  # noqa: D102
+
+    def shell_of(self, shell: Shell) -> Part: ...  # noqa: D102
+
+    def island_of(self, edges: Edges, islands: int) -> Part: ...  # noqa: D102
 
 
-def parts_of(image: FourierImage, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
+def parts_of(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
     """Return the parts of an image that take less than all at once; none where there are no such."""
     ways = [way for way in (by_distance(image, origin, shape), by_place(image, origin, shape)) if way]
     if not ways:
@@ -30,14 +61,13 @@ def parts_of(image: FourierImage, origin: tuple[float, float], shape: tuple[int,
     return best
 
 
-def by_distance(image: FourierImage, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
+def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
     """Return shells of a round pattern; of a pupil with straight sides what is near, and its spikes."""
     (nm, density), edges = image.lit, image.edges.seen_from(origin)
     task = image.system, image.kernel, nm, image.pitch_um, edges, shape, image.tolerance
     hem = spike_hem(*task)
     own = shells(*task, image.quiet) if hem is None else (Shell(begin=None, end=hem, tapers=1),)
-    base = np.zeros_like(image.base)
-    parts = tuple(dataclasses.replace(image, base=base, shell=shell, whole=image) for shell in own)
+    parts = tuple(image.shell_of(shell) for shell in own)
     if hem is None:
         return parts
     system, pitch_um = image.system, image.pitch_um
@@ -45,12 +75,11 @@ def by_distance(image: FourierImage, origin: tuple[float, float], shape: tuple[i
     return *parts, far
 
 
-def by_place(image: FourierImage, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
+def by_place(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
     """Return islands of the scene, of a lens whose pattern is sampled; an island has none."""
     if image.whole is not None or not image.kernel.sampled:
         return ()
     own = islands(image.edges, (origin, shape), image.kernel, image.lit[0].size, image.footprint)
     if len(own) < 2:
         return ()
-    base = np.zeros_like(image.base)
-    return tuple(dataclasses.replace(image, edges=one, base=base, whole=image, islands=len(own)) for one in own)
+    return tuple(image.island_of(one, len(own)) for one in own)

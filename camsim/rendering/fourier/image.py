@@ -97,7 +97,7 @@ class FourierImage:
         """
         check_tolerance(self.tolerance)
         image = self.base[channel]
-        if self._empty:
+        if not len(self.edges) or not np.any(self.density[1:] != self.density[0]):
             progress(1.0)
             return image
         shape = (channel.shape[-2], channel.shape[-1])
@@ -148,13 +148,17 @@ class FourierImage:
             self._apart[origin, shape] = parts_of(self, origin, shape)
         return self._apart[origin, shape]
 
+    def shell_of(self, shell: Shell) -> FourierImage:
+        """Return a part of the pattern, by distance."""
+        return dataclasses.replace(self, base=np.zeros_like(self.base), shell=shell, whole=self)
+
+    def island_of(self, edges: Edges, islands: int) -> FourierImage:
+        """Return a part of the scene, one of so many."""
+        return dataclasses.replace(self, base=np.zeros_like(self.base), edges=edges, islands=islands, whole=self)
+
     @functools.cached_property
     def _apart(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Part, ...]]:
         return {}
-
-    @functools.cached_property
-    def _empty(self) -> bool:
-        return not len(self.edges) or not np.any(self.density[1:] != self.density[0])
 
     @functools.cached_property
     def lit(self) -> tuple[F64, F64]:

@@ -20,7 +20,7 @@ from camsim.rendering.prune import joined_outlines
 
 GAPS = 6  # along an axis that are tried, the widest first
 PER_AREA = 1e-6  # seconds of one core for a square 1/cut-off of a rectangle: its samples', and what is spread there
-PER_DISTANCE = 1.7  # nodes for each 1/cut-off along an axis, out to the farthest
+PER_DISTANCE = 1.1  # nodes for each 1/cut-off along an axis, out to the farthest
 TAPERED = 4.0  # 1/cut-off: a taper's width, over the square root of its rectangle's sides in that unit
 OPEN = 1e-9  # of the farthest place: what ends of outlines may miss one another by
 LEAST = 0.9  # of what all at once takes, by this rule, where it is worth asking what islands really take
