@@ -105,7 +105,7 @@ class _Strip(NamedTuple):
         for first, stop in pairwise(ends):
             if first < stop:
                 # Somewhere between these is the longest of them, or at an end.
-                x, _, below, above = self.chords(np.linspace(*_reach(first, stop, levels), 9))
+                x, _, below, above = self.chords(np.linspace(reached(levels, first), reached(levels, stop), 9))
                 along = nodes_of(each * float((above - below).max()), spares[1])
                 if found and found[-1][1] == along:
                     found[-1] = found[-1][0] + stop - first, along
@@ -204,11 +204,6 @@ def _sides(corners: F64, x: float) -> tuple[_End, _End]:
             met.append((py + slope * (x - px), _End(py - slope * px, slope, 0.0)))
     lower, upper = sorted(met)
     return lower[1], upper[1]
-
-
-def _reach(first: int, stop: int, levels: int) -> tuple[float, float]:
-    """Return where on 0 … 1 some of a rule's nodes begin and end, or a little farther."""
-    return reached(levels, first), reached(levels, stop)
 
 
 @functools.lru_cache(maxsize=256)

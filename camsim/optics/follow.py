@@ -48,27 +48,35 @@ def spare_nodes(waves: Callable[[F64], F64], wavelength_nm: float, along: str) -
 
     waves : path differences (sets, lines, n), waves, at places 0 … 1 along each line;  along: what lines these are
     """
-    spare, before, found = float(SPARE), None, None
-    while spare <= MOST_SPARE:
+
+    def integrals(spare: float) -> tuple[F64, F64]:
+        """Return those of each set with so many nodes to spare, and what rounding hides of them."""
         rules = [(turn_rad, *from_0(nodes_of(turn_rad, spare))) for turn_rad in (SLOW_RAD, FAST_RAD)]
         phase = 2.0 * np.pi * waves(np.concatenate([t for _, t, _ in rules]))
-        factor, first, now = np.exp(1j * phase), 0, []
+        factor, first, found = np.exp(1j * phase), 0, []
         for turn_rad, t, weights in rules:
             own, first = factor[..., first : first + t.size] * weights, first + t.size
-            now += [own @ np.exp(sign * 1j * turn_rad * t) for sign in (1.0, -1.0)]
-        values = np.stack(now, axis=-1).reshape(len(phase), -1)
-        if before is None or found is None:
-            found = np.zeros(len(phase), int)
-        else:
-            # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
-            hidden = np.maximum(SETTLED, ROUNDING * np.abs(phase).max(axis=(1, 2)))
-            settled = np.abs(values - before).max(axis=1) <= hidden
-            found[settled & (found == 0)] = math.ceil(spare)
-            if found.all():
-                return [int(nodes) for nodes in found]
-        spare, before = GROWTH * spare, values
-    raise UnsupportedError(
-        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled along {along} of the pupil "
-        f"({MOST_SPARE} points do not follow it); give smaller coefficients",
+            found += [own @ np.exp(sign * 1j * turn_rad * t) for sign in (1.0, -1.0)]
+        # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
+        hidden = np.maximum(SETTLED, ROUNDING * np.abs(phase).max(axis=(1, 2)))
+        return np.stack(found, axis=-1).reshape(len(phase), -1), hidden
+
+    spare, (before, _) = float(SPARE), integrals(SPARE)
+    enough = np.zeros(len(before), int)
+    while (spare := GROWTH * spare) <= MOST_SPARE:
+        values, hidden = integrals(spare)
+        settled = np.abs(values - before).max(axis=1) <= hidden
+        enough[settled & (enough == 0)] = math.ceil(spare)
+        if enough.all():
+            return [int(nodes) for nodes in enough]
+        before = values
+    raise not_followed(wavelength_nm, f"along {along} of the pupil", MOST_SPARE)
+
+
+def not_followed(wavelength_nm: float, where: str, points: int) -> UnsupportedError:
+    """Return the error of a wavefront that so many points do not follow."""
+    return UnsupportedError(
+        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled {where} "
+        f"({points} points do not follow it); give smaller coefficients",
         key="zernike_waves",
     )

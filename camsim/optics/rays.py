@@ -12,8 +12,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import F64
-from camsim.errors import UnsupportedError
-from camsim.optics.follow import ROUNDING, nodes_of, reached, spare_nodes
+from camsim.optics.follow import ROUNDING, nodes_of, not_followed, reached, spare_nodes
 from camsim.optics.pupil import Pupil
 
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
@@ -182,8 +181,4 @@ def _degree_round(lens: OverPupil, wavelength_nm: float) -> int:
         if degree < 0.375 * points:
             return degree
         points *= 2
-    raise UnsupportedError(
-        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled round the pupil "
-        f"({MOST_POINTS} points do not follow it); give smaller coefficients",
-        key="zernike_waves",
-    )
+    raise not_followed(wavelength_nm, "round the pupil", MOST_POINTS)

@@ -402,6 +402,16 @@ def border(turns):
     )
 
 
+TURNS = [  # half a rectangle of waves, and its middle
+    (60.0, 60.0),
+    (40.0, 900.0),
+    (900.0, 300.0),
+    (700.0, 700.0),
+    (0.0, 500.0),
+    (30.0, 20.0, (600.0, -500.0)),
+]
+
+
 def rules_of(lens, turns):
     return [list(one._nodes(NM, turns)) for one in (lens, Otherwise.of(lens))]
 
@@ -418,12 +428,7 @@ def rules_of(lens, turns):
 @pytest.mark.parametrize(
     "turns",
     [
-        (60.0, 60.0),
-        (40.0, 900.0),
-        (900.0, 300.0),
-        (700.0, 700.0),
-        (0.0, 500.0),
-        (30.0, 20.0, (600.0, -500.0)),
+        *TURNS,
         (80.0, 0.0, (0.0, 900.0)),
         (50.0, 50.0, (20.0, 300.0)),
     ],
@@ -447,12 +452,7 @@ def test_waves_that_run_along_the_sides_of_a_pupil_are_followed(pupil, turns):
     "turns",
     [
         (0.0, 0.0),
-        (60.0, 60.0),
-        (40.0, 900.0),
-        (900.0, 300.0),
-        (700.0, 700.0),
-        (0.0, 500.0),
-        (30.0, 20.0, (600.0, -500.0)),
+        *TURNS,
         (80.0, 10.0, (0.0, 900.0)),
     ],
 )

@@ -18,7 +18,7 @@ from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fourier.plan import BLOCK_POINTS, FEWEST_IN_BLOCK, Sizes
 from camsim.rendering.fourier.spread import Kernel
-from camsim.rendering.fourier.swings import Swing, swings
+from camsim.rendering.fourier.swings import swings
 from camsim.rendering.fourier.taper import taper_margin
 from camsim.rendering.fourier.tile import Tile
 
@@ -139,29 +139,22 @@ def quiet_distance(
     """
     sides = sum(layer.sides for layer in layers)
     pointed = [layer.loud for layer in layers if isinstance(layer, PointLayer)]
-    angle = 2.0 * np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
-    heard = 0.0
-    for nm in (float(wavelength_nm.min()), float(wavelength_nm.max())):
-        f = pitch_um / system.blur_um(nm)  # cycles/pitch
-        kx, ky = f * np.cos(angle), f * np.sin(angle)
-        passed = np.abs(system.footprint_otf(kx / pitch_um, ky / pitch_um))
-        for layer in layers:
-            if isinstance(layer, PointLayer):
-                continue
-            along = [layer.step * (x * kx + y * ky) for x, y in layer.axes]
-            sample = np.abs(np.sinc(along[0]) * np.sinc(along[1]))
-            heard = max(heard, float(np.mean(passed * sample)))
+    ends_nm = float(wavelength_nm.min()), float(wavelength_nm.max())
+    heard = max(_heard(layers, system, pitch_um, pitch_um / system.blur_um(nm)) for nm in ends_nm)
     blur = system.blurs_um(wavelength_nm) / pitch_um
-    slow = _slow_rings(layers, system, float(blur.max()), pitch_um)
+    longest = float(blur.max())
+    # What is heard of the pattern's own, the fastest, is in ``heard``.
+    rings = [
+        (ring, _heard(layers, system, pitch_um, ring.f) if ring.f * longest < 1.0 else 0.0)
+        for ring in swings(system, longest)
+    ]
     sharpness = taper_margin(min(allowed, 1.0))[1]
     distance = max(4.0 * footprint, 8.0 / kernel.cutoff, 12.0)
     while distance < within:
         by_edges = sides * sum(a * distance**-n for a, n in kernel.rings) if kernel.rings else math.inf
-        loud = max(kernel.light(distance) * heard, by_edges)
         # Slower rings are heard more; and a taper as wide as it begins far out may be short for them.
-        loud = max(
-            loud, 0.0, *(ring.light(distance) * part + ring.left(distance, distance, sharpness) for ring, part in slow)
-        )
+        cut = (ring.light(distance) * part + ring.left(distance, distance, sharpness) for ring, part in rings)
+        loud = max(kernel.light(distance) * heard, by_edges, max(cut, default=0.0))
         if pointed:
             # An edge hears of a point's rings what lies in step along it, √(λN·R), for λN/2π across.
             from_line = sum(a * distance**-n for a, n in kernel.rings) if kernel.rings else math.inf
@@ -172,21 +165,16 @@ def quiet_distance(
     return distance
 
 
-def _slow_rings(
-    layers: Sequence[Layer | PointLayer], system: OpticalSystem, blur: float, pitch_um: float
-) -> list[tuple[Swing, float]]:
-    """Return a pattern's rings, and what pictures hear of each that is slower than the pattern's own, in the mean."""
+def _heard(layers: Sequence[Layer | PointLayer], system: OpticalSystem, pitch_um: float, f: float) -> float:
+    """Return what samples and footprint leave of a ring of f cycles/pitch, in the mean over directions, at the most."""
     angle = 2.0 * np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
-    found = []
-    for ring in swings(system, blur):
-        kx, ky = ring.f * np.cos(angle), ring.f * np.sin(angle)
-        passed, heard = np.abs(system.footprint_otf(kx / pitch_um, ky / pitch_um)), 0.0
-        for layer in layers:
-            if ring.f * blur < 1.0 and not isinstance(layer, PointLayer):
-                along = [layer.step * (x * kx + y * ky) for x, y in layer.axes]
-                heard = max(heard, float(np.mean(passed * np.abs(np.sinc(along[0]) * np.sinc(along[1])))))
-        found.append((ring, heard))
-    return found
+    kx, ky = f * np.cos(angle), f * np.sin(angle)
+    passed, heard = np.abs(system.footprint_otf(kx / pitch_um, ky / pitch_um)), 0.0
+    for layer in layers:
+        if not isinstance(layer, PointLayer):
+            along = [layer.step * (x * kx + y * ky) for x, y in layer.axes]
+            heard = max(heard, float(np.mean(passed * np.abs(np.sinc(along[0]) * np.sinc(along[1])))))
+    return heard
 
 
 def _in_step(blur: F64, density: F64, distance: float) -> float:

@@ -7,7 +7,6 @@ its outlines, as long as edges that hang together stay together.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,7 @@ from camsim.arrays import F64, I64
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier import prices
 from camsim.rendering.fourier.spread import Kernel
-from camsim.rendering.prune import joined_outlines
+from camsim.rendering.prune import outline_boxes
 
 GAPS = 6  # along an axis that are tried, the widest first
 PER_AREA = 1e-6  # seconds of one core for a square 1/cut-off of a rectangle: its samples', and what is spread there
@@ -79,14 +78,11 @@ def islands(
     window : the first photosite's centre, and rows and columns;  footprint: how far one sees along x and along y
     """
     origin, (rows, cols) = window
-    outline, count = joined_outlines(edges)
-    low, high = np.full((count, 2), math.inf), np.full((count, 2), -math.inf)
-    np.minimum.at(low, np.tile(outline, 2), edges.points)
-    np.maximum.at(high, np.tile(outline, 2), edges.points)
+    outline, low, high = outline_boxes(edges)
     size = np.array([cols - 1.0, rows - 1.0])
     sight = _Sight(kernel, wavelengths, size, footprint, low - origin, high - origin)
-    found = sight.cut(np.arange(count))
-    number = np.empty(count, np.int64)
+    found = sight.cut(np.arange(len(low)))
+    number = np.empty(len(low), np.int64)
     for k, which in enumerate(found):
         number[which] = k
     own = [edges.some(number[outline] == k) for k in range(len(found))]

@@ -13,7 +13,7 @@ from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
 from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.tile import Tile
-from camsim.rendering.prune import joined_outlines
+from camsim.rendering.prune import outline_boxes
 
 MANY = 120  # edges in a window: from here on non-uniform transforms of them cost less
 
@@ -27,11 +27,7 @@ class Nearby:
     @functools.cached_property
     def outlines(self) -> tuple[I64, F64, F64]:
         """The outline that each edge belongs to, and their lowest and highest x and y (n, 2)."""
-        outline, count = joined_outlines(self.edges)
-        low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-        np.minimum.at(low, np.tile(outline, 2), self.edges.points)
-        np.maximum.at(high, np.tile(outline, 2), self.edges.points)
-        return outline, low, high
+        return outline_boxes(self.edges)
 
     def seen(self, tile: Tile, first: tuple[float, float]) -> Edges:
         """Return the edges about a window whose first photosite is at ``first``, clamped.

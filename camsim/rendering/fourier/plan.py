@@ -20,7 +20,7 @@ from camsim.rendering.fourier import prices
 from camsim.rendering.fourier.blocks import count_blocks, count_strips
 from camsim.rendering.fourier.task import PART_OF_MEMORY, Task
 from camsim.rendering.fourier.tile import CHEAPER, Tile
-from camsim.rendering.fourier.window import of_kernel, pattern_rows, tile_of
+from camsim.rendering.fourier.window import of_kernel, tile_of
 
 MOST_TILES, SMALLEST_TILE = 64, 64  # along an axis; photosites
 BLOCK_POINTS, FEWEST_IN_BLOCK = 150_000, 20_000  # frequencies at a time: what stays in a cache
@@ -149,14 +149,14 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
     spread = by_spreading < by_edge
     per_point = min(by_edge, by_spreading) + (prices.PER_ROUND_POINT if kernel.round else prices.PER_FIELD_POINT)
     seconds, fixed, transforms, making = tiles * (prices.PER_TILE + prices.PER_CLAMPED * task.edges), 0.0, 0.0, 0.0
-    for alike in cut:
+    of_lens = [of_kernel(task, alike.tile, fields) for alike in cut]
+    for alike, own in zip(cut, of_lens, strict=True):
         tile = alike.tile
         of_rows, of_columns = tile.sums
         grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
-        kernel_seconds, kernel_bytes, made = of_kernel(task, tile, fields)
         each = passes * (per_point + task.of_footprint(tile)) + task.weights * prices.PER_POINT_WEIGHT
-        seconds += len(alike) * (tile.points * each + task.channels * grid * prices.PER_GRID_POINT + kernel_seconds)
-        fixed, making = max(fixed, kernel_bytes + 16.0 * of_columns * tile.rows), max(making, made)
+        seconds += len(alike) * (tile.points * each + task.channels * grid * prices.PER_GRID_POINT + own.seconds)
+        fixed, making = max(fixed, own.held_bytes + 16.0 * of_columns * tile.rows), max(making, own.making_bytes)
         transforms = max(transforms, 16.0 * of_rows * of_columns)
     scenery = block_points * 16.0 * held
     if spread:
@@ -176,7 +176,7 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
         block_points=block_points,
         strip_points=strip_points,
         fewest_strips=fewest_strips,
-        pattern_rows=min(pattern_rows(task, alike.tile, fields) for alike in cut) if kernel.sampled else 1,
+        pattern_rows=min(own.pattern_rows for own in of_lens),
         seconds=seconds,
         memory_bytes=fixed + channels * transforms,
         at_once=at_once,

@@ -204,15 +204,14 @@ def spike_hem(
     spot = max(spike.spot_um for spike in spikes) / pitch_um  # within it light is no spike
     besides = BESIDES * longest**2 + UNEVEN * longest * spread[0], WIDE * longest * float(spread @ spread)
     crossings = Crossings(spikes, edges, shape, longest + system.extent_um / pitch_um + float(spread[1]), spot)
-    away_each = nearest - spot
+    from_spot, share = nearest - spot, RINGS_PART * allowed
 
     def quiet(beyond: float) -> bool:
         """Whether what spikes leave out of edges beyond a distance is within its share: less, the farther that is."""
-        away = np.maximum(away_each, beyond)
+        away = np.maximum(from_spot, beyond)
         each = besides[0] / away**2 + besides[1] / away**3
-        if float(each.sum()) <= RINGS_PART * allowed:
-            return True
-        return crossings.most(each, besides[0] / beyond**2 + besides[1] / beyond**3) <= RINGS_PART * allowed
+        alone = besides[0] / beyond**2 + besides[1] / beyond**3
+        return float(each.sum()) <= share or crossings.most(each, alone) <= share
 
     steps = range(math.ceil(PER_OCTAVE * math.log2(max(farthest / longest, 1.0))))
     found = bisect.bisect_left(steps, True, key=lambda step: quiet(longest * 2.0 ** (step / PER_OCTAVE)))

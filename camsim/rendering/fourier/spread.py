@@ -28,6 +28,7 @@ from camsim.products import product
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.fuses import Fuses
 from camsim.rendering.fourier.prices import PER_PUPIL_SAMPLE, PER_SUMMED_SAMPLE
+from camsim.rendering.fourier.swings import swings
 from camsim.rendering.fourier.taper import Hem
 from camsim.rendering.psf import OF_LIGHT, is_summed, rule_of
 
@@ -123,7 +124,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         longest = float(system.blurs_um(wavelength_nm).max()) / pitch_um
         # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
         # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
-        rings = tuple((16.0 * a * longest**n, n) for _, a, n in lens.pattern().rings)
+        rings = tuple((16.0 * ring.a, ring.n) for ring in swings(system, longest))
     spread = isinstance(lens, KnowsNodes) and not is_summed(system)
     precision = OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")
     return Kernel(

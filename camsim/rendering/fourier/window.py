@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,7 +48,7 @@ def tile_of(task: Task, window: Window, box_low: F64, box_high: F64) -> Tile:
 
 
 def _seconds(task: Task, tile: Tile) -> float:
-    return of_kernel(task, tile, task.fields(tile))[0] + tile.points * prices.PER_FIELD_POINT
+    return of_kernel(task, tile, task.fields(tile)).seconds + tile.points * prices.PER_FIELD_POINT
 
 
 def _tile(task: Task, window: Window, box: tuple[F64, F64], extent: F64, middle: F64) -> Tile:
@@ -93,23 +94,32 @@ def _tile(task: Task, window: Window, box: tuple[F64, F64], extent: F64, middle:
     )
 
 
-def of_kernel(task: Task, tile: Tile, fields: int) -> tuple[float, float, float]:
-    """Return seconds and bytes that a tile's transfer of the lens takes, and more bytes while it is made."""
+class OfKernel(NamedTuple):
+    """What a tile's transfer of the lens takes; more bytes while it is made, so many rows of a pattern at a time."""
+
+    seconds: float
+    held_bytes: float
+    making_bytes: float = 0.0
+    pattern_rows: int = 1
+
+
+def of_kernel(task: Task, tile: Tile, fields: int) -> OfKernel:
+    """Return what a tile's transfer of the lens takes."""
     kernel, samples = task.kernel, samples_of(task.kernel, tile)
     if kernel.round:
         curves = task.spectra * task.channels
         seconds = prices.PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2
         seconds += prices.PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
-        return seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut), 0.0
+        return OfKernel(seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut))
     if kernel.tapered:
         (rows, columns), own = pattern_of(kernel, tile), pattern_rows(task, tile, fields)
         seconds = prices.PER_PUPIL_NODE * kernel.pupil_nodes(*tile.spans) * math.ceil(rows / own)
         seconds += kernel.pattern_seconds * task.wavelengths * rows * columns
         held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
         made = made_bytes(kernel, own, columns) + FOLDED_BYTES * fields * samples
-        return seconds, held, max(0.0, made - held)
+        return OfKernel(seconds, held, max(0.0, made - held), own)
     sets = min(task.spectra * task.channels, task.wavelengths)
-    return 0.0, WHOLE_BYTES * sets * samples if kernel.whole else 0.0, 0.0
+    return OfKernel(0.0, WHOLE_BYTES * sets * samples if kernel.whole else 0.0)
 
 
 def pattern_rows(task: Task, tile: Tile, fields: int) -> int:
