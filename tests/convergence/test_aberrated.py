@@ -9,7 +9,7 @@ from scipy import special
 
 import camsim
 from camsim.optics import OpticalSystem, Pupil, Wavefront, of_pupil
-from camsim.rendering.fourier import plan
+from camsim.rendering.fourier import window
 from camsim.rendering.render import plan_render, render_channels
 from tests.truth import picture, waves
 
@@ -157,7 +157,7 @@ def test_an_edge_that_leaves_the_frame_by_far():
 def test_patterns_made_strip_by_strip_are_the_same(monkeypatch, shape):
     lens = Wavefront(f_number=F_NUMBER, zernike_waves={4: 0.2, 7: 0.1}, pupil=Pupil(shape=shape))
     whole = rendered(lens, 4.0, 1e-6, method="fourier").image
-    monkeypatch.setattr(plan, "pattern_rows", lambda *_: 37)
+    monkeypatch.setattr(window, "pattern_rows", lambda *_: 37)
     monkeypatch.setattr(of_pupil, "NODES_AT_ONCE", 3_000)
     assert np.abs(whole - rendered(lens, 4.0, 1e-6, method="fourier").image).max() <= 1e-7
 
